@@ -1,0 +1,1 @@
+"""One file a format; `load_mesh` and `save_mesh` choose among them."""
