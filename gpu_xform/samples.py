@@ -1,0 +1,148 @@
+"""Meshes to draw and to test with, computed from their geometry. All are oriented: counter-clockwise from outside."""
+
+import math
+import operator
+
+import numpy as np
+
+from ._arguments import Float64Array
+from .errors import ArgumentError, ArgumentTypeError
+from .mesh import IndexArray, Mesh
+
+_PHI = (1.0 + math.sqrt(5.0)) / 2.0
+_MOST_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
+
+
+def cube() -> Mesh:
+    """Return the cube [-1, 1]^3: 8 points, 6 quads."""
+    corners = [(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
+    return Mesh(corners, [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)])
+
+
+def house() -> Mesh:
+    """Return a house in [-1, 1]^3, 10 points: walls, a gable roof along z, y up; the front (z = 1) is a pentagon."""
+    gable = [(-1.0, -1.0), (1.0, -1.0), (1.0, 0.25), (0.0, 1.0), (-1.0, 0.25)]
+    points = [(x, y, z) for z in (1.0, -1.0) for x, y in gable]
+    sides = [(i, i + 5, (i + 1) % 5 + 5, (i + 1) % 5) for i in range(5)]
+    return Mesh(points, [(0, 1, 2, 3, 4), (9, 8, 7, 6, 5), *sides])
+
+
+def snub_dodecahedron() -> Mesh:
+    """Return the snub dodecahedron of edge length 1: 60 points, 150 edges, 80 triangles and 12 pentagons.
+
+    The points are the images of one under the 60 rotations of the icosahedron. With xi the real root of
+    xi^3 - 2 xi = phi, that one is (2 alpha, 2, 2 beta), alpha = xi - 1/xi, beta = xi phi + phi^2 + phi/xi.
+    """
+    # Cardano: x^3 = 2 x + phi.
+    root = math.sqrt((_PHI / 2.0) ** 2 - (2.0 / 3.0) ** 3)
+    xi = math.cbrt(_PHI / 2.0 + root) + math.cbrt(_PHI / 2.0 - root)
+    seed = np.array([2.0 * (xi - 1.0 / xi), 2.0, 2.0 * (xi * _PHI + _PHI**2 + _PHI / xi)])
+    return _convex(_icosahedral_rotations() @ seed)
+
+
+def icosphere(n: int) -> Mesh:
+    """Return the unit sphere as an icosahedron subdivided n times: 10 * 4^n + 2 points, 20 * 4^n triangles.
+
+    Raises ArgumentError unless 0 <= n <= 12.
+    """
+    n = _count(n, "n", 0, _MOST_SUBDIVISIONS)
+    signs = [(a, b) for a in (-_PHI, _PHI) for b in (-1.0, 1.0)]
+    ico = _convex(np.array([np.roll((0.0, a, b), turn) for turn in range(3) for a, b in signs]))
+    points = ico.positions / np.linalg.norm(ico.positions, axis=1, keepdims=True)
+    triangles = np.asarray(ico.faces)
+    for _ in range(n):
+        points, triangles = _subdivide(points, triangles)
+    return Mesh(points, triangles)
+
+
+def grid(n: int) -> Mesh:
+    """Return [-1, 1]^2 in the xy-plane cut into n x n quads that face +z: (n + 1)^2 points.
+
+    Raises ArgumentError unless n >= 1.
+    """
+    n = _count(n, "n", 1)
+    steps = np.linspace(-1.0, 1.0, n + 1)
+    y, x = np.meshgrid(steps, steps, indexing="ij")
+    corner = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    quads = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]], axis=-1)
+    return Mesh(np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3), quads.reshape(-1, 4))
+
+
+def torus(n: int, m: int) -> Mesh:
+    """Return a torus about the z-axis, ring radius 1, tube radius 0.4: n quads around the ring, m around the tube.
+
+    Raises ArgumentError unless n >= 3 and m >= 3.
+    """
+    n, m = _count(n, "n", 3), _count(m, "m", 3)
+    ring, tube = np.meshgrid(np.arange(n) * (2 * np.pi / n), np.arange(m) * (2 * np.pi / m), indexing="ij")
+    radius = 1.0 + 0.4 * np.cos(tube)
+    points = np.stack([radius * np.cos(ring), radius * np.sin(ring), 0.4 * np.sin(tube)], axis=-1)
+    corner = np.arange(n * m).reshape(n, m)
+    along, around = np.roll(corner, -1, axis=0), np.roll(corner, -1, axis=1)
+    quads = np.stack([corner, along, np.roll(along, -1, axis=1), around], axis=-1)
+    return Mesh(points.reshape(-1, 3), quads.reshape(-1, 4))
+
+
+def _count(value: int, name: str, least: int, most: int | None = None) -> int:
+    """Return `value` as an int within its bounds."""
+    try:
+        count = operator.index(value)
+    except TypeError:
+        raise ArgumentTypeError(f"{name} must be an integer, got {value!r}") from None
+    if count < least or (most is not None and count > most):
+        bounds = f"at least {least}" if most is None else f"in {least}..{most}"
+        raise ArgumentError(f"{name} must be {bounds}, got {count}")
+    return count
+
+
+def _icosahedral_rotations() -> Float64Array:
+    """Return the rotations that carry the icosahedron with corners (0, +-phi, +-1), ... to itself: (60, 3, 3)."""
+    # A fifth of a turn about the corner (0, phi, 1), by Rodrigues' formula, and a third about (1, 1, 1).
+    x, y, z = np.array([0.0, _PHI, 1.0]) / math.hypot(1.0, _PHI)
+    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    fifth = np.eye(3) + math.sin(math.tau / 5) * cross + (1.0 - math.cos(math.tau / 5)) * cross @ cross
+    third = np.roll(np.eye(3), 1, axis=0)
+    group = [np.eye(3)]
+    for rotation in group:  # the list grows until it is closed under both generators
+        for product in (fifth @ rotation, third @ rotation):
+            if not any(np.abs(product - known).max() < 1e-9 for known in group):
+                group.append(product)
+    return np.array(group)
+
+
+def _convex(points: Float64Array) -> Mesh:
+    """Return the convex polyhedron around 0 of these points, whose edges are their least distances, scaled to 1."""
+    gaps = np.linalg.norm(points[:, None] - points[None, :], axis=2)
+    np.fill_diagonal(gaps, np.inf)
+    edge = gaps.min()
+    # For each point, its neighbours counter-clockwise as seen from outside.
+    turn: list[list[int]] = []
+    for point, row in zip(points, gaps, strict=True):
+        near = np.flatnonzero(row < edge * (1.0 + 1e-9))
+        right = np.cross(point, points[near[0]])
+        right /= np.linalg.norm(right)
+        up = np.cross(point / np.linalg.norm(point), right)
+        turn.append(near[np.argsort(np.arctan2(points[near] @ up, points[near] @ right))].tolist())
+    # Walk each face with the outside on the left: on arriving at b from a, leave by the neighbour before a.
+    faces, seen = [], set()
+    for start in [(a, b) for a, around in enumerate(turn) for b in around]:
+        face, (a, b) = [], start
+        while (a, b) not in seen:
+            seen.add((a, b))
+            face.append(a)
+            a, b = b, turn[b][turn[b].index(a) - 1]
+        if face:
+            faces.append(face)
+    return Mesh(points / edge, faces)
+
+
+def _subdivide(points: Float64Array, triangles: IndexArray) -> tuple[Float64Array, IndexArray]:
+    """Cut each triangle of a closed mesh on the unit sphere into four."""
+    ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2)
+    keys, which = np.unique(ends[..., 0] << 32 | ends[..., 1], return_inverse=True)
+    middles = points[keys >> 32] + points[keys & 0xFFFFFFFF]
+    middles /= np.linalg.norm(middles, axis=1, keepdims=True)
+    a, b, c = triangles.T
+    ab, bc, ca = (which.reshape(-1, 3) + len(points)).T
+    fours = np.stack([a, ab, ca, b, bc, ab, c, ca, bc, ab, bc, ca], axis=1).reshape(-1, 3)
+    return np.concatenate([points, middles]), fours
