@@ -1,0 +1,110 @@
+"""Which graphics adapters there are, through native back ends only.
+
+OpenGL is left out on purpose: where Vulkan has no driver, wgpu may fall back to it without a word, and compute shaders
+there are slower and less tested.
+"""
+
+import contextlib
+import os
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import wgpu
+from wgpu.backends.wgpu_native.extras import set_instance_extras
+
+from ..errors import NoAdapterError
+from .drivers import install_hint
+
+NATIVE_BACKENDS = {"darwin": ["Metal"], "win32": ["DX12", "Vulkan"]}.get(sys.platform, ["Vulkan"])
+FASTEST_FIRST = ("DiscreteGPU", "IntegratedGPU", "VirtualGPU", "Unknown", "CPU")
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one adapter can hold: bytes a buffer and a binding, workgroups a dispatch, pixels a texture's side."""
+
+    max_buffer_bytes: int
+    max_binding_bytes: int
+    max_workgroups: int
+    max_workgroup_size: int
+    max_texture_size: int
+
+
+@dataclass(frozen=True)
+class Adapter:
+    """A graphics adapter: its name and driver, its kind ("DiscreteGPU", ..., "CPU"), limits and features."""
+
+    name: str
+    kind: str
+    backend: str
+    driver: str
+    limits: Limits
+    features: frozenset[str]
+
+
+def adapters() -> list[Adapter]:
+    """List the adapters of this machine, the fastest kind first; an empty list where there is no driver."""
+    return [described(adapter) for adapter in native_adapters()]
+
+
+def described(adapter: wgpu.GPUAdapter) -> Adapter:
+    """Read what wgpu knows of an adapter."""
+    info, limits = adapter.info, adapter.limits
+    return Adapter(
+        name=info["device"],
+        kind=info["adapter_type"],
+        backend=info["backend_type"],
+        driver=info["description"],
+        limits=Limits(
+            max_buffer_bytes=limits["max-buffer-size"],
+            max_binding_bytes=limits["max-storage-buffer-binding-size"],
+            max_workgroups=limits["max-compute-workgroups-per-dimension"],
+            max_workgroup_size=min(
+                limits["max-compute-workgroup-size-x"], limits["max-compute-invocations-per-workgroup"]
+            ),
+            max_texture_size=limits["max-texture-dimension-2d"],
+        ),
+        features=frozenset(adapter.features),
+    )
+
+
+def find_adapter(name: str | None) -> wgpu.GPUAdapter:
+    """Return the fastest adapter whose name contains `name`, in any case; raise `NoAdapterError` where there is none."""
+    found = native_adapters()
+    if not found:
+        raise NoAdapterError(f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver. {install_hint()}")
+    for adapter in found:
+        if name is None or name.casefold() in adapter.info["device"].casefold():
+            return adapter
+    names = ", ".join(repr(adapter.info["device"]) for adapter in found)
+    raise NoAdapterError(f"no graphics adapter has {name!r} in its name; there are: {names}")
+
+
+def native_adapters() -> list[wgpu.GPUAdapter]:
+    """Enumerate the native adapters, the fastest kind first."""
+    with quiet_runtime_dir():
+        # Another user of wgpu in this process may have made the instance already: then its other back ends are sieved out.
+        with contextlib.suppress(RuntimeError):
+            set_instance_extras(backends=NATIVE_BACKENDS)
+        found = wgpu.gpu.enumerate_adapters_sync()
+    native = {"D3D12", *NATIVE_BACKENDS}
+    return sorted(
+        (adapter for adapter in found if adapter.info["backend_type"] in native),
+        key=lambda adapter: FASTEST_FIRST.index(adapter.info["adapter_type"]),
+    )
+
+
+@contextlib.contextmanager
+def quiet_runtime_dir() -> Iterator[None]:
+    """Lend the drivers a private XDG_RUNTIME_DIR where none is set: without one, Mesa complains on standard error."""
+    if os.environ.get("XDG_RUNTIME_DIR") or not sys.platform.startswith("linux"):
+        yield
+        return
+    with tempfile.TemporaryDirectory(prefix="gpu_xform-") as private:
+        os.environ["XDG_RUNTIME_DIR"] = private
+        try:
+            yield
+        finally:
+            del os.environ["XDG_RUNTIME_DIR"]

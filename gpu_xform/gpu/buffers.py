@@ -1,0 +1,124 @@
+"""Device memory, and the way in and out of it for NumPy arrays.
+
+Where the host can map the device's own memory (CPU and integrated adapters), an array is copied once each way; elsewhere
+the queue stages it.
+"""
+
+import contextlib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import numpy.typing as npt
+import wgpu
+
+from ..errors import DeviceError
+from .faults import device_errors
+
+if TYPE_CHECKING:
+    from .device import Device
+
+Usage = wgpu.BufferUsage
+STORAGE = Usage.STORAGE | Usage.COPY_SRC | Usage.COPY_DST
+UNIFORM = Usage.UNIFORM | Usage.COPY_DST
+READBACK = Usage.MAP_READ | Usage.COPY_DST
+MAPPED = Usage.MAP_READ | Usage.MAP_WRITE
+
+
+class Buffer:
+    """`n_bytes` of device memory (a multiple of 4), for storage unless `usage` says otherwise."""
+
+    def __init__(self, device: "Device", n_bytes: int, usage: int = STORAGE) -> None:
+        device.require_usable()
+        self.device = device
+        self.n_bytes = n_bytes
+        self._host_mappable = bool(usage & Usage.STORAGE) and device.host_mappable
+        if self._host_mappable:
+            usage |= MAPPED
+        with device_errors(f"allocate {n_bytes:,} bytes"):
+            self.handle: wgpu.GPUBuffer = device.handle.create_buffer(size=n_bytes, usage=usage)
+        self._released = False
+
+    def upload(self, array: npt.NDArray[Any]) -> None:
+        """Copy `array` (C-ordered) to the buffer's start."""
+        with self.device.lock, device_errors(f"upload {array.nbytes:,} bytes"):
+            self.require_submittable(self.device)
+            if self._host_mappable:
+                self.handle.map_sync(wgpu.MapMode.WRITE, 0, array.nbytes)
+                try:
+                    self.handle.write_mapped(array)
+                finally:
+                    self.handle.unmap()
+            else:
+                self.device.handle.queue.write_buffer(self.handle, 0, array)
+
+    @contextlib.contextmanager
+    def downloaded(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
+        """Lend the first `n_bytes` as an array, valid inside the block only."""
+        with self.device.lock:
+            if self._host_mappable or self.handle.usage & Usage.MAP_READ:
+                with self._mapped(n_bytes) as view:
+                    yield view
+            else:
+                staging = Buffer(self.device, n_bytes, READBACK)
+                try:
+                    with self.device.recording(self, staging) as encoder:
+                        encoder.copy_buffer_to_buffer(self.handle, 0, staging.handle, 0, n_bytes)
+                    with staging._mapped(n_bytes) as view:
+                        yield view
+                finally:
+                    staging.release()
+
+    @contextlib.contextmanager
+    def _mapped(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
+        self.require_submittable(self.device)
+        with device_errors(f"read {n_bytes:,} bytes back"):
+            self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
+        try:
+            yield np.frombuffer(self.handle.read_mapped(0, n_bytes, copy=False), np.uint8)
+        finally:
+            self.handle.unmap()
+
+    def require_submittable(self, device: "Device") -> None:
+        """Raise `DeviceError` where a submission that uses this buffer on `device` would abort the process."""
+        device.require_usable()
+        if self.device is not device:
+            raise DeviceError(f"a buffer of {self.device!r} cannot be used on {device!r}")
+        if self._released:
+            raise DeviceError("the buffer has been released")
+        if self.handle.map_state != "unmapped":
+            raise DeviceError("the buffer is mapped by the host: finish reading it first")
+
+    def release(self) -> None:
+        """Give the memory back; releasing twice does nothing."""
+        if not self._released:
+            self._released = True
+            self.handle.destroy()
+
+
+class Pool:
+    """One buffer a role, kept for the next call: allocating and first touching memory costs as much as filling it."""
+
+    def __init__(self, device: "Device") -> None:
+        self._device = device
+        self._kept: dict[str, Buffer] = {}
+
+    def get(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
+        """Return the buffer kept for `role`, made anew where it is smaller than `n_bytes`; what it holds is undefined.
+
+        The caller holds the device's lock until it is done with the buffer.
+        """
+        kept = self._kept.get(role)
+        if kept is not None and kept.n_bytes >= n_bytes:
+            return kept
+        if kept is not None:
+            del self._kept[role]
+            kept.release()
+        self._kept[role] = Buffer(self._device, n_bytes, usage)
+        return self._kept[role]
+
+    def clear(self) -> None:
+        """Release every kept buffer."""
+        for buffer in self._kept.values():
+            buffer.release()
+        self._kept.clear()

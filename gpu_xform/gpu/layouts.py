@@ -1,0 +1,47 @@
+"""NumPy dtypes that mirror the WGSL structs, and the only place that transposes a matrix.
+
+WGSL stores a matrix column by column, NumPy row by row: a struct's matrix field holds the transpose.
+"""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+TRANSFORM = {
+    np.dtype(np.float32): np.dtype(
+        {
+            "names": ["target_from_source", "undefined", "n_quads"],
+            "formats": [("<f4", (4, 4)), "<f4", "<u4"],
+            "offsets": [0, 64, 68],
+            "itemsize": 80,
+        }
+    ),
+    np.dtype(np.float64): np.dtype(
+        {
+            "names": ["target_from_source", "undefined", "n_quads"],
+            "formats": [("<f8", (4, 4)), "<f8", "<u4"],
+            "offsets": [0, 128, 136],
+            "itemsize": 160,
+        }
+    ),
+}
+
+
+def columns(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return `matrix` (4, 4) in WGSL's order, or `matrices` (k, 4, 4) each so."""
+    return matrix.swapaxes(-1, -2)
+
+
+def transform_struct(matrix: npt.NDArray[np.float64], dtype: np.dtype[Any], n_quads: int) -> npt.NDArray[np.uint8]:
+    """Return the bytes of a `Transform` struct with `matrix` (4, 4) rounded once to `dtype`."""
+    struct = np.zeros((), TRANSFORM[dtype])
+    struct["target_from_source"] = columns(matrix)
+    struct["undefined"] = np.nan
+    struct["n_quads"] = n_quads
+    return as_bytes(struct)
+
+
+def as_bytes(struct: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+    """Return the bytes of a struct, or of an array of structs, in memory's order."""
+    return struct.reshape(-1).view(np.uint8)
