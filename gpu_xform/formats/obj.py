@@ -1,0 +1,212 @@
+"""Wavefront OBJ: `v`, `f` and `l`; every other statement is passed over.
+
+A regular file is read by `_read_regular`, which sees it as a few long runs of numbers. Whatever that cannot be sure of
+goes line by line through `_read_lines`, which accepts the same language and alone reports errors.
+"""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import BinaryIO
+
+import numpy as np
+
+from .._arguments import Float64Array
+from ..errors import MeshError
+from ..mesh import IndexArray, Mesh
+from ._numbers import parse, printable
+
+_LETTER = np.zeros(256, bool)
+_LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
+_BLANK = np.zeros(256, bool)
+_BLANK[[ord(" "), ord("\t")]] = True
+_FACE_MARKS = bytes.maketrans(b"f/", b"0-")
+_ROWS_AT_ONCE = 1 << 16
+
+
+def read(data: bytes) -> Mesh:
+    """Return the mesh of an OBJ file; raise MeshError with the line of whatever is malformed."""
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    data = data.removeprefix(b"\xef\xbb\xbf")
+    return _read_regular(data) or _read_lines(data)
+
+
+def _read_regular(data: bytes) -> Mesh | None:
+    """Return the mesh of a file of plain `v` and `f` lines, or None where there is any doubt."""
+    if b"\\\n" in data or b"\v" in data or b"\f" in data:
+        return None
+    if not data.endswith(b"\n"):
+        data += b"\n"
+    byte = np.frombuffer(data, np.uint8)
+    starts = np.concatenate([[0], np.flatnonzero(byte == ord("\n")) + 1])
+    first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
+    is_point = (first == ord("v")) & _BLANK[second]
+    is_face = (first == ord("f")) & _BLANK[second]
+    other = ~(is_point | is_face)
+    first, second = first[other], second[other]
+    passed = (first == ord("\n")) | (first == ord("#"))
+    passed |= _LETTER[first] & (first != ord("f")) & (first != ord("l")) & ((first != ord("v")) | _LETTER[second])
+    if not passed.all() or not is_point.any():
+        return None
+    try:
+        positions = _regular_points(_select(data, starts, is_point), int(is_point.sum()))
+        offsets, indices = _regular_faces(_select(data, starts, is_face), int(is_face.sum()))
+        if len(indices) and indices.max() >= len(positions):
+            return None
+    except ValueError:
+        return None
+    return Mesh.from_offsets(positions, offsets, indices)
+
+
+def _select(data: bytes, starts: IndexArray, chosen: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> bytes:
+    """Return the chosen lines of `data`; neighbours are cut out together."""
+    steps = np.diff(chosen.astype(np.int8), prepend=0, append=0)
+    begins, ends = starts[steps == 1].tolist(), starts[steps == -1].tolist()
+    return b"".join([data[begin:end] for begin, end in zip(begins, ends, strict=True)])
+
+
+def _regular_points(text: bytes, count: int) -> Float64Array:
+    """Return the points of `count` lines with equally many numbers each; raise ValueError for others."""
+    # Each v becomes a NaN, which no finite number is: a line of another length cannot hide.
+    table = parse(text.replace(b"v", b"nan"), "float").reshape(count, -1)
+    if table.shape[1] < 4 or not np.isnan(table[:, 0]).all() or not np.isfinite(table[:, 1:]).all():
+        raise ValueError("not regular")
+    return table[:, 1:4]
+
+
+def _regular_faces(text: bytes, count: int) -> tuple[IndexArray, IndexArray]:
+    """Return (offsets, indices) of `count` lines; raise ValueError for relative or malformed indices."""
+    if b"-" in text or text.count(b"f") != count or b" /" in text or b"\t/" in text:
+        raise ValueError("not regular")
+    only_double = b"//" in text
+    if only_double:
+        text = text.replace(b"//", b"/")
+    has_slashes = b"/" in text
+    # Each f becomes a 0, which no index is, and 1/2/3 becomes 1 -2 -3: positions are positive, the rest is negative.
+    values = parse(text.translate(_FACE_MARKS), "int")
+    if has_slashes:
+        rest = values < 0
+        too_many = rest[1:] & rest[:-1]
+        if not only_double:
+            too_many = too_many[1:] & rest[:-2]
+        if too_many.any():
+            raise ValueError("not regular")
+        values = values[~rest]
+    marks = np.flatnonzero(values == 0)
+    sizes = np.diff(marks, append=len(values)) - 1
+    if len(marks) != count or (sizes < 2).any():
+        raise ValueError("not regular")
+    offsets = np.zeros(count + 1, np.int64)
+    np.cumsum(sizes, out=offsets[1:])
+    if count and (sizes == sizes[0]).all():
+        return offsets, values.reshape(count, -1)[:, 1:].ravel() - 1
+    return offsets, values[values != 0] - 1
+
+
+def _read_lines(data: bytes) -> Mesh:
+    """Return the mesh of any OBJ file; raise MeshError for the first statement that is not one."""
+    points: list[list[float]] = []
+    flat: list[int] = []
+    sizes: list[int] = []
+    lines: list[int] = []
+    for line, words in _statements(data):
+        keyword = words[0]
+        if keyword == b"v":
+            points.append(_point(words, line))
+        elif keyword in (b"f", b"fo", b"l"):
+            corners = [_index(word, len(points), line) for word in words[1:]]
+            if len(corners) < 2:
+                raise MeshError(f"line {line}: {printable(keyword)} needs at least 2 corners, got {len(corners)}")
+            if keyword == b"l":
+                pairs = list(pairwise(corners))
+                sizes += [2] * len(pairs)
+                lines += [line] * len(pairs)
+                flat += [corner for pair in pairs for corner in pair]
+            else:
+                sizes.append(len(corners))
+                lines.append(line)
+                flat += corners
+        elif not _is_passed_over(keyword):
+            raise MeshError(f"line {line}: expected a statement such as v, f or l, got {printable(keyword)}")
+    if not points:
+        raise MeshError("no vertices: an OBJ file needs lines such as 'v 0 0 0'")
+    indices = np.array(flat, np.int64)
+    offsets = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
+    beyond = indices >= len(points)
+    if beyond.any():
+        corner = int(np.argmax(beyond))
+        line = lines[int(np.searchsorted(offsets, corner, side="right")) - 1]
+        raise MeshError(f"line {line}: index {indices[corner] + 1} is out of range, there are {len(points)} vertices")
+    return Mesh.from_offsets(points, offsets, indices)
+
+
+def _statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
+    """Yield (line number, words) of every statement; a backslash at the end of a line joins the next one to it."""
+    pending, begun = b"", 0
+    for number, text in enumerate(data.split(b"\n"), 1):
+        body, comment, _ = text.partition(b"#")
+        begun = begun or number
+        if body.endswith(b"\\") and not comment:
+            pending += body[:-1] + b" "
+            continue
+        words = (pending + body).split()
+        if words:
+            yield begun, words
+        pending, begun = b"", 0
+    if pending.split():
+        yield begun, pending.split()
+
+
+def _is_passed_over(keyword: bytes) -> bool:
+    """Tell whether a statement may be ignored: it starts with a letter, and is not a v, f or l run into its numbers."""
+    return bool(_LETTER[keyword[0]]) and (keyword[:1] not in b"vfl" or bool(_LETTER[keyword[1]]))
+
+
+def _point(words: list[bytes], line: int) -> list[float]:
+    """Return x, y and z; a weight or a colour may follow."""
+    if len(words) < 4:
+        raise MeshError(f"line {line}: a vertex needs 3 numbers, got {len(words) - 1}")
+    point = [_number(word, line) for word in words[1:]][:3]
+    if not all(map(math.isfinite, point)):
+        raise MeshError(f"line {line}: a coordinate must be finite, got {b' '.join(words[1:4]).decode('latin-1')}")
+    return point
+
+
+def _number(word: bytes, line: int) -> float:
+    """Return the number that a word is."""
+    try:
+        if b"_" in word:  # Python's own digit grouping
+            raise ValueError
+        return float(word)
+    except ValueError:
+        raise MeshError(f"line {line}: expected a number, got {printable(word)}") from None
+
+
+def _index(word: bytes, n_points: int, line: int) -> int:
+    """Return the point that a, a/b, a//c or a/b/c names, counted from 0; negative ones count back from the last."""
+    parts = word.split(b"/")
+    try:
+        if len(parts) > 3 or b"_" in word:
+            raise ValueError
+        value, *_ = [int(part) for i, part in enumerate(parts) if i == 0 or part]
+    except ValueError:
+        raise MeshError(f"line {line}: expected an index such as 1, 1/2 or 1/2/3, got {printable(word)}") from None
+    if value == 0:
+        raise MeshError(f"line {line}: index 0 is out of range, OBJ counts from 1")
+    if value < -n_points or value > 2**32:
+        raise MeshError(f"line {line}: index {value} is out of range, there are {n_points} vertices so far")
+    return value - 1 if value > 0 else n_points + value
+
+
+def write(mesh: Mesh, file: BinaryIO) -> None:
+    """Write the points as `v`, the polygons as `f` and the segments as `l`, every number exact."""
+    for start in range(0, mesh.n_points, _ROWS_AT_ONCE):
+        rows = mesh.positions[start : start + _ROWS_AT_ONCE]
+        file.write((b"v %a %a %a\n" * len(rows)) % tuple(rows.ravel().tolist()))
+    sizes = np.diff(mesh.offsets)
+    template = {size: (b"l" if size == 2 else b"f") + b" %d" * size + b"\n" for size in np.unique(sizes).tolist()}
+    for start in range(0, mesh.n_faces, _ROWS_AT_ONCE):
+        end = min(start + _ROWS_AT_ONCE, mesh.n_faces)
+        corners = mesh.indices[mesh.offsets[start] : mesh.offsets[end]] + 1
+        file.write(b"".join(map(template.__getitem__, sizes[start:end].tolist())) % tuple(corners.tolist()))

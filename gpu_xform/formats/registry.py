@@ -1,0 +1,82 @@
+"""From a file's name to its reader or writer."""
+
+import os
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import BinaryIO, TypeAlias
+
+from .._files import atomic_write
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..mesh import Mesh
+from . import obj
+
+Reader: TypeAlias = Callable[[bytes], Mesh]
+Writer: TypeAlias = Callable[[Mesh, BinaryIO], None]
+PathOrFile: TypeAlias = str | os.PathLike[str] | BinaryIO
+
+READERS: dict[str, Reader] = {
+    "obj": obj.read,
+}
+WRITERS: dict[str, Writer] = {
+    "obj": obj.write,
+}
+
+
+def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
+    """Return the mesh in a model file, its polygons unsplit.
+
+    source : a path, or a binary file object
+    file_type : "obj", ".OBJ", ...; from the file's name where not given
+
+    Raises MeshError, which names the file and what is wrong with it, for an unknown type or malformed content;
+    ArgumentError for a nameless file object without `file_type`; OSError from the operating system unchanged.
+    """
+    name, kind = _identify(source, file_type, READERS)
+    data = Path(source).read_bytes() if isinstance(source, str | os.PathLike) else source.read()
+    if not isinstance(data, bytes | bytearray | memoryview):
+        raise ArgumentTypeError(f"source must be a binary file, its read() gave {type(data).__name__}")
+    if len(data) == 0:
+        raise MeshError(f"{name}: the file is empty")
+    try:
+        return READERS[kind](bytes(data))
+    except MeshError as error:
+        raise MeshError(f"{name}: {error}") from error.__cause__
+
+
+def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -> None:
+    """Write a mesh to a model file; a path gets the whole file or is left untouched.
+
+    target : a path, or a binary file object
+    file_type : "obj", ".OBJ", ...; from the file's name where not given
+
+    Raises MeshError for an unknown type and for a mesh that the format cannot hold; ArgumentError for a nameless file
+    object without `file_type`; OSError from the operating system unchanged.
+    """
+    name, kind = _identify(target, file_type, WRITERS)
+    try:
+        if mesh.n_points == 0:
+            raise MeshError("a mesh without points cannot be saved")
+        if isinstance(target, str | os.PathLike):
+            with atomic_write(target) as file:
+                WRITERS[kind](mesh, file)
+        else:
+            WRITERS[kind](mesh, target)
+    except MeshError as error:
+        raise MeshError(f"{name}: {error}") from error.__cause__
+
+
+def _identify(
+    source: PathOrFile, file_type: str | None, known: dict[str, Reader] | dict[str, Writer]
+) -> tuple[str, str]:
+    """Return a name for messages and a member of `known`."""
+    path = source if isinstance(source, str | os.PathLike) else getattr(source, "name", None)
+    name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
+    if file_type is None and name is None:
+        if not isinstance(source, str | os.PathLike) and not hasattr(source, "read") and not hasattr(source, "write"):
+            raise ArgumentTypeError(f"expected a path or a binary file, got {type(source).__name__}")
+        raise ArgumentError("file_type must be given for a file that has no name")
+    kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
+    if kind not in known:
+        got = repr(kind) if kind else "no suffix"
+        raise MeshError(f"{name or '<file>'}: the type must be one of {', '.join(sorted(known))}, got {got}")
+    return name or "<file>", kind
