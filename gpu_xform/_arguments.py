@@ -28,7 +28,7 @@ def real_array(value: npt.ArrayLike, name: str) -> Float64Array:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list
         raise ArgumentError(f"{name} must be a rectangular array of numbers: {error}") from None
-    if array.dtype.kind not in "fiub":
+    if array.dtype.kind not in "fiu":
         raise ArgumentTypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
     result = np.array(array, dtype=np.float64, order="C")
     if not np.isfinite(result).all():
@@ -59,13 +59,21 @@ def vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     return array
 
 
+def nonzero_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
+    """Return `value`, a vector of `size` components not all zero, with its largest component brought into [0.5, 1).
+
+    Only a power of two is divided out: squares neither overflow nor vanish, and small integers stay exact.
+    """
+    array = vector(value, name, size)
+    if not array.any():
+        raise ArgumentError(f"{name} must not be the zero vector")
+    scaled: Float64Array = np.ldexp(array, -np.frexp(np.abs(array).max())[1])
+    return scaled
+
+
 def direction(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """Return `value` as a unit vector of `size` components; a zero vector has no direction and is an error."""
-    array = vector(value, name, size)
-    largest = np.abs(array).max()
-    if largest == 0.0:
-        raise ArgumentError(f"{name} must not be the zero vector")
-    array /= largest  # first, so that squaring neither overflows nor underflows
+    array = nonzero_vector(value, name, size)
     return array / np.linalg.norm(array)
 
 
@@ -85,4 +93,14 @@ def square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
         expected = " or ".join(f"({size}, {size})" for size in sizes)
         hint = "; homogeneous(a) makes a 4x4 of it" if matrix.shape == (3, 3) and sizes == (4,) else ""
         raise ArgumentError(f"{name} must have shape {expected}, got {matrix.shape}{hint}")
+    return matrix
+
+
+def affine_matrix(value: MatrixLike, name: str, size: int) -> Float64Array:
+    """Return `value` as a finite (size, size) matrix with the last row (0, ..., 0, 1)."""
+    matrix = square_matrix(value, name, size)
+    expected = np.eye(size)[-1]
+    if (matrix[-1] != expected).any():
+        rows = ["(" + ", ".join(f"{entry:g}" for entry in row) + ")" for row in (expected, matrix[-1])]
+        raise ArgumentError(f"{name} must be affine, with the last row {rows[0]}, got {rows[1]}")
     return matrix

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import matrices
-from ._arguments import Float64Array, MatrixLike, square_matrix
+from ._arguments import Float64Array, MatrixLike, affine_matrix, square_matrix
 from .errors import ArgumentError, ArgumentTypeError, PrecisionError
 from .gpu import transform_pass
 from .gpu.device import Device, default_device
@@ -35,7 +35,8 @@ def transform_points(
     numbers, text and objects, `PrecisionError` for float64 on a device without it.
     """
     source = point_array(points)
-    return _run(source, affine_matrix(matrix, source), out, device, divide=False)
+    affine = affine_matrix(matrix, "matrix", source.shape[1] + 1)
+    return _run(source, affine, out, device, divide=False)
 
 
 def transform_vectors(
@@ -43,7 +44,7 @@ def transform_vectors(
 ) -> npt.NDArray[Any]:
     """Apply an affine matrix to vectors: w = 0, so a translation leaves them alone. Otherwise as `transform_points`."""
     source = point_array(points)
-    linear = affine_matrix(matrix, source)
+    linear = affine_matrix(matrix, "matrix", source.shape[1] + 1)
     linear[:-1, -1] = 0.0
     return _run(source, linear, out, device, divide=False)
 
@@ -56,7 +57,7 @@ def transform_normals(
     Otherwise as `transform_points`. Raises `SingularMatrixError` where the linear part has no inverse.
     """
     source = point_array(points)
-    linear = affine_matrix(matrix, source)
+    linear = affine_matrix(matrix, "matrix", source.shape[1] + 1)
     linear[:-1, -1] = 0.0
     return _run(source, matrices.inverse(linear).T, out, device, divide=False)
 
@@ -84,22 +85,6 @@ def point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
     if array.ndim != 2 or array.shape[1] not in {2, 3}:
         raise ArgumentError(f"points must have shape (n, 3) or (n, 2), got {array.shape}")
     return array
-
-
-def affine_matrix(matrix: MatrixLike, points: npt.NDArray[Any]) -> Float64Array:
-    """Return the affine matrix for `points`; raise `ArgumentError` where its last row is not (0, ..., 0, 1)."""
-    checked = square_matrix(matrix, "matrix", points.shape[1] + 1)
-    expected = np.eye(len(checked))[-1]
-    if (checked[-1] != expected).any():
-        raise ArgumentError(
-            f"matrix must be affine, its last row {_row(expected)}, got {_row(checked[-1])}; "
-            "project_points takes a projective one"
-        )
-    return checked
-
-
-def _row(values: Float64Array) -> str:
-    return "(" + ", ".join(f"{value:g}" for value in values) + ")"
 
 
 def _run(

@@ -27,6 +27,9 @@ TRANSFORM = {
     ),
 }
 
+PICTURE = np.dtype([("size", "<f4", (2,)), ("line_width", "<f4"), ("n_colors", "<u4")])
+
+
 
 def columns(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return `matrix` (4, 4) in WGSL's order, or `matrices` (k, 4, 4) each so."""
@@ -45,3 +48,8 @@ def transform_struct(matrix: npt.NDArray[np.float64], dtype: np.dtype[Any], n_qu
 def as_bytes(struct: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Return the bytes of a struct, or of an array of structs, in memory's order."""
     return struct.reshape(-1).view(np.uint8)
+
+
+def picture_struct(size: tuple[int, int], line_width: float, n_colors: int) -> npt.NDArray[np.uint8]:
+    """Return the bytes of a `Picture` struct."""
+    return as_bytes(np.array((size, line_width, n_colors), PICTURE))

@@ -65,6 +65,7 @@ class Pipelines:
     def __init__(self, device: "Device") -> None:
         self._device = device
         self._modules: dict[str, wgpu.GPUShaderModule] = {}
+        self._render: dict[tuple[str, str], wgpu.GPURenderPipeline] = {}
         self._compute: dict[tuple[str, tuple[tuple[str, float], ...]], wgpu.GPUComputePipeline] = {}
 
     def module(self, stage: str) -> wgpu.GPUShaderModule:
@@ -90,3 +91,22 @@ class Pipelines:
                 except wgpu.GPUError as error:
                     raise ShaderError(f"{stage}.wgsl with {constants} is refused: {error}") from error
             return self._compute[key]
+
+    def render(self, stage: str, topology: str, target_format: str) -> wgpu.GPURenderPipeline:
+        """Return the render pipeline of `stage` onto one target, blended as premultiplied alpha."""
+        with self._device.lock:
+            if (stage, topology) not in self._render:
+                module = self.module(stage)
+                over = {"src_factor": "one", "dst_factor": "one-minus-src-alpha", "operation": "add"}
+                target = {"format": target_format, "blend": {"color": over, "alpha": over}}
+                try:
+                    self._render[stage, topology] = self._device.handle.create_render_pipeline(
+                        label=stage,
+                        layout="auto",
+                        vertex={"module": module, "entry_point": "vs_main"},
+                        primitive={"topology": topology},
+                        fragment={"module": module, "entry_point": "fs_main", "targets": [target]},
+                    )
+                except wgpu.GPUError as error:
+                    raise ShaderError(f"{stage}.wgsl is refused: {error}") from error
+            return self._render[stage, topology]

@@ -10,4 +10,3 @@ struct Transform {
 @group(0) @binding(2) var<storage, read_write> destination: array<Vec4>;
 
 override workgroup_size: u32;
-override divide_by_w: bool;

@@ -1,6 +1,8 @@
 // Four packed points of R^3 an invocation: three wide loads, three wide stores.
 #import homogeneous
 
+override divide_by_w: bool;
+
 fn transformed(x: Real, y: Real, z: Real) -> Vec3 {
     let m = transform.target_from_source;
     let h = m[0] * x + m[1] * y + m[2] * z + m[3];

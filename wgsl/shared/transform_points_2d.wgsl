@@ -1,6 +1,8 @@
 // Four packed points of R^2 an invocation; the matrix is the planar one with an idle z row and column.
 #import homogeneous
 
+override divide_by_w: bool;
+
 fn transformed(point: Vec2) -> Vec2 {
     let m = transform.target_from_source;
     let h = m[0] * point.x + m[1] * point.y + m[3];

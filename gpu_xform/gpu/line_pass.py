@@ -1,0 +1,83 @@
+"""Points and edges to pixels: a compute pass projects every point once, a render pass draws the edges between them."""
+
+import contextlib
+
+import numpy as np
+import numpy.typing as npt
+
+from . import layouts
+from .buffers import UNIFORM, Buffer
+from .compute import bind, dispatch
+from .device import Device
+from .targets import FORMAT, Target
+from .transform_pass import POINTS_PER_INVOCATION, WORKGROUP_SIZE, rounded_up
+
+CLIP_POSITION_BYTES = 16
+EDGE_BYTES = 8
+
+
+def max_points(device: Device) -> int:
+    """Return how many points one picture may have on `device`."""
+    in_binding = device.limits.max_binding_bytes // CLIP_POSITION_BYTES
+    in_dispatch = device.limits.max_workgroups * WORKGROUP_SIZE * POINTS_PER_INVOCATION
+    return min(in_binding, in_dispatch) // POINTS_PER_INVOCATION * POINTS_PER_INVOCATION
+
+
+def draw(
+    device: Device,
+    positions: npt.NDArray[np.float32],
+    clip_from_model: npt.NDArray[np.float64],
+    edges: npt.NDArray[np.uint32],
+    colors: npt.NDArray[np.uint32],
+    *,
+    size: tuple[int, int],
+    line_width: float,
+    background: tuple[float, float, float, float],
+) -> npt.NDArray[np.uint8]:
+    """Draw the edges in their order, each over the ones before it; return premultiplied (height, width, 4).
+
+    positions : (n, 3), 0 < n <= max_points(device)
+    edges : (m, 2), m > 0
+    colors : (1,) or (m,), as WGSL's `unpack4x8unorm` takes them
+    """
+    with device.lock, contextlib.ExitStack() as stack:
+
+        def filled(array: npt.NDArray[np.generic], usage: int | None = None) -> Buffer:
+            buffer = Buffer(device, array.nbytes) if usage is None else Buffer(device, array.nbytes, usage)
+            stack.callback(buffer.release)
+            buffer.upload(array)
+            return buffer
+
+        n_padded = rounded_up(len(positions))
+        source = Buffer(device, n_padded * 12)
+        stack.callback(source.release)
+        source.upload(np.ascontiguousarray(positions))
+        projected = Buffer(device, n_padded * CLIP_POSITION_BYTES)
+        stack.callback(projected.release)
+        target = Target(device, size)
+        stack.callback(target.release)
+        n_quads = n_padded // POINTS_PER_INVOCATION
+        transform = filled(layouts.transform_struct(clip_from_model, np.dtype(np.float32), n_quads), UNIFORM)
+        project = device.pipelines.compute("project_vertices", workgroup_size=WORKGROUP_SIZE)
+        lines = device.pipelines.render("draw_lines", "triangle-strip", FORMAT)
+
+        batch = device.limits.max_binding_bytes // EDGE_BYTES
+        batches = []
+        for start in range(0, len(edges), batch):
+            part = edges[start : start + batch]
+            own = colors if len(colors) == 1 else colors[start : start + batch]
+            picture = filled(layouts.picture_struct(size, line_width, len(own)), UNIFORM)
+            buffers = (picture, projected, filled(part), filled(own))
+            batches.append((len(part), buffers, bind(device, lines, buffers)))
+
+        used = [source, projected, transform, target.rows, *(buffer for _, buffers, _ in batches for buffer in buffers)]
+        with device.recording(*used) as encoder:
+            dispatch(encoder, project, bind(device, project, (transform, source, projected)), -(-n_quads // WORKGROUP_SIZE))
+            render = encoder.begin_render_pass(color_attachments=[target.attachment(background)])
+            render.set_pipeline(lines)
+            for n_edges, _, bindings in batches:
+                render.set_bind_group(0, bindings)
+                render.draw(4, n_edges)
+            render.end()
+            target.copy_rows(encoder)
+        return target.pixels()
