@@ -1,3 +1,127 @@
-"""Bulk homogeneous transforms and wireframe pictures on any GPU, or on none."""
+"""Bulk homogeneous transforms and wireframe pictures on any GPU, or on none.
+
+What needs no GPU is here at once; what opens a device, draws or reads files is imported when it is first named, so that
+`import gpu_xform` costs no more than NumPy.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from . import matrices, planar, samples
+from .errors import (
+    ArgumentError,
+    ArgumentTypeError,
+    DeviceError,
+    DeviceMemoryError,
+    GpuXformError,
+    MeshError,
+    NoAdapterError,
+    PrecisionError,
+    ShaderError,
+    SingularMatrixError,
+)
+from .matrices import (
+    chain,
+    decompose,
+    explain,
+    homogeneous,
+    identity,
+    inverse,
+    look_at,
+    orthographic,
+    perspective,
+    perspective_from_eye,
+    project_onto,
+    reflect,
+    rotate,
+    rotate_x,
+    rotate_y,
+    rotate_z,
+    scale,
+    shear,
+    translate,
+)
+from .mesh import Mesh
+
+if TYPE_CHECKING:
+    from .cameras import Camera
+    from .formats import load_mesh, save_mesh
+    from .gpu.adapters import adapters
+    from .gpu.device import Device
+    from .transform import project_points, transform_normals, transform_points, transform_vectors
+    from .wireframe import render, render_array
 
 __version__ = "0.1.0"
+
+__all__ = [
+    "ArgumentError",
+    "ArgumentTypeError",
+    "Camera",
+    "Device",
+    "DeviceError",
+    "DeviceMemoryError",
+    "GpuXformError",
+    "Mesh",
+    "MeshError",
+    "NoAdapterError",
+    "PrecisionError",
+    "ShaderError",
+    "SingularMatrixError",
+    "adapters",
+    "chain",
+    "decompose",
+    "explain",
+    "homogeneous",
+    "identity",
+    "inverse",
+    "load_mesh",
+    "look_at",
+    "matrices",
+    "orthographic",
+    "perspective",
+    "perspective_from_eye",
+    "planar",
+    "project_onto",
+    "project_points",
+    "reflect",
+    "render",
+    "render_array",
+    "rotate",
+    "rotate_x",
+    "rotate_y",
+    "rotate_z",
+    "samples",
+    "save_mesh",
+    "scale",
+    "shear",
+    "transform_normals",
+    "transform_points",
+    "transform_vectors",
+    "translate",
+]
+
+_LATE = {
+    "Camera": ".cameras",
+    "Device": ".gpu.device",
+    "adapters": ".gpu.adapters",
+    "load_mesh": ".formats",
+    "project_points": ".transform",
+    "render": ".wireframe",
+    "render_array": ".wireframe",
+    "save_mesh": ".formats",
+    "transform_normals": ".transform",
+    "transform_points": ".transform",
+    "transform_vectors": ".transform",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATE:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = getattr(import_module(_LATE[name], __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -64,7 +63,7 @@ class Camera:
         def clip_from_world(aspect: float) -> Float64Array:
             return matrices.perspective(fov_y, aspect, near, far) @ view_from_world
 
-        return cls(clip_from_world, f"look_at(eye={eye}, target={target}, up={up}, fov_y={fov_y})")
+        return cls(clip_from_world, f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r})")
 
     @classmethod
     def window(cls, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
@@ -77,7 +76,7 @@ class Camera:
         def clip_from_world(aspect: float) -> Float64Array:
             return _window_matrix(limits, aspect)
 
-        return cls(clip_from_world, f"window(xlim={xlim}, ylim={ylim})")
+        return cls(clip_from_world, f"window(xlim={xlim!r}, ylim={ylim!r})")
 
     @classmethod
     def eye_on_z(cls, d: float, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
@@ -99,7 +98,7 @@ class Camera:
             window[2] = 0.0, 0.0, 1.0, 0.0
             return window @ perspective
 
-        return cls(clip_from_world, f"eye_on_z({d}, xlim={xlim}, ylim={ylim})")
+        return cls(clip_from_world, f"eye_on_z({d!r}, xlim={xlim!r}, ylim={ylim!r})")
 
     @classmethod
     def fit(
@@ -135,7 +134,7 @@ class Camera:
         def clip_from_world(aspect: float) -> Float64Array:
             return place(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
-        return cls(clip_from_world, f"fit(direction={direction}, up={up}, margin={margin})")
+        return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r})")
 
 
 def _unit(value: npt.ArrayLike) -> Float64Array:
@@ -164,8 +163,8 @@ def _window_matrix(limits: Float64Array, aspect: float) -> Float64Array:
 def _fit_perspective(in_view: Float64Array, fov_y: float, aspect: float, filled: float) -> Float64Array:
     """Return clip_from_view with the eye moved so that the points (n, 3) fill the part `filled` of the frame.
 
-    A point (x, y, z) is inside the right edge of the frustum from the eye (ex, ey, ez) where x - ex <= t (ez - z), t the
-    tangent of half the field of view: ex + t ez is at least the largest x + t z. The four edges together give the eye.
+    A point (x, y, z) is inside the right edge of the frustum from the eye (ex, ey, ez) where x - ex <= t (ez - z), t
+    the tangent of half the field of view: ex + t ez is at least the largest x + t z. The four edges give the eye.
     """
     tangent = math.tan(math.radians(fov_y) / 2.0) * filled
     tangents = np.array([tangent * aspect, tangent])
@@ -187,5 +186,8 @@ def _fit_parallel(in_view: Float64Array, _fov_y: float, aspect: float, filled: f
     middle, size = (low + high) / 2.0, high - low
     half_height = max(size[1], size[0] / aspect, float(size.max()) * 1e-6, 1e-30) / (2.0 * filled)
     half_depth = max(size[2], half_height)
-    box: tuple[Any, ...] = (-half_height * aspect, half_height * aspect, -half_height, half_height)
-    return matrices.orthographic(*box, -half_depth, half_depth) @ matrices.translate(*-middle)
+    half_width = half_height * aspect
+    clip_from_middle = matrices.orthographic(
+        -half_width, half_width, -half_height, half_height, -half_depth, half_depth
+    )
+    return clip_from_middle @ matrices.translate(*-middle)

@@ -29,14 +29,14 @@ FACE_CYCLE = (
 def rgba(color: ColorLike, name: str) -> FloatColor:
     """Return red, green, blue and alpha in [0, 1], straight.
 
-    color : a name or "#rgb", "#rrggbb", "#rrggbbaa", "rgb(...)", "hsl(...)" as Pillow has them; or three or four numbers in
-        [0, 1]
+    color : a name or "#rgb", "#rrggbb", "#rrggbbaa", "rgb(...)", "hsl(...)" as Pillow has them; or three or four
+        numbers in [0, 1]
     """
     if isinstance(color, str):
         from PIL import ImageColor
 
         try:
-            red, green, blue, alpha = (ImageColor.getcolor(color.strip(), "RGBA"))  # type: ignore[misc]
+            red, green, blue, alpha = ImageColor.getcolor(color.strip(), "RGBA")  # type: ignore[misc]
         except ValueError:
             raise ArgumentError(f"{name} must be a colour's name or #rrggbb, got {color!r}") from None
         return red / 255, green / 255, blue / 255, alpha / 255

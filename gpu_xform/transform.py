@@ -1,7 +1,7 @@
 """Bulk transforms: an array of points in, an array of points out, by a matrix, on the GPU device.
 
-Points are the rows of an (n, 3) array with a 4x4 matrix, or of an (n, 2) array with a 3x3 one. float32 stays float32 and
-float64 stays float64; integers and lists become float64, float16 becomes float32. The result is C-ordered.
+Points are the rows of an (n, 3) array with a 4x4 matrix, or of an (n, 2) array with a 3x3 one. float32 stays float32
+and float64 stays float64; integers and lists become float64, float16 becomes float32. The result is C-ordered.
 
 Accuracy, with u = 2^-24 for float32 and 2^-53 for float64: every transformed component lies within 5 u sum_j |m_ij x_j|
 of the exact one, as long as no product leaves the normal range of the type.
@@ -65,7 +65,7 @@ def transform_normals(
 def project_points(
     points: npt.ArrayLike, matrix: MatrixLike, *, out: npt.NDArray[Any] | None = None, device: Device | None = None
 ) -> npt.NDArray[Any]:
-    """Apply any matrix to points and divide by w; where w is 0 every coordinate is NaN. Otherwise as `transform_points`."""
+    """Apply any matrix to points and divide by w; where w is 0, give NaN. Otherwise as `transform_points`."""
     source = point_array(points)
     return _run(source, square_matrix(matrix, "matrix", source.shape[1] + 1), out, device, divide=True)
 
@@ -76,7 +76,7 @@ def point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
         array = np.asarray(points)
     except ValueError as error:  # a ragged list
         raise ArgumentError(f"points must be a rectangular array of numbers: {error}") from None
-    if array.dtype.kind in "iu" or array.size == 0 and not isinstance(points, np.ndarray):
+    if array.dtype.kind in "iu" or (array.size == 0 and not isinstance(points, np.ndarray)):
         array = array.astype(np.float64)
     elif array.dtype.kind == "f" and array.dtype.itemsize == 2:
         array = array.astype(np.float32)

@@ -71,7 +71,7 @@ def described(adapter: wgpu.GPUAdapter) -> Adapter:
 
 
 def find_adapter(name: str | None) -> wgpu.GPUAdapter:
-    """Return the fastest adapter whose name contains `name`, in any case; raise `NoAdapterError` where there is none."""
+    """Return the fastest adapter whose name contains `name`, in any case; `NoAdapterError` where none does."""
     found = native_adapters()
     if not found:
         raise NoAdapterError(f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver. {install_hint()}")
@@ -85,7 +85,7 @@ def find_adapter(name: str | None) -> wgpu.GPUAdapter:
 def native_adapters() -> list[wgpu.GPUAdapter]:
     """Enumerate the native adapters, the fastest kind first."""
     with quiet_runtime_dir():
-        # Another user of wgpu in this process may have made the instance already: then its other back ends are sieved out.
+        # Another user of wgpu in this process may have made the instance already: its other back ends are sieved out.
         with contextlib.suppress(RuntimeError):
             set_instance_extras(backends=NATIVE_BACKENDS)
         found = wgpu.gpu.enumerate_adapters_sync()

@@ -10,7 +10,9 @@ if TYPE_CHECKING:
     from .device import Device
 
 
-def bind(device: "Device", pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline, buffers: tuple[Buffer, ...]) -> wgpu.GPUBindGroup:
+def bind(
+    device: "Device", pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline, buffers: tuple[Buffer, ...]
+) -> wgpu.GPUBindGroup:
     """Bind `buffers` to bindings 0, 1, ... of group 0."""
     return device.handle.create_bind_group(
         layout=pipeline.get_bind_group_layout(0),

@@ -39,7 +39,7 @@ class Device:
     adapter : part of an adapter's name, in any case; by default GPU_XFORM_ADAPTER, else the fastest
     limits : stricter limits than the adapter's own to plan by
 
-    Raises `NoAdapterError`, and `DeviceError` where the self-test fails or the process is a fork of one that had a device.
+    Raises `NoAdapterError`, and `DeviceError` where the self-test fails or the process is a fork of one with a device.
     """
 
     def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:
@@ -134,6 +134,6 @@ def default_device() -> Device:
 def _refuse_fork() -> None:
     if _process_of_first_device not in (None, os.getpid()):
         raise DeviceError(
-            f"process {os.getpid()} is a fork of process {_process_of_first_device}, which has opened a graphics device: "
-            "drivers hang in such a child; start workers with multiprocessing.get_context('spawn')"
+            f"process {os.getpid()} is a fork of process {_process_of_first_device}, which has opened a graphics "
+            "device: drivers hang in such a child; start workers with multiprocessing.get_context('spawn')"
         )

@@ -12,7 +12,7 @@ MEMORY_WORDS = ("not enough memory", "out of memory")
 
 @contextlib.contextmanager
 def device_errors(action: str) -> Iterator[None]:
-    """Turn what wgpu raises inside the block into `DeviceMemoryError` or `DeviceError`; `action` says what was tried."""
+    """Turn what wgpu raises in the block into `DeviceMemoryError` or `DeviceError`; `action` says what was tried."""
     try:
         yield
     except wgpu.GPUError as error:

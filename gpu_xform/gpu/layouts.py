@@ -30,7 +30,6 @@ TRANSFORM = {
 PICTURE = np.dtype([("size", "<f4", (2,)), ("line_width", "<f4"), ("n_colors", "<u4")])
 
 
-
 def columns(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return `matrix` (4, 4) in WGSL's order, or `matrices` (k, 4, 4) each so."""
     return matrix.swapaxes(-1, -2)

@@ -72,7 +72,9 @@ def draw(
 
         used = [source, projected, transform, target.rows, *(buffer for _, buffers, _ in batches for buffer in buffers)]
         with device.recording(*used) as encoder:
-            dispatch(encoder, project, bind(device, project, (transform, source, projected)), -(-n_quads // WORKGROUP_SIZE))
+            dispatch(
+                encoder, project, bind(device, project, (transform, source, projected)), -(-n_quads // WORKGROUP_SIZE)
+            )
             render = encoder.begin_render_pass(color_attachments=[target.attachment(background)])
             render.set_pipeline(lines)
             for n_edges, _, bindings in batches:
