@@ -1,0 +1,70 @@
+# Everything a fresh machine needs is set up by the target that needs it: a .venv here, and a Vulkan driver where there is none.
+
+PYTHON ?= python3
+BIN := .venv/bin
+DRIVER_PACKAGES := mesa-vulkan-drivers libvulkan1
+
+.DEFAULT_GOAL := help
+
+.PHONY: help
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+.PHONY: demo
+demo: .venv/library driver ## draw three pictures into demo/ and measure a bulk transform
+	@$(BIN)/python examples/demo.py
+
+.PHONY: test
+test: .venv/tools driver ## run the whole test suite
+	@$(BIN)/pytest
+
+.PHONY: check
+check: .venv/tools ## check format, lint and types
+	@$(BIN)/ruff format --check .
+	@$(BIN)/ruff check .
+	@$(BIN)/mypy
+
+.PHONY: bench
+bench: .venv/bench driver ## measure side by side with other libraries
+	@$(BIN)/python benchmarks/load.py
+
+.PHONY: wheel
+wheel: .venv/tools ## build dist/*.whl
+	@$(BIN)/pip --quiet wheel --no-deps --wheel-dir dist .
+
+.PHONY: clean
+clean: ## remove what the other targets made
+	rm -rf .venv demo dist .hypothesis .mypy_cache .pytest_cache .ruff_cache
+
+.venv/python:
+	@$(PYTHON) -m venv .venv
+	@touch $@
+
+.venv/library: .venv/python pyproject.toml
+	@echo "Installing gpu_xform into .venv ..."
+	@$(BIN)/pip --quiet --disable-pip-version-check install --editable .
+	@touch $@
+
+.venv/tools: .venv/python pyproject.toml
+	@echo "Installing gpu_xform and its development tools into .venv ..."
+	@$(BIN)/pip --quiet --disable-pip-version-check install --editable '.[dev]'
+	@touch $@ .venv/library
+
+.venv/bench: .venv/python pyproject.toml
+	@$(BIN)/pip --quiet --disable-pip-version-check install --editable '.[bench]'
+	@touch $@ .venv/library
+
+# The question is put to the library itself: an installed driver may still drive nothing here.
+.PHONY: driver
+driver:
+	@$(BIN)/python -c 'import sys, gpu_xform; sys.exit(not gpu_xform.adapters())' || { \
+	  if [ "$$(id -u)" = 0 ]; then as_root=; elif sudo -n true 2>/dev/null || { [ -t 0 ] && sudo -v; }; then as_root=sudo; \
+	  else as_root=none; fi; \
+	  if [ "$$as_root" = none ] || ! command -v apt-get >/dev/null; then \
+	    $(BIN)/python -c 'from gpu_xform.gpu.drivers import install_hint; print("No Vulkan driver here.", install_hint())' >&2; \
+	    exit 1; \
+	  fi; \
+	  echo "Installing the software Vulkan driver: $(DRIVER_PACKAGES) ..."; \
+	  $$as_root apt-get update -qq && \
+	  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(DRIVER_PACKAGES) >/dev/null; \
+	}
