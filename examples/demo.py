@@ -15,8 +15,9 @@ N_POINTS = 4_000_000
 def draw(folder: Path, device: gx.Device) -> list[Path]:
     """Draw the lecture's ball, from a model file, by face colours; and the cube and the house in perspective."""
     folder.mkdir(exist_ok=True)
-    gx.save_mesh(gx.samples.snub_dodecahedron(), folder / "snub_dodecahedron.obj")
-    ball = gx.load_mesh(folder / "snub_dodecahedron.obj")
+    model = folder / "snub_dodecahedron.obj"
+    gx.save_mesh(gx.samples.snub_dodecahedron(), model)
+    ball = gx.load_mesh(model)
     cube = gx.samples.cube()
     house = gx.samples.house()
     turned = gx.rotate_y(-25, degrees=True)
@@ -29,7 +30,7 @@ def draw(folder: Path, device: gx.Device) -> list[Path]:
     }
     for name, picture in pictures.items():
         picture.save(folder / name)
-    return sorted(folder.iterdir())
+    return [model, *(folder / name for name in pictures)]
 
 
 def measure(device: gx.Device) -> float:

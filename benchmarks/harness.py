@@ -1,0 +1,54 @@
+"""Side-by-side timing: every contender in turn, round after round, so that the machine's moods fall on all alike."""
+
+import gc
+import statistics
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+Contender = Callable[[], object]
+
+
+@dataclass(frozen=True)
+class Row:
+    """One line of a table: what was timed, against what, their medians in seconds, and the ratio asked for."""
+
+    what: str
+    against: str
+    ours: float
+    theirs: float
+    at_most: float | None = None
+
+    @property
+    def ratio(self) -> float:
+        """Our median over theirs."""
+        return self.ours / self.theirs
+
+
+def medians(contenders: Mapping[str, Contender], rounds: int = 9, warm_up: int = 2) -> dict[str, float]:
+    """Return the median seconds of each contender over `rounds` interleaved rounds, after `warm_up` uncounted ones."""
+    seconds: dict[str, list[float]] = {name: [] for name in contenders}
+    gc.disable()
+    try:
+        for turn in range(warm_up + rounds):
+            for name, run in contenders.items():
+                start = time.perf_counter()
+                run()
+                if turn >= warm_up:
+                    seconds[name].append(time.perf_counter() - start)
+    finally:
+        gc.enable()
+    return {name: statistics.median(values) for name, values in seconds.items()}
+
+
+def table(rows: list[Row]) -> str:
+    """Return the rows as a Markdown table, ratios rather than bare times first."""
+    lines = ["| what | against | ratio | asked | ours, ms | theirs, ms |", "|---|---|---|---|---|---|"]
+    for row in rows:
+        asked = "" if row.at_most is None else f"≤ {row.at_most:g}"
+        met = "" if row.at_most is None or row.ratio <= row.at_most else " **missed**"
+        lines.append(
+            f"| {row.what} | {row.against} | {row.ratio:.2f}{met} | {asked} "
+            f"| {1e3 * row.ours:.3g} | {1e3 * row.theirs:.3g} |"
+        )
+    return "\n".join(lines)
