@@ -14,14 +14,13 @@ import numpy as np
 from .._arguments import Float64Array
 from ..errors import MeshError
 from ..mesh import IndexArray, Mesh
-from ._numbers import parse, printable
+from ._text import number, parse, printable, write_faces, write_points
 
 _LETTER = np.zeros(256, bool)
 _LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
 _BLANK = np.zeros(256, bool)
 _BLANK[[ord(" "), ord("\t")]] = True
 _FACE_MARKS = bytes.maketrans(b"f/", b"0-")
-_ROWS_AT_ONCE = 1 << 16
 
 
 def read(data: bytes) -> Mesh:
@@ -144,9 +143,9 @@ def _read_lines(data: bytes) -> Mesh:
 def _statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
     """Yield (line number, words) of every statement; a backslash at the end of a line joins the next one to it."""
     pending, begun = b"", 0
-    for number, text in enumerate(data.split(b"\n"), 1):
+    for line, text in enumerate(data.split(b"\n"), 1):
         body, comment, _ = text.partition(b"#")
-        begun = begun or number
+        begun = begun or line
         if body.endswith(b"\\") and not comment:
             pending += body[:-1] + b" "
             continue
@@ -167,20 +166,10 @@ def _point(words: list[bytes], line: int) -> list[float]:
     """Return x, y and z; a weight or a colour may follow."""
     if len(words) < 4:
         raise MeshError(f"line {line}: a vertex needs 3 numbers, got {len(words) - 1}")
-    point = [_number(word, line) for word in words[1:]][:3]
+    point = [number(word, line) for word in words[1:]][:3]
     if not all(map(math.isfinite, point)):
         raise MeshError(f"line {line}: a coordinate must be finite, got {b' '.join(words[1:4]).decode('latin-1')}")
     return point
-
-
-def _number(word: bytes, line: int) -> float:
-    """Return the number that a word is."""
-    try:
-        if b"_" in word:  # Python's own digit grouping
-            raise ValueError
-        return float(word)
-    except ValueError:
-        raise MeshError(f"line {line}: expected a number, got {printable(word)}") from None
 
 
 def _index(word: bytes, n_points: int, line: int) -> int:
@@ -201,12 +190,5 @@ def _index(word: bytes, n_points: int, line: int) -> int:
 
 def write(mesh: Mesh, file: BinaryIO) -> None:
     """Write the points as `v`, the polygons as `f` and the segments as `l`, every number exact."""
-    for start in range(0, mesh.n_points, _ROWS_AT_ONCE):
-        rows = mesh.positions[start : start + _ROWS_AT_ONCE]
-        file.write((b"v %a %a %a\n" * len(rows)) % tuple(rows.ravel().tolist()))
-    sizes = np.diff(mesh.offsets)
-    template = {size: (b"l" if size == 2 else b"f") + b" %d" * size + b"\n" for size in np.unique(sizes).tolist()}
-    for start in range(0, mesh.n_faces, _ROWS_AT_ONCE):
-        end = min(start + _ROWS_AT_ONCE, mesh.n_faces)
-        corners = mesh.indices[mesh.offsets[start] : mesh.offsets[end]] + 1
-        file.write(b"".join(map(template.__getitem__, sizes[start:end].tolist())) % tuple(corners.tolist()))
+    write_points(file, b"v %a %a %a\n", mesh)
+    write_faces(file, lambda size: (b"l" if size == 2 else b"f") + b" %d" * size + b"\n", mesh, first=1)

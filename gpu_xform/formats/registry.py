@@ -8,17 +8,29 @@ from typing import BinaryIO, TypeAlias
 from .._files import atomic_write
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..mesh import Mesh
-from . import obj
+from . import glb, obj, off, ply, stl, vrml, zipped
 
 Reader: TypeAlias = Callable[[bytes], Mesh]
 Writer: TypeAlias = Callable[[Mesh, BinaryIO], None]
 PathOrFile: TypeAlias = str | os.PathLike[str] | BinaryIO
 
 READERS: dict[str, Reader] = {
+    "3mf": zipped.read,
+    "glb": glb.read,
     "obj": obj.read,
+    "off": off.read,
+    "ply": ply.read,
+    "stl": stl.read,
+    "vrml": vrml.read,
+    "wrl": vrml.read,
+    "wrz": vrml.read,
 }
 WRITERS: dict[str, Writer] = {
+    "glb": glb.write,
     "obj": obj.write,
+    "off": off.write,
+    "ply": ply.write,
+    "stl": stl.write,
 }
 
 
@@ -35,9 +47,9 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
     data = Path(source).read_bytes() if isinstance(source, str | os.PathLike) else source.read()
     if not isinstance(data, bytes | bytearray | memoryview):
         raise ArgumentTypeError(f"source must be a binary file, its read() gave {type(data).__name__}")
-    if len(data) == 0:
-        raise MeshError(f"{name}: the file is empty")
     try:
+        if len(data) == 0:
+            raise MeshError("the file is empty")
         return READERS[kind](bytes(data))
     except MeshError as error:
         raise MeshError(f"{name}: {error}") from error.__cause__
@@ -49,6 +61,7 @@ def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -
     target : a path, or a binary file object
     file_type : "obj", ".OBJ", ...; from the file's name where not given
 
+    OBJ, OFF and PLY keep polygons and every bit of the coordinates; STL and GLB hold triangles and float32.
     Raises MeshError for an unknown type and for a mesh that the format cannot hold; ArgumentError for a nameless file
     object without `file_type`; OSError from the operating system unchanged.
     """
@@ -65,15 +78,13 @@ def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -
         raise MeshError(f"{name}: {error}") from error.__cause__
 
 
-def _identify(
-    source: PathOrFile, file_type: str | None, known: dict[str, Reader] | dict[str, Writer]
-) -> tuple[str, str]:
+def _identify(source: PathOrFile, file_type: str | None, known: Collection[str]) -> tuple[str, str]:
     """Return a name for messages and a member of `known`."""
     path = source if isinstance(source, str | os.PathLike) else getattr(source, "name", None)
     name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
-    if file_type is None and name is None:
-        if not isinstance(source, str | os.PathLike) and not hasattr(source, "read") and not hasattr(source, "write"):
-            raise ArgumentTypeError(f"expected a path or a binary file, got {type(source).__name__}")
+    if name is None and not hasattr(source, "read") and not hasattr(source, "write"):
+        raise ArgumentTypeError(f"expected a path or a binary file, got {type(source).__name__}")
+    if name is None and file_type is None:
         raise ArgumentError("file_type must be given for a file that has no name")
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
     if kind not in known:
