@@ -85,6 +85,7 @@ def projection(normal: npt.ArrayLike, n: int) -> Float64Array:
     an axis would no longer look singular.
     """
     v = nonzero_vector(normal, "normal", n)
+    v[v * v < np.finfo(np.float64).tiny] = 0.0  # next to the largest component these are nothing
     squares = v * v
     linear = -np.outer(v, v)
     np.fill_diagonal(linear, (1.0 - np.eye(n)) @ squares)

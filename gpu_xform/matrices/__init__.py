@@ -1,0 +1,45 @@
+"""Homogeneous 4x4 matrices for R^3, in float64 and for column vectors: `target = M @ source`.
+
+A point carries w = 1, a vector w = 0. What takes a matrix also takes anything with `as_matrix()`, such as SciPy's
+`Rotation`. Arguments that make no matrix raise `ArgumentError` or `ArgumentTypeError`, which name the argument.
+"""
+
+from ._composition import Decomposition, chain, decompose, inverse
+from ._elementary import (
+    homogeneous,
+    identity,
+    project_onto,
+    reflect,
+    rotate,
+    rotate_x,
+    rotate_y,
+    rotate_z,
+    scale,
+    shear,
+    translate,
+)
+from ._explanation import explain
+from ._viewing import look_at, orthographic, perspective, perspective_from_eye
+
+__all__ = [
+    "Decomposition",
+    "chain",
+    "decompose",
+    "explain",
+    "homogeneous",
+    "identity",
+    "inverse",
+    "look_at",
+    "orthographic",
+    "perspective",
+    "perspective_from_eye",
+    "project_onto",
+    "reflect",
+    "rotate",
+    "rotate_x",
+    "rotate_y",
+    "rotate_z",
+    "scale",
+    "shear",
+    "translate",
+]

@@ -1,0 +1,74 @@
+"""A composition in words and figures, for people who learn from it."""
+
+import re
+from collections.abc import Iterable
+
+import numpy as np
+import numpy.typing as npt
+
+from .._affine import finite
+from .._arguments import Float64Array, MatrixLike, real_array
+from ..errors import ArgumentError
+from ._composition import chain, factors
+
+
+def explain(*matrices: MatrixLike, point: npt.ArrayLike | None = None) -> str:
+    """Return text with each of `matrices` in the order applied, their product, and where `point` goes on the way.
+
+    All are 4x4 or all are 3x3. `point` is (n,), which takes w = 1, or homogeneous (n + 1,); at the end it is divided
+    by w, where w is neither 0 nor 1. Numbers are rounded to six significant digits.
+    """
+    steps = factors(matrices)
+    names = [f"M{i}" for i in range(1, len(steps) + 1)]
+    blocks = [
+        [f"{'Then' if i else 'First'} {name}:", *_rows(step)]
+        for i, (name, step) in enumerate(zip(names, steps, strict=True))
+    ]
+    if len(steps) > 1:
+        blocks.append([f"Together {' '.join(reversed(names))}:", *_rows(chain(*steps))])
+    if point is not None:
+        blocks.append(_journey(_homogeneous_point(point, len(steps[0])), steps, names))
+    return "\n\n".join("\n    ".join(block) for block in blocks)
+
+
+def _journey(point: Float64Array, steps: list[Float64Array], names: list[str]) -> list[str]:
+    """Return the lines that show `point` after each step, and after the division by w."""
+    stations = [point]
+    with np.errstate(over="ignore", invalid="ignore"):
+        for name, step in zip(names, steps, strict=True):
+            stations.append(finite(step @ stations[-1], f"the point after {name}"))
+    labels = ["given", *(f"after {name}" for name in names)]
+    w = stations[-1][-1]
+    if w not in (0.0, 1.0):
+        with np.errstate(over="ignore"):
+            stations.append(finite(stations[-1] / w, "the point divided by w"))
+        labels.append("divided by w")
+    width = max(map(len, labels))
+    rows = _rows(np.array(stations))
+    lines = [f"{label:{width}}  {row}" for label, row in zip(labels, rows, strict=True)]
+    if w == 0.0:
+        lines.append("w = 0: a direction, with nothing to divide by")
+    return [f"The point ({', '.join('xyzw'[: len(point) - 1] + 'w')}):", *lines]
+
+
+def _homogeneous_point(point: npt.ArrayLike, size: int) -> Float64Array:
+    array = real_array(point, "point")
+    if array.shape == (size - 1,):
+        return np.append(array, 1.0)
+    if array.shape != (size,):
+        raise ArgumentError(f"point must have shape ({size - 1},) or ({size},), got {array.shape}")
+    return array
+
+
+def _rows(matrix: Float64Array) -> list[str]:
+    """Return a line of text for each row, the decimal points of each column under one another."""
+    columns = [_aligned(column) for column in matrix.T]
+    return [f"[ {'  '.join(cells)} ]" for cells in zip(*columns, strict=True)]
+
+
+def _aligned(numbers: Iterable[float]) -> list[str]:
+    """Return `numbers` as texts of one width, their decimal points (or exponents, or ends) in one place."""
+    texts = [f"{number + 0.0:.6g}" for number in numbers]
+    whole_digits = [len(re.split("[.e]", text)[0]) for text in texts]
+    indented = [" " * (max(whole_digits) - n) + text for n, text in zip(whole_digits, texts, strict=True)]
+    return [text.ljust(max(map(len, indented))) for text in indented]

@@ -1,0 +1,112 @@
+"""The matrices between a world and its picture: the lecture's perspective, L7, and WebGPU's clip space."""
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from .._affine import finite
+from .._arguments import Float64Array, direction, number, real_array, vector
+from ..errors import ArgumentError
+
+# |sin| of the angle between `up` and the view direction, below which rounding would decide which way is right
+PARALLEL = 1e-12
+
+
+def perspective_from_eye(d: float) -> Float64Array:
+    """Return the perspective onto the xy-plane seen from the eye (0, 0, d): (x, y, z, 1) goes to (x, y, 0, 1 - z/d).
+
+    The third row is zero and the fourth (0, 0, -1/d, 1): dividing by w gives x* = d x / (d - z). The matrix is
+    singular, L7.
+    """
+    d = number(d, "d")
+    if d == 0.0:
+        raise ArgumentError("d must not be 0: the eye would lie in the viewing plane")
+    matrix = np.diag([1.0, 1.0, 0.0, 1.0])
+    matrix[3, 2] = -1.0 / d
+    return finite(matrix, f"1/d for d = {d}")
+
+
+def perspective(fov_y: float, aspect: float, near: float, far: float) -> Float64Array:
+    """Return clip_from_view for a field of view of `fov_y` DEGREES from bottom to top, `aspect` = width / height.
+
+    The view is right-handed and looks down -z. After the division by w = -z, the frustum between z = -near and
+    z = -far, 0 < near < far, fills x and y in [-1, 1] and z in [0, 1]: near goes to 0, far to 1. With
+    f = cot(fov_y / 2): [[f/aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, a, a near], [0, 0, -1, 0]], a = far / (near - far).
+    """
+    fov_y, aspect = number(fov_y, "fov_y"), number(aspect, "aspect")
+    near, far = number(near, "near"), number(far, "far")
+    if not 0.0 < fov_y < 180.0:
+        raise ArgumentError(f"fov_y must lie between 0 and 180 degrees, got {fov_y}")
+    if aspect <= 0.0:
+        raise ArgumentError(f"aspect must be positive, got {aspect}")
+    if near <= 0.0:
+        raise ArgumentError(f"near must be positive, got {near}")
+    _check_depths(near, far)
+    half_height = math.tan(math.radians(fov_y) / 2.0)
+    a = far / (near - far)
+    matrix = np.zeros((4, 4))
+    matrix[0, 0] = _reciprocal(half_height * aspect, "tan(fov_y / 2) * aspect")
+    matrix[1, 1] = _reciprocal(half_height, "tan(fov_y / 2)")
+    matrix[2, 2:] = a, a * near
+    matrix[3, 2] = -1.0
+    return finite(matrix, f"the matrix for near = {near}, far = {far}")
+
+
+def orthographic(left: float, right: float, bottom: float, top: float, near: float, far: float) -> Float64Array:
+    """Return clip_from_view for a parallel projection of the box between the six planes.
+
+    The view is right-handed and looks down -z: x from `left` to `right` and y from `bottom` to `top` fill [-1, 1], and
+    z from -near to -far, near < far, fills [0, 1]. Nothing is divided: w stays 1.
+    """
+    left, right = number(left, "left"), number(right, "right")
+    bottom, top = number(bottom, "bottom"), number(top, "top")
+    near, far = number(near, "near"), number(far, "far")
+    if left == right:
+        raise ArgumentError(f"left and right must differ, both are {left}")
+    if bottom == top:
+        raise ArgumentError(f"bottom and top must differ, both are {bottom}")
+    _check_depths(near, far)
+    x = _reciprocal(right - left, "right - left")
+    y = _reciprocal(top - bottom, "top - bottom")
+    z = _reciprocal(far - near, "far - near")
+    matrix = np.diag([2.0 * x, 2.0 * y, -z, 1.0])
+    matrix[:3, 3] = -(right + left) * x, -(top + bottom) * y, -near * z
+    return finite(matrix, "the matrix for these planes")
+
+
+def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0, 1.0, 0.0)) -> Float64Array:
+    """Return view_from_world for a camera at `eye` (3,) that looks at `target` (3,), with `up` (3,) upwards.
+
+    The eye goes to the origin, the target onto the negative z axis, and `up` into the half plane x = 0, y > 0. Lengths
+    stay as they are.
+    """
+    eye, target, up = vector(eye, "eye", 3), vector(target, "target", 3), vector(up, "up", 3)
+    if np.array_equal(eye, target):
+        raise ArgumentError(f"eye and target must differ, both are {tuple(eye.tolist())}")
+    with np.errstate(over="ignore"):
+        view = real_array(target - eye, "target - eye")
+    forward = direction(view, "target - eye", 3)
+    sideways = np.cross(forward, direction(up, "up", 3))
+    if np.linalg.norm(sideways) < PARALLEL:
+        raise ArgumentError(
+            f"up must not be parallel to target - eye = {tuple(view.tolist())}, got {tuple(up.tolist())}"
+        )
+    right = sideways / np.linalg.norm(sideways)
+    matrix = np.eye(4)
+    matrix[:3, :3] = right, np.cross(right, forward), -forward
+    with np.errstate(over="ignore", invalid="ignore"):
+        matrix[:3, 3] = -matrix[:3, :3] @ eye
+    return finite(matrix, f"the matrix for eye = {tuple(eye.tolist())}")
+
+
+def _check_depths(near: float, far: float) -> None:
+    if near >= far:
+        raise ArgumentError(f"near must be less than far, got near = {near}, far = {far}")
+
+
+def _reciprocal(length: float, name: str) -> float:
+    """Return 1 / `length`; it must neither overflow nor, where `length` itself has overflowed, vanish."""
+    if not (math.isfinite(length) and length != 0.0 and math.isfinite(1.0 / length)):
+        raise ArgumentError(f"{name} must have a finite reciprocal, got {length}")
+    return 1.0 / length
