@@ -50,7 +50,10 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
     try:
         if len(data) == 0:
             raise MeshError("the file is empty")
-        return READERS[kind](bytes(data))
+        mesh = READERS[kind](bytes(data))
+        if mesh.n_points == 0:
+            raise MeshError("the file holds no points")
+        return mesh
     except MeshError as error:
         raise MeshError(f"{name}: {error}") from error.__cause__
 

@@ -1,0 +1,130 @@
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gpu_xform import samples
+from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from gpu_xform.mesh import Mesh
+
+
+def torus_volume(n: int, m: int) -> float:
+    """Pappus's theorem for polygons: n sin(2 pi / n) times the area of the tube's cross section."""
+    return n * math.sin(math.tau / n) * m * math.sin(math.tau / m) * 0.4**2 / 2
+
+
+SOLIDS: list[tuple[Mesh, tuple[int, int, int], int, float]] = [
+    (samples.cube(), (8, 12, 6), 2, 8.0),
+    (samples.house(), (10, 15, 7), 2, 6.5),
+    (samples.snub_dodecahedron(), (60, 150, 92), 2, 37.61664996273336),  # MathWorld: 37.6166...
+    (samples.icosphere(0), (12, 30, 20), 2, 2.536150710120439),
+    (samples.icosphere(3), (642, 1920, 1280), 2, 4.152740817093056),
+    (samples.torus(12, 7), (84, 168, 84), 0, torus_volume(12, 7)),
+    (samples.torus(3, 3), (9, 18, 9), 0, torus_volume(3, 3)),
+]
+
+
+@pytest.mark.parametrize(("mesh", "counts", "euler", "volume"), SOLIDS)
+def test_solids_are_closed_and_oriented_outwards(
+    mesh: Mesh, counts: tuple[int, int, int], euler: int, volume: float
+) -> None:
+    assert (mesh.n_points, len(mesh.edges), mesh.n_faces) == counts
+    assert mesh.n_points - len(mesh.edges) + mesh.n_faces == euler
+    # Each edge is walked once each way: no hole, no face turned over.
+    ways = set(map(tuple, mesh.face_edges.tolist()))
+    assert len(ways) == len(mesh.face_edges) == 2 * len(mesh.edges)
+    assert ways == {(b, a) for a, b in ways}
+    assert mesh.to_trimesh().volume == pytest.approx(volume, rel=1e-12)
+    assert len(np.unique(mesh.positions.round(9), axis=0)) == mesh.n_points
+
+
+@pytest.mark.parametrize(("mesh", "counts", "euler", "volume"), SOLIDS)
+def test_faces_are_flat(mesh: Mesh, counts: Any, euler: Any, volume: Any) -> None:  # noqa: ARG001
+    for face in mesh.faces:
+        corners = mesh.positions[face]
+        assert np.linalg.svd(corners - corners.mean(axis=0))[1][2:].max(initial=0) < 1e-12
+
+
+@pytest.mark.parametrize("make", [samples.cube, samples.snub_dodecahedron, lambda: samples.icosphere(2)])
+def test_convex_solids_face_away_from_their_center(make: Callable[[], Mesh]) -> None:
+    for face, corners in ((face, make().positions[face]) for face in make().faces):
+        outward = np.cross(corners[1] - corners[0], corners[2] - corners[0]) @ corners.mean(axis=0)
+        assert outward > 0, face
+
+
+def test_snub_dodecahedron_is_uniform() -> None:
+    mesh = samples.snub_dodecahedron()
+    lengths = np.linalg.norm(mesh.positions[mesh.edges[:, 0]] - mesh.positions[mesh.edges[:, 1]], axis=1)
+    assert lengths == pytest.approx(np.ones(150), abs=1e-14)
+    # Circumradius of the unit snub dodecahedron, from MathWorld.
+    assert np.linalg.norm(mesh.positions, axis=1) == pytest.approx(np.full(60, 2.1558373751156398), abs=1e-13)
+    sizes = np.diff(mesh.offsets)
+    assert ((sizes == 3).sum(), (sizes == 5).sum()) == (80, 12)
+    assert np.bincount(mesh.edges.ravel()).tolist() == [5] * 60
+    pentagons = np.array([face for face in mesh.faces if len(face) == 5])
+    assert sorted(pentagons.ravel().tolist()) == list(range(60))
+
+
+def test_cube_and_house_fill_the_same_box() -> None:
+    for mesh in (samples.cube(), samples.house()):
+        assert mesh.bounds.tolist() == [[-1, -1, -1], [1, 1, 1]]
+    assert sorted(len(face) for face in samples.house().faces) == [4] * 5 + [5] * 2
+
+
+@pytest.mark.parametrize("n", range(6))
+def test_icosphere_is_the_unit_sphere(n: int) -> None:
+    mesh = samples.icosphere(n)
+    assert (mesh.n_points, mesh.n_faces) == (10 * 4**n + 2, 20 * 4**n)
+    assert np.linalg.norm(mesh.positions, axis=1) == pytest.approx(np.ones(mesh.n_points), abs=1e-15)
+    assert mesh.to_trimesh().is_watertight
+    lengths = np.linalg.norm(np.diff(mesh.positions[mesh.edges], axis=1)[:, 0], axis=1)
+    assert lengths.max() / lengths.min() < 1.4
+
+
+def test_a_large_icosphere_is_no_loop_over_triangles() -> None:
+    start = time.perf_counter()
+    mesh = samples.icosphere(8)
+    assert time.perf_counter() - start < 10.0
+    assert mesh.n_faces == 1_310_720
+
+
+@pytest.mark.parametrize("n", [1, 2, 9])
+def test_grid_faces_the_viewer(n: int) -> None:
+    mesh = samples.grid(n)
+    assert (mesh.n_points, len(mesh.edges), mesh.n_faces) == ((n + 1) ** 2, 2 * n * (n + 1), n * n)
+    assert mesh.n_points - len(mesh.edges) + mesh.n_faces == 1
+    assert mesh.bounds.tolist() == [[-1, -1, 0], [1, 1, 0]]
+    corners = mesh.positions[np.asarray(mesh.faces)]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    assert normals.sum(axis=0) == pytest.approx([0, 0, 4])
+    assert (normals[:, 2] > 0).all()
+
+
+def test_torus_lies_around_the_z_axis() -> None:
+    x, y, z = samples.torus(24, 16).positions.T
+    assert np.hypot(np.hypot(x, y) - 1.0, z) == pytest.approx(np.full(24 * 16, 0.4))
+    assert np.abs(z).max() == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: samples.icosphere(-1), r"n must be in 0\.\.12, got -1"),
+        (lambda: samples.icosphere(13), r"n must be in 0\.\.12, got 13"),
+        (lambda: samples.grid(0), "n must be at least 1, got 0"),
+        (lambda: samples.torus(2, 3), "n must be at least 3, got 2"),
+        (lambda: samples.torus(3, 2), "m must be at least 3, got 2"),
+    ],
+)
+def test_impossible_counts_are_refused(make: Callable[[], Mesh], message: str) -> None:
+    with pytest.raises(ArgumentError, match=message):
+        make()
+
+
+@pytest.mark.parametrize("n", [1.0, "3", None])
+def test_counts_are_integers(n: Any) -> None:
+    with pytest.raises(ArgumentTypeError, match="n must be an integer"):
+        samples.grid(n)
