@@ -20,7 +20,6 @@ _LETTER = np.zeros(256, bool)
 _LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
 _BLANK = np.zeros(256, bool)
 _BLANK[[ord(" "), ord("\t")]] = True
-_FACE_MARKS = bytes.maketrans(b"f/", b"0-")
 
 
 def read(data: bytes) -> Mesh:
@@ -81,10 +80,9 @@ def _regular_faces(text: bytes, count: int) -> tuple[IndexArray, IndexArray]:
     only_double = b"//" in text
     if only_double:
         text = text.replace(b"//", b"/")
-    has_slashes = b"/" in text
     # Each f becomes a 0, which no index is, and 1/2/3 becomes 1 -2 -3: positions are positive, the rest is negative.
-    values = parse(text.translate(_FACE_MARKS), "int")
-    if has_slashes:
+    values = parse(text.replace(b"f", b"0").replace(b"/", b" -"), "int")
+    if b"/" in text:
         rest = values < 0
         too_many = rest[1:] & rest[:-1]
         if not only_double:
