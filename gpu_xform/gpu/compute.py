@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 import wgpu
 
 from .buffers import Buffer
+from .faults import device_errors
 
 if TYPE_CHECKING:
     from .device import Device
@@ -14,10 +15,13 @@ def bind(
     device: "Device", pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline, buffers: tuple[Buffer, ...]
 ) -> wgpu.GPUBindGroup:
     """Bind `buffers` to bindings 0, 1, ... of group 0."""
-    return device.handle.create_bind_group(
-        layout=pipeline.get_bind_group_layout(0),
-        entries=[{"binding": index, "resource": {"buffer": buffer.handle}} for index, buffer in enumerate(buffers)],
-    )
+    for buffer in buffers:
+        buffer.require_submittable(device)
+    with device_errors("bind the buffers"):
+        return device.handle.create_bind_group(
+            layout=pipeline.get_bind_group_layout(0),
+            entries=[{"binding": index, "resource": {"buffer": buffer.handle}} for index, buffer in enumerate(buffers)],
+        )
 
 
 def dispatch(

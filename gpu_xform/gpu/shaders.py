@@ -37,7 +37,10 @@ def source(stage: str) -> str:
 
 def resolve(folder: Traversable, stage: str) -> str:
     """Resolve `stage` in `folder`; raise `ShaderError` with file and line where an import is unknown."""
-    return "\n".join(_lines(folder, folder / f"{stage}.wgsl", set()))
+    file = folder / f"{stage}.wgsl"
+    if not file.is_file():
+        raise ShaderError(f"no {stage}.wgsl in {folder}")
+    return "\n".join(_lines(folder, file, set()))
 
 
 def _lines(folder: Traversable, file: Traversable, included: set[str]) -> list[str]:
@@ -65,7 +68,7 @@ class Pipelines:
     def __init__(self, device: "Device") -> None:
         self._device = device
         self._modules: dict[str, wgpu.GPUShaderModule] = {}
-        self._render: dict[tuple[str, str], wgpu.GPURenderPipeline] = {}
+        self._render: dict[tuple[str, str, str], wgpu.GPURenderPipeline] = {}
         self._compute: dict[tuple[str, tuple[tuple[str, float], ...]], wgpu.GPUComputePipeline] = {}
 
     def module(self, stage: str) -> wgpu.GPUShaderModule:
@@ -82,6 +85,7 @@ class Pipelines:
         """Return the compute pipeline of `stage` with its `override` constants set to `constants`."""
         key = (stage, tuple(sorted(constants.items())))
         with self._device.lock:
+            self._device.require_usable()
             if key not in self._compute:
                 descriptor: dict[str, Any] = {"module": self.module(stage), "entry_point": "main"}
                 try:
@@ -94,13 +98,15 @@ class Pipelines:
 
     def render(self, stage: str, topology: str, target_format: str) -> wgpu.GPURenderPipeline:
         """Return the render pipeline of `stage` onto one target, blended as premultiplied alpha."""
+        key = (stage, topology, target_format)
         with self._device.lock:
-            if (stage, topology) not in self._render:
+            self._device.require_usable()
+            if key not in self._render:
                 module = self.module(stage)
                 over = {"src_factor": "one", "dst_factor": "one-minus-src-alpha", "operation": "add"}
                 target = {"format": target_format, "blend": {"color": over, "alpha": over}}
                 try:
-                    self._render[stage, topology] = self._device.handle.create_render_pipeline(
+                    self._render[key] = self._device.handle.create_render_pipeline(
                         label=stage,
                         layout="auto",
                         vertex={"module": module, "entry_point": "vs_main"},
@@ -109,4 +115,4 @@ class Pipelines:
                     )
                 except wgpu.GPUError as error:
                     raise ShaderError(f"{stage}.wgsl is refused: {error}") from error
-            return self._render[stage, topology]
+            return self._render[key]

@@ -1,0 +1,169 @@
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from gpu_xform.errors import DeviceError
+from gpu_xform.gpu.buffers import READBACK, STORAGE, UNIFORM, Buffer
+from gpu_xform.gpu.compute import bind
+from gpu_xform.gpu.device import Device
+
+DATA = np.arange(1, 1001, dtype=np.uint32)
+
+
+@pytest.fixture(params=["default", "staging"])
+def any_device(request: pytest.FixtureRequest, device: Device, staging_device: Device) -> Device:
+    return device if request.param == "default" else staging_device
+
+
+def downloaded(buffer: Buffer, n_bytes: int) -> np.ndarray[tuple[int], np.dtype[np.uint32]]:
+    with buffer.downloaded(n_bytes) as view:
+        return view.view(np.uint32).copy()
+
+
+def copy(device: Device, source: Buffer, target: Buffer, meanwhile: Callable[[], None]) -> None:
+    """Copy 16 bytes; `meanwhile` happens between recording and submission."""
+    with device.recording(source, target) as encoder:
+        encoder.copy_buffer_to_buffer(source.handle, 0, target.handle, 0, 16)
+        meanwhile()
+
+
+def test_what_is_uploaded_is_downloaded(any_device: Device) -> None:
+    buffer = Buffer(any_device, DATA.nbytes)
+    buffer.upload(DATA)
+    assert downloaded(buffer, DATA.nbytes).tolist() == DATA.tolist()
+    assert downloaded(buffer, 12).tolist() == [1, 2, 3]
+    buffer.release()
+
+
+def test_a_shorter_upload_leaves_the_rest(any_device: Device) -> None:
+    buffer = Buffer(any_device, DATA.nbytes)
+    buffer.upload(DATA)
+    buffer.upload(np.array([7, 8], np.uint32))
+    assert downloaded(buffer, 16).tolist() == [7, 8, 3, 4]
+    buffer.release()
+
+
+def test_an_upload_beyond_the_end_is_an_error_that_leaves_the_buffer_usable(any_device: Device) -> None:
+    buffer = Buffer(any_device, 16)
+    with pytest.raises(ValueError, match=r"range|length"):
+        buffer.upload(DATA)
+    buffer.upload(DATA[:4])
+    assert downloaded(buffer, 16).tolist() == [1, 2, 3, 4]
+    buffer.release()
+
+
+def test_a_pool_keeps_one_buffer_a_role_and_grows_it(any_device: Device) -> None:
+    pool = type(any_device.pool)(any_device)
+    first = pool.get("source", 256)
+    assert pool.get("source", 256) is first
+    assert pool.get("source", 64) is first
+    other = pool.get("destination", 256)
+    assert other is not first
+    larger = pool.get("source", 512)
+    assert larger is not first
+    assert larger.n_bytes == 512
+    with pytest.raises(DeviceError, match="released"):
+        first.upload(DATA[:4])
+    other.upload(DATA[:4])
+    pool.clear()
+    for kept in (larger, other):
+        with pytest.raises(DeviceError, match="released"):
+            kept.upload(DATA[:4])
+    assert pool.get("source", 16).n_bytes == 16
+    pool.clear()
+
+
+def test_a_released_buffer_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
+    buffer, other = Buffer(any_device, 16), Buffer(any_device, 16)
+    buffer.release()
+    buffer.release()
+    with pytest.raises(DeviceError, match=r"^the buffer has been released$"):
+        buffer.upload(DATA[:4])
+    with pytest.raises(DeviceError, match="released"), buffer.downloaded(16):
+        pass
+    with pytest.raises(DeviceError, match="released"), any_device.recording(buffer):
+        pass
+    with pytest.raises(DeviceError, match="released"):
+        bind(any_device, any_device.pipelines.compute("self_test"), (other, buffer))
+    other.release()
+
+
+def test_a_buffer_released_while_commands_are_recorded_is_refused(any_device: Device) -> None:
+    source, target = Buffer(any_device, 16), Buffer(any_device, 16)
+    with pytest.raises(DeviceError, match="released"):
+        copy(any_device, source, target, meanwhile=source.release)
+    target.release()
+
+
+def test_a_buffer_of_another_device_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
+    own = Buffer(any_device, 16)
+    with Device() as elsewhere:
+        foreign = Buffer(elsewhere, 16)
+        message = r"^a buffer of Device\(.*\) cannot be used on Device\(.*\)$"
+        with pytest.raises(DeviceError, match=message), any_device.recording(own, foreign) as encoder:
+            encoder.copy_buffer_to_buffer(own.handle, 0, foreign.handle, 0, 16)
+        with pytest.raises(DeviceError, match=message):
+            bind(any_device, any_device.pipelines.compute("self_test"), (own, foreign))
+    own.release()
+
+
+def test_a_mapped_buffer_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
+    readback = Buffer(any_device, 16, READBACK)
+    with readback.downloaded(16):
+        with pytest.raises(DeviceError, match="mapped"), any_device.recording(readback):
+            pass
+        with pytest.raises(DeviceError, match="mapped"), readback.downloaded(16):
+            pass
+    assert downloaded(readback, 16).tolist() == [0, 0, 0, 0]
+    readback.release()
+
+
+def test_an_upload_while_the_host_reads_is_refused(device: Device) -> None:
+    buffer = Buffer(device, 16)
+    if not device.host_mappable:  # there the reader holds a copy
+        buffer = Buffer(device, 16, READBACK)
+    with buffer.downloaded(16), pytest.raises(DeviceError, match="mapped"):
+        buffer.upload(DATA[:4])
+    buffer.release()
+
+
+def test_commands_that_do_not_fit_are_an_error_and_the_device_goes_on(any_device: Device) -> None:
+    small, large = Buffer(any_device, 16), Buffer(any_device, 64)
+    with pytest.raises(DeviceError, match="record the commands"), any_device.recording(small, large) as encoder:
+        encoder.copy_buffer_to_buffer(large.handle, 0, small.handle, 0, 64)
+    large.upload(DATA[:16])
+    with any_device.recording(small, large) as encoder:
+        encoder.copy_buffer_to_buffer(large.handle, 32, small.handle, 0, 16)
+    assert downloaded(small, 16).tolist() == [9, 10, 11, 12]
+    small.release()
+    large.release()
+
+
+def test_an_error_while_commands_are_recorded_submits_none_of_them(any_device: Device) -> None:
+    source, target = Buffer(any_device, 16), Buffer(any_device, 16)
+    source.upload(DATA[:4])
+    with pytest.raises(StopIteration):
+        copy(any_device, source, target, meanwhile=lambda: next(iter(())))
+    assert downloaded(target, 16).tolist() == [0, 0, 0, 0]
+    source.release()
+    target.release()
+
+
+def test_a_buffer_larger_than_any_is_a_device_error(any_device: Device) -> None:
+    n_bytes = any_device.limits.max_buffer_bytes // 4 * 4 + 4
+    for usage in (STORAGE, UNIFORM):
+        with pytest.raises(DeviceError, match=f"allocate {n_bytes:,} bytes"):
+            Buffer(any_device, n_bytes, usage)
+
+
+def test_the_pool_survives_an_allocation_that_failed(any_device: Device) -> None:
+    pool = type(any_device.pool)(any_device)
+    kept = pool.get("source", 64)
+    with pytest.raises(DeviceError):
+        pool.get("source", any_device.limits.max_buffer_bytes // 4 * 4 + 4)
+    again = pool.get("source", 64)
+    assert again is not kept
+    again.upload(DATA[:16])
+    assert downloaded(again, 64).tolist() == DATA[:16].tolist()
+    pool.clear()
