@@ -1,0 +1,110 @@
+import re
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from gpu_xform.gpu import layouts, shaders
+from gpu_xform.gpu.buffers import UNIFORM, Buffer
+from gpu_xform.gpu.compute import bind, dispatch
+from gpu_xform.gpu.device import Device
+
+POISON = -1234.0
+
+
+def wgsl_struct(stage: str, name: str) -> str:
+    """Return the text of a struct as the stage itself has it, its imports resolved."""
+    found = re.search(rf"^struct {name} \{{.*?^\}}", shaders.source(stage), re.MULTILINE | re.DOTALL)
+    assert found is not None
+    return found[0]
+
+
+def members_seen(
+    device: Device, declaration: str, name: str, members: list[str], struct: npt.NDArray[Any]
+) -> list[float]:
+    """Return the value of each expression in `members` of the struct, as a shader reads it."""
+    reads = "\n".join(f"    seen[{i}] = f32({member});" for i, member in enumerate(members))
+    code = f"""{declaration}
+@group(0) @binding(0) var<uniform> given: {name};
+@group(0) @binding(1) var<storage, read_write> seen: array<f32>;
+@compute @workgroup_size(1)
+fn main() {{
+{reads}
+}}
+"""
+    module = device.handle.create_shader_module(code=code)
+    pipeline = device.handle.create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "main"})
+    given, seen = Buffer(device, struct.nbytes, UNIFORM), Buffer(device, 4 * len(members) + 4)
+    try:
+        given.upload(layouts.as_bytes(struct))
+        seen.upload(np.full(len(members) + 1, POISON, np.float32))
+        with device.recording(given, seen) as encoder:
+            dispatch(encoder, pipeline, bind(device, pipeline, (given, seen)), 1)
+        with seen.downloaded(seen.n_bytes) as view:
+            values: list[float] = view.view(np.float32).tolist()
+    finally:
+        given.release()
+        seen.release()
+    assert values.pop() == POISON
+    return values
+
+
+@pytest.mark.parametrize(
+    ("dtype", "stage"), [(np.float32, "transform_points_f32"), (np.float64, "transform_points_f64")]
+)
+def test_every_member_of_transform_lies_where_the_dtype_says(device: Device, dtype: npt.DTypeLike, stage: str) -> None:
+    mirror = layouts.TRANSFORM[np.dtype(dtype)]
+    struct = np.zeros((), mirror)
+    struct["target_from_source"] = np.arange(1.0, 17.0).reshape(4, 4)
+    struct["undefined"] = 17.0
+    struct["n_quads"] = 18
+    aliases = "\n".join(line for line in shaders.source(stage).splitlines() if line.startswith("alias "))
+    members = [f"given.target_from_source[{column}][{row}]" for column in range(4) for row in range(4)]
+    members += ["given.undefined", "given.n_quads"]
+    declaration = f"{aliases}\n{wgsl_struct(stage, 'Transform')}"
+    assert members_seen(device, declaration, "Transform", members, struct) == list(range(1, 19))
+    assert set(mirror.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
+
+
+def test_every_member_of_picture_lies_where_the_dtype_says(device: Device) -> None:
+    struct = np.zeros((), layouts.PICTURE)
+    struct["size"] = 1.0, 2.0
+    struct["line_width"] = 3.0
+    struct["n_colors"] = 4
+    declaration = wgsl_struct("draw_lines", "Picture")
+    members = ["given.size.x", "given.size.y", "given.line_width", "given.n_colors"]
+    assert members_seen(device, declaration, "Picture", members, struct) == [1, 2, 3, 4]
+    assert set(layouts.PICTURE.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
+
+
+@pytest.mark.parametrize(
+    ("dtype", "stage"), [(np.float32, "transform_points_f32"), (np.float64, "transform_points_f64")]
+)
+def test_a_matrix_of_sixteen_distinct_entries_arrives_transposed_once(
+    device: Device, dtype: npt.DTypeLike, stage: str
+) -> None:
+    matrix = np.arange(1.0, 17.0).reshape(4, 4)
+    struct = layouts.transform_struct(matrix, np.dtype(dtype), 7)
+    aliases = "\n".join(line for line in shaders.source(stage).splitlines() if line.startswith("alias "))
+    basis = ["1, 0, 0, 0", "0, 1, 0, 0", "0, 0, 1, 0", "0, 0, 0, 1"]
+    columns = [f"(given.target_from_source * Vec4({vector}))[{row}]" for row in range(4) for vector in basis]
+    declaration = f"{aliases}\n{wgsl_struct(stage, 'Transform')}"
+    assert members_seen(device, declaration, "Transform", columns, struct) == matrix.ravel().tolist()
+
+
+def test_a_stack_of_matrices_is_transposed_one_by_one() -> None:
+    stack = np.arange(48.0).reshape(3, 4, 4)
+    np.testing.assert_array_equal(layouts.columns(stack), [matrix.T for matrix in stack])
+
+
+def test_a_matrix_is_rounded_once() -> None:
+    matrix = np.full((4, 4), 1.0 + 2.0**-24 + 2.0**-40)  # just over the middle of two single precision numbers
+    struct = layouts.transform_struct(matrix, np.dtype(np.float32), 1)
+    assert (struct[:64].view(np.float32) == np.float32(1.0 + 2.0**-23)).all()
+
+
+def test_the_structs_are_as_large_as_wgsl_makes_them() -> None:
+    assert layouts.TRANSFORM[np.dtype(np.float32)].itemsize % 16 == 0
+    assert layouts.TRANSFORM[np.dtype(np.float64)].itemsize % 32 == 0
+    assert layouts.PICTURE.itemsize == 16

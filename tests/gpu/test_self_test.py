@@ -1,0 +1,57 @@
+import functools
+
+import pytest
+
+from gpu_xform.errors import DeviceError
+from gpu_xform.gpu import self_test, shaders
+from gpu_xform.gpu.device import Device
+
+
+def test_the_self_test_passes_every_check(device: Device) -> None:
+    checks = self_test.run(device)
+    assert [name for name, _, _ in checks] == ["matrix layout", "struct layout", "long loop"]
+    assert all(passed for _, passed, _ in checks)
+    assert all(detail for _, _, detail in checks)
+
+
+def test_a_loop_of_32768_iterations_is_counted_to_its_end(device: Device) -> None:
+    assert self_test.MAX_ITERATIONS == 32_768
+    detail = {name: detail for name, _, detail in self_test.run(device)}["long loop"]
+    assert detail == "32,768 iterations counted to 49,152 of 49,152"
+
+
+BREAKAGES = {
+    "long loop": ("i < given.count", "i < given.count - 1u"),
+    "matrix layout": ("given.entries[column][row]", "given.entries[row][column]"),
+    "struct layout": ("    scalar: f32,", "    skipped: f32,\n    scalar: f32,"),
+}
+
+
+@pytest.mark.parametrize("check", BREAKAGES)
+def test_a_driver_that_computes_wrongly_is_refused_by_name_of_the_check(
+    check: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    right, wrong = BREAKAGES[check]
+    source = shaders.source("self_test")
+    assert right in source
+
+    @functools.cache
+    def broken(stage: str) -> str:
+        return source.replace(right, wrong) if stage == "self_test" else source
+
+    monkeypatch.setattr(shaders, "source", broken)
+    with pytest.raises(DeviceError, match=rf"^Device\(.*\) failed its self-test: .*{check} \("):
+        Device()
+
+
+def test_a_driver_that_writes_nothing_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    source = shaders.source("self_test")
+    silent = source.replace("fn main() {", "fn main() {\n    if given.count > 0u { return; }")
+    assert silent != source
+    monkeypatch.setattr(shaders, "source", {"self_test": silent}.__getitem__)
+    with pytest.raises(DeviceError, match=r"matrix layout .*struct layout .*long loop"):
+        Device()
+
+
+def test_the_loop_ends_early_where_lavapipe_would_end_it() -> None:
+    assert self_test.MAX_ITERATIONS < 65_535
