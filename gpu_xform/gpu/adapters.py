@@ -99,7 +99,8 @@ def native_adapters() -> list[wgpu.GPUAdapter]:
 @contextlib.contextmanager
 def quiet_runtime_dir() -> Iterator[None]:
     """Lend the drivers a private XDG_RUNTIME_DIR where none is set: without one, Mesa complains on standard error."""
-    if os.environ.get("XDG_RUNTIME_DIR") or not sys.platform.startswith("linux"):
+    before = os.environ.get("XDG_RUNTIME_DIR")
+    if before or not sys.platform.startswith("linux"):
         yield
         return
     with tempfile.TemporaryDirectory(prefix="gpu_xform-") as private:
@@ -107,4 +108,7 @@ def quiet_runtime_dir() -> Iterator[None]:
         try:
             yield
         finally:
-            del os.environ["XDG_RUNTIME_DIR"]
+            if before is None:
+                os.environ.pop("XDG_RUNTIME_DIR", None)
+            else:
+                os.environ["XDG_RUNTIME_DIR"] = before
