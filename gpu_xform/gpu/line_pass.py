@@ -10,7 +10,7 @@ from .buffers import UNIFORM, Buffer
 from .compute import bind, dispatch
 from .device import Device
 from .targets import FORMAT, Target
-from .transform_pass import POINTS_PER_INVOCATION, WORKGROUP_SIZE, rounded_up
+from .transform_pass import POINTS_PER_INVOCATION, rounded_up, workgroup_size
 
 CLIP_POSITION_BYTES = 16
 EDGE_BYTES = 8
@@ -18,9 +18,14 @@ EDGE_BYTES = 8
 
 def max_points(device: Device) -> int:
     """Return how many points one picture may have on `device`."""
-    in_binding = device.limits.max_binding_bytes // CLIP_POSITION_BYTES
-    in_dispatch = device.limits.max_workgroups * WORKGROUP_SIZE * POINTS_PER_INVOCATION
+    in_binding = binding_bytes(device) // CLIP_POSITION_BYTES
+    in_dispatch = device.limits.max_workgroups * workgroup_size(device) * POINTS_PER_INVOCATION
     return min(in_binding, in_dispatch) // POINTS_PER_INVOCATION * POINTS_PER_INVOCATION
+
+
+def binding_bytes(device: Device) -> int:
+    """Return the largest buffer that one binding can show."""
+    return min(device.limits.max_binding_bytes, device.limits.max_buffer_bytes)
 
 
 def draw(
@@ -58,10 +63,10 @@ def draw(
         stack.callback(target.release)
         n_quads = n_padded // POINTS_PER_INVOCATION
         transform = filled(layouts.transform_struct(clip_from_model, np.dtype(np.float32), n_quads), UNIFORM)
-        project = device.pipelines.compute("project_vertices", workgroup_size=WORKGROUP_SIZE)
+        project = device.pipelines.compute("project_vertices", workgroup_size=workgroup_size(device))
         lines = device.pipelines.render("draw_lines", "triangle-strip", FORMAT)
 
-        batch = device.limits.max_binding_bytes // EDGE_BYTES
+        batch = binding_bytes(device) // EDGE_BYTES
         batches = []
         for start in range(0, len(edges), batch):
             part = edges[start : start + batch]
@@ -72,9 +77,8 @@ def draw(
 
         used = [source, projected, transform, target.rows, *(buffer for _, buffers, _ in batches for buffer in buffers)]
         with device.recording(*used) as encoder:
-            dispatch(
-                encoder, project, bind(device, project, (transform, source, projected)), -(-n_quads // WORKGROUP_SIZE)
-            )
+            n_workgroups = -(-n_quads // workgroup_size(device))
+            dispatch(encoder, project, bind(device, project, (transform, source, projected)), n_workgroups)
             render = encoder.begin_render_pass(color_attachments=[target.attachment(background)])
             render.set_pipeline(lines)
             for n_edges, _, bindings in batches:

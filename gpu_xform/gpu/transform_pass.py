@@ -26,10 +26,9 @@ def transform(
     n_points, n_components = points.shape
     dtype = out.dtype.newbyteorder("=")
     point_bytes = n_components * dtype.itemsize
-    workgroup_size = min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
-    chunk = min(chunk_points(device, point_bytes, workgroup_size), rounded_up(n_points))
+    chunk = min(chunk_points(device, point_bytes), rounded_up(n_points))
     stage = f"transform_points{'_2d' if n_components == 2 else ''}_{'f64' if dtype == np.float64 else 'f32'}"
-    pipeline = device.pipelines.compute(stage, workgroup_size=workgroup_size, divide_by_w=divide)
+    pipeline = device.pipelines.compute(stage, workgroup_size=workgroup_size(device), divide_by_w=divide)
     with device.lock:
         struct = device.pool.get("transform", 160, UNIFORM)
         source = device.pool.get("source", chunk * point_bytes)
@@ -41,16 +40,21 @@ def transform(
             struct.upload(layouts.transform_struct(matrix, dtype, n_quads))
             source.upload(part)
             with device.recording(struct, source, destination) as encoder:
-                dispatch(encoder, pipeline, bindings, -(-n_quads // workgroup_size))
+                dispatch(encoder, pipeline, bindings, -(-n_quads // workgroup_size(device)))
             with destination.downloaded(part.nbytes) as view:
                 out[start : start + chunk] = view.view(dtype).reshape(part.shape)
 
 
-def chunk_points(device: Device, point_bytes: int, workgroup_size: int) -> int:
+def workgroup_size(device: Device) -> int:
+    """Return how many invocations make a workgroup."""
+    return min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
+
+
+def chunk_points(device: Device, point_bytes: int) -> int:
     """Return how many points one dispatch takes, a multiple of `POINTS_PER_INVOCATION`."""
     limits = device.limits
     n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, CHUNK_BYTES)
-    n_quads = min(n_bytes // (POINTS_PER_INVOCATION * point_bytes), limits.max_workgroups * workgroup_size)
+    n_quads = min(n_bytes // (POINTS_PER_INVOCATION * point_bytes), limits.max_workgroups * workgroup_size(device))
     return max(n_quads, 1) * POINTS_PER_INVOCATION
 
 
