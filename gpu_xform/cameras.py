@@ -45,12 +45,14 @@ class Camera:
         fov_y: float = DEFAULT_FOV_Y,
         near: float | None = None,
         far: float | None = None,
+        orthographic: bool = False,
     ) -> "Camera":
-        """Stand at `eye` (3,) and look at `target` (3,), in perspective.
+        """Stand at `eye` (3,) and look at `target` (3,).
 
         fov_y : degrees from the picture's bottom to its top
         near, far : distances from the eye along the view; what lies outside is cut off. By default a thousandth and a
             thousand times the distance to the target.
+        orthographic : project in parallel; what is as far away as the target keeps its size in the picture
 
         Raises `ArgumentError` as `matrices.look_at` and `matrices.perspective` do.
         """
@@ -59,9 +61,15 @@ class Camera:
         near = distance * NEAR_FRACTION if near is None else near
         far = distance * FAR_FRACTION if far is None else far
         matrices.perspective(fov_y, 1.0, near, far)  # raises now, not at the first picture
+        half_height = distance * math.tan(math.radians(fov_y) / 2.0)
 
         def clip_from_world(aspect: float) -> Float64Array:
-            return matrices.perspective(fov_y, aspect, near, far) @ view_from_world
+            if orthographic:
+                half_width = half_height * aspect
+                clip_from_view = matrices.orthographic(-half_width, half_width, -half_height, half_height, near, far)
+            else:
+                clip_from_view = matrices.perspective(fov_y, aspect, near, far)
+            return clip_from_view @ view_from_world
 
         return cls(clip_from_world, f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r})")
 
@@ -173,7 +181,7 @@ def _fit_perspective(in_view: Float64Array, fov_y: float, aspect: float, filled:
     lowest = (across - tangents * depth).min(axis=0)
     eye = np.append((highest + lowest) / 2.0, ((highest - lowest) / (2.0 * tangents)).max())
     nearest, farthest = in_view[:, 2].max(), in_view[:, 2].min()
-    size = max(float(np.ptp(in_view, axis=0).max()), abs(eye[2]) * 1e-6, 1e-30)
+    size = max(float(np.ptp(in_view, axis=0).max()), abs(eye[2]) * 1e-6) or 1.0
     eye[2] = max(eye[2], nearest + size * NEAR_FRACTION)
     near = (eye[2] - nearest) / 2.0
     far = (eye[2] - farthest) * 2.0
@@ -184,7 +192,7 @@ def _fit_parallel(in_view: Float64Array, _fov_y: float, aspect: float, filled: f
     """Return clip_from_view of a parallel projection that the points (n, 3) fill to the part `filled`."""
     low, high = in_view.min(axis=0), in_view.max(axis=0)
     middle, size = (low + high) / 2.0, high - low
-    half_height = max(size[1], size[0] / aspect, float(size.max()) * 1e-6, 1e-30) / (2.0 * filled)
+    half_height = (max(size[1], size[0] / aspect, float(size.max()) * 1e-6) or 1.0) / (2.0 * filled)
     half_depth = max(size[2], half_height)
     half_width = half_height * aspect
     clip_from_middle = matrices.orthographic(
