@@ -1,0 +1,172 @@
+"""The commands: from parsed options to the library and back to files."""
+
+import math
+from argparse import Namespace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import matrices
+from .._arguments import Float64Array
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..mesh import Mesh
+from . import files
+
+if TYPE_CHECKING:
+    from ..cameras import Camera
+    from ..gpu.device import Device
+
+DEVICE_FAILED, WRONG_INPUT, NO_ADAPTER = 1, 2, 3
+PICTURE_TYPES = ("png",)
+AFFINE_ROW = (0.0, 0.0, 0.0, 1.0)
+
+
+def render(options: Namespace) -> int:
+    """Draw a model."""
+    if options.output != files.STANDARD:
+        _require_type(options.output, PICTURE_TYPES)
+    mesh = files.read_mesh(options.input, options.file_type)
+    world_from_model = _composed(options)
+    from .. import wireframe
+
+    try:
+        image = wireframe.render(
+            mesh,
+            transform=world_from_model,
+            camera=_camera(options, wireframe.world_positions(mesh, world_from_model)),
+            size=options.resolution,
+            line_width=options.line_width,
+            color=options.color,
+            background=options.background,
+            device=_device(options),
+        )
+    except MeshError as error:
+        raise MeshError(f"{options.input}: {error}") from None
+    files.write_picture(image, options.output)
+    return 0
+
+
+def transform(options: Namespace) -> int:
+    """Transform a model file or an array."""
+    source = files.kind(options.input, options.file_type)
+    target = source if options.output == files.STANDARD else files.kind(options.output)
+    if (source == "npy") != (target == "npy"):
+        raise ArgumentError(f"{options.output}: an .npy array can only become an .npy array, and a model a model")
+    matrix = _composed(options)
+    if not options.project and tuple(matrix[3]) != AFFINE_ROW:
+        raise ArgumentError("the transforms are projective: with --project, points are divided by w")
+    if source == "npy":
+        _transform_array(options, matrix)
+    else:
+        from ..formats.registry import WRITERS
+
+        _require_type(options.output, tuple(sorted(WRITERS)), target)
+        _transform_mesh(options, matrix, target)
+    return 0
+
+
+def explain(options: Namespace) -> int:
+    """Print matrices."""
+    if not options.steps:
+        raise ArgumentError("explain needs a transform, such as --rotate-z 90")
+    files.say(matrices.explain(*options.steps, point=options.point) + "\n")
+    return 0
+
+
+def doctor(options: Namespace) -> int:
+    """Report on the adapters."""
+    from ..gpu.doctor import examine
+
+    report = examine(options.adapter)
+    files.say(report.json() if options.json else report.text())
+    if report.passed:
+        return 0
+    return NO_ADAPTER if report.device is None else DEVICE_FAILED
+
+
+def _transform_mesh(options: Namespace, matrix: Float64Array, target: str) -> None:
+    from ..transform import project_points, transform_points
+
+    mesh = files.read_mesh(options.input, options.file_type)
+    run = project_points if options.project else transform_points
+    positions = run(mesh.positions, matrix, device=_device(options))
+    try:
+        moved = Mesh.from_offsets(positions, mesh.offsets, mesh.indices)
+    except MeshError as error:  # a coordinate that has overflowed, or was divided by w = 0
+        raise MeshError(f"{options.input}, transformed: {error}") from None
+    files.write_mesh(moved, options.output, target)
+
+
+def _transform_array(options: Namespace, matrix: Float64Array) -> None:
+    from ..transform import point_array, project_points, transform_points
+
+    array = files.read_array(options.input)
+    try:
+        points = point_array(array)
+    except (ArgumentError, ArgumentTypeError) as error:
+        raise ArgumentError(f"{options.input}: {error}") from None
+    if points.shape[1] == 2:
+        matrix = _planar(matrix)
+    run = project_points if options.project else transform_points
+    files.write_array(run(points, matrix, device=_device(options)), options.output)
+
+
+def _planar(matrix: Float64Array) -> Float64Array:
+    """Return what a 4x4 matrix does to the xy-plane: (3, 3)."""
+    in_plane = [0, 1, 3]
+    if matrix[2, in_plane].any():
+        raise ArgumentError("the transforms must keep points (n, 2) in the xy-plane, but they move them along z")
+    return matrix[np.ix_(in_plane, in_plane)]
+
+
+def _composed(options: Namespace) -> Float64Array:
+    return matrices.chain(matrices.identity(), *options.steps)
+
+
+def _device(options: Namespace) -> "Device":
+    from ..gpu.device import Device, default_device
+
+    return default_device() if options.adapter is None else Device(options.adapter)
+
+
+def _require_type(path: str, known: tuple[str, ...], kind: str | None = None) -> None:
+    kind = files.kind(path) if kind is None else kind
+    if kind not in known:
+        raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {kind or 'none'}")
+
+
+def _camera(options: Namespace, points: Float64Array) -> "Camera":
+    """Return the camera of the options, for a model whose `points` (n, 3) are in the world."""
+    try:
+        return _aimed(options, points)
+    except ArgumentError as error:
+        raise ArgumentError(f"camera options: {error}") from None
+
+
+def _aimed(options: Namespace, points: Float64Array) -> "Camera":
+    from ..cameras import DEFAULT_DIRECTION, Camera
+
+    up = options.up if options.camera_view_up is None else options.camera_view_up
+    lens = {"fov_y": options.camera_view_angle, "orthographic": options.camera_orthographic}
+    if options.camera_position is None:
+        if options.camera_focal_point is not None:
+            raise ArgumentError("--camera-focal-point must come with --camera-position")
+        direction = options.camera_direction
+        if direction is None:
+            direction = _turn_up(options.up) @ DEFAULT_DIRECTION
+        return Camera.fit(points, direction=direction, up=up, **lens)
+    if options.camera_direction is not None:
+        raise ArgumentError("--camera-direction cannot go with --camera-position: give --camera-focal-point")
+    target = options.camera_focal_point
+    if target is None:
+        target = Mesh(points).center
+    return Camera.look_at(options.camera_position, target, up, **lens)
+
+
+def _turn_up(up: Float64Array) -> Float64Array:
+    """Return the smallest rotation (3, 3) that takes +y to `up`."""
+    axis = np.cross((0.0, 1.0, 0.0), up)
+    if not axis.any():
+        axis = np.array([1.0, 0.0, 0.0])
+    angle = math.atan2(math.hypot(up[0], up[2]), up[1])
+    return matrices.rotate(axis, angle)[:3, :3]

@@ -1,0 +1,126 @@
+"""What the commands read and write: paths, and `-` for standard input and output."""
+
+import contextlib
+import errno
+import io
+import os
+import sys
+import tokenize
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from .._files import atomic_write
+from ..errors import ArgumentError
+from ..mesh import Mesh
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+STANDARD = "-"
+# NumPy's reader of a malformed header lets through what Python's own parser raises.
+MALFORMED_ARRAY = (ValueError, TypeError, OverflowError, EOFError, SyntaxError, tokenize.TokenError)
+
+
+def kind(path: str, file_type: str | None = None) -> str:
+    """Return the type of a file, from its name where `file_type` does not say: "obj", "npy", ..."""
+    if file_type is None and path == STANDARD:
+        raise ArgumentError("--file-type must say what standard input holds")
+    return (Path(path).suffix if file_type is None else file_type).lower().lstrip(".")
+
+
+def read_mesh(path: str, file_type: str | None) -> Mesh:
+    """Return the mesh in `path`."""
+    from ..formats import load_mesh
+
+    return load_mesh(_standard("stdin") if path == STANDARD else path, file_type=kind(path, file_type))
+
+
+def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:
+    """Write a mesh to `path`."""
+    from ..formats import save_mesh
+
+    with _naming(path):
+        save_mesh(mesh, _standard("stdout") if path == STANDARD else path, file_type=file_type)
+
+
+def read_array(path: str) -> npt.NDArray[Any]:
+    """Return the array in an .npy file."""
+    with contextlib.nullcontext(_standard("stdin")) if path == STANDARD else Path(path).open("rb") as file:
+        # NumPy seeks in whatever has a file descriptor.
+        source = file if file.seekable() else io.BytesIO(file.read())
+        try:
+            with warnings.catch_warnings(action="ignore"):  # Python's own parser grumbles at a malformed header
+                array: npt.NDArray[Any] = np.lib.format.read_array(source, allow_pickle=False)
+        except MALFORMED_ARRAY as error:
+            raise ArgumentError(f"{path}: not an .npy file of numbers: {error}") from None
+    return array
+
+
+def write_array(array: npt.NDArray[Any], path: str) -> None:
+    """Write a C-ordered array to an .npy file."""
+    with _output(path) as file:
+        # Not np.save, which seeks as well.
+        np.lib.format.write_array_header_1_0(file, np.lib.format.header_data_from_array_1_0(array))
+        file.write(array.data)
+
+
+def read_matrix(path: str) -> npt.NDArray[Any]:
+    """Return the (4, 4) entries in an .npy file, or in a text of 16 numbers."""
+    if kind(path) == "npy":
+        return read_array(path)
+    try:
+        words = Path(path).read_text("utf-8").replace(",", " ").split()
+        return np.array([float(word) for word in words]).reshape(4, 4)
+    except ValueError:
+        raise ArgumentError(f"{path}: expected a text of 16 numbers, row by row, or an .npy file") from None
+
+
+def write_picture(image: "Image", path: str) -> None:
+    """Write a picture as PNG."""
+    png = io.BytesIO()
+    image.save(png, "PNG")
+    with _output(path) as file:
+        # Not by Pillow, which calls every failure to write an encoder's error.
+        file.write(png.getbuffer())
+
+
+@contextlib.contextmanager
+def _output(path: str) -> Iterator[BinaryIO]:
+    with _naming(path):
+        if path == STANDARD:
+            yield _standard("stdout")
+        else:
+            with atomic_write(path) as file:
+                yield file
+
+
+@contextlib.contextmanager
+def _naming(path: str) -> Iterator[None]:
+    """Let a failure to write name the file that was asked for, not the one that stands in for it until it is whole."""
+    try:
+        yield
+    except OSError as error:
+        name = "standard output" if path == STANDARD else path
+        raise OSError(error.errno, error.strerror or str(error), name) from None
+
+
+def say(text: str) -> None:
+    """Print to standard output; what its encoding lacks, in an adapter's name, is shown as an escape."""
+    with _naming(STANDARD):
+        _standard("stdout")
+        encoding = sys.stdout.encoding or "utf-8"
+        sys.stdout.write(text.encode(encoding, "backslashreplace").decode(encoding))
+        sys.stdout.flush()
+
+
+def _standard(stream: str) -> BinaryIO:
+    text = getattr(sys, stream)
+    if text is None:
+        raise OSError(errno.EBADF, os.strerror(errno.EBADF), stream)
+    binary: BinaryIO = text.buffer
+    return binary

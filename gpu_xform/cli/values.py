@@ -1,0 +1,189 @@
+"""Texts of the command line as values; argparse puts the option's name before what is wrong with one."""
+
+import argparse
+import functools
+import re
+from collections.abc import Callable
+from typing import TypeVar
+
+import numpy as np
+
+from .. import matrices
+from .._arguments import Float64Array, nonzero_vector, number, square_matrix, vector
+from ..colors import ColorLike, rgba
+from ..errors import GpuXformError
+from . import files
+
+Value = TypeVar("Value")
+
+
+def option_value(make: Callable[[str], Value]) -> Callable[[str], Value]:
+    """Make of `make`, which raises ValueError or an error of ours, an argparse type whose users see the message."""
+
+    @functools.wraps(make)
+    def value(text: str) -> Value:
+        try:
+            return make(text)
+        except (ValueError, GpuXformError) as error:
+            raise argparse.ArgumentTypeError(str(error)) from None
+
+    return value
+
+
+def numbers(text: str, expected: str, *counts: int) -> list[float]:
+    """Return the numbers of `text`, separated by commas or spaces; `counts` are the permitted lengths."""
+    try:
+        values = [float(word) for word in re.split(r"\s*,\s*|\s+", text.strip())]
+    except ValueError:
+        values = []
+    if len(values) not in counts:
+        raise ValueError(f"expected {expected}, got {shortened(text)}")
+    return values
+
+
+def shortened(text: str) -> str:
+    """Quote `text`, cut to a readable length."""
+    return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+@option_value
+def scale(text: str) -> Float64Array:
+    """Read S or X,Y,Z."""
+    return matrices.scale(*numbers(text, "one factor or three, X,Y,Z", 1, 3))
+
+
+@option_value
+def rotate_x(text: str) -> Float64Array:
+    """Read degrees."""
+    return matrices.rotate_x(*numbers(text, "degrees", 1), degrees=True)
+
+
+@option_value
+def rotate_y(text: str) -> Float64Array:
+    """Read degrees."""
+    return matrices.rotate_y(*numbers(text, "degrees", 1), degrees=True)
+
+
+@option_value
+def rotate_z(text: str) -> Float64Array:
+    """Read degrees."""
+    return matrices.rotate_z(*numbers(text, "degrees", 1), degrees=True)
+
+
+@option_value
+def rotate(text: str) -> Float64Array:
+    """Read an axis and degrees, X,Y,Z,DEG."""
+    *axis, degrees = numbers(text, "an axis and degrees, X,Y,Z,DEG", 4)
+    return matrices.rotate(axis, degrees, degrees=True)
+
+
+@option_value
+def translate(text: str) -> Float64Array:
+    """Read X,Y,Z."""
+    return matrices.translate(*numbers(text, "three numbers, X,Y,Z", 3))
+
+
+@option_value
+def shear(text: str) -> Float64Array:
+    """Read xy=0.5,zx=2: x gains 0.5 times y, z gains twice x."""
+    factors: dict[str, float] = {}
+    for part in text.split(","):
+        name, _, factor = (word.strip() for word in part.partition("="))
+        if name not in {"xy", "xz", "yx", "yz", "zx", "zy"} or name in factors:
+            raise ValueError(
+                f"expected each of xy, xz, yx, yz, zx, zy once at most, as in xy=0.5, got {shortened(text)}"
+            )
+        (factors[name],) = numbers(factor, f"a number for {name}", 1)
+    return matrices.shear(**factors)
+
+
+@option_value
+def reflect(text: str) -> Float64Array:
+    """Read the plane's normal, X,Y,Z."""
+    return matrices.reflect(numbers(text, "the plane's normal, X,Y,Z", 3))
+
+
+@option_value
+def project_onto(text: str) -> Float64Array:
+    """Read the plane's normal, X,Y,Z."""
+    return matrices.project_onto(numbers(text, "the plane's normal, X,Y,Z", 3))
+
+
+@option_value
+def perspective_from_eye(text: str) -> Float64Array:
+    """Read the eye's distance."""
+    return matrices.perspective_from_eye(*numbers(text, "one number", 1))
+
+
+@option_value
+def matrix(text: str) -> Float64Array:
+    """Read sixteen numbers row by row, or the name of a file that holds them."""
+    try:
+        return square_matrix(np.reshape(numbers(text, "16 numbers", 16), (4, 4)), "the matrix", 4)
+    except ValueError:
+        if re.fullmatch(r"[-+.,\s\deE]*", text):
+            raise
+    try:
+        return square_matrix(files.read_matrix(text), text, 4)
+    except OSError as error:
+        raise ValueError(f"expected 16 numbers or a file of them, got {shortened(text)} ({error.strerror})") from None
+
+
+@option_value
+def point(text: str) -> Float64Array:
+    """Read X,Y,Z."""
+    return vector(numbers(text, "three numbers, X,Y,Z", 3), "the point", 3)
+
+
+@option_value
+def direction(text: str) -> Float64Array:
+    """Read X,Y,Z or an axis: +Y, -z, x."""
+    axis = re.fullmatch(r"([+-]?)([xyz])", text.strip(), re.IGNORECASE)
+    if axis is None:
+        return nonzero_vector(numbers(text, "an axis such as +Y or -Z, or three numbers, X,Y,Z", 3), "the direction", 3)
+    unit = np.zeros(3)
+    unit["xyz".index(axis[2].lower())] = -1.0 if axis[1] == "-" else 1.0
+    return unit
+
+
+@option_value
+def resolution(text: str) -> tuple[int, int]:
+    """Read W,H or WxH."""
+    sides = re.fullmatch(r"0*([1-9]\d{0,8})\s*[x,]\s*0*([1-9]\d{0,8})", text.strip(), re.ASCII | re.IGNORECASE)
+    if sides is None:
+        raise ValueError(f"expected a width and a height in pixels, W,H or WxH, got {shortened(text)}")
+    return int(sides[1]), int(sides[2])
+
+
+@option_value
+def line_width(text: str) -> float:
+    """Read a positive number of pixels."""
+    width = number(numbers(text, "one number", 1)[0], "the width")
+    if width <= 0.0:
+        raise ValueError(f"expected a positive number of pixels, got {shortened(text)}")
+    return width
+
+
+@option_value
+def view_angle(text: str) -> float:
+    """Read degrees between 0 and 180."""
+    (degrees,) = numbers(text, "degrees", 1)
+    if not 0.0 < degrees < 180.0:
+        raise ValueError(f"expected degrees between 0 and 180, got {shortened(text)}")
+    return degrees
+
+
+@option_value
+def color(text: str) -> ColorLike:
+    """Read a colour's name, #rrggbb, or R,G,B from 0 to 1."""
+    value: ColorLike = text
+    if re.match(r"\s*[-+.\d]", text):
+        value = numbers(text, "three or four numbers from 0 to 1", 3, 4)
+    rgba(value, "the value")
+    return value
+
+
+@option_value
+def line_color(text: str) -> ColorLike:
+    """Read a colour, or `face`."""
+    return text if text == "face" else color(text)

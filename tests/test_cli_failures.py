@@ -1,0 +1,294 @@
+import contextlib
+import errno
+import os
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+import pytest
+
+from gpu_xform import Mesh, PrecisionError, samples, save_mesh, wireframe
+from gpu_xform._files import atomic_write
+from gpu_xform.cli import files, main
+from gpu_xform.errors import DeviceError, DeviceMemoryError, ShaderError
+from gpu_xform.formats import registry
+from gpu_xform.gpu import transform_pass
+from gpu_xform.gpu.device import Device
+
+OLD = b"what was there before"
+NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
+
+RENDER = "render house.obj -o out.png "
+TRANSFORM = "transform house.obj out.obj "
+ARRAY = "transform points.npy out.npy "
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Run in a folder whose files are all the same afterwards."""
+    monkeypatch.chdir(tmp_path)
+    save_mesh(samples.house(), "house.obj")
+    save_mesh(Mesh([(0, 0, 0), (1, 0, 0)]), "cloud.obj")
+    np.save("points.npy", np.ones((4, 3)))
+    np.save("matrix33.npy", np.eye(3))
+    np.save("matrix_complex.npy", np.eye(4) * 1j)
+    np.save("matrix_nan.npy", np.full((4, 4), np.nan))
+    np.save("words.npy", np.array(["a", "b"]))
+    np.save("cube.npy", np.ones((2, 2, 2)))
+    np.save("objects.npy", np.array([None]), allow_pickle=True)
+    np.save("huge.npy", np.ones((2, 3)))
+    Path("huge.npy").write_bytes(
+        Path("huge.npy").read_bytes().replace(b"(2, 3), }" + b" " * 16, b"(%d, 3), }" % 10**17)
+    )
+    Path("short.npy").write_bytes(Path("points.npy").read_bytes()[:-1])
+    Path("empty.npy").write_bytes(b"")
+    Path("garbage.obj").write_bytes(b"v 0 0 0\nv 1 0 zero\nf 1 2 3\n")
+    Path("binary.obj").write_bytes(bytes(range(256)) * 8)
+    Path("model.xyz").write_bytes(b"1 2 3")
+    Path("fifteen.txt").write_text("1 " * 15)
+    Path("folder.png").mkdir()
+    for name in ("out.png", "out.obj", "out.npy", "out.bmp", "out.3mf", "out"):
+        Path(name).write_bytes(OLD)
+    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    yield
+    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
+
+
+def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> str:
+    assert main(shlex.split(typed)) == code
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    assert printed.err.startswith("gpu-xform: error: ")
+    assert printed.err.endswith("\n")
+    assert printed.err.count("\n") == 1
+    assert "Traceback" not in printed.err
+    return printed.err
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        ("", "render, transform, explain or doctor"),
+        ("rendr", "rendr"),
+        ("--verison", "--verison"),
+        ("render", "MODEL"),
+        ("render house.obj", "-o"),
+        ("render house.obj -o", "-o"),
+        ("transform house.obj", "OUT"),
+        (RENDER + "--scal 2", "--scal"),
+        (RENDER + "--scale", "--scale"),
+        ("render none.obj -o out.png", "none.obj: No such file"),
+        ("render folder.png -o out.png --file-type obj", "folder.png: Is a directory"),
+        ("render house.obj/x.obj -o out.png", "house.obj/x.obj: Not a directory"),
+        ("render garbage.obj -o out.png", "garbage.obj: line 2"),
+        ("render binary.obj -o out.png", "binary.obj: "),
+        ("render cloud.obj -o out.png", "cloud.obj: "),
+        ("render model.xyz -o out.png", "model.xyz: "),
+        ("render house.obj -o out.png --file-type xyz", "xyz"),
+        ("render house.obj -o out.png --file-type off", "house.obj: "),
+        ("render - -o out.png", "--file-type"),
+        ("render house.obj -o folder.png", "folder.png: Is a directory"),
+        ("render house.obj -o none/out.png", "none/out.png: No such file"),
+        ("render house.obj -o house.obj/out.png", "house.obj/out.png: Not a directory"),
+        ("render none.obj -o out.bmp", "out.bmp: the type must be one of png"),
+        ("render none.obj -o out", "out: the type must be one of png"),
+        (RENDER + "--scale a", "--scale: expected one factor or three"),
+        (RENDER + "--scale 1,2", "--scale"),
+        (RENDER + "--scale 1,,2", "--scale"),
+        (RENDER + "--scale ''", "--scale"),
+        (RENDER + "--scale nan", "--scale: x must be finite"),
+        (RENDER + "--scale 1e999", "--scale"),
+        (RENDER + "--scale 1e200 --scale 1e200", "range"),
+        (RENDER + "--rotate-x 1,2", "--rotate-x"),
+        (RENDER + "--rotate-z ninety", "--rotate-z"),
+        (RENDER + "--rotate 1,0,0", "--rotate"),
+        (RENDER + "--rotate 0,0,0,90", "--rotate: axis"),
+        (RENDER + "--translate -1,2", "--translate: expected three numbers"),
+        (RENDER + "--shear xx=1", "--shear"),
+        (RENDER + "--shear xy=1,xy=2", "--shear"),
+        (RENDER + "--shear xy", "--shear"),
+        (RENDER + "--shear xy=", "--shear"),
+        (RENDER + "--reflect 0,0,0", "--reflect"),
+        (RENDER + "--project-onto 1", "--project-onto"),
+        (RENDER + "--perspective-from-eye 0", "--perspective-from-eye"),
+        (RENDER + "--matrix 1,2,3", "--matrix: expected 16 numbers"),
+        (RENDER + "--matrix none.txt", "none.txt"),
+        (RENDER + "--matrix folder.png", "folder.png"),
+        (RENDER + "--matrix fifteen.txt", "fifteen.txt"),
+        (RENDER + "--matrix binary.obj", "binary.obj"),
+        (RENDER + "--matrix matrix33.npy", "matrix33.npy"),
+        (RENDER + "--matrix matrix_nan.npy", "matrix_nan.npy"),
+        (RENDER + "--matrix matrix_complex.npy", "matrix_complex.npy"),
+        (RENDER + "--matrix empty.npy", "empty.npy"),
+        (RENDER + "--resolution 100", "--resolution"),
+        (RENDER + "--resolution 0,5", "--resolution"),
+        (RENDER + "--resolution -5,5", "--resolution"),
+        (RENDER + "--resolution 1e2,5", "--resolution"),
+        (RENDER + "--resolution 999999999x1", "999999999"),
+        (RENDER + "--line-width 0", "--line-width"),
+        (RENDER + "--line-width -1", "--line-width"),
+        (RENDER + "--line-width inf", "--line-width"),
+        (RENDER + "--color blurple", "--color"),
+        (RENDER + "--color 0,0,2", "--color"),
+        (RENDER + "--color '#12'", "--color"),
+        (RENDER + "--background-color face", "--background-color"),
+        (RENDER + "--background-color red --no-background", "--no-background"),
+        (RENDER + "--up Q", "--up"),
+        (RENDER + "--up 0,0,0", "--up"),
+        (RENDER + "--camera-view-angle 180", "--camera-view-angle"),
+        (RENDER + "--camera-direction -Y", "camera options: up must not be parallel"),
+        (RENDER + "--camera-position 0,0,0", "camera options: eye and target must differ"),
+        (RENDER + "--camera-focal-point 1,2,3", "--camera-focal-point"),
+        (RENDER + "--camera-position 1,2,3 --camera-direction X", "--camera-direction"),
+        (RENDER + "--translate 0,0,50 --perspective-from-eye 5", "house.obj: "),
+        ("transform none.obj out.obj", "none.obj: No such file"),
+        ("transform none.npy out.npy", "none.npy: No such file"),
+        ("transform none.obj out.bmp", "out.bmp: the type must be one of"),
+        ("transform none.obj out.3mf", "out.3mf: the type must be one of"),
+        ("transform none.obj out", "out: the type must be one of"),
+        ("transform house.obj out.npy", "out.npy: "),
+        ("transform points.npy out.obj", "out.obj: "),
+        ("transform house.obj none/out.obj", "none/out.obj: No such file"),
+        ("transform house.obj folder.png/../house.obj/x.obj", "x.obj: Not a directory"),
+        ("transform points.npy none/out.npy", "none/out.npy: No such file"),
+        ("transform points.npy folder.png --file-type npy", "folder.png: "),
+        (TRANSFORM + "--perspective-from-eye 5", "--project"),
+        (TRANSFORM + "--perspective-from-eye 1 --project", "house.obj, transformed: positions must be finite"),
+        (TRANSFORM + "--scale 1e308 --scale 10", "range"),
+        ("transform words.npy out.npy", "words.npy: points must hold"),
+        ("transform cube.npy out.npy", "cube.npy: points must have shape"),
+        ("transform objects.npy out.npy", "objects.npy: "),
+        ("transform huge.npy out.npy", ""),
+        ("transform short.npy out.npy", "short.npy: "),
+        ("transform empty.npy out.npy", "empty.npy: "),
+        ("transform house.obj out.npy --file-type npy", "house.obj: not an .npy file"),
+        (ARRAY + "--project --matrix matrix33.npy", "matrix33.npy"),
+        ("explain", "--rotate-z"),
+        ("explain --scale 2 --point 1,2", "--point"),
+        ("explain --scale 1e200 --scale 1e200", "range"),
+        ("explain out.obj --scale 2", "out.obj"),
+        ("doctor now", "now"),
+    ],
+)
+def test_bad_input_is_one_line_and_touches_nothing(typed: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert words in complaint(typed, capsys)
+
+
+@pytest.mark.parametrize("command", [RENDER, TRANSFORM, ARRAY, "doctor "])
+def test_an_unknown_adapter_is_named_with_those_there_are(
+    command: str, capsys: pytest.CaptureFixture[str], device: Device
+) -> None:
+    if command == "doctor ":
+        assert main(["doctor", "--adapter", "nonesuch"]) == 3
+        message = capsys.readouterr().out
+    else:
+        message = complaint(command + "--adapter nonesuch", capsys, code=3)
+    assert "'nonesuch'" in message
+    assert device.name in message
+
+
+@pytest.mark.parametrize("command", [RENDER, TRANSFORM, ARRAY])
+def test_without_a_driver_a_line_says_what_to_install(command: str) -> None:
+    typed = [sys.executable, "-m", "gpu_xform", *shlex.split(command)]
+    result = subprocess.run(typed, capture_output=True, check=False, text=True, env=os.environ | NO_DRIVER)
+    assert (result.returncode, result.stdout) == (3, "")
+    assert result.stderr.startswith("gpu-xform: error: no graphics adapter")
+    assert "nstall" in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (MemoryError(), 2, "not enough memory"),
+        (MemoryError("Unable to allocate 4 TiB"), 2, "4 TiB"),
+        (DeviceMemoryError("the device has not enough memory"), 2, "the device has not enough memory"),
+        (DeviceError("the device is\nlost"), 1, "the device is lost"),
+        (ShaderError("does not compile"), 1, "does not compile"),
+        (PrecisionError("no double precision"), 2, "no double precision"),
+        (PermissionError(errno.EACCES, "Permission denied", "secret"), 2, "secret: Permission denied"),
+        (OSError("an error without a number"), 2, "an error without a number"),
+    ],
+)
+def test_what_the_library_raises_has_its_exit_code(
+    error: BaseException, code: int, words: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr(wireframe, "render", fail)
+    monkeypatch.setattr(transform_pass, "transform", fail)
+    assert words in complaint(RENDER, capsys, code)
+    assert words in complaint(TRANSFORM, capsys, code)
+    assert words in complaint(ARRAY, capsys, code)
+
+
+def test_a_device_without_float64_is_refused_not_worked_around(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Device, "has_float64", False)
+    assert "double precision" in complaint(TRANSFORM, capsys)
+    assert "double precision" in complaint(ARRAY, capsys)
+
+
+class FullDisk:
+    def __init__(self, file: BinaryIO) -> None:
+        self.file = file
+
+    def write(self, data: bytes) -> int:
+        self.file.write(bytes(data)[:10])
+        self.file.flush()
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), self.file.name)
+
+
+@pytest.mark.parametrize("command", [RENDER, TRANSFORM, ARRAY])
+def test_a_full_disk_leaves_the_older_file_and_nothing_else(
+    command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    @contextlib.contextmanager
+    def almost_full(path: str) -> Iterator[FullDisk]:
+        with atomic_write(path) as file:
+            yield FullDisk(file)
+
+    monkeypatch.setattr(files, "atomic_write", almost_full)
+    monkeypatch.setattr(registry, "atomic_write", almost_full)
+    target = shlex.split(command)[-1]
+    assert complaint(command, capsys) == f"gpu-xform: error: {target}: {os.strerror(errno.ENOSPC)}\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may read and write everything")
+def test_permissions(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("house.obj").chmod(0)
+    try:
+        assert "house.obj: Permission denied" in complaint(RENDER, capsys)
+    finally:
+        Path("house.obj").chmod(0o600)
+
+
+def test_a_line_break_in_a_name_stays_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "a b.obj: No such file" in complaint("render 'a\nb.obj' -o out.png", capsys)
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("command", ["explain --scale 2", "transform points.npy -"])
+def test_a_full_standard_output_is_said_once(command: str) -> None:
+    with Path("/dev/full").open("wb") as full:
+        typed = [sys.executable, "-m", "gpu_xform", *shlex.split(command)]
+        result = subprocess.run(typed, stdout=full, stderr=subprocess.PIPE, check=False, text=True)
+    assert result.returncode == 2
+    assert result.stderr == f"gpu-xform: error: standard output: {os.strerror(errno.ENOSPC)}\n"
+
+
+@pytest.mark.parametrize(
+    ("stream", "command"),
+    [("stdin", "render - -o out.png --file-type obj"), ("stdout", "explain --scale 2"), ("stdout", RENDER[:-8] + " -")],
+)
+def test_a_closed_standard_stream(
+    stream: str, command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, stream, None)
+    assert "Bad file descriptor" in complaint(command, capsys)

@@ -1,0 +1,213 @@
+import dataclasses
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+import wgpu
+
+import gpu_xform
+from gpu_xform.cli import main
+from gpu_xform.errors import DeviceError
+from gpu_xform.gpu import doctor, line_pass, self_test, transform_pass
+from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.doctor import Check, Report, examine
+
+NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
+CHECKS = ["matrix layout", "struct layout", "long loop", "float32 transform", "float64 transform", "picture"]
+
+
+@pytest.fixture(scope="module")
+def report() -> Report:
+    return examine()
+
+
+def wrong(checks: tuple[Check, ...]) -> list[str]:
+    return [check.name for check in checks if not check.passed]
+
+
+def test_this_machine_is_well(report: Report, device: Device) -> None:
+    assert report.passed
+    assert report.device == device.adapter
+    assert report.adapters == tuple(gpu_xform.adapters())
+    assert [check.name for check in report.checks] == [n for n in CHECKS if device.has_float64 or "64" not in n]
+    assert report.versions["gpu_xform"] == gpu_xform.__version__
+    assert report.versions["wgpu"] == wgpu.__version__
+    assert report.versions["numpy"] == np.__version__
+
+
+def test_the_command_prints_the_report(report: Report, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["doctor"]) == 0
+    assert capsys.readouterr() == (report.text(), "")
+    assert main(["doctor", "--json"]) == 0
+    parsed = json.loads(capsys.readouterr().out)
+    assert parsed["passed"] is True
+    assert parsed["device"]["features"] == sorted(report.adapters[0].features)
+    assert parsed["checks"] == [dataclasses.asdict(check) for check in report.checks]
+
+
+def test_the_text_says_what_matters(report: Report) -> None:
+    text = report.text()
+    assert report.device is not None
+    for piece in (*report.versions.values(), report.device.name, report.device.driver, report.device.backend):
+        assert piece in text
+    assert "  float64 " in text
+    assert ("This device is a CPU" in text) == (report.device.kind == "CPU")
+    assert text.endswith("Everything works.\n")
+    assert max(map(len, text.splitlines())) <= max(80, *(len(line) + 11 for line in report.versions.values()))
+
+
+def test_a_gpu_is_not_called_a_cpu(report: Report) -> None:
+    assert report.device is not None
+    gpu = dataclasses.replace(report.device, kind="DiscreteGPU", features=frozenset())
+    text = dataclasses.replace(report, device=gpu, adapters=(gpu,)).text()
+    assert "is a CPU" not in text
+    for feature in ("float64", "memory that the host maps", "timestamps"):
+        assert f"{feature:26} no\n" in text
+
+
+def off_by_little(points: npt.NDArray[Any], matrix: npt.NDArray[Any], out: npt.NDArray[Any]) -> None:
+    out[:] = points @ matrix[:3, :3].T + matrix[:3, 3]
+    out[500, 1] *= 1 + 1e-5 if out.dtype == np.float32 else 1 + 1e-12
+
+
+def transposed(points: npt.NDArray[Any], matrix: npt.NDArray[Any], out: npt.NDArray[Any]) -> None:
+    out[:] = points @ matrix[:3, :3] + matrix[:3, 3]
+
+
+def in_single_precision(points: npt.NDArray[Any], matrix: npt.NDArray[Any], out: npt.NDArray[Any]) -> None:
+    single = matrix.astype(np.float32)
+    out[:] = points.astype(np.float32) @ single[:3, :3].T + single[:3, 3]
+
+
+def one_left_out(points: npt.NDArray[Any], matrix: npt.NDArray[Any], out: npt.NDArray[Any]) -> None:
+    out[:-1] = points[:-1] @ matrix[:3, :3].T + matrix[:3, 3]
+
+
+@pytest.mark.parametrize(
+    ("mutant", "failing"),
+    [
+        (off_by_little, ["float32 transform", "float64 transform"]),
+        (transposed, ["float32 transform", "float64 transform"]),
+        (in_single_precision, ["float64 transform"]),
+        (one_left_out, ["float32 transform", "float64 transform"]),
+    ],
+)
+def test_a_wrong_transform_is_noticed(
+    mutant: Callable[..., None],
+    failing: list[str],
+    device: Device,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    def transform(_: Device, points: Any, matrix: Any, out: Any, *, divide: bool) -> None:
+        assert not divide
+        mutant(points, matrix, out)
+
+    monkeypatch.setattr(transform_pass, "transform", transform)
+    assert wrong(examine().checks) == [n for n in failing if device.has_float64 or "64" not in n]
+    if device.has_float64:
+        assert main(["doctor"]) == 1
+        printed = capsys.readouterr().out
+        assert "  WRONG  float64 transform " in printed
+        assert printed.endswith("This device cannot be relied on.\n")
+
+
+@pytest.mark.parametrize(
+    "mutant",
+    [
+        np.zeros_like,
+        lambda pixels: np.full_like(pixels, 255),
+        lambda pixels: pixels[::-1],
+        lambda pixels: pixels[:, ::-1],
+        lambda pixels: pixels.swapaxes(0, 1),
+        lambda pixels: pixels // 2,
+    ],
+)
+def test_a_wrong_picture_is_noticed(
+    mutant: Callable[[npt.NDArray[np.uint8]], npt.NDArray[np.uint8]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    draw = line_pass.draw
+    monkeypatch.setattr(line_pass, "draw", lambda *a, **k: mutant(draw(*a, **k)))
+    assert wrong(examine().checks) == ["picture"]
+    assert main(["doctor"]) == 1
+
+
+def test_a_device_that_fails_while_it_works_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lost(*_: object, **__: object) -> None:
+        raise DeviceError("the device is lost")
+
+    monkeypatch.setattr(line_pass, "draw", lost)
+    report = examine()
+    assert wrong(report.checks) == ["picture"]
+    assert "WRONG  picture           the device is lost\n" in report.text()
+
+
+def test_a_device_that_does_not_open_is_reported(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(self_test, "run", lambda _: [("long loop", False, "counted to 7")])
+    report = examine()
+    assert wrong(report.checks) == ["open the device"]
+    assert report.device is not None
+    assert main(["doctor"]) == 1
+    assert "long loop (counted to 7)" in capsys.readouterr().out
+
+
+def test_the_reason_for_the_choice(
+    report: Report, device: Device, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    part = device.name[:4]
+    monkeypatch.setattr(doctor, "_tried", lambda _: ())
+    monkeypatch.delenv("GPU_XFORM_ADAPTER", raising=False)
+    n_adapters = len(report.adapters)
+    assert examine().reason.startswith("it is the only one" if n_adapters == 1 else "it is the fastest kind of ")
+    monkeypatch.setattr(doctor, "adapters", lambda: 3 * list(report.adapters))
+    assert examine().reason.startswith(f"it is the fastest kind of {3 * n_adapters}")
+    monkeypatch.setenv("GPU_XFORM_ADAPTER", part)
+    assert examine().reason == f"GPU_XFORM_ADAPTER is {part!r}"
+    assert examine(part.upper()).reason == f"{part.upper()!r} is asked for"
+    monkeypatch.setenv("GPU_XFORM_ADAPTER", "nonesuch")
+    assert examine().device is None
+    assert main(["doctor"]) == 3
+    printed = capsys.readouterr().out
+    assert "no graphics adapter has 'nonesuch' in its name" in printed
+    assert device.name in printed
+
+
+def test_nothing_passes_without_checks(report: Report) -> None:
+    assert not dataclasses.replace(report, checks=()).passed
+    assert not dataclasses.replace(report, device=None).passed
+    assert not dataclasses.replace(report, checks=(*report.checks, Check("x", False, ""))).passed
+
+
+def test_without_a_driver_the_report_says_what_to_install() -> None:
+    typed = [sys.executable, "-m", "gpu_xform", "doctor"]
+    result = subprocess.run(typed, capture_output=True, check=False, text=True, env=os.environ | NO_DRIVER)
+    assert (result.returncode, result.stderr) == (3, "")
+    assert "No adapters.\n" in result.stdout
+    assert "nstall" in result.stdout
+    assert "Checks" not in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("n_bytes", "text"),
+    [
+        (0, "0 bytes"),
+        (1023, "1023 bytes"),
+        (1024, "1 KiB"),
+        (1536, "1.5 KiB"),
+        (128 << 20, "128 MiB"),
+        ((1 << 31) - 1, "2 GiB"),
+        (1000 << 20, "1000 MiB"),
+        ((1 << 40) - 1, "1 TiB"),
+        ((1 << 64) - 1, "16 EiB"),
+    ],
+)
+def test_bytes_in_human_units(n_bytes: int, text: str) -> None:
+    assert doctor._human_bytes(n_bytes) == text
