@@ -3,11 +3,16 @@ import os
 from collections.abc import Callable, Iterator
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import pytest
 from hypothesis import settings
 
 from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu.device import Device, default_device
+
+Array = npt.NDArray[np.float64]
+CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]
 
 settings.register_profile("local", deadline=None, max_examples=60, print_blob=True)
 settings.register_profile("ci", parent=settings.get_profile("local"), derandomize=True)
@@ -45,3 +50,41 @@ def staging_device() -> Iterator[Device]:
     assert not staging.host_mappable
     with staging:
         yield staging
+
+
+@pytest.fixture(scope="session")
+def capsule_areas() -> CapsuleAreas:
+    """How much of every pixel lies under a line with round ends: (height, width) float64.
+
+    The line goes from `a` to `b`, in pixels from the top left corner. Every row is cut into 64; the capsule is convex,
+    so that each cut goes through it in one piece, whose ends are exact.
+    """
+
+    def areas(a: Array, b: Array, line_width: float, size: tuple[int, int]) -> Array:
+        width, height = size
+        radius = 0.5 * line_width
+        y = (np.arange(64 * height) + 0.5) / 64
+        left, right = np.full(len(y), np.inf), np.full(len(y), -np.inf)
+        for center in (a, b):
+            square = radius**2 - (y - center[1]) ** 2
+            half = np.sqrt(np.maximum(square, 0.0))
+            left = np.where(square >= 0.0, np.minimum(left, center[0] - half), left)
+            right = np.where(square >= 0.0, np.maximum(right, center[0] + half), right)
+        length = float(np.hypot(*(b - a)))
+        if length > 0.0:
+            across = radius / length * np.array([a[1] - b[1], b[0] - a[0]])
+            corners = [a + across, b + across, b - across, a - across]
+            for p, q in zip(corners, corners[1:] + corners[:1], strict=True):
+                if p[1] == q[1]:
+                    continue
+                t = (y - p[1]) / (q[1] - p[1])
+                x = p[0] + t * (q[0] - p[0])
+                inside = (t >= 0.0) & (t <= 1.0)
+                left = np.where(inside, np.minimum(left, x), left)
+                right = np.where(inside, np.maximum(right, x), right)
+        pixel = np.arange(width)
+        covered = np.clip(np.minimum(right[:, None], pixel + 1) - np.maximum(left[:, None], pixel), 0.0, 1.0)
+        result: Array = covered.reshape(height, 64, width).mean(axis=1)
+        return result
+
+    return areas
