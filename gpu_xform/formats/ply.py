@@ -166,7 +166,7 @@ def _read_equal_rows(body: bytes, place: int, element: _Element) -> tuple[dict[s
             if element.count == 0 or place + itemsize + p.count_dtype.itemsize > len(body):
                 return None
             count = np.frombuffer(body, p.count_dtype, 1, place + itemsize)[0]
-            if not 0 <= count <= len(body) or count != int(count):
+            if not 0 <= count <= len(body) or count % 1 != 0:
                 return None
             size = int(count)
             fields.append((f"n{i}", p.count_dtype))
@@ -203,7 +203,7 @@ def _read_rows(body: bytes, place: int, element: _Element) -> tuple[dict[str, _C
                 if unpacker:
                     (count,) = unpacker.unpack_from(body, place)
                     place += unpacker.size
-                    if count < 0 or count != int(count):
+                    if not count >= 0 or count % 1 != 0:  # a NaN fails the one, an infinity the other
                         raise MeshError(f"{element.name} {row}: a list cannot have {count} values")
                     count = int(count)
                 row_starts.append(place)
@@ -211,9 +211,7 @@ def _read_rows(body: bytes, place: int, element: _Element) -> tuple[dict[str, _C
                 place += count * itemsize
             if place > len(body):
                 raise EOFError
-    except (EOFError, OverflowError, ValueError, struct.error) as error:
-        if isinstance(error, MeshError):
-            raise
+    except (EOFError, struct.error):
         raise MeshError(f"{element.name} {row}: the file ends within this row, of {element.count} declared") from None
     columns = {}
     for p, begins, counts in zip(element.properties, starts, sizes, strict=True):

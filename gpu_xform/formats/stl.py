@@ -1,60 +1,100 @@
-"""STL, binary and ASCII, through trimesh; corners at the same point become one point."""
+"""STL, binary and ASCII; corners at the same point become one point."""
 
 import re
 from typing import BinaryIO
 
 import numpy as np
 
+from .._arguments import Float64Array
 from ..errors import MeshError
 from ..mesh import Mesh
 from . import _trimesh
+from ._text import number, parse, printable
 
 _HEADER_BYTES = 84
-_TRIANGLE_BYTES = 50
-_STATEMENT = re.compile(rb"^[ \t]*(vertex|endfacet|endsolid)\b", re.MULTILINE | re.IGNORECASE)
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+([^\n]*)", re.MULTILINE | re.IGNORECASE)
+_END = re.compile(rb"^[ \t]*(endfacet|endsolid)\b", re.MULTILINE | re.IGNORECASE)
 
 
 def read(data: bytes) -> Mesh:
     """Return the mesh of an STL file; raise MeshError for one that is cut off or has a NaN or an infinity."""
-    is_text = data[:512].lstrip()[:5].lower() == b"solid" and b"facet" in data[:4096].lower()
-    if is_text and _expected_bytes(data) != len(data):
-        _check_text(data)
-        return _joined(_trimesh.load_scene(data, "stl_ascii"))
+    # Some binary files begin with "solid" as well: their length gives them away.
+    is_text = data[:512].lstrip()[:5].lower() == b"solid" and len(data) != _expected_bytes(data)
+    corners = _text_corners(data) if is_text else _binary_corners(data)
+    if len(corners) == 0:
+        raise MeshError("the file has no triangles")
+    if not np.isfinite(corners).all():
+        wrong = int(np.argmax(~np.isfinite(corners).all(axis=1)))
+        raise MeshError(f"triangle {wrong // 3}: coordinates must be finite, got {corners[wrong].tolist()}")
+    return _joined(corners)
+
+
+def _expected_bytes(data: bytes) -> int:
+    return _HEADER_BYTES + _TRIANGLE.itemsize * int.from_bytes(data[80:84], "little")
+
+
+def _binary_corners(data: bytes) -> Float64Array:
+    """Return (3 n, 3), three corners a triangle."""
     if len(data) < _HEADER_BYTES:
         raise MeshError(
             f"expected a binary STL header of {_HEADER_BYTES} bytes or the word solid, got {len(data)} bytes"
         )
-    if len(data) != (expected := _expected_bytes(data)):
-        count = (expected - _HEADER_BYTES) // _TRIANGLE_BYTES
+    expected = _expected_bytes(data)
+    if len(data) != expected:
+        count = (expected - _HEADER_BYTES) // _TRIANGLE.itemsize
         raise MeshError(f"declares {count} triangles, which make {expected} bytes, got {len(data)}")
-    return _joined(_trimesh.load_scene(data, "stl"))
+    corners = np.frombuffer(data, _TRIANGLE, offset=_HEADER_BYTES)["corners"]
+    return corners.reshape(-1, 3).astype(np.float64)
 
 
-def _expected_bytes(data: bytes) -> int:
-    return _HEADER_BYTES + _TRIANGLE_BYTES * int.from_bytes(data[80:84], "little")
+def _text_corners(data: bytes) -> Float64Array:
+    """Return (3 n, 3), three corners a triangle."""
+    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    rows = _VERTEX.findall(data)
+    ends = [word.lower() for word in _END.findall(data)]
+    n_facets, n_solids = ends.count(b"endfacet"), ends.count(b"endsolid")
+    if len(rows) != 3 * n_facets or n_solids == 0:
+        raise MeshError(f"cut off: {len(rows)} vertex, {n_facets} endfacet and {n_solids} endsolid statements")
+    try:
+        # A NaN between the rows shows whether each has three numbers.
+        table = parse(b"".join([row + b" nan " for row in rows]), "float").reshape(-1, 4)
+        if not np.array_equal(np.isnan(table), np.broadcast_to([False, False, False, True], table.shape)):
+            raise ValueError("a row has more or less than three numbers")
+    except ValueError:
+        return _slow_text_corners(data)
+    return table[:, :3]
 
 
-def _check_text(data: bytes) -> None:
-    """Raise MeshError unless every facet is whole and every solid is closed."""
-    words = [word.lower() for word in _STATEMENT.findall(data.replace(b"\r", b"\n"))]
-    corners, facets, solids = (words.count(word) for word in (b"vertex", b"endfacet", b"endsolid"))
-    if corners != 3 * facets or not solids:
-        raise MeshError(f"an ASCII STL cut off: {corners} vertex, {facets} endfacet and {solids} endsolid statements")
+def _slow_text_corners(data: bytes) -> Float64Array:
+    """Return what `_text_corners` does, or raise MeshError for the line that is wrong."""
+    corners = []
+    for line, text in enumerate(data.split(b"\n"), 1):
+        words = text.split()
+        if words and words[0].lower() == b"vertex":
+            if len(words) != 4:
+                raise MeshError(f"line {line}: expected vertex and 3 numbers, got {printable(text.strip())}")
+            corners.append([number(word, line) for word in words[1:]])
+    return np.array(corners).reshape(-1, 3)
 
 
-def _joined(mesh: Mesh) -> Mesh:
-    """Return the mesh with equal points made one, in the order in which they first appear."""
-    points = mesh.positions + 0.0  # no -0.0
-    order = np.lexsort(points.T)
+def _joined(corners: Float64Array) -> Mesh:
+    """Return the mesh of triangles given by their corners, equal points made one in the order of their first use."""
+    points = corners + 0.0  # no -0.0
+    bits = points.view(np.uint64)
+    bits = bits ^ (bits >> np.uint64(32))  # float32 in float64 leaves the low bits empty
+    # Equal points have equal keys; the rare other pair with equal keys is told apart below, by its coordinates.
+    keys = bits @ np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+    order = np.argsort(keys, kind="stable")
     ordered = points[order]
     is_new = np.ones(len(points), bool)
     is_new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    group = np.empty(len(points), np.int64)
-    group[order] = np.cumsum(is_new) - 1
-    first = order[is_new]  # lexsort is stable: the lowest place of each group
+    first = order[is_new]  # the sort is stable: where each point appears first
     rank = np.empty(len(first), np.int64)
     rank[np.argsort(first)] = np.arange(len(first))
-    return Mesh.from_offsets(points[np.sort(first)], mesh.offsets, rank[group[mesh.indices]])
+    triangles = np.empty(len(points), np.int64)
+    triangles[order] = rank[np.cumsum(is_new) - 1]
+    return Mesh(points[np.sort(first)], triangles.reshape(-1, 3))
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:

@@ -1,0 +1,233 @@
+import io
+import json
+import math
+import struct
+import time
+import zipfile
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from gpu_xform import samples
+from gpu_xform.errors import MeshError
+from gpu_xform.formats import glb, save_mesh, zipped
+from gpu_xform.mesh import Mesh
+
+TRIANGLE = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+
+
+def document() -> dict[str, Any]:
+    """Return the JSON of one triangle in one node."""
+    return {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5123, "count": 3, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 36},
+            {"buffer": 0, "byteOffset": 36, "byteLength": 6},
+        ],
+        "buffers": [{"byteLength": 42}],
+    }
+
+
+POINTS = TRIANGLE.positions.astype("<f4").tobytes()
+BINARY = POINTS + struct.pack("<3H", 0, 1, 2)
+
+
+def pack(content: Any, binary: bytes = BINARY) -> bytes:
+    """Return a GLB file."""
+    text = content if isinstance(content, bytes) else json.dumps(content).encode()
+    text += b" " * (-len(text) % 4)
+    binary += b"\0" * (-len(binary) % 4)
+    chunks = struct.pack("<I", len(text)) + b"JSON" + text + struct.pack("<I", len(binary)) + b"BIN\0" + binary
+    return b"glTF" + struct.pack("<II", 2, 12 + len(chunks)) + chunks
+
+
+def test_one_triangle() -> None:
+    assert glb.read(pack(document())) == TRIANGLE
+
+
+def test_every_node_puts_its_mesh_where_it_belongs() -> None:
+    content = document()
+    half = math.sqrt(0.5)
+    content["nodes"] = [
+        {"mesh": 0, "translation": [0, 0, 5], "children": [1]},
+        {"mesh": 0, "rotation": [0, 0, half, half], "scale": [2, 3, 4], "children": [2]},
+        {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1, 1]},
+    ]
+    mesh = glb.read(pack(content))
+    expected = [
+        *([0, 0, 5], [1, 0, 5], [0, 1, 5]),
+        *([0, 0, 5], [0, 2, 5], [-3, 0, 5]),
+        *([-3, 2, 9], [-3, 4, 9], [-6, 2, 9]),
+    ]
+    assert sorted(mesh.positions.round(9).tolist()) == sorted(expected)
+    assert mesh.n_faces == 3
+    assert np.array_equal(np.asarray(mesh.faces), np.arange(9).reshape(3, 3))
+
+
+def test_a_scene_of_trimesh() -> None:
+    scene: Any = trimesh.Scene()
+    moved = np.eye(4)
+    moved[0, 3] = 5.0
+    scene.add_geometry(trimesh.creation.box(), transform=moved)
+    scene.add_geometry(trimesh.creation.icosphere(subdivisions=1))
+    mesh = glb.read(scene.export(file_type="glb"))
+    assert (mesh.n_points, mesh.n_faces) == (8 + 42, 12 + 80)
+    assert mesh.bounds[:, 0].tolist() == pytest.approx([-1, 5.5])
+
+
+def test_a_polygon_mesh_is_written_as_fans() -> None:
+    file = io.BytesIO()
+    mesh = samples.snub_dodecahedron()
+    save_mesh(mesh, file, file_type="glb")
+    read = glb.read(file.getvalue())
+    assert np.array_equal(read.positions, mesh.positions.astype(np.float32))
+    assert np.array_equal(read.faces, mesh.to_trimesh().faces)
+
+
+def change(path: str, value: Any) -> Callable[[dict[str, Any]], None]:
+    """Return what sets, or with None removes, one place of a document."""
+    *way, last = (int(step) if step.isdigit() else step for step in path.split("."))
+
+    def apply(content: Any) -> None:
+        for step in way:
+            content = content[step]
+        if value is None:
+            del content[last]
+        else:
+            content[last] = value
+
+    return apply
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("accessors.0.count", 4, "accessor 0 with 4 rows ends at byte 48 of a view of 36"),
+        ("accessors.0.count", 10**18, "accessor 0 with 1000000000000000000 rows ends"),
+        ("accessors.0.count", -1, "count must be an integer of at least 0, got '-1'"),
+        ("accessors.0.count", 2.5, "count must be an integer"),
+        ("accessors.0.byteOffset", 4, "accessor 0 with 3 rows ends at byte 40"),
+        ("accessors.0.bufferView", None, "accessor 0 is sparse or compressed, which cannot be read"),
+        ("accessors.1.sparse", {"count": 1}, "accessor 1 is sparse or compressed"),
+        ("accessors.0.bufferView", 7, "the JSON chunk is not glTF: IndexError"),
+        ("accessors.0.type", "VEC9", "the JSON chunk is not glTF: KeyError: 'VEC9'"),
+        ("accessors.0.componentType", 1, "the JSON chunk is not glTF: KeyError: 1"),
+        ("bufferViews.0.byteStride", 4, "accessor 0 has rows of 12 bytes every 4 bytes"),
+        ("bufferViews.0.byteStride", 16, "accessor 0 with 3 rows ends at byte 44"),
+        ("bufferViews.0.byteLength", 1000, "buffer view 0 ends at byte 1000, the binary chunk has 44"),
+        ("bufferViews.0.byteOffset", -4, "byteOffset must be an integer of at least 0"),
+        ("bufferViews.0.buffer", 1, "buffer view 0 ends"),
+        ("buffers.0.byteLength", 1000, "the buffer declares 1000 bytes, the binary chunk has 44"),
+        ("buffers.0.uri", "../../etc/passwd", "the only buffer must be the binary chunk"),
+        ("nodes", [{"children": [0]}], "1 nodes are descendants of themselves"),
+        ("nodes", [{"children": [1]}, {"children": [2]}, {"children": [1]}], "node 2 has the child 1, which already"),
+        ("nodes", [{"children": [1]}, {"mesh": 0}, {"children": [1]}], "node 2 has the child 1, which already has"),
+        ("nodes", [{"children": [9]}], "the JSON chunk is not glTF: IndexError"),
+        ("nodes", [{"mesh": 9}], "the JSON chunk is not glTF: IndexError"),
+        ("nodes", [{"mesh": "x"}], "mesh must be an integer of at least 0, got \"'x'\""),
+        ("nodes", 5, "the JSON chunk is not glTF: TypeError"),
+        ("nodes", [5], "the JSON chunk is not glTF: AttributeError"),
+        ("meshes.0.primitives.0.mode", 6, "mesh 0 is made of triangle fans, which cannot be read"),
+        ("meshes.0.primitives.0.mode", 1, "this GLB has no triangles"),
+        ("meshes.0.primitives.0.indices", 9, "the JSON chunk is not glTF: IndexError"),
+        ("scene", 9, "trimesh cannot read this GLB: IndexError"),
+    ],
+)
+def test_what_disagrees_is_refused(path: str, value: Any, message: str) -> None:
+    content = document()
+    change(path, value)(content)
+    with pytest.raises(MeshError) as caught:
+        glb.read(pack(content))
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("binary", "message"),
+    [
+        (POINTS + struct.pack("<3H", 0, 1, 3), "face 0 names point 3, outside 0..2"),
+        (POINTS + struct.pack("<3H", 0, 1, 65535), "face 0 names point 65535"),
+        (struct.pack("<f", math.nan) + BINARY[4:], "positions must be finite, got nan"),
+        (struct.pack("<f", -math.inf) + BINARY[4:], "positions must be finite, got -inf"),
+    ],
+)
+def test_contents_are_checked(binary: bytes, message: str) -> None:
+    with pytest.raises(MeshError) as caught:
+        glb.read(pack(document(), binary))
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"glTF", "byte 0: expected 'glTF' and two headers, got 'glTF'"),
+        (b"x" * 40, "byte 0: expected 'glTF'"),
+        (b"glTF" + struct.pack("<II", 1, 40) + b"\0" * 28, "byte 4: expected version 2, got 1"),
+        (pack(document())[:-1], "byte 8: declares"),
+        (pack(document()) + b"\0", "byte 8: declares"),
+        (b"glTF" + struct.pack("<III", 2, 20, 99) + b"JSON", "byte 12: a chunk declares 99 bytes, 0 are left"),
+        (b"glTF" + struct.pack("<III", 2, 20, 0) + b"BIN\0", "byte 12: expected a JSON chunk"),
+        (pack(b"{"), "the JSON chunk is malformed"),
+        (pack(b"\xff\xfe"), "the JSON chunk is malformed"),
+        (pack(b"[" * 100_000), "the JSON chunk is malformed"),
+        (pack(b"[]"), "the JSON chunk is not glTF"),
+        (pack(b"{}"), "this GLB has no triangles"),
+    ],
+)
+def test_headers_are_checked(data: bytes, message: str) -> None:
+    with pytest.raises(MeshError) as caught:
+        glb.read(data)
+    assert message in str(caught.value)
+
+
+def test_hazards_end_soon() -> None:
+    chain = document()
+    chain["nodes"] = [{"children": [i + 1]} for i in range(50_000)] + [{"mesh": 0}]
+    start = time.perf_counter()
+    with pytest.raises(MeshError, match="nodes are nested more than 256 deep"):
+        glb.read(pack(chain))
+    crowd = document()
+    crowd["accessors"][0]["count"] = crowd["accessors"][1]["count"] = 100_000
+    crowd["bufferViews"] = [{"buffer": 0, "byteLength": 1_200_000}, {"buffer": 0, "byteLength": 200_000}]
+    crowd["buffers"] = [{"byteLength": 1_200_000}]
+    crowd["nodes"] = [{"mesh": 0} for _ in range(5000)]
+    crowd["scenes"] = [{"nodes": list(range(5000))}]
+    with pytest.raises(MeshError, match="its nodes draw 2000400000 numbers"):
+        glb.read(pack(crowd, b"\0" * 1_200_000))
+    assert time.perf_counter() - start < 5.0
+
+
+def test_a_chain_that_is_not_too_deep_is_read() -> None:
+    chain = document()
+    chain["nodes"] = [{"children": [i + 1], "translation": [1, 0, 0]} for i in range(255)] + [{"mesh": 0}]
+    assert glb.read(pack(chain)).bounds.tolist() == [[255, 0, 0], [256, 1, 0]]
+
+
+def test_containers_that_unpack_to_much_are_refused() -> None:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as container:
+        container.writestr("3D/3dmodel.model", b" " * 50_000_000)
+    assert len(file.getvalue()) < 100_000
+    with pytest.raises(MeshError, match="unpacks to 50000000 bytes, more than the"):
+        zipped.read(file.getvalue())
+    for damaged in (b"PK", file.getvalue()[:-10]):
+        with pytest.raises(MeshError, match="not a ZIP container"):
+            zipped.read(damaged)
+
+
+def test_a_container_of_something_else_is_refused() -> None:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as container:
+        container.writestr("readme.txt", b"no model")
+    with pytest.raises(MeshError, match="trimesh cannot read this 3MF"):
+        zipped.read(file.getvalue())

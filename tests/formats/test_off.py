@@ -1,0 +1,139 @@
+import io
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import example, given
+from hypothesis import strategies as st
+
+from gpu_xform import samples
+from gpu_xform.errors import MeshError
+from gpu_xform.formats import off
+from gpu_xform.mesh import Mesh
+
+SQUARE = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)], [(0, 1, 2, 3), (0, 1, 2)])
+PLAIN = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 .5\n0 1 0\n4 0 1 2 3\n3 0 1 2\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        PLAIN,
+        PLAIN.rstrip(),
+        PLAIN.replace("OFF\n", "OFF "),
+        PLAIN.replace("4 2 0", "4 2"),
+        PLAIN.replace("OFF\n", "# first\n\nOFF # of a square\n# counts\n"),
+        PLAIN.replace("\n", "  # x\n"),
+        PLAIN.replace("\n", "\n\n \t\n"),
+        PLAIN.replace("\n", "\r\n"),
+        PLAIN.replace("\n", "\r"),
+        "\ufeff" + PLAIN,
+        PLAIN.replace("3 0 1 2\n", "3 0 1 2 255 0 0\n"),
+        PLAIN.replace("3 0 1 2\n", "3 0 1 2 0.5 .25 1e-1 1\n").replace("4 0 1 2 3\n", "4 0 1 2 3 7\n"),
+        PLAIN.replace("OFF", "COFF").replace("0 0\n", "0 0 255 0 0 255\n", 1).replace("1 0 0\n", "1 0 0 1 2 3 4\n"),
+        "NOFF\n4 2 0\n0 0 0 0 0 1\n1 0 0 0 0 1\n1 1 .5 0 0 1\n0 1 0 0 0 1\n4 0 1 2 3\n3 0 1 2\n",
+        "STCNOFF\n4 2 0\n0 0 0 0 0 1 9 9\n1 0 0 0 0 1 9 9\n1 1 .5 0 0 1 9 9\n0 1 0 0 0 1 9 9\n4 0 1 2 3\n3 0 1 2\n",
+    ],
+)
+def test_variants_of_a_square(text: str) -> None:
+    assert off.read(text.encode()) == SQUARE
+
+
+def test_point_clouds_and_segments() -> None:
+    assert off.read(b"OFF 1 0 0\n1 2 3") == Mesh([(1, 2, 3)])
+    assert off.read(b"OFF 2 1 0\n1 2 3\n4 5 6\n2 0 1").faces == pytest.approx(np.array([[0, 1]]))
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("4 2 0\n", "line 1: expected OFF, COFF, NOFF, STOFF or the like in three dimensions, got '4 2 0'"),
+        ("# nothing\n", "line 1: expected OFF"),
+        (PLAIN.replace("OFF", "4OFF"), "line 1: expected OFF"),
+        (PLAIN.replace("OFF", "nOFF 3"), "line 1: expected OFF"),
+        ("OFF BINARY\n\x00", "line 1: binary OFF cannot be read"),
+        (PLAIN.replace("4 2 0", "-4 2 0"), "line 2: expected the numbers of vertices, faces and edges, got '-4 2 0'"),
+        (PLAIN.replace("4 2 0", "4 -2 0"), "line 2: expected the numbers"),
+        (PLAIN.replace("4 2 0", "4 x 0"), "line 2: expected the numbers"),
+        ("OFF\n", "line 1: expected the numbers"),
+        (PLAIN.replace("4 2 0", "9" * 30 + " 2 0"), "line 2: a count of '999999999999999999999999999999' is out of"),
+        (PLAIN.replace("4 2 0", "4000000000 2 0"), "declares 4000000000 vertices and 2 faces, 6 lines follow"),
+        (PLAIN.replace("3 0 1 2\n", "# 3 0 1 2\n"), "declares 4 vertices and 2 faces, 5 rows follow"),
+        (PLAIN.replace("4 2 0", "4 1 0"), "line 8: expected the end of the file, got '3 0 1 2'"),
+        (PLAIN.replace("4 2 0", "3 2 0"), "line 6: a face of 0 corners"),
+        (PLAIN.replace("1 1 .5", "1 1"), "line 5: a vertex needs 3 numbers, got 2"),
+        (PLAIN.replace("1 1 .5", "1 1 1_0"), "line 5: expected a number, got '1_0'"),
+        (PLAIN.replace("1 1 .5", "1 1 nan"), "line 5: a number must be finite, got '1 1 nan'"),
+        (PLAIN.replace("1 1 .5", "1 1 1e999"), "line 5: a number must be finite"),
+        (PLAIN.replace("3 0 1 2", "3 0 1 4"), "line 8: index 4 is out of range, there are 4 vertices"),
+        (PLAIN.replace("3 0 1 2", "3 0 1 -1"), "line 8: index -1 is out of range"),
+        (PLAIN.replace("3 0 1 2", "3 0 1 2.0"), "line 8: expected an integer, got '2.0'"),
+        (PLAIN.replace("3 0 1 2", "3 0 1"), "line 8: a face of 3 corners, at least 2, needs as many indices, got 2"),
+        (PLAIN.replace("3 0 1 2", "1 0"), "line 8: a face of 1 corners"),
+        (PLAIN.replace("3 0 1 2", "-3 0 1 2"), "line 8: a face of -3 corners"),
+        (PLAIN.replace("3 0 1 2", "3 0 1 2 red"), "line 8: expected a number, got 'red'"),
+        (PLAIN.replace("3 0 1 2", "9" * 30 + " 0 1 2"), "line 8: a face of 9223372036854775807 corners"),
+    ],
+)
+def test_errors_name_the_line(text: str, message: str) -> None:
+    with pytest.raises(MeshError) as caught:
+        off.read(text.encode())
+    assert message in str(caught.value)
+
+
+def both(data: bytes) -> tuple[object, object]:
+    """What the bulk path (None where it declines) and the careful path make of a file."""
+    try:
+        rows = off._rows(data)
+        n_points, n_faces, end = off._header(rows)
+    except MeshError:
+        return None, None
+    try:
+        bulk: object = off._read_regular(data[end:], n_points, n_faces)
+    except ValueError:
+        bulk = None
+    try:
+        careful: object = off._read_rows(rows, n_points, n_faces)
+    except MeshError as error:
+        careful = str(error)
+    return bulk, careful
+
+
+words = st.sampled_from(
+    ["0", "1", "2", "3", "-1", "nan", "1e1", ".5", "#", "x", "1_0", "\n", "\n", "\n", "\n3 0 1 2", "\n0 0 1"]
+)
+
+
+@given(st.integers(0, 4), st.integers(0, 3), st.lists(st.tuples(words, st.sampled_from([" ", " ", "", "\t", "\v"]))))
+@example(3, 1, [("\n0 0 1\n0 0 1\n0 0 1\n3 0 1 2", "x")])
+@example(1, 1, [("\n0 0 1\n2 0 0", "\v")])
+def test_both_paths_accept_the_same_language(n_points: int, n_faces: int, parts: list[tuple[str, str]]) -> None:
+    text = f"OFF {n_points} {n_faces}" + "\n0 0 1" * n_points + "".join(map("".join, parts)) + "\n"
+    bulk, careful = both(text.encode())
+    if bulk is not None:
+        assert bulk == careful
+
+
+def test_a_file_that_was_written_takes_the_bulk_path() -> None:
+    file = io.BytesIO()
+    mesh = samples.snub_dodecahedron()
+    off.write(mesh, file)
+    bulk, careful = both(file.getvalue())
+    assert bulk == careful == mesh
+    colored = b"OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 .5\n0 1 0\n4 0 1 2 3 255 0 0\n3 0 1 2 0 0 255\n"
+    assert both(colored) == (SQUARE, SQUARE)
+
+
+def test_triangles_are_those_of_trimesh() -> None:
+    file = io.BytesIO()
+    off.write(samples.icosphere(3), file)
+    other = trimesh.load_mesh(io.BytesIO(file.getvalue()), file_type="off", process=False)
+    mine = off.read(file.getvalue())
+    assert np.array_equal(mine.positions, other.vertices)
+    assert np.array_equal(mine.faces, other.faces)
+
+
+def test_writing_is_plain() -> None:
+    file = io.BytesIO()
+    off.write(Mesh([(0, 0, 0), (1, 0, 0), (1e-300, 1, 0.1)], [(0, 1, 2), (0, 2)]), file)
+    assert file.getvalue() == b"OFF\n3 2 0\n0.0 0.0 0.0\n1.0 0.0 0.0\n1e-300 1.0 0.1\n3 0 1 2\n2 0 2\n"
