@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 Model = Mesh | str | os.PathLike[str]
 Size = Sequence[int]
 
+WIDEST_LINE = 1e6  # beyond that single precision loses the line's rim
+
 
 def render(
     model: Model,
@@ -40,7 +42,7 @@ def render(
     transform : (4, 4), from the model to the world; the identity by default
     camera : `Camera.fit` of the transformed model by default
     size : (width, height) in pixels
-    line_width : pixels, any positive number
+    line_width : pixels, positive and at most 1e6
     color : a name, "#rrggbb", or numbers from 0 to 1; "face" draws the outline of each face in its own colour, from a
         cycle of ten, later faces over earlier ones
     background : a colour, or None for transparent
@@ -78,22 +80,24 @@ def render_array(
     width, height = picture_size(size)
     world_from_model = np.eye(4) if transform is None else square_matrix(transform, "transform", 4)
     line_width = number(line_width, "line_width")
-    if line_width <= 0.0:
-        raise ArgumentError(f"line_width must be positive, got {line_width:g}")
+    if not 0.0 < line_width <= WIDEST_LINE:
+        raise ArgumentError(f"line_width must be positive and at most {WIDEST_LINE:g}, got {line_width:g}")
     edges, colors = colored_edges(mesh, color)
     backdrop = (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
+    if len(edges) == 0:
+        raise MeshError("model must have edges to draw, got only edges from a point to itself")
     if camera is None:
         camera = Camera.fit(world_positions(mesh, world_from_model))
+    elif not isinstance(camera, Camera):
+        raise ArgumentTypeError(f"camera must be a Camera, got {type(camera).__name__}")
     device = device or default_device()
     require_drawable(mesh, (width, height), device)
-    # Offsets from the centre: single precision would lose the shape of a small model far from the origin.
-    center = mesh.center
-    to_center = np.eye(4)
-    to_center[:3, 3] = center
+    positions, model_from_unit = in_unit_cube(mesh)
+    clip_from_unit = camera.clip_from_world(width / height) @ world_from_model @ model_from_unit
     premultiplied = line_pass.draw(
         device,
-        (mesh.positions - center).astype(np.float32),
-        camera.clip_from_world(width / height) @ world_from_model @ to_center,
+        positions,
+        clip_from_unit / (np.abs(clip_from_unit).max() or 1.0),  # homogeneous: a factor changes nothing
         edges,
         colors,
         size=(width, height),
@@ -123,7 +127,7 @@ def picture_size(size: Size) -> tuple[int, int]:
     try:
         width, height = (int(side) for side in size)
         whole = [width, height] == list(size)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ArgumentError(f"size must be (width, height), got {size!r}") from None
     if not whole or width < 1 or height < 1:
         raise ArgumentError(f"size must be two positive whole numbers, got {size!r}")
@@ -146,6 +150,17 @@ def colored_edges(mesh: Mesh, color: ColorLike) -> tuple[npt.NDArray[np.uint32],
         cycle = packed([rgba(name, "color") for name in FACE_CYCLE])
         return mesh.face_edges.astype(np.uint32), cycle[mesh.face_edge_faces % len(cycle)]
     return mesh.edges.astype(np.uint32), packed([rgba(color, "color")])
+
+
+def in_unit_cube(mesh: Mesh) -> tuple[npt.NDArray[np.float32], Float64Array]:
+    """Return the points of `mesh` moved and scaled into [-1, 1]^3, and the (4, 4) matrix that puts them back.
+
+    Single precision would lose the shape of a small model far from the origin, and has no room for very large ones.
+    """
+    half_size = float((mesh.bounds[1] - mesh.center).max()) or 1.0
+    model_from_unit = np.diag([half_size, half_size, half_size, 1.0])
+    model_from_unit[:3, 3] = mesh.center
+    return ((mesh.positions - mesh.center) / half_size).astype(np.float32), model_from_unit
 
 
 def world_positions(mesh: Mesh, world_from_model: Float64Array) -> Float64Array:

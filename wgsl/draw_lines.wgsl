@@ -46,10 +46,12 @@ fn vs_main(@builtin(vertex_index) corner: u32, @builtin(instance_index) index: u
     let b = projected[edge.y];
     let reach = 0.5 * picture.line_width + PIXEL_RADIUS;
 
-    // Cut at the near plane, so that nothing folds through the eye, and at the picture's sides with room for the line's
-    // width, so that the distances below stay small enough for single precision. The sides let no negative w pass.
+    // Cut at the near and the far plane, so that nothing folds through the eye, and at the picture's sides with room for
+    // the line's width, so that the distances below stay small enough for single precision. The sides let no negative w
+    // pass.
     let side = 1.0 + 4.0 * reach / picture.size;
     var range = clipped(vec2(0.0, 1.0), a.z, b.z);
+    range = clipped(range, a.w - a.z, b.w - b.z);
     range = clipped(range, side.x * a.w - a.x, side.x * b.w - b.x);
     range = clipped(range, side.x * a.w + a.x, side.x * b.w + b.x);
     range = clipped(range, side.y * a.w - a.y, side.y * b.w - b.y);

@@ -1,0 +1,511 @@
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL.Image import Image
+
+import gpu_xform as gx
+from gpu_xform import Camera, Mesh, matrices, samples
+from gpu_xform.colors import FACE_CYCLE, ColorLike, rgba
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from gpu_xform.gpu.device import Device
+
+Array = npt.NDArray[Any]
+CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]
+Limited = Callable[..., Device]
+
+DIAGONAL = 0.5 * 2**0.5  # of a pixel: from its centre to its corner
+
+
+def in_pixels(clip: Array, size: tuple[int, int]) -> Array:
+    """Return where homogeneous points (..., 4) lie in the picture, in pixels from its top left corner."""
+    ndc: Array = clip[..., :2] / clip[..., 3:]
+    pixels: Array = (ndc * np.array([0.5, -0.5]) + 0.5) * np.array(size)
+    return pixels
+
+
+def cut(a: Array, b: Array) -> tuple[Array, Array] | None:
+    """Return the part of a segment in clip space between the near and the far plane, in front of the eye."""
+    low, high = 0.0, 1.0
+    for plane in ([0, 0, 1, 0], [0, 0, -1, 1], [0, 0, 0, 1]):
+        at_a, at_b = float(a @ plane), float(b @ plane)
+        if max(at_a, at_b) <= 0.0:
+            return None
+        if at_a < 0.0:
+            low = max(low, at_a / (at_a - at_b))
+        if at_b < 0.0:
+            high = min(high, at_a / (at_a - at_b))
+    if low > high:
+        return None
+    return a + low * (b - a), a + high * (b - a)
+
+
+def segments(
+    mesh: Mesh, clip_from_model: Array, size: tuple[int, int], edges: Array | None = None
+) -> list[Array | None]:
+    """Return the visible part of every edge in pixels (2, 2), or None where there is none."""
+    clip = np.column_stack([mesh.positions, np.ones(mesh.n_points)]) @ clip_from_model.T
+    parts = [cut(clip[i], clip[j]) for i, j in (mesh.edges if edges is None else edges)]
+    return [None if part is None else in_pixels(np.array(part), size) for part in parts]
+
+
+def distances(size: tuple[int, int], ends: Array) -> Array:
+    """Return how far the middle of every pixel is from a segment: (height, width)."""
+    y, x = np.mgrid[: size[1], : size[0]] + 0.5
+    pixel = np.stack([x, y], axis=-1)
+    along = ends[1] - ends[0]
+    t = np.clip((pixel - ends[0]) @ along / max(along @ along, 1e-300), 0.0, 1.0)
+    result: Array = np.linalg.norm(pixel - (ends[0] + t[..., np.newaxis] * along), axis=-1)
+    return result
+
+
+def nearest(mesh: Mesh, clip_from_model: Array, size: tuple[int, int]) -> Array:
+    """Return how far the middle of every pixel is from any edge: (height, width)."""
+    parts = segments(mesh, clip_from_model, size)
+    result: Array = np.min([distances(size, ends) for ends in parts if ends is not None], axis=0)
+    return result
+
+
+def premultiplied(picture: Array) -> Array:
+    result: Array = picture / 255.0
+    result[..., :3] *= result[..., 3:]
+    return result
+
+
+def assert_drawn(
+    capsule_areas: CapsuleAreas,
+    mesh: Mesh,
+    camera: Camera,
+    *,
+    size: tuple[int, int] = (150, 110),
+    transform: Array | None = None,
+    line_width: float = 1.5,
+    color: ColorLike = "black",
+    background: ColorLike | None = "white",
+) -> None:
+    """Draw a mesh, and compare every pixel with its CPU twin in double precision."""
+    picture = gx.render_array(
+        mesh, transform=transform, camera=camera, size=size, line_width=line_width, color=color, background=background
+    )
+    clip_from_model = camera.clip_from_world(size[0] / size[1]) @ (np.eye(4) if transform is None else transform)
+    if color == "face":
+        edges = mesh.face_edges
+        colors = [rgba(FACE_CYCLE[face % len(FACE_CYCLE)], "color") for face in mesh.face_edge_faces]
+    else:
+        edges = mesh.edges
+        colors = [rgba(color, "color")] * len(edges)
+    backdrop = np.zeros(4) if background is None else np.array(rgba(background, "background"))
+    twin = np.empty((size[1], size[0], 4))
+    twin[:] = np.append(backdrop[:3] * backdrop[3], backdrop[3])
+    n_layers = np.zeros(twin.shape[:2])
+    for ends, (*hue, alpha) in zip(segments(mesh, clip_from_model, size, edges), colors, strict=True):
+        if ends is not None:
+            opacity = (alpha * capsule_areas(ends[0], ends[1], line_width, size))[..., np.newaxis]
+            twin = np.array([*hue, 1.0]) * opacity + twin * (1.0 - opacity)
+            n_layers += opacity[..., 0] > 0.0
+    error = np.abs(premultiplied(picture) - twin).max(axis=-1)
+    assert error[n_layers == 0].max(initial=0.0) == 0.0 or background is not None
+    # Each line may be off by 16/255 at most, and by a thousandth where the projection to single precision moved it;
+    # where many meet, their errors and the rounding to eight bits add up.
+    assert (error <= (16 + 2 * n_layers) / 255).all()
+    assert error[n_layers > 0].mean() <= 2.5 / 255
+
+
+CAMERAS = {
+    "fit": Camera.fit(samples.house()),
+    "fit from below": Camera.fit(samples.house(), direction=(0.2, 1.0, -0.3), fov_y=75.0, margin=0.2),
+    "orthographic": Camera.fit(samples.house(), orthographic=True),
+    "window": Camera.window((-1.5, 1.2), (-1.1, 1.6)),
+    "eye on z": Camera.eye_on_z(3.0, (-1.5, 1.2), (-1.4, 1.6)),
+    "look at": Camera.look_at((3.0, 2.0, 4.0), (0.2, 0.1, 0.0), (0.1, 1.0, 0.0)),
+    "inside": Camera.look_at((0.1, 0.2, 0.3), (1.0, 0.4, -0.2), fov_y=70.0),
+    "eye on z inside": Camera.eye_on_z(0.3, (-1.5, 1.2), (-1.4, 1.6)),
+    "thin slice": Camera.look_at((3.0, 2.0, 4.0), (0.0, 0.0, 0.0), near=4.9, far=5.7),
+}
+
+
+@pytest.mark.parametrize("view", CAMERAS)
+def test_every_pixel_agrees_with_the_twin_from_every_camera(view: str, capsule_areas: CapsuleAreas) -> None:
+    assert_drawn(capsule_areas, samples.house(), CAMERAS[view])
+
+
+@pytest.mark.parametrize("line_width", [0.4, 1.0, 2.5, 9.0])
+def test_every_pixel_agrees_with_the_twin_at_any_line_width(line_width: float, capsule_areas: CapsuleAreas) -> None:
+    assert_drawn(capsule_areas, samples.house(), CAMERAS["look at"], line_width=line_width)
+
+
+@pytest.mark.parametrize(
+    ("color", "background"),
+    [
+        ("black", None),
+        ((0.9, 0.2, 0.4), "#204060"),
+        ((0.9, 0.2, 0.4, 0.5), "#204060"),
+        ((0.9, 0.2, 0.4, 0.5), None),
+        ((0.9, 0.2, 0.4, 0.6), (0.1, 0.8, 0.3, 0.3)),
+        ("face", "white"),
+        ("face", None),
+    ],
+)
+def test_every_pixel_agrees_with_the_twin_in_any_colours(
+    color: ColorLike, background: ColorLike | None, capsule_areas: CapsuleAreas
+) -> None:
+    assert_drawn(capsule_areas, samples.house(), CAMERAS["look at"], line_width=4.0, color=color, background=background)
+
+
+def test_a_transform_may_be_a_projection(capsule_areas: CapsuleAreas) -> None:
+    transform = matrices.chain(matrices.rotate_y(0.4), matrices.perspective_from_eye(2.5))
+    assert_drawn(capsule_areas, samples.house(), CAMERAS["window"], transform=transform)
+
+
+@pytest.mark.parametrize("size", [(1, 1), (5, 3), (63, 20), (64, 20), (65, 20), (20, 65), (1, 70), (300, 1)])
+def test_every_size_of_picture_comes_back_whole(size: tuple[int, int], capsule_areas: CapsuleAreas) -> None:
+    assert_drawn(capsule_areas, samples.house(), Camera.window((-1.0, 1.0), (-1.0, 1.0)), size=size)
+    assert gx.render_array(samples.house(), size=size).shape == (size[1], size[0], 4)
+
+
+@pytest.mark.parametrize("size", [(240, 180), (180, 240)])
+def test_the_projected_vertices_are_lit_and_what_is_far_from_every_edge_is_background(size: tuple[int, int]) -> None:
+    mesh = samples.snub_dodecahedron()
+    camera = Camera.fit(mesh)
+    picture = gx.render_array(mesh, camera=camera, size=size, line_width=3.0, color="#102030", background="#e0f0ff")
+    clip_from_world = camera.clip_from_world(size[0] / size[1])
+    clip = np.column_stack([mesh.positions, np.ones(mesh.n_points)]) @ clip_from_world.T
+    column, row = np.floor(in_pixels(clip, size)).astype(int).T
+    assert (picture[row, column, 0] < 0xE0 - 100).all()
+    distance = nearest(mesh, clip_from_world, size)
+    far, under = distance > 1.5 + DIAGONAL + 0.01, distance < 1.5 - DIAGONAL - 0.01
+    assert far.mean() > 0.2
+    assert under.sum() > 500
+    assert (picture[far] == [0xE0, 0xF0, 0xFF, 255]).all()
+    assert (np.abs(picture[under].astype(int) - [0x10, 0x20, 0x30, 255]) <= 1).all()
+
+
+@pytest.mark.parametrize("missing", [0, 7, 29])
+def test_an_edge_left_out_shows_there_and_nowhere_else(missing: int) -> None:
+    whole = samples.icosphere(0)
+    size = (200, 160)
+    camera = Camera.fit(whole)
+    mutant = Mesh(whole.positions, np.delete(whole.edges, missing, axis=0))
+    pictures = [gx.render_array(mesh, camera=camera, size=size).astype(int) for mesh in (whole, mutant)]
+    differs = (pictures[0] != pictures[1]).any(axis=-1)
+    ends = segments(whole, camera.clip_from_world(size[0] / size[1]), size)[missing]
+    assert ends is not None
+    distance = distances(size, ends)
+    others = nearest(mutant, camera.clip_from_world(size[0] / size[1]), size)
+    assert differs[(distance < 0.5) & (others > 3.0)].all()
+    assert not differs[distance > 0.75 + DIAGONAL + 0.01].any()
+
+
+def test_an_edge_of_two_faces_is_drawn_once() -> None:
+    mesh = samples.cube()
+    assert len(mesh.face_edges) == 2 * len(mesh.edges)
+    once = gx.render_array(
+        Mesh(mesh.positions, mesh.edges), camera=Camera.fit(mesh), size=(100, 100), color="#00000080"
+    )
+    assert (gx.render_array(mesh, camera=Camera.fit(mesh), size=(100, 100), color="#00000080") == once).all()
+
+
+def test_row_0_is_at_the_top_and_column_0_at_the_left() -> None:
+    mesh = Mesh([(0.5, 0.75, 0.0), (0.9, 0.75, 0.0)], [(0, 1)])
+    picture = gx.render_array(mesh, camera=Camera.window((-1, 1), (-1, 1)), size=(40, 40), line_width=2.0)
+    rows, columns = np.nonzero(picture[..., 0] < 128)
+    assert (rows.min(), rows.max()) == (4, 5)
+    assert (columns.min(), columns.max()) == (29, 38)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_a_mirrored_model_makes_a_mirrored_picture(axis: int) -> None:
+    mesh = samples.house().transformed(matrices.chain(matrices.rotate((1, 2, 3), 0.5), matrices.translate(0.1, 0.2, 0)))
+    normal = np.eye(3)[axis]
+    camera = Camera.window((-2.0, 2.0), (-2.0, 2.0))
+    picture = gx.render_array(mesh, camera=camera, size=(151, 90)).astype(int)
+    mirrored = gx.render_array(mesh, transform=matrices.reflect(normal), camera=camera, size=(151, 90)).astype(int)
+    flipped = mirrored[:, ::-1] if axis == 0 else mirrored[::-1]
+    assert np.abs(picture - flipped).max() <= 3
+    assert np.abs(picture - mirrored).max() > 200
+
+
+def test_an_edge_through_the_near_plane_is_drawn_on_its_own_side_only() -> None:
+    # Seen from the origin, a line that starts in front to the right and ends behind the eye leaves to the right.
+    mesh = Mesh([(1.0, 0.3, -4.0), (1.0, 0.3, 9.0)], [(0, 1)])
+    camera = Camera.look_at((0, 0, 0), (0, 0, -1), fov_y=60.0)
+    picture = gx.render_array(mesh, camera=camera, size=(200, 200), line_width=2.0)
+    dark = picture[..., 0] < 128
+    assert not dark[:, :100].any()
+    assert not dark[110:].any()
+    rows, columns = np.nonzero(dark)
+    assert columns.max() == 199
+    start = in_pixels(camera.clip_from_world(1.0) @ [1.0, 0.3, -4.0, 1.0], (200, 200))
+    assert abs(columns.min() - start[0]) < 2.0
+    assert np.abs((rows - 100) * -1.0 / (columns - 100) - 0.3).max() < 0.05
+
+
+@pytest.mark.parametrize("depths", [(3.01, 9.0), (0.5, 1.49), (-9.0, -3.0)])
+def test_what_lies_beyond_the_far_plane_or_before_the_near_one_is_cut_off(depths: tuple[float, float]) -> None:
+    camera = Camera.look_at((0, 0, 0), (0, 0, -1), near=1.5, far=3.0)
+    points = [(-0.1, 0.1, -depths[0]), (0.1, 0.1, -depths[0]), (0.3, -0.2, -depths[1])]
+    assert (gx.render_array(Mesh(points, [(0, 1, 2)]), camera=camera, size=(50, 50))[..., 0] == 255).all()
+    crossing = Mesh([(0.0, 0.0, -2.0), *points], [(0, 1), (0, 2)])
+    assert (gx.render_array(crossing, camera=camera, size=(50, 50))[..., 0] < 128).any()
+
+
+def test_lines_far_outside_the_picture_leave_it_alone_and_long_ones_cross_it_straight() -> None:
+    camera = Camera.window((-1.0, 1.0), (-1.0, 1.0))
+    outside = Mesh([(5.0, -9.0, 0.0), (5.0, 9.0, 0.0), (-9.0, 3.0, 0.0), (9.0, 3.0, 0.0)], [(0, 1), (2, 3)])
+    assert (gx.render_array(outside, camera=camera, size=(64, 64), line_width=5.0)[..., 0] == 255).all()
+    long = Mesh([(-1e6, -1e6, 0.0), (2e6, 2e6, 0.0)], [(0, 1)])
+    picture = gx.render_array(long, camera=camera, size=(64, 64), line_width=3.0)[..., 0]
+    assert (np.fliplr(picture).diagonal() < 3).all()
+    assert (picture[np.abs(distances((64, 64), np.array([(0, 64), (64, 0)]))) > 2.5] == 255).all()
+
+
+@pytest.mark.parametrize("near", [1e-1, 1e-4, 1e-9])
+@pytest.mark.parametrize("direction", [(1.0, 0.3), (-0.4, 1.0), (-1.0, -0.2), (0.1, -1.0)])
+def test_a_line_that_passes_the_eye_leaves_the_picture_straight(
+    direction: tuple[float, float], near: float, capsule_areas: CapsuleAreas
+) -> None:
+    size = (80, 80)
+    camera = Camera.look_at((0, 0, 0), (0, 0, -1), near=near, far=100.0, fov_y=60.0)
+    for behind in (0.3, 1.1, 2.7, 3.0, 7.7, 29.0):
+        mesh = Mesh([(0.1, -0.2, -2.0), (*direction, behind)], [(0, 1)])
+        picture = gx.render_array(mesh, camera=camera, size=size, line_width=2.0, background=None)
+        (ends,) = segments(mesh, camera.clip_from_world(1.0), size)
+        assert ends is not None
+        a, b = ends
+        b = a + (b - a) * min(1.0, 300 / np.linalg.norm(b - a))
+        assert np.abs(picture[..., 3] / 255 - capsule_areas(a, b, 2.0, size)).max() <= 16 / 255
+
+
+def test_a_line_wider_than_the_picture_fills_it() -> None:
+    for line_width in (1e3, 1e6):
+        assert (gx.render_array(samples.cube(), size=(40, 30), line_width=line_width)[..., :3] == 0).all()
+
+
+def test_an_edge_seen_end_on_is_a_dot() -> None:
+    mesh = Mesh([(0.25, 0.25, 0.0), (0.25, 0.25, 1.0)], [(0, 1)])
+    picture = gx.render_array(mesh, camera=Camera.window((-1, 1), (-1, 1)), size=(80, 80), line_width=9.0)
+    ink = (255 - picture[..., 0].astype(float)) / 255
+    assert abs(ink.sum() - np.pi * 4.5**2) < 1.0
+    assert ink[30, 50] == 1.0
+
+
+def test_faces_take_ten_colours_in_their_order_and_later_ones_lie_over_earlier_ones() -> None:
+    n = 23
+    squares = np.array([(0, 0, 0), (0.8, 0, 0), (0.8, 0.8, 0), (0, 0.8, 0)])
+    positions = np.concatenate([squares + np.array([i, 0, 0]) for i in range(n)])
+    mesh = Mesh(positions, np.arange(4 * n).reshape(n, 4))
+    camera = Camera.window((0, n), (-0.5, 1.5))
+    picture = gx.render_array(mesh, camera=camera, size=(20 * n, 40), line_width=3.0, color="face")
+    for i in range(n):
+        wanted = np.rint(255 * np.array(rgba(FACE_CYCLE[i % 10], "")))
+        assert (picture[29, 20 * i + 8] == wanted).all()
+    assert len({tuple(picture[29, 20 * i + 8]) for i in range(10)}) == 10
+
+    shared = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)], [(0, 1, 2, 3), (1, 4, 5, 2)])
+    middles = []
+    for faces in (shared.faces, shared.faces[::-1]):
+        both = Mesh(shared.positions, np.asarray(faces))
+        picture = gx.render_array(
+            both, camera=Camera.window((0, 2), (-0.5, 1.5)), size=(80, 80), line_width=3.0, color="face"
+        )
+        middles.append((picture[40, 40].tolist(), picture[40, 0].tolist()))
+    blue, orange = (np.rint(255 * np.array(rgba(name, ""))).tolist() for name in FACE_CYCLE[:2])
+    assert middles == [(orange, blue), (orange, orange)]
+
+
+def test_a_transparent_background_is_clear_away_from_the_lines_and_straight_beside_them() -> None:
+    mesh = samples.icosphere(0)
+    camera = Camera.fit(mesh)
+    picture = gx.render_array(mesh, camera=camera, size=(100, 100), color="#ff8000", background=None)
+    far = nearest(mesh, camera.clip_from_world(1.0), (100, 100)) > 0.75 + DIAGONAL + 0.01
+    assert (picture[far] == 0).all()
+    soft = (picture[..., 3] > 20) & (picture[..., 3] < 255)
+    assert soft.sum() > 100
+    # What is stored is the colour times alpha in eight bits, rounded once for each line that lies there.
+    off = np.abs(picture[soft][:, :3] - np.array([255.0, 128.0, 0.0])) * picture[soft][:, 3:] / 255
+    assert off.max() <= 2.0
+    assert (picture[..., 3] == 255).any()
+
+
+@pytest.mark.parametrize("background", ["white", "#123456"])
+def test_an_opaque_background_stays_opaque(background: str) -> None:
+    picture = gx.render_array(samples.snub_dodecahedron(), size=(90, 90), color="#ff000055", background=background)
+    assert (picture[..., 3] == 255).all()
+
+
+STAR = Mesh(
+    np.stack([np.cos(np.arange(40) * 0.5), np.sin(np.arange(40) * 0.5), np.arange(40) / 40], axis=1),
+    np.array([(i, j) for i in range(40) for j in range(i)]),
+)
+
+
+@pytest.mark.parametrize("color", ["black", "#ff000040", "face"])
+@pytest.mark.parametrize(
+    "limits",
+    [
+        {"max_binding_bytes": 648},
+        {"max_buffer_bytes": 648},
+        {"max_workgroups": 1, "max_workgroup_size": 10},
+        {"max_workgroups": 10, "max_workgroup_size": 1},
+    ],
+    ids=str,
+)
+def test_edges_in_batches_make_the_same_picture(
+    color: str, limits: dict[str, int], limited: Limited, device: Device
+) -> None:
+    options = {"camera": Camera.fit(STAR), "size": (120, 100), "color": color}
+    whole = gx.render_array(STAR, **options, device=device)  # type: ignore[arg-type]
+    parts = gx.render_array(STAR, **options, device=limited(**limits))  # type: ignore[arg-type]
+    assert whole.tobytes() == parts.tobytes()
+    assert (whole[..., 0] < 200).sum() + (whole[..., 1] < 200).sum() > 1000
+
+
+def test_memory_that_the_host_cannot_map_makes_the_same_picture(staging_device: Device, device: Device) -> None:
+    for color in ("black", "face"):
+        staged = gx.render_array(samples.house(), size=(77, 55), color=color, device=staging_device)
+        assert staged.tobytes() == gx.render_array(samples.house(), size=(77, 55), color=color, device=device).tobytes()
+
+
+def test_the_same_model_makes_the_same_bytes_twice() -> None:
+    mesh = samples.icosphere(3)
+    first = gx.render_array(mesh, size=(200, 150), color="#00000080", background=None)
+    gx.render_array(samples.house(), size=(90, 30), color="face")
+    assert gx.render_array(mesh, size=(200, 150), color="#00000080", background=None).tobytes() == first.tobytes()
+
+
+@pytest.mark.parametrize(
+    "placement",
+    [
+        matrices.translate(1e7, -2e7, 3e7),
+        matrices.scale(1e30),
+        matrices.scale(1e-30),
+        matrices.scale(1e100),
+        matrices.scale(1e-100),
+        matrices.chain(matrices.scale(1e-3), matrices.translate(50.0, 100.0, -20.0)),
+    ],
+    ids=["far", "huge", "tiny", "beyond float32", "below float32", "small and far"],
+)
+@pytest.mark.parametrize("orthographic", [True, False])
+def test_neither_place_nor_size_of_the_model_changes_its_fitted_picture(placement: Array, orthographic: bool) -> None:
+    mesh = samples.house()
+    moved = mesh.transformed(placement)
+    here, there = (
+        gx.render_array(model, camera=Camera.fit(model, orthographic=orthographic), size=(160, 120)).astype(int)
+        for model in (mesh, moved)
+    )
+    assert np.abs(here - there).max() <= 3
+    assert (here[..., 0] < 100).sum() > 300
+
+
+def test_a_transform_is_applied_before_the_camera() -> None:
+    mesh = samples.house()
+    transform = matrices.chain(
+        matrices.scale(1.0, 0.5, 2.0), matrices.rotate_z(0.3), matrices.translate(0.3, -0.2, 0.1)
+    )
+    for camera in (None, CAMERAS["look at"]):
+        given = gx.render_array(mesh, transform=transform, camera=camera, size=(150, 110)).astype(int)
+        moved = gx.render_array(mesh.transformed(transform), camera=camera, size=(150, 110)).astype(int)
+        assert np.abs(given - moved).max() <= 3
+    plain = gx.render_array(mesh, camera=CAMERAS["look at"], size=(150, 110)).astype(int)
+    assert np.abs(given - plain).max() > 200
+
+
+def test_the_lectures_perspective_as_a_transform_is_the_camera_on_the_z_axis() -> None:
+    mesh = samples.cube().transformed(matrices.chain(matrices.rotate_y(0.4), matrices.translate(0, 0, -1)))
+    window = ((-2.0, 2.0), (-1.5, 1.5))
+    as_transform = gx.render_array(
+        mesh, transform=matrices.perspective_from_eye(4.0), camera=Camera.window(*window), size=(120, 90)
+    )
+    as_camera = gx.render_array(mesh, camera=Camera.eye_on_z(4.0, *window), size=(120, 90))
+    assert np.abs(as_transform.astype(int) - as_camera).max() <= 3
+
+
+def test_render_returns_the_same_pixels_as_an_image() -> None:
+    mesh = samples.cube()
+    image = gx.render(mesh, size=(60, 40), color="#ff0000", background=None)
+    assert isinstance(image, Image)
+    assert (image.mode, image.size) == ("RGBA", (60, 40))
+    pixels = gx.render_array(mesh, size=(60, 40), color="#ff0000", background=None)
+    assert pixels.dtype == np.uint8
+    assert (np.asarray(image) == pixels).all()
+
+
+def test_a_path_is_drawn_as_its_mesh(tmp_path: Path) -> None:
+    file = tmp_path / "house.obj"
+    gx.save_mesh(samples.house(), file)
+    expected = gx.render_array(samples.house(), size=(60, 40))
+    assert (gx.render_array(file, size=(60, 40)) == expected).all()
+    assert (gx.render_array(str(file), size=(60, 40)) == expected).all()
+    with pytest.raises(FileNotFoundError):
+        gx.render_array(tmp_path / "absent.obj")
+
+
+@pytest.mark.parametrize(
+    "mesh",
+    [Mesh([]), Mesh([(0, 0, 0), (1, 1, 1)]), Mesh([(0, 0, 0), (1, 1, 1)], [(1, 1)])],
+    ids=["nothing", "points", "a point joined to itself"],
+)
+def test_a_model_without_edges_is_a_mesh_error(mesh: Mesh) -> None:
+    with pytest.raises(MeshError, match=r"^model must have edges to draw, got "):
+        gx.render_array(mesh)
+
+
+def test_a_picture_larger_than_a_texture_is_refused(device: Device, limited: Limited) -> None:
+    side = device.limits.max_texture_size
+    with pytest.raises(ArgumentError, match=rf"^size must be at most {side} x {side} on '.*', got {side + 1} x 1$"):
+        gx.render_array(samples.cube(), size=(side + 1, 1))
+    assert gx.render_array(samples.cube(), size=(side, 1)).shape == (1, side, 4)
+    with pytest.raises(ArgumentError, match=r"64 x 64"):
+        gx.render_array(samples.cube(), size=(64, 65), device=limited(max_texture_size=64))
+
+
+def test_a_model_larger_than_a_binding_is_refused(limited: Limited) -> None:
+    with pytest.raises(ArgumentError, match=r"^model must have at most 40 points on '.*', got 42$"):
+        gx.render_array(samples.icosphere(1), device=limited(max_binding_bytes=640))
+    with pytest.raises(ArgumentError, match=r"^model must have at most 40 points on '.*', got 42$"):
+        gx.render_array(samples.icosphere(1), device=limited(max_workgroups=10, max_workgroup_size=1))
+
+
+BAD_ARGUMENTS: list[tuple[dict[str, Any], type[Exception], str]] = [
+    ({"size": (0, 5)}, ArgumentError, r"^size must be two positive whole numbers, got \(0, 5\)$"),
+    ({"size": (-1, 5)}, ArgumentError, "size"),
+    ({"size": (5.5, 5)}, ArgumentError, "size"),
+    ({"size": (float("inf"), 5)}, ArgumentError, "size"),
+    ({"size": (float("nan"), 5)}, ArgumentError, "size"),
+    ({"size": (5, 5, 5)}, ArgumentError, r"^size must be \(width, height\)"),
+    ({"size": 5}, ArgumentError, r"^size must be \(width, height\)"),
+    ({"size": "55"}, ArgumentError, "size"),
+    ({"line_width": 0}, ArgumentError, r"^line_width must be positive"),
+    ({"line_width": -1.0}, ArgumentError, r"^line_width must be positive"),
+    ({"line_width": 1e39}, ArgumentError, r"^line_width must be positive and at most 1e\+06"),
+    ({"line_width": float("nan")}, ArgumentError, "line_width"),
+    ({"line_width": "thick"}, ArgumentTypeError, "line_width"),
+    ({"color": "blurple"}, ArgumentError, r"^color must be a colour's name or #rrggbb, got 'blurple'$"),
+    ({"color": (1, 2, 3)}, ArgumentError, "^color must be"),
+    ({"background": "face"}, ArgumentError, "^background must be"),
+    ({"background": (0.5,)}, ArgumentError, "^background must be"),
+    ({"transform": np.eye(3)}, ArgumentError, r"^transform must have shape \(4, 4\)"),
+    ({"transform": np.full((4, 4), np.nan)}, ArgumentError, "^transform must be finite"),
+    ({"camera": np.eye(4)}, ArgumentTypeError, r"^camera must be a Camera, got ndarray$"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "error", "message"), BAD_ARGUMENTS, ids=lambda value: str(value)[:40])
+def test_an_argument_that_cannot_be_taken_is_named(
+    arguments: dict[str, Any], error: type[Exception], message: str
+) -> None:
+    with pytest.raises(error, match=message):
+        gx.render_array(samples.cube(), **arguments)
+
+
+def test_what_is_no_model_is_refused() -> None:
+    with pytest.raises(ArgumentTypeError, match=r"^model must be a Mesh or a path, got ndarray$"):
+        gx.render_array(np.zeros((3, 3)))  # type: ignore[arg-type]
+
+
+def test_numpy_integers_are_a_size() -> None:
+    assert gx.render_array(samples.cube(), size=np.array([7, 5])).shape == (5, 7, 4)  # type: ignore[arg-type]
+    assert gx.render_array(samples.cube(), size=[7, 5]).shape == (5, 7, 4)
