@@ -1,52 +1,234 @@
+from typing import Any
+
 import numpy as np
+import numpy.typing as npt
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
 
-from gpu_xform import ArgumentError, Camera
+from gpu_xform import Camera, Mesh, matrices, samples
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 
-EYE, TARGET = np.array([3.0, 4, 5]), np.array([1.0, -2, 0])
+Array = npt.NDArray[np.float64]
 
-
-def projected(
-    camera: Camera, points: list[np.ndarray[tuple[int, ...], np.dtype[np.float64]]], aspect: float
-) -> list[list[float]]:
-    clip = [camera.clip_from_world(aspect) @ np.append(point, 1.0) for point in points]
-    return [(c[:3] / c[3]).tolist() for c in clip]
+ASPECTS = [0.25, 1.0, 1.7, 6.0]
+DIRECTIONS = [(0, 0, -1), (1, 0, 0), (-0.45, -0.4, -1.0), (0.3, 1.0, 0.2), (-5.0, 2.0, 0.1)]
 
 
-@pytest.mark.parametrize("aspect", [1.0, 1.6, 0.5])
-def test_an_orthographic_look_keeps_sizes_at_every_distance(aspect: float) -> None:
-    forward = (TARGET - EYE) / np.linalg.norm(TARGET - EYE)
+def seen(camera: Camera, points: npt.ArrayLike, aspect: float = 1.0) -> Array:
+    """Return x, y and depth of points (n, 3) in the picture: (n, 3)."""
+    positions = np.asarray(points, np.float64)
+    clip = np.column_stack([positions, np.ones(len(positions))]) @ camera.clip_from_world(aspect).T
+    assert (clip[:, 3] > 0.0).all()
+    result: Array = clip[:, :3] / clip[:, 3:]
+    return result
+
+
+@pytest.mark.parametrize("aspect", ASPECTS)
+@pytest.mark.parametrize("direction", DIRECTIONS, ids=str)
+@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize(("margin", "fov_y"), [(0.05, 30.0), (0.0, 100.0), (0.3, 2.0)])
+def test_a_fitted_model_lies_within_the_margins_and_touches_them(
+    aspect: float, direction: tuple[float, float, float], orthographic: bool, margin: float, fov_y: float
+) -> None:
+    model = samples.house().transformed(matrices.chain(matrices.scale(1, 2, 0.5), matrices.translate(30, -20, 10)))
+    camera = Camera.fit(model, direction=direction, margin=margin, fov_y=fov_y, orthographic=orthographic)
+    ndc = seen(camera, model.positions, aspect)
+    filled = 1.0 - 2.0 * margin
+    reached = np.abs(ndc[:, :2]).max(axis=0)
+    assert (reached <= filled + 1e-9).all()
+    assert reached.max() == pytest.approx(filled, abs=1e-9)
+    tight = int(np.argmax(reached))
+    assert ndc[:, tight].min() == pytest.approx(-filled, abs=1e-9)
+    assert ndc[:, tight].max() == pytest.approx(filled, abs=1e-9)
+    assert (ndc[:, 2] > 0.0).all()
+    assert (ndc[:, 2] < 1.0).all()
+
+
+@given(
+    points=arrays(np.float64, (5, 3), elements=st.floats(-100.0, 100.0)),
+    aspect=st.floats(0.1, 10.0),
+    direction=arrays(np.float64, 3, elements=st.floats(-1.0, 1.0)),
+    fov_y=st.floats(1.0, 150.0),
+    orthographic=st.booleans(),
+)
+def test_any_points_are_held_by_the_margins(
+    points: Array, aspect: float, direction: Array, fov_y: float, orthographic: bool
+) -> None:
+    assume(np.linalg.norm(np.cross(direction, (0, 1, 0))) > 1e-2)
+    camera = Camera.fit(points, direction=direction, fov_y=fov_y, orthographic=orthographic)
+    ndc = seen(camera, points, aspect)
+    assert np.abs(ndc[:, :2]).max() <= 0.9 + 1e-6
+    assert ndc[:, 2].min() >= 0.0
+    assert ndc[:, 2].max() <= 1.0
+
+
+def test_a_fitted_camera_looks_along_its_direction_with_up_upwards() -> None:
+    points = np.vstack([np.eye(3), -np.eye(3)])
+    origin, x, y, z = (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)
+    for direction, up, right_of, above, nearer in [
+        ((0, 0, -1), y, x, y, z),
+        ((-1, 0, 0), y, (0, 0, -1), y, x),
+        ((0, -1, 0), (0, 0, -1), x, (0, 0, -1), y),
+    ]:
+        for orthographic in (False, True):
+            camera = Camera.fit(points, direction=direction, up=up, orthographic=orthographic)
+            middle, right, top, front = seen(camera, np.array([origin, right_of, above, nearer], float))
+            assert right[0] > middle[0] + 0.5
+            assert right[1] == pytest.approx(middle[1])
+            assert top[1] > middle[1] + 0.5
+            assert top[0] == pytest.approx(middle[0])
+            assert front[2] < middle[2]
+
+
+def test_a_cube_looks_larger_in_front_in_perspective_and_not_in_parallel() -> None:
+    front, back = np.array([(-1.0, 0, 1), (1, 0, 1)]), np.array([(-1.0, 0, -1), (1, 0, -1)])
+    for orthographic in (False, True):
+        camera = Camera.fit(samples.cube(), direction=(0, 0, -1), orthographic=orthographic)
+        widths = [np.ptp(seen(camera, ends)[:, 0]) for ends in (front, back)]
+        assert (widths[0] == pytest.approx(widths[1])) == orthographic
+        assert widths[0] >= widths[1] - 1e-12
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+@pytest.mark.parametrize("point", [(0.0, 0.0, 0.0), (3.0, -4.0, 5.0), (1e7, 2e7, -3e7), (1e-30, 0.0, 0.0)])
+def test_a_single_point_is_seen_in_the_middle(point: tuple[float, float, float], orthographic: bool) -> None:
+    ndc = seen(Camera.fit([point], orthographic=orthographic), [point], 1.5)[0]
+    assert np.abs(ndc[:2]).max() < 1e-4
+    assert 0.0 < ndc[2] < 1.0
+
+
+@pytest.mark.parametrize("direction", [(0, 0, -1), (1, 0, 0), (-0.45, -0.4, -1.0)])
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_a_flat_model_is_framed_face_on_edge_on_and_aslant(
+    direction: tuple[float, float, float], orthographic: bool
+) -> None:
+    flat = samples.grid(3)
+    ndc = seen(Camera.fit(flat, direction=direction, orthographic=orthographic), flat.positions, 1.3)
+    assert np.abs(ndc[:, :2]).max() == pytest.approx(0.9)
+    assert (ndc[:, 2] > 0.0).all()
+    assert (ndc[:, 2] < 1.0).all()
+
+
+@pytest.mark.parametrize("size", [1e-200, 1e-30, 1e30, 1e200])
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_a_model_of_any_size_fills_the_picture(size: float, orthographic: bool) -> None:
+    points = samples.house().positions * size
+    ndc = seen(Camera.fit(points, orthographic=orthographic), points)
+    assert np.abs(ndc[:, :2]).max() == pytest.approx(0.9)
+
+
+def test_look_at_puts_the_target_in_the_middle_and_the_field_of_view_at_the_rim() -> None:
+    eye, target = np.array([3.0, 4.0, 5.0]), np.array([-1.0, 0.5, 2.0])
+    camera = Camera.look_at(eye, target, fov_y=50.0)
+    assert seen(camera, [target], 1.6)[0, :2] == pytest.approx([0.0, 0.0], abs=1e-12)
+    forward = (target - eye) / np.linalg.norm(target - eye)
     right = np.cross(forward, (0, 1, 0))
     right /= np.linalg.norm(right)
     up = np.cross(right, forward)
-    camera = Camera.look_at(EYE, TARGET, fov_y=50, orthographic=True)
-    half_height = np.linalg.norm(TARGET - EYE) * np.tan(np.radians(25))
-    for away in (0.1, 1.0, 30.0):
-        middle = EYE + away * forward
-        corner = middle + half_height * (up - aspect * right)
-        (x, y, z), (corner_x, corner_y, _) = projected(camera, [middle, corner], aspect)
-        assert np.allclose([x, y, corner_x, corner_y], [0, 0, -1, 1], atol=1e-12)
-        assert 0 < z < 1
+    tangent = np.tan(np.radians(25.0))
+    corner = eye + 7.0 * (forward + tangent * up + 1.6 * tangent * right)
+    assert seen(camera, [corner], 1.6)[0, :2] == pytest.approx([1.0, 1.0])
 
 
-def test_both_looks_agree_on_what_is_as_far_away_as_the_target() -> None:
-    looks = [Camera.look_at(EYE, TARGET, orthographic=parallel) for parallel in (False, True)]
-    across = np.cross(TARGET - EYE, (1.0, 2, 3)) * 0.05
-    flat, parallel = ([p[:2] for p in projected(look, [TARGET, TARGET + across], 1.5)] for look in looks)
-    assert np.allclose(flat, parallel, atol=1e-12)
-    nearer = [projected(look, [TARGET + across + (EYE - TARGET) / 2], 1.5)[0][:2] for look in looks]
-    assert not np.allclose(nearer[0], nearer[1], atol=1e-2)
+def test_look_at_sees_from_near_to_far() -> None:
+    camera = Camera.look_at((0, 0, 0), (0, 0, -2), near=0.5, far=8.0)
+    assert seen(camera, [(0, 0, -0.5), (0, 0, -8)])[:, 2] == pytest.approx([0.0, 1.0])
+    default = Camera.look_at((0, 0, 0), (0, 0, -2))
+    assert seen(default, [(0, 0, -0.002), (0, 0, -2000)])[:, 2] == pytest.approx([0.0, 1.0])
 
 
-def test_an_orthographic_look_cuts_off_what_lies_behind_the_eye() -> None:
-    camera = Camera.look_at((0, 0, 5), (0, 0, 0), orthographic=True, near=1, far=9)
-    depths = [p[2] for p in projected(camera, [np.array([0, 0, z]) for z in (4.0, 0.0, -4.0, 6.0)], 1.0)]
-    assert np.allclose(depths, [0, 0.5, 1, -0.25])
+def test_a_window_shows_its_corners_in_the_corners() -> None:
+    camera = Camera.window((-1.0, 5.0), (2.0, 4.0))
+    corners = [(-1, 2, 0.5), (5, 2, -3.0), (-1, 4, 100.0), (5, 4, 0)]
+    expected = [(-1, -1), (1, -1), (-1, 1), (1, 1)]
+    assert seen(camera, corners, 3.0)[:, :2] == pytest.approx(np.array(expected))
+    depths = seen(camera, corners, 3.0)[:, 2]
+    assert ((depths > 0) & (depths < 1)).all()
 
 
-@pytest.mark.parametrize("parallel", [False, True])
-def test_a_look_is_refused_when_it_is_made(parallel: bool) -> None:
-    with pytest.raises(ArgumentError, match="fov_y"):
-        Camera.look_at(EYE, TARGET, fov_y=180, orthographic=parallel)
-    with pytest.raises(ArgumentError, match="near"):
-        Camera.look_at(EYE, TARGET, near=3, far=2, orthographic=parallel)
+@pytest.mark.parametrize("aspect", ASPECTS)
+@pytest.mark.parametrize("camera", [Camera.window((-1, 5), (2, 4)), Camera.eye_on_z(4.0, (-1, 5), (2, 4))])
+def test_a_window_holds_its_limits_and_never_stretches(camera: Camera, aspect: float) -> None:
+    center, right, top = seen(camera, [(2, 3, 0), (3, 3, 0), (2, 4, 0)], aspect)
+    assert center[:2] == pytest.approx([0, 0])
+    assert (right - center)[0] * aspect == pytest.approx((top - center)[1])
+    corners = np.abs(seen(camera, [(-1, 2, 0), (5, 4, 0)], aspect)[:, :2])
+    assert corners.max() == pytest.approx(1.0)
+    assert corners[0] == pytest.approx(corners[1])
+
+
+@given(
+    d=st.floats(0.1, 100.0),
+    points=arrays(np.float64, (4, 3), elements=st.floats(-50.0, 50.0)),
+)
+def test_the_eye_on_z_sees_as_the_lecture_computes(d: float, points: Array) -> None:
+    # x* = x / (1 - z/d), y* = y / (1 - z/d)
+    visible = points[points[:, 2] < d * 0.99]
+    assume(len(visible) > 0)
+    camera = Camera.eye_on_z(d, (-2.0, 4.0), (-1.0, 2.0))
+    ndc = seen(camera, visible, 2.0)
+    image = visible[:, :2] / (1.0 - visible[:, 2:] / d)
+    np.testing.assert_allclose(ndc[:, :2], (image - [1.0, 0.5]) / [3.0, 1.5], rtol=1e-9, atol=1e-9)
+    assert (ndc[:, 2] > 0.0).all()
+    assert (ndc[:, 2] < 1.0).all()
+
+
+def test_what_is_at_or_behind_the_eye_on_z_is_cut_off_by_depth() -> None:
+    clip = Camera.eye_on_z(2.0, (-1, 1), (-1, 1)).clip_from_world(1.0)
+    for z, inside in [(-100.0, True), (0.0, True), (1.9, True), (2.0, False), (2.1, False), (50.0, False)]:
+        depth, w = (clip @ [0.3, 0.2, z, 1.0])[2:]
+        assert (depth > 0.0) == inside
+        assert depth < w
+
+
+def test_nearer_to_the_eye_on_z_is_less_deep() -> None:
+    depths = seen(Camera.eye_on_z(2.0, (-1, 1), (-1, 1)), [(0, 0, z) for z in (1.9, 1.0, 0.0, -5.0, -1e5)])[:, 2]
+    assert (np.diff(depths) > 0).all()
+
+
+def test_a_mesh_and_its_points_are_fitted_alike_and_aspects_need_no_new_camera() -> None:
+    mesh = samples.house()
+    for aspect in ASPECTS:
+        expected = Camera.fit(mesh).clip_from_world(aspect)
+        assert np.array_equal(Camera.fit(mesh.positions).clip_from_world(aspect), expected)
+        assert np.array_equal(Camera.fit(mesh.positions.tolist()).clip_from_world(aspect), expected)
+
+
+def test_a_camera_tells_how_it_was_made() -> None:
+    assert repr(Camera.window((-1, 5), (2, 4))) == "Camera.window(xlim=(-1, 5), ylim=(2, 4))"
+    assert repr(Camera.eye_on_z(2.5, (-1, 5), (2, 4))) == "Camera.eye_on_z(2.5, xlim=(-1, 5), ylim=(2, 4))"
+    assert repr(Camera.look_at((1, 2, 3), (0, 0, 0))).startswith("Camera.look_at(eye=(1, 2, 3), target=(0, 0, 0)")
+    assert repr(Camera.fit(samples.cube(), margin=0.2)).startswith("Camera.fit(direction=")
+
+
+WRONG: list[tuple[Any, type[Exception], str]] = [
+    (lambda: Camera.fit(Mesh([])), MeshError, "without points"),
+    (lambda: Camera.fit(np.empty((0, 3))), MeshError, "without points"),
+    (lambda: Camera.fit([1.0, 2.0, 3.0]), ArgumentError, r"^model must be a Mesh or points of shape \(n, 3\)"),
+    (lambda: Camera.fit([(0.0, 0.0, np.inf)]), ArgumentError, "^model must be finite"),
+    (lambda: Camera.fit("cube.obj"), ArgumentTypeError, "model"),
+    (lambda: Camera.fit(samples.cube(), margin=0.5), ArgumentError, r"^margin must lie in \[0, 0\.5\), got 0\.5$"),
+    (lambda: Camera.fit(samples.cube(), margin=-0.1), ArgumentError, "margin"),
+    (lambda: Camera.fit(samples.cube(), fov_y=180.0), ArgumentError, "fov_y"),
+    (lambda: Camera.fit(samples.cube(), direction=(0, 0, 0)), ArgumentError, "direction"),
+    (lambda: Camera.fit(samples.cube(), direction=(0, 2, 0)), ArgumentError, "up"),
+    (lambda: Camera.look_at((1, 2, 3), (1, 2, 3)), ArgumentError, "eye and target must differ"),
+    (lambda: Camera.look_at((0, 0, 0), (0, 1, 0)), ArgumentError, "up must not be parallel"),
+    (lambda: Camera.look_at((0, 0, 0), (0, 0, 1), fov_y=0), ArgumentError, "fov_y"),
+    (lambda: Camera.look_at((0, 0, 0), (0, 0, 1), near=2, far=1), ArgumentError, "near must be less than far"),
+    (lambda: Camera.look_at((0, 0, 0), (0, 0, 1), near=0), ArgumentError, "near must be positive"),
+    (lambda: Camera.window((1, 1), (0, 1)), ArgumentError, r"^xlim must ascend, got \(1\.0, 1\.0\)$"),
+    (lambda: Camera.window((0, 1), (1, 0)), ArgumentError, r"^ylim must ascend, got \(1\.0, 0\.0\)$"),
+    (lambda: Camera.window((0, 1, 2), (0, 1)), ArgumentError, "xlim must have shape"),
+    (lambda: Camera.eye_on_z(0.0, (0, 1), (0, 1)), ArgumentError, r"^d must be positive, got 0\.0$"),
+    (lambda: Camera.eye_on_z(-3.0, (0, 1), (0, 1)), ArgumentError, "d must be positive"),
+    (lambda: Camera.eye_on_z(np.nan, (0, 1), (0, 1)), ArgumentError, "d must be finite"),
+]
+
+
+@pytest.mark.parametrize(("make", "error", "message"), WRONG, ids=[message for _, _, message in WRONG])
+def test_a_camera_that_cannot_be_is_refused_when_it_is_made(make: Any, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        make()
