@@ -1,0 +1,198 @@
+"""What the package promises as a whole: its names, what it imports and when, and which way its imports run."""
+
+import ast
+import inspect
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import gpu_xform
+from gpu_xform import errors
+
+ROOT = Path(gpu_xform.__file__).parent
+FILES = sorted(ROOT.rglob("*.py"))
+
+MATRICES = [
+    *("identity", "scale", "translate", "rotate", "rotate_x", "rotate_y", "rotate_z", "reflect", "shear"),
+    *("project_onto", "homogeneous", "perspective_from_eye", "perspective", "orthographic", "look_at"),
+    *("chain", "inverse", "decompose", "explain"),
+]
+ERRORS = [
+    name for name, value in vars(errors).items() if inspect.isclass(value) and value.__module__ == errors.__name__
+]
+DOCUMENTED = {
+    *MATRICES,
+    *ERRORS,
+    *("matrices", "planar", "samples", "Mesh", "load_mesh", "save_mesh", "Camera", "render", "render_array"),
+    *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
+}
+
+
+def test_the_public_names_are_the_documented_ones() -> None:
+    assert set(gpu_xform.__all__) == DOCUMENTED
+    assert gpu_xform.__all__ == sorted(gpu_xform.__all__)
+    assert len(gpu_xform.__all__) == len(DOCUMENTED)
+
+
+@pytest.mark.parametrize("name", sorted(DOCUMENTED))
+def test_every_public_name_is_there_and_documented(name: str) -> None:
+    value = getattr(gpu_xform, name)
+    assert inspect.getdoc(value)
+    assert name in dir(gpu_xform)
+    assert getattr(gpu_xform, name) is value
+    if not inspect.ismodule(value):
+        assert value.__name__ == name
+
+
+def test_the_matrices_and_their_module_are_the_same() -> None:
+    for name in MATRICES:
+        assert getattr(gpu_xform, name) is getattr(gpu_xform.matrices, name)
+
+
+def test_another_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match=r"^module 'gpu_xform' has no attribute 'transfrom_points'$"):
+        gpu_xform.transfrom_points  # noqa: B018
+
+
+def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
+    bases = {
+        "ArgumentError": ValueError,
+        "ArgumentTypeError": TypeError,
+        "SingularMatrixError": errors.ArgumentError,
+        "MeshError": ValueError,
+        "PrecisionError": ValueError,
+        "NoAdapterError": RuntimeError,
+        "DeviceError": RuntimeError,
+        "DeviceMemoryError": MemoryError,
+        "ShaderError": RuntimeError,
+    }
+    assert {*bases, "GpuXformError"} == set(ERRORS)
+    for name, base in bases.items():
+        assert issubclass(getattr(errors, name), base)
+        assert issubclass(getattr(errors, name), errors.GpuXformError)
+
+
+def loaded_after(statement: str) -> set[str]:
+    code = f"import sys; before = set(sys.modules); {statement}; print(*sorted(set(sys.modules) - before))"
+    result = subprocess.run(
+        [sys.executable, "-W", "error", "-c", code], capture_output=True, text=True, timeout=60, check=True
+    )
+    assert result.stderr == ""
+    return set(result.stdout.split())
+
+
+HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi"}
+
+
+def test_importing_the_package_loads_nothing_heavy() -> None:
+    loaded = loaded_after("import gpu_xform")
+    assert not loaded & HEAVY
+    assert "gpu_xform.matrices" in loaded
+    assert not [name for name in loaded if name.startswith("gpu_xform.gpu")]
+
+
+def test_what_needs_no_device_and_no_file_loads_neither_wgpu_nor_trimesh() -> None:
+    use = "import gpu_xform as g; g.Camera.fit(g.samples.cube().transformed(g.rotate_x(1))); g.explain(g.scale(2))"
+    assert not loaded_after(use) & HEAVY
+
+
+def test_transforming_points_loads_neither_pillow_nor_trimesh() -> None:
+    use = "import gpu_xform as g; g.transform_points([[1, 2, 3]], g.scale(2))"
+    loaded = loaded_after(use)
+    assert "wgpu" in loaded
+    assert not loaded & HEAVY - {"wgpu", "cffi"}
+
+
+def imports(file: Path, *, type_checking: bool) -> Iterator[str]:
+    """Yield the dotted name of every module that a file imports, at its top or later."""
+    package = ("gpu_xform", *file.relative_to(ROOT).parent.parts)
+    waiting: list[ast.AST] = [ast.parse(file.read_text("utf-8"))]
+    while waiting:
+        node = waiting.pop()
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test) and not type_checking:
+            continue
+        waiting.extend(ast.iter_child_nodes(node))
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = package[: len(package) - node.level + 1] if node.level else ()
+            source = ".".join([*base, *(node.module.split(".") if node.module else ())])
+            yield from (f"{source}.{alias.name}" for alias in node.names)
+
+
+def unit(name: str) -> str:
+    """Return which part of the package a dotted name lies in: a module or a folder at its top."""
+    part = name.split(".")[1]
+    return part if (ROOT / part).is_dir() or (ROOT / f"{part}.py").is_file() else "__init__"
+
+
+# Each imports only from the rows above its own.
+LAYERS = [
+    {"errors"},
+    {"_arguments", "_files", "images"},
+    {"_affine", "colors"},
+    {"matrices", "planar", "mesh"},
+    {"samples", "cameras", "formats"},
+    {"gpu"},
+    {"transform", "wireframe"},
+    {"__init__"},
+    {"cli"},
+    {"__main__"},
+]
+RANKS = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_imports_run_downwards_only(file: Path) -> None:
+    own = unit(".".join(("gpu_xform", *file.relative_to(ROOT).with_suffix("").parts)))
+    assert own in RANKS, f"{own} has no place in LAYERS yet"
+    for name in imports(file, type_checking=False):
+        if name.startswith("gpu_xform.") and unit(name) != own:
+            if name == "gpu_xform.__version__":
+                continue
+            assert RANKS[unit(name)] < RANKS[own], f"{own} imports {name}"
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
+def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
+    names = {name.split(".")[0] for name in imports(file, type_checking=True)}
+    assert ("wgpu" in names) <= (file.parent == ROOT / "gpu")
+
+
+PURE = ["errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "mesh", "samples", "cameras"]
+
+
+def test_the_pure_modules_need_numpy_alone() -> None:
+    for name in PURE:
+        path = ROOT / name
+        for file in sorted(path.glob("*.py")) if path.is_dir() else [path.with_suffix(".py")]:
+            used = {module.split(".")[0] for module in imports(file, type_checking=False)}
+            foreign = used - set(sys.stdlib_module_names) - {"numpy", "gpu_xform"}
+            assert foreign <= {"mesh": {"trimesh"}, "images": {"PIL"}, "colors": {"PIL"}}.get(name, set())
+            assert not [module for module in imports(file, type_checking=True) if module.startswith("gpu_xform.gpu")]
+
+
+def test_only_one_function_submits_work() -> None:
+    calls = [file for file in FILES for line in file.read_text("utf-8").splitlines() if "queue.submit(" in line]
+    assert calls == [ROOT / "gpu" / "device.py"]
+
+
+def test_every_public_function_class_and_method_has_a_docstring() -> None:
+    missing = []
+    for file in FILES:
+        tree = ast.parse(file.read_text("utf-8"))
+        assert ast.get_docstring(tree) or file.name == "__main__.py", file
+        classes = [n for n in tree.body if isinstance(n, ast.ClassDef) and not n.name.startswith("_")]
+        for node in (node for holder in (tree, *classes) for node in holder.body):
+            if not isinstance(node, ast.FunctionDef | ast.ClassDef) or node.name.startswith("_"):
+                continue
+            if "overload" not in map(ast.unparse, node.decorator_list) and ast.get_docstring(node) is None:
+                missing.append(f"{file.name}: {node.name}")
+    assert not missing
+
+
+def test_the_package_is_typed() -> None:
+    assert (ROOT / "py.typed").is_file()
