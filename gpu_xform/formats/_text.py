@@ -25,6 +25,8 @@ def parse(text: bytes, kind: Literal["float", "int"]) -> npt.NDArray[Any]:
     An integer beyond int64 becomes the largest one, a float beyond float64 an infinity.
     """
     dtype = np.float64 if kind == "float" else np.int64
+    if kind == "int" and _has_lone_sign(text):
+        raise ValueError("a sign without a number")
     # NumPy only warns where it stops early, and filters are not safe under threads: the sentinel must come out last.
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
@@ -35,6 +37,13 @@ def parse(text: bytes, kind: Literal["float", "int"]) -> npt.NDArray[Any]:
     if len(values) == 0 or values[-1] != dtype(_SENTINEL):
         raise ValueError("not a number")
     return values[:-1]
+
+
+def _has_lone_sign(text: bytes) -> bool:
+    """Tell whether whitespace follows a sign: NumPy would take the number behind it."""
+    blanks = [blank for blank in (b" ", b"\n", b"\t", b"\r", b"\v", b"\f") if blank in text]
+    signs = [sign for sign in (b"-", b"+") if sign in text]
+    return any(sign + blank in text for sign in signs for blank in blanks)
 
 
 def printable(word: bytes | str) -> str:

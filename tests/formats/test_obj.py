@@ -182,6 +182,8 @@ texts = st.lists(st.tuples(words, gaps), max_size=40).map(lambda parts: "".join(
 @given(texts, st.booleans())
 @example("\nf 1 2 3x", True)
 @example("\nf 1 /2 3", True)
+@example("\nf 1 2 3/ 1", True)
+@example("\nf 1 2 + 3", True)
 @example("\nf 1//2 2/3 3\n", True)
 @example("\nf 1f2 3 4\nf\n", True)
 @example("\nf 1 2 3 f 2 3\nf \n", True)
