@@ -40,11 +40,14 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     np.save("words.npy", np.array(["a", "b"]))
     np.save("cube.npy", np.ones((2, 2, 2)))
     np.save("objects.npy", np.array([None]), allow_pickle=True)
-    np.save("huge.npy", np.ones((2, 3)))
-    Path("huge.npy").write_bytes(
-        Path("huge.npy").read_bytes().replace(b"(2, 3), }" + b" " * 16, b"(%d, 3), }" % 10**17)
-    )
-    Path("short.npy").write_bytes(Path("points.npy").read_bytes()[:-1])
+    whole = Path("points.npy").read_bytes()
+    Path("huge.npy").write_bytes(whole.replace(b"(4, 3), }" + b" " * 17, b"(%d, 3), }" % 10**17))
+    Path("huger.npy").write_bytes(whole.replace(b"(4, 3), }" + b" " * 29, b"(%d, 3), }" % 10**29))
+    Path("open.npy").write_bytes(whole.replace(b"(4, 3)", b"((4, 3"))
+    Path("octal.npy").write_bytes(whole.replace(b"'<f8'", b"'<08'"))
+    Path("mixed.npy").write_bytes(whole.replace(b" 'shape'", b"b'shape'"))
+    Path("grumble.npy").write_bytes(whole.replace(b"(4, 3)", b"(4or3)"))
+    Path("short.npy").write_bytes(whole[:-1])
     Path("empty.npy").write_bytes(b"")
     Path("garbage.obj").write_bytes(b"v 0 0 0\nv 1 0 zero\nf 1 2 3\n")
     Path("binary.obj").write_bytes(bytes(range(256)) * 8)
@@ -161,8 +164,13 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         (TRANSFORM + "--scale 1e308 --scale 10", "range"),
         ("transform words.npy out.npy", "words.npy: points must hold"),
         ("transform cube.npy out.npy", "cube.npy: points must have shape"),
-        ("transform objects.npy out.npy", "objects.npy: "),
-        ("transform huge.npy out.npy", ""),
+        ("transform objects.npy out.npy", "objects.npy: not an .npy file of numbers"),
+        ("transform huge.npy out.npy", "huge.npy: not enough memory"),
+        ("transform huger.npy out.npy", "huger.npy: not an .npy file"),
+        ("transform open.npy out.npy", "open.npy: not an .npy file"),
+        ("transform octal.npy out.npy", "octal.npy: not an .npy file"),
+        ("transform mixed.npy out.npy", "mixed.npy: not an .npy file"),
+        ("transform grumble.npy out.npy", "grumble.npy: "),
         ("transform short.npy out.npy", "short.npy: "),
         ("transform empty.npy out.npy", "empty.npy: "),
         ("transform house.obj out.npy --file-type npy", "house.obj: not an .npy file"),

@@ -122,6 +122,7 @@ def test_a_wrong_transform_is_noticed(
     "mutant",
     [
         np.zeros_like,
+        lambda pixels: pixels * np.array([0, 0, 0, 1], np.uint8),
         lambda pixels: np.full_like(pixels, 255),
         lambda pixels: pixels[::-1],
         lambda pixels: pixels[:, ::-1],

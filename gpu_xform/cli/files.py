@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 STANDARD = "-"
 # NumPy's reader of a malformed header lets through what Python's own parser raises.
-MALFORMED_ARRAY = (ValueError, TypeError, OverflowError, EOFError, SyntaxError, tokenize.TokenError)
+MALFORMED_ARRAY = (ValueError, TypeError, OverflowError, SyntaxError, tokenize.TokenError)
 
 
 def kind(path: str, file_type: str | None = None) -> str:
@@ -58,6 +58,8 @@ def read_array(path: str) -> npt.NDArray[Any]:
                 array: npt.NDArray[Any] = np.lib.format.read_array(source, allow_pickle=False)
         except MALFORMED_ARRAY as error:
             raise ArgumentError(f"{path}: not an .npy file of numbers: {error}") from None
+        except MemoryError as error:
+            raise ArgumentError(f"{path}: not enough memory: {error}") from None
     return array
 
 
