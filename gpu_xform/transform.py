@@ -4,7 +4,7 @@ Points are the rows of an (n, 3) array with a 4x4 matrix, or of an (n, 2) array 
 and float64 stays float64; integers and lists become float64, float16 becomes float32. The result is C-ordered.
 
 Accuracy, with u = 2^-24 for float32 and 2^-53 for float64: every transformed component lies within 5 u sum_j |m_ij x_j|
-of the exact one, as long as no product leaves the normal range of the type.
+of the exact one, as long as no entry of the matrix, no coordinate and no product leaves the normal range of the type.
 """
 
 from typing import Any

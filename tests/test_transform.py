@@ -1,6 +1,6 @@
 import threading
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -73,8 +73,7 @@ def assert_transformed(result: Array, points: Array, matrix: Array) -> None:
     assert result.shape == points.shape
     assert result.flags.c_contiguous
     error = np.abs((result - exact.high[:, :n]) - exact.low[:, :n])
-    # What is smaller than the smallest normal number has no relative precision.
-    allowed = 5 * unit_roundoff(result.dtype) * magnitudes[:, :n] + 4 * np.finfo(result.dtype).smallest_normal
+    allowed = 5 * unit_roundoff(result.dtype) * magnitudes[:, :n]
     worst = np.unravel_index(np.argmax(error - allowed), error.shape) if error.size else None
     assert worst is None or error[worst] <= allowed[worst], (worst, points[worst[0]], result[worst[0]])
 
@@ -83,8 +82,9 @@ def some_points(n: int, dtype: npt.DTypeLike, columns: int = 3) -> Array:
     return np.random.default_rng(n).normal(scale=10.0, size=(n, columns)).astype(dtype)
 
 
-def numbers(width: int, largest: float) -> st.SearchStrategy[float]:
-    return st.floats(-largest, largest, width=32 if width == 32 else 64)
+def numbers(largest: float, width: Literal[32, 64] = 64) -> st.SearchStrategy[float]:
+    """Numbers of any size whose products stay normal: below the normal range nothing is promised."""
+    return st.floats(-largest, largest, width=width).map(lambda x: x if abs(x) > 1e-15 else 0.0)
 
 
 @st.composite
@@ -93,11 +93,10 @@ def affine_and_points(draw: st.DrawFn) -> tuple[Array, Array]:
     columns = draw(st.sampled_from([2, 3]))
     dtype = draw(st.sampled_from(DTYPES))
     matrix = np.eye(columns + 1)
-    matrix[:columns] = draw(
-        arrays(np.float64, (columns, columns + 1), elements=st.floats(-1e12, 1e12) | st.floats(-3, 3))
-    )
-    width = 32 if dtype is np.float32 else 64
-    elements = numbers(width, 2.0**40) | numbers(width, 2.0)
+    matrix[:columns] = draw(arrays(np.float64, (columns, columns + 1), elements=numbers(1e12) | numbers(3.0)))
+    elements = numbers(2.0**40, 32) | numbers(2.0, 32)
+    if dtype is np.float64:
+        elements = numbers(2.0**40) | numbers(2.0)
     return matrix, draw(arrays(dtype, (draw(st.integers(1, 9)), columns), elements=elements))
 
 
@@ -347,7 +346,7 @@ def test_transforming_never_divides_and_refuses_what_is_not_affine() -> None:
         ):
             function([[1, 2, 3]], matrices.perspective_from_eye(8))
         with pytest.raises(ArgumentError, match=r"last row \(0, 0, 1\), got \(0\.5, 0, 1\)$"):
-            function([[1, 2]], [[1, 0, 0], [0, 1, 0], [0.5, 0, 1]])
+            function([[1, 2]], np.array([[1, 0, 0], [0, 1, 0], [0.5, 0, 1]]))
         with pytest.raises(ArgumentError, match="affine"):
             function([[1, 2, 3]], 2.0 * np.eye(4))
 
@@ -404,7 +403,7 @@ def test_a_matrix_may_be_anything_that_holds_or_makes_one() -> None:
     np.testing.assert_allclose(gx.transform_points(points, turn), turn.apply(points), rtol=1e-13)
     np.testing.assert_allclose(gx.transform_points(points, placed), placed.apply(points), rtol=1e-13)
     expected = gx.transform_points(points, AFFINE).tobytes()
-    assert gx.transform_points(points, [list(row) for row in AFFINE]).tobytes() == expected
+    assert gx.transform_points(points, [AFFINE[0], *AFFINE[1:]]).tobytes() == expected
     assert gx.transform_points(points, np.asfortranarray(AFFINE)).tobytes() == expected
     assert gx.transform_points(points, AFFINE.astype(">f8")).tobytes() == expected
 
