@@ -4,6 +4,7 @@ import subprocess
 import sys
 import textwrap
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -66,6 +67,15 @@ def test_only_native_back_ends_are_listed() -> None:
     for adapter in found:
         assert adapter.name
         assert min(dataclasses.astuple(adapter.limits)) >= 256
+
+
+def test_an_opengl_adapter_is_never_taken(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Another user of wgpu in the process may have opened its instance for every back end.
+    infos = [("OpenGL", "CPU"), ("Vulkan", "CPU"), ("Vulkan", "DiscreteGPU"), ("D3D12", "IntegratedGPU")]
+    stubs = [SimpleNamespace(info={"backend_type": backend, "adapter_type": kind}) for backend, kind in infos]
+    monkeypatch.setattr(adapters_module, "NATIVE_BACKENDS", ["Vulkan"])
+    monkeypatch.setattr("wgpu.gpu.enumerate_adapters_sync", lambda: stubs)
+    assert adapters_module.native_adapters() == [stubs[2], stubs[3], stubs[1]]
 
 
 def test_an_adapter_is_chosen_by_a_part_of_its_name_in_any_case(
