@@ -186,7 +186,7 @@ def test_every_public_function_class_and_method_has_a_docstring() -> None:
         tree = ast.parse(file.read_text("utf-8"))
         assert ast.get_docstring(tree) or file.name == "__main__.py", file
         classes = [n for n in tree.body if isinstance(n, ast.ClassDef) and not n.name.startswith("_")]
-        for node in (node for holder in (tree, *classes) for node in holder.body):
+        for node in [*tree.body, *(node for holder in classes for node in holder.body)]:
             if not isinstance(node, ast.FunctionDef | ast.ClassDef) or node.name.startswith("_"):
                 continue
             if "overload" not in map(ast.unparse, node.decorator_list) and ast.get_docstring(node) is None:
