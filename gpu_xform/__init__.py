@@ -17,6 +17,7 @@ from .errors import (
     MeshError,
     NoAdapterError,
     PrecisionError,
+    PrecisionWarning,
     ShaderError,
     SingularMatrixError,
 )
@@ -48,6 +49,8 @@ if TYPE_CHECKING:
     from .formats import load_mesh, save_mesh
     from .gpu.adapters import adapters
     from .gpu.device import Device
+    from .point_buffer import PointBuffer, bounds
+    from .streaming import transform_file
     from .transform import project_points, transform_normals, transform_points, transform_vectors
     from .wireframe import render, render_array
 
@@ -64,10 +67,13 @@ __all__ = [
     "Mesh",
     "MeshError",
     "NoAdapterError",
+    "PointBuffer",
     "PrecisionError",
+    "PrecisionWarning",
     "ShaderError",
     "SingularMatrixError",
     "adapters",
+    "bounds",
     "chain",
     "decompose",
     "explain",
@@ -94,6 +100,7 @@ __all__ = [
     "save_mesh",
     "scale",
     "shear",
+    "transform_file",
     "transform_normals",
     "transform_points",
     "transform_vectors",
@@ -103,12 +110,15 @@ __all__ = [
 _LATE = {
     "Camera": ".cameras",
     "Device": ".gpu.device",
+    "PointBuffer": ".point_buffer",
     "adapters": ".gpu.adapters",
+    "bounds": ".point_buffer",
     "load_mesh": ".formats",
     "project_points": ".transform",
     "render": ".wireframe",
     "render_array": ".wireframe",
     "save_mesh": ".formats",
+    "transform_file": ".streaming",
     "transform_normals": ".transform",
     "transform_points": ".transform",
     "transform_vectors": ".transform",

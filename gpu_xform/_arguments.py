@@ -82,25 +82,40 @@ def square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
 
     An object with `as_matrix()` speaks of R^3: where it gives a 3x3, that is carried along in a 4x4.
     """
+    matrix = square_matrices(value, name, *sizes)
+    if matrix.ndim != 2:
+        raise ArgumentError(f"{name} must have shape {_square_shapes(sizes)}, got {matrix.shape}")
+    return matrix
+
+
+def square_matrices(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
+    """Return `value` as finite float64 matrices (..., s, s), s one of `sizes`; as `square_matrix` otherwise."""
     if isinstance(value, SupportsAsMatrix):
-        matrix = real_array(value.as_matrix(), name)
-        if matrix.shape == (3, 3):
-            matrix, linear = np.eye(4), matrix
-            matrix[:3, :3] = linear
+        matrices = real_array(value.as_matrix(), name)
+        if matrices.shape[-2:] == (3, 3):
+            linear = matrices
+            matrices = np.zeros((*linear.shape[:-2], 4, 4))
+            matrices[..., :3, :3] = linear
+            matrices[..., 3, 3] = 1.0
     else:
-        matrix = real_array(value, name)
-    if matrix.shape not in {(size, size) for size in sizes}:
-        expected = " or ".join(f"({size}, {size})" for size in sizes)
-        hint = "; homogeneous(a) makes a 4x4 of it" if matrix.shape == (3, 3) and sizes == (4,) else ""
-        raise ArgumentError(f"{name} must have shape {expected}, got {matrix.shape}{hint}")
-    return matrix
+        matrices = real_array(value, name)
+    if matrices.shape[-2:] not in {(size, size) for size in sizes}:
+        hint = "; homogeneous(a) makes a 4x4 of it" if matrices.shape == (3, 3) and sizes == (4,) else ""
+        raise ArgumentError(f"{name} must have shape {_square_shapes(sizes)}, got {matrices.shape}{hint}")
+    return matrices
 
 
-def affine_matrix(value: MatrixLike, name: str, size: int) -> Float64Array:
-    """Return `value` as a finite (size, size) matrix with the last row (0, ..., 0, 1)."""
-    matrix = square_matrix(value, name, size)
-    expected = np.eye(size)[-1]
-    if (matrix[-1] != expected).any():
-        rows = ["(" + ", ".join(f"{entry:g}" for entry in row) + ")" for row in (expected, matrix[-1])]
-        raise ArgumentError(f"{name} must be affine, with the last row {rows[0]}, got {rows[1]}")
-    return matrix
+def require_affine(matrices: Float64Array, name: str) -> None:
+    """Raise `ArgumentError` where the last row of one of `matrices` (..., s, s) is not (0, ..., 0, 1)."""
+    last_rows = matrices[..., -1, :]
+    expected = np.eye(matrices.shape[-1])[-1]
+    wrong = (last_rows != expected).any(axis=-1)
+    if wrong.any():
+        index = tuple(int(i) for i in np.argwhere(wrong)[0])
+        rows = ["(" + ", ".join(f"{entry:g}" for entry in row) + ")" for row in (expected, last_rows[index])]
+        where = f" in matrix {index[0] if len(index) == 1 else index}" if index else ""
+        raise ArgumentError(f"{name} must be affine, with the last row {rows[0]}, got {rows[1]}{where}")
+
+
+def _square_shapes(sizes: tuple[int, ...]) -> str:
+    return " or ".join(f"({size}, {size})" for size in sizes)

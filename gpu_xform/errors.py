@@ -1,4 +1,4 @@
-"""Every exception that gpu_xform raises, in one tree.
+"""Every exception that gpu_xform raises, in one tree, and its one warning.
 
 `GpuXformError` is the root. Where Python users expect a `ValueError`, a `TypeError` or a `RuntimeError`, the class is
 one of those as well. Only the operating system's own refusals (`FileNotFoundError`, `PermissionError`, a full disk)
@@ -28,6 +28,10 @@ class MeshError(GpuXformError, ValueError):
 
 class PrecisionError(GpuXformError, ValueError):
     """The device cannot compute in the precision asked for."""
+
+
+class PrecisionWarning(UserWarning):
+    """Single precision is too coarse for the coordinates at hand."""
 
 
 class NoAdapterError(GpuXformError, RuntimeError):

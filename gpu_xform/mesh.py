@@ -8,8 +8,8 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import Float64Array, MatrixLike, first_non_finite, square_matrix
-from .errors import ArgumentError, MeshError
+from ._arguments import Float64Array, MatrixLike, first_non_finite, require_affine, square_matrix
+from .errors import MeshError
 
 IndexArray: TypeAlias = npt.NDArray[np.int64]
 FacesLike: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike]
@@ -169,11 +169,7 @@ class Mesh:
         Raises ArgumentError for another shape or last row, MeshError where a coordinate overflows.
         """
         m = square_matrix(matrix, "matrix", 4)
-        if (m[3] != (0.0, 0.0, 0.0, 1.0)).any():
-            row = ", ".join(f"{x:g}" for x in m[3])
-            raise ArgumentError(
-                f"matrix must have the last row (0, 0, 0, 1), got ({row}): a mesh is never divided by w"
-            )
+        require_affine(m, "matrix")
         with np.errstate(over="ignore", invalid="ignore"):
             positions = self._positions @ m[:3, :3].T + m[:3, 3]
         mesh = Mesh.__new__(Mesh)

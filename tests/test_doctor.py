@@ -105,9 +105,8 @@ def test_a_wrong_transform_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def transform(_: Device, points: Any, matrix: Any, out: Any, *, divide: bool) -> None:
-        assert not divide
-        mutant(points, matrix, out)
+    def transform(_: Device, points: Any, matrices: Any, out: Any, *_how: Any) -> None:
+        mutant(points, matrices[0], out[0])
 
     monkeypatch.setattr(transform_pass, "transform", transform)
     assert wrong(examine().checks) == [n for n in failing if device.has_float64 or "64" not in n]

@@ -28,6 +28,7 @@ DOCUMENTED = {
     *ERRORS,
     *("matrices", "planar", "samples", "Mesh", "load_mesh", "save_mesh", "Camera", "render", "render_array"),
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
+    *("PointBuffer", "bounds", "transform_file", "PrecisionWarning"),
 }
 
 
@@ -69,7 +70,7 @@ def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
         "DeviceMemoryError": MemoryError,
         "ShaderError": RuntimeError,
     }
-    assert {*bases, "GpuXformError"} == set(ERRORS)
+    assert {*bases, "GpuXformError", "PrecisionWarning"} == set(ERRORS)
     for name, base in bases.items():
         assert issubclass(getattr(errors, name), base)
         assert issubclass(getattr(errors, name), errors.GpuXformError)
@@ -132,12 +133,15 @@ def unit(name: str) -> str:
 # Each imports only from the rows above its own.
 LAYERS = [
     {"errors"},
-    {"_arguments", "_files", "images"},
-    {"_affine", "colors"},
-    {"matrices", "planar", "mesh"},
+    {"_arguments", "_files", "_memmap", "images"},
+    {"_affine", "_points", "colors"},
+    {"_influences", "matrices", "planar", "mesh"},
     {"samples", "cameras", "formats"},
     {"gpu"},
+    {"_precision"},
+    {"_rebased", "point_buffer"},
     {"transform", "wireframe"},
+    {"bench", "streaming"},
     {"__init__"},
     {"cli"},
     {"__main__"},

@@ -2,9 +2,12 @@
 #import real_f32
 #import homogeneous
 
+@group(0) @binding(1) var<storage, read> source: array<Vec4>;
+@group(0) @binding(2) var<storage, read_write> destination: array<Vec4>;
+
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
-    if invocation.x >= transform.n_quads {
+    if invocation.x >= n_quads() {
         return;
     }
     let m = transform.target_from_source;

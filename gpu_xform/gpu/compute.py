@@ -1,6 +1,7 @@
-"""One compute dispatch: a pipeline, its buffers, a count of workgroups."""
+"""One compute dispatch: a pipeline, its buffers, a grid of workgroups."""
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
 
 import wgpu
 
@@ -11,24 +12,44 @@ if TYPE_CHECKING:
     from .device import Device
 
 
+class Binding(NamedTuple):
+    """A part of a buffer."""
+
+    buffer: Buffer
+    offset_bytes: int
+    n_bytes: int
+
+
 def bind(
-    device: "Device", pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline, buffers: tuple[Buffer, ...]
+    device: "Device",
+    pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline,
+    bindings: Sequence[Buffer | Binding],
 ) -> wgpu.GPUBindGroup:
-    """Bind `buffers` to bindings 0, 1, ... of group 0."""
-    for buffer in buffers:
-        buffer.require_submittable(device)
+    """Bind whole buffers or parts of them to bindings 0, 1, ... of group 0."""
+    parts = [part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes) for part in bindings]
+    for part in parts:
+        part.buffer.require_submittable(device)
     with device_errors("bind the buffers"):
         return device.handle.create_bind_group(
             layout=pipeline.get_bind_group_layout(0),
-            entries=[{"binding": index, "resource": {"buffer": buffer.handle}} for index, buffer in enumerate(buffers)],
+            entries=[
+                {"binding": index, "resource": {"buffer": buffer.handle, "offset": offset_bytes, "size": n_bytes}}
+                for index, (buffer, offset_bytes, n_bytes) in enumerate(parts)
+            ],
         )
 
 
 def dispatch(
-    encoder: wgpu.GPUCommandEncoder, pipeline: wgpu.GPUComputePipeline, bindings: wgpu.GPUBindGroup, n_workgroups: int
+    encoder: wgpu.GPUCommandEncoder,
+    pipeline: wgpu.GPUComputePipeline,
+    bindings: wgpu.GPUBindGroup,
+    n_workgroups: int,
+    *,
+    timestamps: wgpu.GPUQuerySet | None = None,
 ) -> None:
-    """Record one compute pass."""
-    compute = encoder.begin_compute_pass()
+    """Record one compute pass; its begin and end go into queries 0 and 1 of `timestamps`."""
+    writes = {"query_set": timestamps, "beginning_of_pass_write_index": 0, "end_of_pass_write_index": 1}
+    compute = encoder.begin_compute_pass(timestamp_writes=writes if timestamps else None)
     compute.set_pipeline(pipeline)
     compute.set_bind_group(0, bindings)
     compute.dispatch_workgroups(n_workgroups)

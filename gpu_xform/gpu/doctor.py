@@ -124,7 +124,7 @@ def _transform(device: Device, dtype: np.dtype[Any]) -> tuple[bool, str]:
     """Compare a transform with NumPy's in float64, to within the library's accuracy contract."""
     points = np.random.default_rng(0).uniform(-100.0, 100.0, (N_POINTS, 3)).astype(dtype)
     result = np.full_like(points, np.nan)
-    transform_pass.transform(device, points, MATRIX, result, divide=False)
+    transform_pass.transform(device, points, MATRIX[None], result[None], dtype, transform_pass.Finish.AS_IT_IS)
     homogeneous = np.column_stack([points.astype(np.float64), np.ones(N_POINTS)])
     error = np.abs(result - (homogeneous @ MATRIX.T)[:, :3])
     rounding = float(np.finfo(dtype).eps) / 2.0

@@ -11,21 +11,30 @@ import numpy.typing as npt
 TRANSFORM = {
     np.dtype(np.float32): np.dtype(
         {
-            "names": ["target_from_source", "undefined", "n_quads"],
-            "formats": [("<f4", (4, 4)), "<f4", "<u4"],
-            "offsets": [0, 64, 68],
+            "names": ["target_from_source", "undefined", "n_points", "first_quad"],
+            "formats": [("<f4", (4, 4)), "<f4", "<u4", "<u4"],
+            "offsets": [0, 64, 68, 72],
             "itemsize": 80,
         }
     ),
     np.dtype(np.float64): np.dtype(
         {
-            "names": ["target_from_source", "undefined", "n_quads"],
-            "formats": [("<f8", (4, 4)), "<f8", "<u4"],
-            "offsets": [0, 128, 136],
+            "names": ["target_from_source", "undefined", "n_points", "first_quad"],
+            "formats": [("<f8", (4, 4)), "<f8", "<u4", "<u4"],
+            "offsets": [0, 128, 136, 140],
             "itemsize": 160,
         }
     ),
 }
+
+SIXTEEN = np.dtype(
+    {
+        "names": ["entries", "scalar", "count"],
+        "formats": [("<f4", (4, 4)), "<f4", "<u4"],
+        "offsets": [0, 64, 68],
+        "itemsize": 80,
+    }
+)
 
 PICTURE = np.dtype([("size", "<f4", (2,)), ("line_width", "<f4"), ("n_colors", "<u4")])
 
@@ -35,13 +44,21 @@ def columns(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return matrix.swapaxes(-1, -2)
 
 
-def transform_struct(matrix: npt.NDArray[np.float64], dtype: np.dtype[Any], n_quads: int) -> npt.NDArray[np.uint8]:
-    """Return the bytes of a `Transform` struct with `matrix` (4, 4) rounded once to `dtype`."""
+def transform_struct(
+    matrix: npt.NDArray[np.float64], dtype: np.dtype[Any], n_points: int, first_quad: int = 0
+) -> npt.NDArray[np.uint8]:
+    """Return the bytes of a `Transform` struct with `matrix` (4, 4), each entry rounded once to `dtype`."""
     struct = np.zeros((), TRANSFORM[dtype])
     struct["target_from_source"] = columns(matrix)
     struct["undefined"] = np.nan
-    struct["n_quads"] = n_quads
+    struct["n_points"] = n_points
+    struct["first_quad"] = first_quad
     return as_bytes(struct)
+
+
+def matrix_array(matrices: npt.NDArray[np.float64], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+    """Return `matrices` (k, 4, 4) as an `array<Mat4>`, each entry rounded once to `dtype`."""
+    return np.ascontiguousarray(columns(matrices), dtype)
 
 
 def as_bytes(struct: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:

@@ -10,7 +10,7 @@ from .buffers import UNIFORM, Buffer
 from .compute import bind, dispatch
 from .device import Device
 from .targets import FORMAT, Target
-from .transform_pass import POINTS_PER_INVOCATION, rounded_up, workgroup_size
+from .transform_pass import POINTS_PER_INVOCATION, Finish, rounded_up, workgroup_size
 
 CLIP_POSITION_BYTES = 16
 EDGE_BYTES = 8
@@ -62,8 +62,9 @@ def draw(
         target = Target(device, size)
         stack.callback(target.release)
         n_quads = n_padded // POINTS_PER_INVOCATION
-        transform = filled(layouts.transform_struct(clip_from_model, np.dtype(np.float32), n_quads), UNIFORM)
-        project = device.pipelines.compute("project_vertices", workgroup_size=workgroup_size(device))
+        transform = filled(layouts.transform_struct(clip_from_model, np.dtype(np.float32), n_padded), UNIFORM)
+        constants = {"workgroup_size": workgroup_size(device), "finish": Finish.AS_IT_IS}
+        project = device.pipelines.compute("project_vertices", **constants)
         lines = device.pipelines.render("draw_lines", "triangle-strip", FORMAT)
 
         batch = binding_bytes(device) // EDGE_BYTES

@@ -26,10 +26,10 @@ def require(device: "Device") -> None:
 def run(device: "Device") -> list[tuple[str, bool, str]]:
     """Run the self-test; return a (name, passed, detail) for each check."""
     entries = np.arange(1.0, 17.0).reshape(4, 4)
-    struct = np.zeros((), layouts.TRANSFORM[np.dtype(np.float32)])
-    struct["target_from_source"] = layouts.columns(entries)
-    struct["undefined"] = 0.25
-    struct["n_quads"] = MAX_ITERATIONS
+    struct = np.zeros((), layouts.SIXTEEN)
+    struct["entries"] = layouts.columns(entries)
+    struct["scalar"] = 0.25
+    struct["count"] = MAX_ITERATIONS
     given, seen = Buffer(device, struct.nbytes, UNIFORM), Buffer(device, 18 * 4)
     try:
         given.upload(layouts.as_bytes(struct))

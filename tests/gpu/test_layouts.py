@@ -58,12 +58,13 @@ def test_every_member_of_transform_lies_where_the_dtype_says(device: Device, dty
     struct = np.zeros((), mirror)
     struct["target_from_source"] = np.arange(1.0, 17.0).reshape(4, 4)
     struct["undefined"] = 17.0
-    struct["n_quads"] = 18
+    struct["n_points"] = 18
+    struct["first_quad"] = 19
     aliases = "\n".join(line for line in shaders.source(stage).splitlines() if line.startswith("alias "))
     members = [f"given.target_from_source[{column}][{row}]" for column in range(4) for row in range(4)]
-    members += ["given.undefined", "given.n_quads"]
+    members += ["given.undefined", "given.n_points", "given.first_quad"]
     declaration = f"{aliases}\n{wgsl_struct(stage, 'Transform')}"
-    assert members_seen(device, declaration, "Transform", members, struct) == list(range(1, 19))
+    assert members_seen(device, declaration, "Transform", members, struct) == list(range(1, 20))
     assert set(mirror.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
 
 

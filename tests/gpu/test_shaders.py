@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 
+import gpu_xform
 from gpu_xform.errors import DeviceError, ShaderError
 from gpu_xform.gpu import shaders
 from gpu_xform.gpu.device import Device
@@ -11,7 +12,7 @@ from gpu_xform.gpu.targets import FORMAT
 FOLDER = Path(str(shaders.shader_folder()))
 STAGES = sorted(file.stem for file in FOLDER.glob("*.wgsl"))
 SHARED = sorted(file.stem for file in (FOLDER / "shared").glob("*.wgsl"))
-GPU_CODE = Path(shaders.__file__).parent
+PACKAGE = Path(gpu_xform.__file__).parent
 
 
 def test_the_shaders_are_where_the_package_looks() -> None:
@@ -56,7 +57,7 @@ def test_every_stage_compiles(stage: str, device: Device) -> None:
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_every_stage_is_used(stage: str) -> None:
-    code = "".join(file.read_text("utf-8") for file in GPU_CODE.glob("*.py"))
+    code = "".join(file.read_text("utf-8") for file in PACKAGE.rglob("*.py"))
     pattern = stage.removesuffix("_f32").removesuffix("_f64").removesuffix("_2d")
     assert re.search(rf'"{pattern}', code)
 
@@ -149,16 +150,16 @@ def test_a_shader_that_does_not_compile_is_a_shader_error(monkeypatch: pytest.Mo
 
 def test_a_pipeline_is_compiled_once_for_each_choice_of_its_constants(device: Device) -> None:
     compute = device.pipelines.compute
-    first = compute("transform_points_f32", workgroup_size=64, divide_by_w=True)
-    assert compute("transform_points_f32", divide_by_w=True, workgroup_size=64) is first
-    assert compute("transform_points_f32", workgroup_size=64, divide_by_w=False) is not first
-    assert compute("transform_points_f32", workgroup_size=32, divide_by_w=True) is not first
+    first = compute("transform_points_f32", workgroup_size=64, finish=1)
+    assert compute("transform_points_f32", finish=1, workgroup_size=64) is first
+    assert compute("transform_points_f32", workgroup_size=64, finish=0) is not first
+    assert compute("transform_points_f32", workgroup_size=32, finish=1) is not first
 
 
 def test_a_closed_device_compiles_nothing() -> None:
     with Device() as other:
         pass
     with pytest.raises(DeviceError, match="closed"):
-        other.pipelines.compute("transform_points_f32", workgroup_size=64, divide_by_w=True)
+        other.pipelines.compute("transform_points_f32", workgroup_size=64, finish=1)
     with pytest.raises(DeviceError, match="closed"):
         other.pipelines.render("draw_lines", "triangle-strip", FORMAT)

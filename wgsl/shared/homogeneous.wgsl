@@ -1,12 +1,33 @@
-// The matrix of a stage that takes points to points, and what stands beside it.
+// A matrix that takes points to points, and what a stage does with the homogeneous result.
 struct Transform {
     target_from_source: Mat4,
     undefined: Real, // the host's NaN, which WGSL itself cannot write down
-    n_quads: u32, // groups of four points
+    n_points: u32,
+    first_quad: u32, // of the destination
 }
 
-@group(0) @binding(0) var<uniform> transform: Transform;
-@group(0) @binding(1) var<storage, read> source: array<Vec4>;
-@group(0) @binding(2) var<storage, read_write> destination: array<Vec4>;
+const AS_IT_IS = 0u;
+const DIVIDED_BY_W = 1u;
+const NORMALIZED = 2u;
 
+// Uniform, not storage: lavapipe loads a storage buffer anew for every invocation, a quarter of the whole time.
+@group(0) @binding(0) var<uniform> transform: Transform;
 override workgroup_size: u32;
+override finish: u32; // one of the three above
+
+fn n_quads() -> u32 {
+    return (transform.n_points + 3u) / 4u; // groups of four points, the last one padded
+}
+
+fn finished(h: Vec4) -> Vec3 {
+    if finish == DIVIDED_BY_W {
+        return select(Vec3(transform.undefined), h.xyz / h.w, h.w != Real());
+    }
+    if finish == NORMALIZED {
+        // Scaled first, so that squaring neither overflows nor underflows; what has no length stays as it is.
+        let largest = max(abs(h.x), max(abs(h.y), abs(h.z)));
+        let scaled = h.xyz / largest;
+        return select(h.xyz, scaled / sqrt(dot(scaled, scaled)), largest > Real());
+    }
+    return h.xyz;
+}

@@ -1,25 +1,23 @@
 // Four packed points of R^2 an invocation; the matrix is the planar one with an idle z row and column.
 #import homogeneous
 
-override divide_by_w: bool;
+@group(0) @binding(1) var<storage, read> source: array<Vec4>;
+@group(0) @binding(2) var<storage, read_write> destination: array<Vec4>;
 
-fn transformed(point: Vec2) -> Vec2 {
-    let m = transform.target_from_source;
-    let h = m[0] * point.x + m[1] * point.y + m[3];
-    if divide_by_w {
-        return select(Vec2(transform.undefined), h.xy / h.w, h.w != Real());
-    }
-    return h.xy;
+fn transformed(m: Mat4, point: Vec2) -> Vec2 {
+    return finished(m[0] * point.x + m[1] * point.y + m[3]).xy;
 }
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
-    if invocation.x >= transform.n_quads {
+    if invocation.x >= n_quads() {
         return;
     }
+    let m = transform.target_from_source;
     let i = 2u * invocation.x;
     let a = source[i];
     let b = source[i + 1u];
-    destination[i] = Vec4(transformed(a.xy), transformed(a.zw));
-    destination[i + 1u] = Vec4(transformed(b.xy), transformed(b.zw));
+    let j = i + 2u * transform.first_quad;
+    destination[j] = Vec4(transformed(m, a.xy), transformed(m, a.zw));
+    destination[j + 1u] = Vec4(transformed(m, b.xy), transformed(m, b.zw));
 }

@@ -1,0 +1,2 @@
+#import real_f32
+#import blend_points

@@ -1,0 +1,2 @@
+#import real_f64
+#import copy_points

@@ -1,0 +1,2 @@
+#import real_f32
+#import reduce_points

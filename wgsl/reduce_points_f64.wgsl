@@ -1,0 +1,2 @@
+#import real_f64
+#import reduce_points
