@@ -1,7 +1,10 @@
 """The commands: from parsed options to the library and back to files."""
 
+import json
 import math
+import sys
 from argparse import Namespace
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,7 +13,7 @@ from .. import matrices
 from .._arguments import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..mesh import Mesh
-from . import files
+from . import files, progress
 
 if TYPE_CHECKING:
     from ..cameras import Camera
@@ -58,6 +61,8 @@ def transform(options: Namespace) -> int:
     if source == "npy":
         _transform_array(options, matrix)
     else:
+        if options.resume:
+            raise ArgumentError("--resume is for .npy files")
         from ..formats.registry import WRITERS
 
         _require_type(options.output, tuple(sorted(WRITERS)), target)
@@ -84,6 +89,27 @@ def doctor(options: Namespace) -> int:
     return NO_ADAPTER if report.device is None else DEVICE_FAILED
 
 
+def bench(options: Namespace) -> int:
+    """Time bulk transforms."""
+    from ..bench import measure, report
+    from ..gpu.device import Device
+
+    device = Device(options.adapter)
+    timings = []
+    with progress.bar("bench", " sizes") as move:
+        for done, n_points in enumerate(options.points, 1):
+            timings.append(measure(device, n_points, options.dtype))
+            move(done, len(options.points))
+    if options.json:
+        facts = {"adapter": device.name, "kind": device.adapter.kind, "driver": device.adapter.driver}
+        files.say(
+            json.dumps(facts | {"dtype": options.dtype, "sizes": [t.as_dict() for t in timings]}, indent=2) + "\n"
+        )
+    else:
+        files.say(report(device, options.dtype, timings))
+    return 0
+
+
 def _transform_mesh(options: Namespace, matrix: Float64Array, target: str) -> None:
     from ..transform import project_points, transform_points
 
@@ -98,14 +124,52 @@ def _transform_mesh(options: Namespace, matrix: Float64Array, target: str) -> No
 
 
 def _transform_array(options: Namespace, matrix: Float64Array) -> None:
-    from ..transform import point_array, project_points, transform_points
+    if files.STANDARD not in (options.input, options.output) and not _is_special(options.output):
+        from ..streaming import n_columns
+
+        columns = n_columns(options.input)
+        if columns is not None:
+            _stream_array(options, _planar(matrix) if columns == 2 else matrix)
+            return
+    if options.resume:
+        raise ArgumentError("--resume goes from an .npy file of float32 or float64 points, C-ordered, to a file")
+    _transform_whole_array(options, matrix)
+
+
+def _stream_array(options: Namespace, matrix: Float64Array) -> None:
+    from ..streaming import transform_file
+
+    device = _device(options)
+    try:
+        with progress.bar(options.output, " points") as move:
+            transform_file(
+                options.input,
+                options.output,
+                matrix,
+                project=options.project,
+                resume=options.resume,
+                progress=move,
+                device=device,
+            )
+    except KeyboardInterrupt:
+        sys.stderr.write("gpu-xform: interrupted; the same command with --resume goes on\n")
+        raise
+
+
+def _is_special(path: str) -> bool:
+    return Path(path).exists() and not Path(path).is_file()
+
+
+def _transform_whole_array(options: Namespace, matrix: Float64Array) -> None:
+    from .._points import point_array
+    from ..transform import project_points, transform_points
 
     array = files.read_array(options.input)
     try:
         points = point_array(array)
     except (ArgumentError, ArgumentTypeError) as error:
         raise ArgumentError(f"{options.input}: {error}") from None
-    if points.shape[1] == 2:
+    if points.shape[-1] == 2:
         matrix = _planar(matrix)
     run = project_points if options.project else transform_points
     files.write_array(run(points, matrix, device=_device(options)), options.output)

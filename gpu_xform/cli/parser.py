@@ -19,6 +19,7 @@ examples:
   gpu-xform transform scan.ply moved.ply --scale 0.001 --translate -0.5,2,0
   gpu-xform explain --scale 0.3 --rotate-z 90 --translate -0.5,2,0 --point 1,1,0
   gpu-xform doctor
+  gpu-xform bench
 
 exit codes:
   0  done
@@ -46,7 +47,9 @@ Move the points of a model, its polygons kept, or of an array, in double
 precision for models and in its own precision for an array."""
 TRANSFORM_EPILOG = """\
 IN and OUT are model files of any known types, or both NumPy arrays (.npy) of
-shape (n, 3) or (n, 2). With no option the file is only converted.
+shape (n, 3) or (n, 2), which may be larger than memory. With no option the file
+is only converted. What an interrupted run has done of an array is kept beside
+OUT, as OUT.partial, and --resume takes it up.
 
 examples:
   gpu-xform transform in.obj out.ply --scale 0.3 --translate -0.5,2,0
@@ -57,6 +60,15 @@ EXPLAIN = "Print the matrix of each transform, their product, and a point's way.
 EXPLAIN_EPILOG = """\
 example:
   gpu-xform explain --scale 0.3 --rotate-z 90 --translate -0.5,2,0 --point 1,1,0
+"""
+BENCH = """\
+Time one affine matrix on arrays of points, each result checked first: cold and
+warm calls, the kernel by the device's own clock, and the copies on either side,
+beside plain copies of the same bytes and beside NumPy."""
+BENCH_EPILOG = """\
+examples:
+  gpu-xform bench
+  gpu-xform bench --points 1e5,4e6 --dtype float64 --json
 """
 DOCTOR = "Report the graphics adapters, and whether their results come out right."
 DOCTOR_EPILOG = f"""\
@@ -139,7 +151,9 @@ def make_parser() -> Parser:
     _add_transforms(transform).add_argument(
         "--project", action="store_true", help="divide by w, as a perspective needs"
     )
-    _add_rest(transform, adapter=True)
+    _add_rest(transform, adapter=True).add_argument(
+        "--resume", action="store_true", help="go on where an interrupted run stopped (.npy)"
+    )
 
     explain = command(
         "explain",
@@ -160,6 +174,10 @@ def make_parser() -> Parser:
     )
     _add_rest(doctor, adapter=True).add_argument("--json", action="store_true", help="print the report as JSON")
 
+    bench = command("bench", commands.bench, "measure the speed of bulk transforms", "[options]", BENCH, BENCH_EPILOG)
+    _add_bench(bench)
+    _add_rest(bench, adapter=True).add_argument("--json", action="store_true", help="print the figures as JSON")
+
     rest = _add_rest(parser, adapter=False)
     rest.add_argument("-V", "--version", action="version", version=f"gpu-xform {__version__}", help="print the version")
     return parser
@@ -177,6 +195,20 @@ def _add_transform_files(parser: Parser) -> None:
     group.add_argument("input", metavar="IN", help="a model or .npy file; - for standard input")
     group.add_argument("output", metavar="OUT", help="the result; - for standard output, as the type of IN")
     _add_file_type(group)
+
+
+def _add_bench(parser: Parser) -> None:
+    group = parser.add_argument_group("what is measured")
+    group.add_argument(
+        "--points",
+        metavar="N[,N...]",
+        type=values.counts,
+        default="1e4,1e6,8e6",
+        help="numbers of points (default: %(default)s)",
+    )
+    group.add_argument(
+        "--dtype", choices=("float32", "float64"), default="float32", help="of the points (default: %(default)s)"
+    )
 
 
 def _add_file_type(group: Any) -> None:

@@ -187,3 +187,12 @@ def color(text: str) -> ColorLike:
 def line_color(text: str) -> ColorLike:
     """Read a colour, or `face`."""
     return text if text == "face" else color(text)
+
+
+@option_value
+def counts(text: str) -> list[int]:
+    """Read one or more numbers of points, such as 1e6,8e6."""
+    sizes = [float(part) for part in text.split(",")]
+    if not all(1 <= size <= 1e12 and size.is_integer() for size in sizes):
+        raise ValueError(f"expected positive whole numbers N,N,..., got {shortened(text)}")
+    return [int(size) for size in sizes]

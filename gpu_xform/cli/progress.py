@@ -1,0 +1,24 @@
+"""A progress bar for what lasts more than a second, on a terminal only."""
+
+import contextlib
+import sys
+from collections.abc import Callable, Iterator
+
+APPEARS_AFTER_S = 1.0
+
+
+@contextlib.contextmanager
+def bar(label: str, unit: str) -> Iterator[Callable[[int, int], None]]:
+    """Give a function of what is done and of the whole that moves a bar on standard error."""
+    from tqdm import tqdm
+
+    silent = sys.stderr is None or not sys.stderr.isatty()
+    with tqdm(
+        desc=label, unit=unit, unit_scale=True, delay=APPEARS_AFTER_S, disable=silent, leave=False, dynamic_ncols=True
+    ) as shown:
+
+        def move(done: int, whole: int) -> None:
+            shown.total = whole
+            shown.update(done - shown.n)
+
+        yield move
