@@ -4,7 +4,6 @@ Run with `python benchmarks/transform.py [millions of points]`; the peers come w
 """
 
 import sys
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ Points = npt.NDArray[Any]
 
 
 def numpy_idioms(points: Points, matrix: npt.NDArray[np.float64], out: Points) -> dict[str, Contender]:
-    """The three ways that people write an affine transform of (n, 3) in NumPy."""
+    """Return the three ways that people write an affine transform of (n, 3) in NumPy."""
     linear = np.ascontiguousarray(matrix[:3, :3].T.astype(points.dtype))
     offset = matrix[:3, 3].astype(points.dtype)
 
@@ -38,7 +37,7 @@ def numpy_idioms(points: Points, matrix: npt.NDArray[np.float64], out: Points) -
 
 
 def peers(points: Points, matrix: npt.NDArray[np.float64], out: Points) -> dict[str, Contender]:
-    """The same transform by other libraries, each in the fastest way that its documentation offers."""
+    """Return the same transform by other libraries, each in the fastest way that its documentation offers."""
     import pylinalg
     import pyvista
     import torch
@@ -57,7 +56,7 @@ def peers(points: Points, matrix: npt.NDArray[np.float64], out: Points) -> dict[
 
 
 def scipy_rotation(points: Points, rotation: npt.NDArray[np.float64]) -> Contender:
-    """SciPy's own way to rotate points."""
+    """Return SciPy's own way to rotate points."""
     from scipy.spatial.transform import Rotation
 
     turn = Rotation.from_matrix(rotation[:3, :3])
@@ -73,7 +72,7 @@ def checked(contenders: dict[str, Contender], expected: Points, tolerance: float
     return contenders
 
 
-def end_to_end(n_points: int, dtype: Callable[..., Any]) -> list[Row]:
+def end_to_end(n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     """Array in, array out, into a warm `out`."""
     rng = np.random.default_rng(1)
     points = rng.standard_normal((n_points, 3)).astype(dtype)
@@ -98,7 +97,9 @@ def end_to_end(n_points: int, dtype: Callable[..., Any]) -> list[Row]:
         asked = {"trimesh transform_points": 0.35, "pyvista transform": 0.35, "pylinalg vec_transform": 0.45}
         asked["torch addmm(out=)"] = 1.0
         rows += [Row(what, name, seconds["ours"], seconds[name], limit) for name, limit in asked.items()]
-        rows.append(Row(what, "SciPy Rotation.apply", seconds["ours, a rotation"], seconds["SciPy Rotation.apply"], 1.0))
+        rows.append(
+            Row(what, "SciPy Rotation.apply", seconds["ours, a rotation"], seconds["SciPy Rotation.apply"], 1.0)
+        )
     return rows
 
 
