@@ -13,6 +13,7 @@ from .errors import ArgumentError, DeviceError
 from .gpu import reduce_pass, transform_pass
 from .gpu.buffers import Buffer
 from .gpu.device import Device, default_device
+from .gpu.line_pass import Points
 from .gpu.transform_pass import Finish, Plan
 
 
@@ -95,6 +96,10 @@ class PointBuffer:
         """Return the mean of the points: (3,) or (2,) float64."""
         reduction = self._reduced()
         return reduction.total / reduction.n_points
+
+    def resident(self) -> Points:
+        """Return the points on the device, without what is pending, for a stage that draws them from there."""
+        return self._store.resident()
 
     def close(self) -> None:
         """Give the device's memory back, for every buffer that shares it. Closing twice does nothing."""
@@ -184,6 +189,14 @@ class _Store:
         for part in parts[1:]:
             whole = whole.merged(part)
         return whole
+
+    def resident(self) -> Points:
+        device = self.require_open()
+        if len(self.parts) != 1:
+            raise ArgumentError(
+                f"points must be one to {self.plan.chunk:,} to be drawn from {device.name!r}, got {self.n_points:,}"
+            )
+        return Points(self.parts[0][1], self.n_points, self.plan.dtype)
 
     def require_open(self) -> Device:
         if self._released:

@@ -502,7 +502,7 @@ def test_an_argument_that_cannot_be_taken_is_named(
 
 
 def test_what_is_no_model_is_refused() -> None:
-    with pytest.raises(ArgumentTypeError, match=r"^model must be a Mesh or a path, got ndarray$"):
+    with pytest.raises(ArgumentTypeError, match=r"^model must be a Mesh, a PointBuffer or a path, got ndarray$"):
         gx.render_array(np.zeros((3, 3)))  # type: ignore[arg-type]
 
 

@@ -31,12 +31,13 @@ def render(options: Namespace) -> int:
     mesh = files.read_mesh(options.input, options.file_type)
     world_from_model = _composed(options)
     from .. import wireframe
+    from ..subjects import world_positions
 
     try:
         image = wireframe.render(
             mesh,
             transform=world_from_model,
-            camera=_camera(options, wireframe.world_positions(mesh, world_from_model)),
+            camera=_camera(options, world_positions(mesh.positions, world_from_model)),
             size=options.resolution,
             line_width=options.line_width,
             color=options.color,

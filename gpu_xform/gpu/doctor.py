@@ -15,6 +15,7 @@ from .. import __version__
 from ..errors import GpuXformError, NoAdapterError
 from . import line_pass, self_test, transform_pass
 from .adapters import Adapter, adapters, described, find_adapter
+from .buffers import Buffer
 from .device import HOST_MAPPABLE_KINDS, Device
 
 N_POINTS = 1_000
@@ -137,9 +138,15 @@ def _picture(device: Device) -> tuple[bool, str]:
     """Draw a line two pixels wide, left of and above the middle, and look at the pixels on it and away from it."""
     ends = np.array([(-0.75, 0.5, 0.5), (0.25, 0.5, 0.5)], np.float32)
     edges, white = np.array([(0, 1)], np.uint32), np.array([0xFFFFFFFF], np.uint32)
-    pixels = line_pass.draw(
-        device, ends, np.eye(4), edges, white, size=(32, 32), line_width=2.0, background=(0.0, 0.0, 0.0, 1.0)
-    )
+    buffer = Buffer(device, transform_pass.rounded_up(len(ends)) * 12)
+    try:
+        buffer.upload(ends)
+        points = line_pass.Points(buffer, len(ends), ends.dtype)
+        pixels = line_pass.draw(
+            device, points, np.eye(4), edges, white, size=(32, 32), line_width=2.0, background=(0.0, 0.0, 0.0, 1.0)
+        )
+    finally:
+        buffer.release()
     on_line = np.zeros((32, 32), bool)
     on_line[7:9, 4:20] = True
     near_line = np.zeros((32, 32), bool)

@@ -1,6 +1,8 @@
 """Points and edges to pixels: a compute pass projects every point once, a render pass draws the edges between them."""
 
 import contextlib
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -10,10 +12,19 @@ from .buffers import UNIFORM, Buffer
 from .compute import bind, dispatch
 from .device import Device
 from .targets import FORMAT, Target
-from .transform_pass import POINTS_PER_INVOCATION, Finish, rounded_up, workgroup_size
+from .transform_pass import POINTS_PER_INVOCATION, Finish, precision_name, rounded_up, workgroup_size
 
 CLIP_POSITION_BYTES = 16
 EDGE_BYTES = 8
+
+
+@dataclass(frozen=True)
+class Points:
+    """What is drawn: the first `n_points` > 0 packed points of R^3 in `buffer`, which is padded to whole quads."""
+
+    buffer: Buffer
+    n_points: int
+    dtype: np.dtype[Any]
 
 
 def max_points(device: Device) -> int:
@@ -30,8 +41,8 @@ def binding_bytes(device: Device) -> int:
 
 def draw(
     device: Device,
-    positions: npt.NDArray[np.float32],
-    clip_from_model: npt.NDArray[np.float64],
+    points: Points,
+    clip_from_points: npt.NDArray[np.float64],
     edges: npt.NDArray[np.uint32],
     colors: npt.NDArray[np.uint32],
     *,
@@ -41,7 +52,7 @@ def draw(
 ) -> npt.NDArray[np.uint8]:
     """Draw the edges in their order, each over the ones before it; return premultiplied (height, width, 4).
 
-    positions : (n, 3), 0 < n <= max_points(device)
+    clip_from_points : (4, 4)
     edges : (m, 2), m > 0
     colors : (1,) or (m,), as WGSL's `unpack4x8unorm` takes them
     """
@@ -53,18 +64,15 @@ def draw(
             buffer.upload(array)
             return buffer
 
-        n_padded = rounded_up(len(positions))
-        source = Buffer(device, n_padded * 12)
-        stack.callback(source.release)
-        source.upload(np.ascontiguousarray(positions))
+        n_padded = rounded_up(points.n_points)
         projected = Buffer(device, n_padded * CLIP_POSITION_BYTES)
         stack.callback(projected.release)
         target = Target(device, size)
         stack.callback(target.release)
         n_quads = n_padded // POINTS_PER_INVOCATION
-        transform = filled(layouts.transform_struct(clip_from_model, np.dtype(np.float32), n_padded), UNIFORM)
+        transform = filled(layouts.transform_struct(clip_from_points, points.dtype, points.n_points), UNIFORM)
         constants = {"workgroup_size": workgroup_size(device), "finish": Finish.AS_IT_IS}
-        project = device.pipelines.compute("project_vertices", **constants)
+        project = device.pipelines.compute(f"project_vertices_{precision_name(points.dtype)}", **constants)
         lines = device.pipelines.render("draw_lines", "triangle-strip", FORMAT)
 
         batch = binding_bytes(device) // EDGE_BYTES
@@ -76,10 +84,16 @@ def draw(
             buffers = (picture, projected, filled(part), filled(own))
             batches.append((len(part), buffers, bind(device, lines, buffers)))
 
-        used = [source, projected, transform, target.rows, *(buffer for _, buffers, _ in batches for buffer in buffers)]
+        used = [
+            points.buffer,
+            projected,
+            transform,
+            target.rows,
+            *(buffer for _, buffers, _ in batches for buffer in buffers),
+        ]
         with device.recording(*used) as encoder:
             n_workgroups = -(-n_quads // workgroup_size(device))
-            dispatch(encoder, project, bind(device, project, (transform, source, projected)), n_workgroups)
+            dispatch(encoder, project, bind(device, project, (transform, points.buffer, projected)), n_workgroups)
             render = encoder.begin_render_pass(color_attachments=[target.attachment(background)])
             render.set_pipeline(lines)
             for n_edges, _, bindings in batches:

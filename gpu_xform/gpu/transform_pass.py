@@ -73,7 +73,7 @@ class Plan:
     @property
     def precision(self) -> str:
         """How the shader files name the number type."""
-        return "f64" if self.dtype == np.float64 else "f32"
+        return precision_name(self.dtype)
 
     def chunks(self, n_points: int) -> Iterator[slice]:
         """Cut `n_points` into consecutive slices."""
@@ -168,6 +168,11 @@ def download_rows(plan: Plan, destination: Buffer, out: npt.NDArray[Any]) -> Non
 def workgroup_size(device: Device) -> int:
     """Return how many invocations make a workgroup."""
     return min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
+
+
+def precision_name(dtype: np.dtype[Any]) -> str:
+    """Return how the shader files name a number type."""
+    return "f64" if dtype == np.float64 else "f32"
 
 
 def rounded_up(n_points: int) -> int:

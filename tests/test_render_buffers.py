@@ -1,0 +1,107 @@
+"""Pictures of points that are on the device already, and of edges that the caller names."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from gpu_xform.gpu import buffers
+from gpu_xform.gpu.device import Device
+
+HOUSE = gx.samples.house()
+CAMERA = gx.Camera.look_at((5, 4, 9), (0, 0.5, 0))
+TURN = gx.chain(gx.scale(1, 1.5, 0.5), gx.rotate((1, 2, 3), 0.4), gx.translate(0.2, -0.3, 0.1))
+
+
+def difference(a: npt.NDArray[np.uint8], b: npt.NDArray[np.uint8]) -> int:
+    return int(np.abs(a.astype(int) - b).max())
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_a_buffer_draws_as_its_mesh_does(dtype: npt.DTypeLike) -> None:
+    with gx.PointBuffer(HOUSE.positions.astype(dtype)) as points:
+        drawn = gx.render_array(points, edges=HOUSE.edges, camera=CAMERA, transform=TURN, size=(300, 200))
+    assert difference(drawn, gx.render_array(HOUSE, camera=CAMERA, transform=TURN, size=(300, 200))) <= 1
+
+
+def test_what_is_pending_is_drawn_without_being_read_back(monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = gx.render_array(HOUSE.transformed(TURN), camera=CAMERA, size=(300, 200))
+    projected = gx.render_array(
+        HOUSE, transform=gx.perspective_from_eye(5) @ TURN, camera=gx.Camera.window((-3, 3), (-2, 2)), size=(300, 200)
+    )
+    with gx.PointBuffer(HOUSE.positions) as points:
+        moved = points.transformed(TURN)
+        downloaded = buffers.Buffer.downloaded
+        read: list[int] = []
+
+        def spy(buffer: buffers.Buffer, n_bytes: int) -> Any:
+            read.append(n_bytes)
+            return downloaded(buffer, n_bytes)
+
+        monkeypatch.setattr(buffers.Buffer, "downloaded", spy)
+        drawn = gx.render_array(moved, edges=HOUSE.edges, camera=CAMERA, size=(300, 200))
+        assert read == [200 * 1280]  # the picture's rows, padded to 256 bytes, and nothing else
+        flat = gx.render_array(
+            moved.projected(gx.perspective_from_eye(5)),
+            edges=HOUSE.edges,
+            camera=gx.Camera.window((-3, 3), (-2, 2)),
+            size=(300, 200),
+        )
+    assert difference(drawn, expected) <= 1
+    assert difference(flat, projected) <= 1
+
+
+def test_a_buffer_far_from_the_origin_keeps_its_shape_in_double() -> None:
+    far = gx.translate(4e6, 1e6, 5e6)
+    camera = gx.Camera.look_at(np.add((5, 4, 9), (4e6, 1e6, 5e6)), np.add((0, 0.5, 0), (4e6, 1e6, 5e6)))
+    with gx.PointBuffer(HOUSE.transformed(far).positions) as points:
+        drawn = gx.render_array(points, edges=HOUSE.edges, camera=camera, size=(300, 200))
+    assert difference(drawn, gx.render_array(HOUSE, camera=CAMERA, size=(300, 200))) <= 2
+
+
+def test_a_buffer_is_framed_by_its_box() -> None:
+    with gx.PointBuffer(HOUSE.positions) as points:
+        drawn = gx.render_array(points.transformed(TURN), edges=HOUSE.edges, size=(300, 200))
+    corners = HOUSE.transformed(TURN).bounds
+    box = gx.Mesh([[x, y, z] for x in corners[:, 0] for y in corners[:, 1] for z in corners[:, 2]])
+    framed = gx.render_array(HOUSE, transform=TURN, camera=gx.Camera.fit(box), size=(300, 200))
+    assert difference(drawn, framed) <= 1
+
+
+def test_edges_of_ones_own_replace_the_meshes() -> None:
+    one = gx.render_array(HOUSE, edges=[[0, 1]], camera=CAMERA, size=(300, 200))
+    segment = gx.Mesh(HOUSE.positions, [[0, 1]])
+    assert np.array_equal(one, gx.render_array(segment, camera=CAMERA, size=(300, 200)))
+    assert (one != 255).any()
+
+
+@pytest.mark.parametrize(
+    ("kwargs", "error", "message"),
+    [
+        ({"edges": None}, ArgumentError, "edges must say which points of a PointBuffer are joined"),
+        ({"edges": [[0, 10]]}, ArgumentError, r"edges must lie in 0\.\.9, got 10"),
+        ({"edges": [[-1, 0]]}, ArgumentError, r"edges must lie in 0\.\.9, got -1"),
+        ({"edges": [0, 1]}, ArgumentError, r"edges must have shape \(m, 2\), m at least 1, got \(2,\)"),
+        ({"edges": np.empty((0, 2), int)}, ArgumentError, r"got \(0, 2\)"),
+        ({"edges": [[0.0, 1.0]]}, ArgumentTypeError, "edges must hold integers, got dtype float64"),
+        ({"edges": [[0, 1]], "color": "face"}, ArgumentError, "needs a model with faces"),
+    ],
+)
+def test_edges_that_do_not_fit_are_refused(kwargs: dict[str, Any], error: type[Exception], message: str) -> None:
+    with gx.PointBuffer(HOUSE.positions) as points, pytest.raises(error, match=message):
+        gx.render(points, **kwargs)
+
+
+def test_faces_have_no_colours_where_edges_are_given() -> None:
+    with pytest.raises(ArgumentError, match="cannot go with edges of one's own"):
+        gx.render(HOUSE, edges=[[0, 1]], color="face")
+
+
+def test_points_of_the_plane_and_of_another_device_are_refused(staging_device: Device) -> None:
+    with gx.PointBuffer(np.ones((4, 2))) as flat, pytest.raises(ArgumentError, match=r"shape \(n, 3\), got \(4, 2\)"):
+        gx.render(flat, edges=[[0, 1]])
+    with gx.PointBuffer(np.ones((4, 3))) as points, pytest.raises(ArgumentError, match="they must be one"):
+        gx.render(points, edges=[[0, 1]], camera=CAMERA, device=staging_device)

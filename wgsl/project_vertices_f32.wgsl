@@ -1,0 +1,2 @@
+#import real_f32
+#import project_vertices

@@ -1,0 +1,2 @@
+#import real_f64
+#import project_vertices
