@@ -8,6 +8,10 @@ from dataclasses import dataclass
 
 Contender = Callable[[], object]
 
+# The worker threads of OpenBLAS and OpenMP spin on for tens of milliseconds after their work: without a pause the next
+# contender would pay for it.
+PAUSE_S = 0.1
+
 
 @dataclass(frozen=True)
 class Row:
@@ -32,6 +36,7 @@ def medians(contenders: Mapping[str, Contender], rounds: int = 9, warm_up: int =
     try:
         for turn in range(warm_up + rounds):
             for name, run in contenders.items():
+                time.sleep(PAUSE_S)
                 start = time.perf_counter()
                 run()
                 if turn >= warm_up:

@@ -1,9 +1,16 @@
 """Bulk transforms beside their peers: each output is checked before its time counts, ratios come from one run.
 
-Run with `python benchmarks/transform.py [millions of points]`; the peers come with `pip install 'gpu_xform[bench]'`.
+The peers come with `pip install 'gpu_xform[bench]'`.
 """
 
+import argparse
+import os
+import platform
+import statistics
+import subprocess
 import sys
+import tempfile
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +18,11 @@ import numpy.typing as npt
 from harness import Contender, Row, medians, table
 
 import gpu_xform as gx
+from gpu_xform.gpu import transform_pass
+from gpu_xform.gpu.compute import Binding, bind, dispatch
+from gpu_xform.gpu.device import default_device
+from gpu_xform.gpu.timing import kernel_seconds
+from gpu_xform.gpu.transform_pass import Finish, Plan
 
 Points = npt.NDArray[Any]
 
@@ -103,15 +115,161 @@ def end_to_end(n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     return rows
 
 
+def against_copies(device: gx.Device, n_points: int) -> list[Row]:
+    """Time the kernel beside one that copies, and a whole call beside copying in, on the device and out."""
+    points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
+    plan = Plan.of(device, n_points, 3, points.dtype)
+    if plan.chunk < n_points:
+        raise SystemExit(f"{n_points:,} points take more than one binding of {device.name}: not compared")
+    matrix = gx.chain(gx.scale(0.3, 0.5, 2), gx.rotate((1, 2, 3), 0.7), gx.translate(-0.5, 2, 1))
+    out = np.empty_like(points)
+    source = device.pool.get("source", points.nbytes)
+    destination = device.pool.get("destination", points.nbytes)
+    source.upload(points)
+    transform, n_bytes = transform_pass.upload_transforms(plan, matrix[None], n_points)
+    buffers = (Binding(transform, 0, n_bytes), source, destination)
+    n_workgroups = -(-n_points // (transform_pass.POINTS_PER_INVOCATION * plan.workgroup_size))
+    constants = {"workgroup_size": plan.workgroup_size, "finish": Finish.AS_IT_IS}
+    stages = {
+        name: device.pipelines.compute(f"{name}_f32", **constants) for name in ("transform_points", "copy_points")
+    }
+    clock: dict[str, list[float]] = {name: [] for name in stages}
+    for _ in range(15):
+        for name, pipeline in stages.items():
+            clock[name].append(kernel_seconds(device, pipeline, buffers, n_workgroups))
+    kernel, copy = (statistics.median(clock[name][2:]) for name in stages)
+
+    def copies() -> None:
+        source.upload(points)
+        with device.recording(*(transform, source, destination)) as encoder:
+            dispatch(encoder, stages["copy_points"], bind(device, stages["copy_points"], buffers), n_workgroups)
+        transform_pass.download_rows(plan, destination, out[None])
+
+    copies()
+    if not np.array_equal(out, points):
+        raise SystemExit("the copy does not copy: not compared")
+    seconds = medians({"ours": lambda: gx.transform_points(points, matrix, out=out, device=device), "copies": copies})
+    size = f"float32, {n_points / 1e6:g} M"
+    by_hand = "copy in, copy kernel, copy out"
+    return [
+        Row(f"kernel, {size}, resident", "a copy kernel, same bytes", kernel, copy, 1.15),
+        Row(f"end to end, {size}", by_hand, seconds["ours"], seconds["copies"], 1.15),
+    ]
+
+
+def chain_of_five(device: gx.Device, n_points: int) -> Row:
+    """Five matrices on resident points and one result read, beside NumPy applying each."""
+    points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
+    steps = [gx.rotate((1, k, 2), 0.3) @ gx.translate(0.1 * k, 0, -0.2) for k in range(5)]
+    single = [(np.ascontiguousarray(m[:3, :3].T, np.float32), m[:3, 3].astype(np.float32)) for m in steps]
+    ours, theirs = np.empty_like(points), np.empty_like(points)
+    scratch = np.empty_like(points)
+    buffer = gx.PointBuffer(points, device=device)
+
+    def chained() -> Points:
+        result = buffer
+        for matrix in steps:
+            result = result.transformed(matrix)
+        return result.numpy(out=ours)
+
+    def one_by_one() -> Points:
+        given = points
+        for k, (linear, offset) in enumerate(single):
+            target = theirs if k % 2 == 0 else scratch
+            np.matmul(given, linear, out=target)
+            given = np.add(target, offset, out=target)
+        return given
+
+    with buffer:
+        expected = np.column_stack([points, np.ones(n_points)]) @ gx.chain(*steps).T
+        checked({"ours": chained, "NumPy": one_by_one}, expected[:, :3], 1e-4)
+        seconds = medians({"ours": chained, "NumPy": one_by_one}, rounds=7)
+    what = f"chain of 5, {n_points / 1e6:g} M, resident, one result read"
+    return Row(what, "NumPy applying 5, out=", seconds["ours"], seconds["NumPy"], 0.15)
+
+
+def many_matrices(k: int, n_points: int) -> list[Row]:
+    """Every one of k matrices on the same points."""
+    points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
+    stack = np.array([gx.rotate((1, 2, 3), 0.1 * i) @ gx.translate(i, 0, 1) for i in range(k)])
+    linear = np.ascontiguousarray(stack[:, :3, :3].swapaxes(1, 2), np.float32)
+    offset = stack[:, None, :3, 3].astype(np.float32)
+    ours, theirs = (np.empty((k, n_points, 3), np.float32) for _ in range(2))
+    contenders: dict[str, Contender] = {
+        "ours": lambda: gx.transform_points(points, stack, out=ours),
+        "NumPy matmul": lambda: np.add(np.matmul(points, linear, out=theirs), offset, out=theirs),
+        "NumPy einsum": lambda: np.add(np.einsum("ni,kij->knj", points, linear, out=theirs), offset, out=theirs),
+    }
+    expected = points[None].astype(np.float64) @ stack[:, :3, :3].swapaxes(1, 2) + stack[:, None, :3, 3]
+    checked(contenders, expected, 1e-4)
+    del expected
+    seconds = medians(contenders, rounds=5, warm_up=1)
+    best = min(("NumPy matmul", "NumPy einsum"), key=seconds.__getitem__)
+    what = f"{k} matrices x {n_points:,} points"
+    return [Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.5)]
+
+
+def overhead(n_points: int) -> tuple[str, float]:
+    """Return the median milliseconds of one call on very few points."""
+    points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
+    out = np.empty_like(points)
+    matrix = gx.rotate((1, 2, 3), 0.7)
+    seconds = medians({"ours": lambda: gx.transform_points(points, matrix, out=out)}, rounds=301, warm_up=20)
+    return f"one call on {n_points} points", 1e3 * seconds["ours"]
+
+
+FILE_SCRIPT = """
+import re, sys
+import gpu_xform as gx
+matrix = gx.rotate((1, 2, 3), 0.7)
+gx.transform_points([[1.0, 2.0, 3.0]], matrix)
+def peak():  # not getrusage: its figure begins at the peak of the process that started this one
+    return int(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1]) / 1024
+idle = peak()
+gx.transform_file(sys.argv[1], sys.argv[2], matrix)
+print(peak() - idle)
+"""
+
+
+def file_memory(n_points: int) -> tuple[str, float]:
+    """Return the megabytes by which a process grows that transforms a file of many points; the file is checked."""
+    block = np.random.default_rng(1).standard_normal((1_000_000, 3), dtype=np.float32)
+    with tempfile.TemporaryDirectory() as folder:
+        source, destination = Path(folder) / "in.npy", Path(folder) / "out.npy"
+        points = np.lib.format.open_memmap(source, "w+", np.float32, (n_points, 3))
+        for start in range(0, n_points, len(block)):
+            points[start : start + len(block)] = block[: n_points - start]
+        points.flush()
+        command = [sys.executable, "-c", FILE_SCRIPT, str(source), str(destination)]
+        grown = float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+        result, matrix = np.load(destination, mmap_mode="r"), gx.rotate((1, 2, 3), 0.7)
+        expected = block @ matrix[:3, :3].T
+        if result.shape != points.shape or np.abs(result[-len(block) :] - expected).max() > 1e-5:
+            raise SystemExit("the file is wrong")
+    return f"file of {n_points / 1e6:g} M points, peak memory over the idle process", grown
+
+
 def main() -> None:
     """Print the table."""
-    millions = float(sys.argv[1]) if len(sys.argv) > 1 else 8.0
-    n_points = int(millions * 1e6)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--millions", type=float, default=8.0, help="of points (default: %(default)s)")
+    parser.add_argument("--file-millions", type=float, default=200.0, help="in the file, 0 for none (%(default)s)")
+    options = parser.parse_args()
+    n_points = int(options.millions * 1e6)
+    device = default_device()
+    print(f"{device.name} ({device.adapter.kind}), {device.adapter.driver}; {os.cpu_count()} processors; ", end="")
+    print(f"Python {platform.python_version()}, NumPy {np.__version__}\n")
     rows = end_to_end(n_points, np.float32)
+    rows += against_copies(device, n_points)
+    rows.append(chain_of_five(device, n_points))
+    rows += many_matrices(150, 100_000)
     rows += end_to_end(n_points // 2, np.float64)
-    device = gx.Device()
-    print(f"{device.name}, {device.adapter.driver}; NumPy {np.__version__}\n")
     print(table(rows))
+    what, milliseconds = overhead(100)
+    print(f"\n{what}: {milliseconds:.2f} ms (asked: at most 0.5)")
+    if options.file_millions:
+        what, megabytes = file_memory(int(options.file_millions * 1e6))
+        print(f"{what}: {megabytes:.0f} MB (asked: at most 600)")
 
 
 if __name__ == "__main__":
