@@ -121,5 +121,5 @@ def test_numbers_at_which_numpy_stops_are_not_lost(monkeypatch: pytest.MonkeyPat
 
     fromstring = np.fromstring
     monkeypatch.setattr(np, "fromstring", stops_at_x)
-    with pytest.raises(MeshError, match="expected a number, got '3x'"):
-        load_mesh(io.BytesIO(b"v 1 2 3\nv 1 2 3x\n"), file_type="obj")
+    with pytest.raises(MeshError, match="expected a number, got '9x'"):
+        load_mesh(io.BytesIO(b"v 1 2 3\nv 1 2 3 9x\n"), file_type="obj")
