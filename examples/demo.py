@@ -8,7 +8,7 @@ import numpy as np
 
 import gpu_xform as gx
 
-SIZE = (1024, 1024)
+SIZE = (800, 800)
 N_POINTS = 4_000_000
 
 
@@ -57,7 +57,8 @@ def main() -> None:
         print(f"wrote {path}")
     rate = measure(device)
     kind = "a CPU" if device.adapter.kind == "CPU" else device.adapter.kind
-    print(f"{device.name} ({kind}): {rate:,.0f} million points a second, {N_POINTS / 1e6:.0f} million float32 points")
+    print(f"moved {N_POINTS / 1e6:.0f} million points, array in, array out, at {rate:,.0f} million a second")
+    print(f"on {device.name}, {kind}")
 
 
 if __name__ == "__main__":

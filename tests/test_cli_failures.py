@@ -75,7 +75,7 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
 @pytest.mark.parametrize(
     ("typed", "words"),
     [
-        ("", "render, transform, explain or doctor"),
+        ("", "render, transform, explain, doctor or bench"),
         ("rendr", "rendr"),
         ("--verison", "--verison"),
         ("render", "MODEL"),
@@ -274,11 +274,13 @@ def test_a_line_break_in_a_name_stays_in_one_line(capsys: pytest.CaptureFixture[
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+@pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize("command", ["explain --scale 2", "transform points.npy -"])
-def test_a_full_standard_output_is_said_once(command: str) -> None:
+def test_a_full_standard_output_is_said_once(command: str, unbuffered: str) -> None:
     with Path("/dev/full").open("wb") as full:
         typed = [sys.executable, "-m", "gpu_xform", *shlex.split(command)]
-        result = subprocess.run(typed, stdout=full, stderr=subprocess.PIPE, check=False, text=True)
+        environment = os.environ | {"PYTHONUNBUFFERED": unbuffered}
+        result = subprocess.run(typed, stdout=full, stderr=subprocess.PIPE, check=False, text=True, env=environment)
     assert result.returncode == 2
     assert result.stderr == f"gpu-xform: error: standard output: {os.strerror(errno.ENOSPC)}\n"
 

@@ -109,7 +109,7 @@ def test_bounds_and_center() -> None:
     mesh = Mesh([(1, 5, -2), (3, -1, 4)])
     assert mesh.bounds.tolist() == [[1, -1, -2], [3, 5, 4]]
     assert mesh.center.tolist() == [2, 2, 1]
-    assert Mesh([(-1e308, 0, 0), (1e308, 0, 0)]).center.tolist() == [0, 0, 0]
+    assert Mesh([(1e308, 0, 0), (1.5e308, 0, 0)]).center.tolist() == [1.25e308, 0, 0]
     with pytest.raises(MeshError, match="without points has no bounds"):
         _ = Mesh([]).bounds
 

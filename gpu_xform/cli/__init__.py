@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from ..errors import DeviceError, GpuXformError, NoAdapterError, ShaderError
+from . import files
 from .commands import DEVICE_FAILED, NO_ADAPTER, WRONG_INPUT
 from .parser import attach_values, make_parser
 
@@ -18,8 +19,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`, by default the process's own; return the exit code."""
     try:
         code = _run(sys.argv[1:] if argv is None else argv)
-        if sys.stdout is not None:
-            sys.stdout.flush()
+        files.flush()
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
@@ -45,7 +45,7 @@ def _run(argv: Sequence[str]) -> int:
     try:
         options = parser.parse_args(attach_values(argv))
         if options.command is None:
-            parser.error("a command is needed: render, transform, explain or doctor; see gpu-xform --help")
+            parser.error("a command is needed: render, transform, explain, doctor or bench; see gpu-xform --help")
     except SystemExit as stop:  # argparse has printed help, the version, or what is wrong
         return int(stop.code or 0)
     code: int = options.run(options)

@@ -120,6 +120,13 @@ def say(text: str) -> None:
         sys.stdout.flush()
 
 
+def flush() -> None:
+    """Hand over what standard output still holds."""
+    if sys.stdout is not None:
+        with _naming(STANDARD):
+            sys.stdout.flush()
+
+
 def _standard(stream: str) -> BinaryIO:
     text = getattr(sys, stream)
     if text is None:

@@ -25,6 +25,8 @@ def load_scene(data: bytes, file_type: str) -> Mesh:
         raise MeshError(f"this {file_type.upper()} has no triangles")
     counts = np.cumsum([0, *(len(points) for points, _ in parts)])
     meshes = [Mesh(points, triangles) for points, triangles in parts]  # checks the indices before they are shifted
+    if len(meshes) == 1:
+        return meshes[0]
     triangles = [mesh.indices + start for mesh, start in zip(meshes, counts, strict=False)]
     return Mesh(np.concatenate([mesh.positions for mesh in meshes]), np.concatenate(triangles).reshape(-1, 3))
 

@@ -83,8 +83,6 @@ def _read_regular(body: bytes, n_points: int, n_faces: int) -> Mesh:
     table = parse(body[:split].replace(b"\n", b" nan "), "float").reshape(n_points, -1)
     if table.shape[1] < 4 or not np.isnan(table[:, -1]).all() or not np.isfinite(table[:, :-1]).all():
         raise ValueError("not regular")
-    if b"-" in body[split:]:
-        raise ValueError("not regular")
     values = parse(body[split:].replace(b"\n", b" -1 "), "int")
     offsets, indices = _cut_faces(values, np.flatnonzero(values < 0), n_faces)
     return Mesh.from_offsets(table[:, :3], offsets, indices)
@@ -127,7 +125,7 @@ def _point(words: list[bytes], line: int) -> list[float]:
     if len(words) < 3:
         raise MeshError(f"line {line}: a vertex needs 3 numbers, got {len(words)}")
     values = [number(word, line) for word in words]
-    if not all(map(math.isfinite, values)):
+    if not all(map(math.isfinite, values[:3])):
         raise MeshError(f"line {line}: a number must be finite, got {printable(b' '.join(words))}")
     return values[:3]
 

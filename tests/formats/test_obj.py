@@ -55,6 +55,7 @@ def both(data: bytes) -> tuple[Any, Any]:
         ("l 1/1 2/2\nf 1 2 3\nl 3 4", [[0, 1], [0, 1, 2], [2, 3]]),
         ("f 1 2", [[0, 1]]),
         ("p 1 2 3", []),
+        ("g a \\\nf 1 2 3", []),
         ("g a b\ns 1\nusemtl C:\\x\\\no 1\nvt 0 0\nvn 0 0 1\nvp 1\nmtllib a.mtl\nlod 1\nf 1 2 3", [[0, 1, 2]]),
         ("\n\n   \nf 1 2 3\n\n", [[0, 1, 2]]),
     ],
@@ -184,6 +185,8 @@ texts = st.lists(st.tuples(words, gaps), max_size=40).map(lambda parts: "".join(
 @example("\nf 1 /2 3", True)
 @example("\nf 1 2 3/ 1", True)
 @example("\nf 1 2 + 3", True)
+@example("\nf 0f1 2 3", True)
+@example("\ng a \\\nf 1 2 3", True)
 @example("\nf 1//2 2/3 3\n", True)
 @example("\nf 1f2 3 4\nf\n", True)
 @example("\nf 1 2 3 f 2 3\nf \n", True)

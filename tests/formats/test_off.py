@@ -107,11 +107,18 @@ words = st.sampled_from(
 @given(st.integers(0, 4), st.integers(0, 3), st.lists(st.tuples(words, st.sampled_from([" ", " ", "", "\t", "\v"]))))
 @example(3, 1, [("\n0 0 1\n0 0 1\n0 0 1\n3 0 1 2", "x")])
 @example(1, 1, [("\n0 0 1\n2 0 0", "\v")])
+@example(1, 1, [("\n-3 0 0 0\n", "")])
 def test_both_paths_accept_the_same_language(n_points: int, n_faces: int, parts: list[tuple[str, str]]) -> None:
     text = f"OFF {n_points} {n_faces}" + "\n0 0 1" * n_points + "".join(map("".join, parts)) + "\n"
     bulk, careful = both(text.encode())
     if bulk is not None:
         assert bulk == careful
+
+
+def test_a_nan_behind_a_vertex_is_not_taken_for_the_end_of_its_line() -> None:
+    bulk, careful = both(b"OFF 2 0 0\n0 0 1 0 0 0 0 nan 5 5 5\n0 0 2\n")
+    assert bulk is None
+    assert careful == Mesh([(0, 0, 1), (0, 0, 2)])
 
 
 def test_a_file_that_was_written_takes_the_bulk_path() -> None:

@@ -234,6 +234,7 @@ def test_what_gzip_unpacks_to_is_bounded(monkeypatch: pytest.MonkeyPatch) -> Non
         (with_shape("1 0 0", "1 0 -nan"), "line 2: a number must be finite, got nan"),
         (with_shape("0 1 2", "0 1\n3"), "line 3: index 3 is out of range, there are 3 points"),
         (with_shape("0 1 2", "0 1\n-2 2"), "line 3: index -2 is out of range"),
+        (with_shape("0 1 2", "0x0 1\n# 2\n9"), "line 4: index 9 is out of range"),
         (with_shape("0 1 2", "0 1 2.0"), "line 2: expected an integer, got '2.0'"),
         (with_shape("0 1 2", "0 1 0xg"), "line 2: expected an integer, got '0xg'"),
         (with_shape("0 1 2", "0 1 -1 \n 2 -1"), "line 3: IndexedFaceSet needs at least 2 indices before each -1"),
