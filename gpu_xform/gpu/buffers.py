@@ -24,6 +24,8 @@ UNIFORM = Usage.UNIFORM | Usage.COPY_DST
 READBACK = Usage.MAP_READ | Usage.COPY_DST
 MAPPED = Usage.MAP_READ | Usage.MAP_WRITE
 
+QUEUED_BYTES = 1 << 18  # up to here the queue's own copy costs less than mapping and unmapping
+
 
 class Buffer:
     """`n_bytes` of device memory (a multiple of 4), for storage unless `usage` says otherwise."""
@@ -43,7 +45,7 @@ class Buffer:
         """Copy `array` (C-ordered) to the buffer's start."""
         with self.device.lock, device_errors(f"upload {array.nbytes:,} bytes"):
             self.require_submittable(self.device)
-            if self._host_mappable:
+            if self._host_mappable and array.nbytes > QUEUED_BYTES:
                 self.handle.map_sync(wgpu.MapMode.WRITE, 0, array.nbytes)
                 try:
                     self.handle.write_mapped(array)
