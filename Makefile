@@ -1,4 +1,5 @@
-# Everything a fresh machine needs is set up by the target that needs it: a .venv here, and a Vulkan driver where there is none.
+# Each target sets up what it needs on a fresh machine: a .venv here, and, for what draws or computes, a Vulkan driver where
+# there is none. `make PYTHON=python3.13` picks the Python that .venv is made of.
 
 PYTHON ?= python3
 BIN := .venv/bin
@@ -16,7 +17,7 @@ demo: .venv/library driver ## draw three pictures into demo/ and measure a bulk 
 
 .PHONY: test
 test: .venv/tools driver ## run the whole test suite
-	@$(BIN)/pytest
+	@$(BIN)/pytest --numprocesses auto --maxprocesses 4
 
 .PHONY: check
 check: .venv/tools ## check format, lint and types
@@ -37,6 +38,7 @@ clean: ## remove what the other targets made
 	rm -rf .venv demo dist .hypothesis .mypy_cache .pytest_cache .ruff_cache
 
 .venv/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=...")'
 	@$(PYTHON) -m venv .venv
 	@touch $@
 
