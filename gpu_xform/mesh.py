@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ._arguments import Float64Array, MatrixLike, first_non_finite, require_affine, square_matrix
 from .errors import MeshError
+from .triangulation import triangles
 
 IndexArray: TypeAlias = npt.NDArray[np.int64]
 FacesLike: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike]
@@ -180,20 +181,13 @@ class Mesh:
     def to_trimesh(self) -> Any:
         """Return a `trimesh.Trimesh` of the same points.
 
-        Each polygon becomes a fan of triangles around its first corner, which is right for a convex one;
-        segments are left out, because a Trimesh holds none.
+        Polygons become triangles, concave ones too, as `triangulation.triangles` cuts them; segments are left out,
+        because a Trimesh holds none.
         """
         import trimesh
 
-        return trimesh.Trimesh(vertices=self._positions.copy(), faces=self._fan(), process=False)
-
-    def _fan(self) -> IndexArray:
-        """Return the polygons as triangles around their first corners: (t, 3) int64."""
-        counts = np.maximum(np.diff(self._offsets) - 2, 0)
-        starts = np.repeat(self._offsets[:-1], counts)
-        within = np.arange(len(starts)) - np.repeat(np.cumsum(counts) - counts, counts)
-        corner = starts + within
-        return np.stack([self._indices[starts], self._indices[corner + 1], self._indices[corner + 2]], axis=1)
+        corners, _ = triangles(self)
+        return trimesh.Trimesh(vertices=self._positions.copy(), faces=corners, process=False)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Mesh):

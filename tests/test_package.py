@@ -85,7 +85,7 @@ def loaded_after(statement: str) -> set[str]:
     return set(result.stdout.split())
 
 
-HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi"}
+HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut"}
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
@@ -134,7 +134,7 @@ def unit(name: str) -> str:
 LAYERS = [
     {"errors"},
     {"_arguments", "_files", "_memmap", "images"},
-    {"_affine", "_points", "colors"},
+    {"_affine", "_points", "colors", "triangulation"},
     {"_influences", "matrices", "planar", "mesh"},
     {"samples", "cameras", "formats"},
     {"gpu"},
@@ -167,7 +167,11 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
     assert ("wgpu" in names) <= (file.parent == ROOT / "gpu")
 
 
-PURE = ["errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "mesh", "samples", "cameras"]
+PURE = [
+    *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "samples"),
+    "cameras",
+]
+IMPORTED_LATE = {"mesh": {"trimesh"}, "images": {"PIL"}, "colors": {"PIL"}, "triangulation": {"mapbox_earcut"}}
 
 
 def test_the_pure_modules_need_numpy_alone() -> None:
@@ -176,7 +180,7 @@ def test_the_pure_modules_need_numpy_alone() -> None:
         for file in sorted(path.glob("*.py")) if path.is_dir() else [path.with_suffix(".py")]:
             used = {module.split(".")[0] for module in imports(file, type_checking=False)}
             foreign = used - set(sys.stdlib_module_names) - {"numpy", "gpu_xform"}
-            assert foreign <= {"mesh": {"trimesh"}, "images": {"PIL"}, "colors": {"PIL"}}.get(name, set())
+            assert foreign <= IMPORTED_LATE.get(name, set())
             assert not [module for module in imports(file, type_checking=True) if module.startswith("gpu_xform.gpu")]
 
 
