@@ -136,7 +136,7 @@ LAYERS = [
     {"_arguments", "_files", "_memmap", "images"},
     {"_affine", "_points", "colors", "triangulation"},
     {"_influences", "matrices", "planar", "mesh"},
-    {"samples", "cameras", "formats"},
+    {"samples", "cameras", "edge_sets", "formats"},
     {"gpu"},
     {"_precision"},
     {"_rebased", "point_buffer"},
@@ -169,7 +169,7 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
 
 PURE = [
     *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "samples"),
-    "cameras",
+    *("cameras", "edge_sets"),
 ]
 IMPORTED_LATE = {"mesh": {"trimesh"}, "images": {"PIL"}, "colors": {"PIL"}, "triangulation": {"mapbox_earcut"}}
 

@@ -1,0 +1,263 @@
+"""Which edges of a mesh to draw: all of them, its creases, its rims, or a list of one's own."""
+
+from collections.abc import Callable, Iterable, Mapping
+from functools import cache
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arguments import Float64Array, number
+from .errors import ArgumentError, ArgumentTypeError
+from .mesh import IndexArray, Mesh
+from .triangulation import polygons_by_size, unit_normals
+
+EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
+EdgeFinder: TypeAlias = Callable[[Mesh], npt.ArrayLike]
+
+_BoolArray: TypeAlias = npt.NDArray[np.bool_]
+_KeyArray: TypeAlias = npt.NDArray[np.uint64]
+
+
+class EdgeFaces(NamedTuple):
+    """The edges of a mesh, and the polygons on either side of each.
+
+    edges : (m, 2) int64, rows of `mesh.edges` in their order
+    faces : (m, 2) int64, the first two faces by number, -1 for none
+    n_faces : (m,) int64, how many polygons border on the edge
+    turned : (m,) bool, the two faces are wound against each other: one's normal compares with the other's negative
+    segments : (m,) bool, a segment draws the edge, whether or not polygons have it too
+    """
+
+    edges: IndexArray
+    faces: IndexArray
+    n_faces: IndexArray
+    turned: _BoolArray
+    segments: _BoolArray
+
+
+def edge_faces(mesh: Mesh) -> EdgeFaces:
+    """Return the edges of a mesh with the polygons that border on each.
+
+    Where a polygon has no neighbour at an edge, it may have one whose points are others with the same coordinates: in
+    STL no two triangles share a point. Such edges count as one, of which the first in `mesh.edges` is kept. An edge
+    that has two faces already is left alone, so that solids laid side by side stay apart.
+
+    A polygon that passes an edge more than once, as on the bridge to its hole, does not border on it; and no polygon
+    borders on an edge of no length.
+    """
+    start, end = mesh.face_edges.T
+    is_segment = np.diff(mesh.offsets)[mesh.face_edge_faces] == 2
+    keys, faces, forward = _packed(start, end), np.where(is_segment, -1, mesh.face_edge_faces), start < end
+    if (start == end).any():
+        proper = start != end
+        keys, faces, forward, is_segment = keys[proper], faces[proper], forward[proper], is_segment[proper]
+    sides = _sides(keys, faces, forward)
+    edges = mesh.edges
+    segments = np.isin(sides.keys, keys[is_segment])
+
+    lone = np.flatnonzero(sides.n_faces == 1)
+    if len(lone) == 0:
+        return EdgeFaces(edges, sides.faces, sides.n_faces, sides.turned, segments)
+    a, b = _places(mesh.positions, edges[lone]).T
+    faces, forward = sides.faces[lone, 0], sides.forward[lone] ^ (a > b)
+    sides.n_faces[lone], sides.faces[lone] = 0, -1
+    long = a != b
+    lone, keys, faces, forward = lone[long], _packed(a, b)[long], faces[long], forward[long]
+    by_face = np.argsort(faces, kind="stable")
+    lone = lone[by_face]
+    paired = _sides(keys[by_face], faces[by_face], forward[by_face])
+    lone = lone[paired.order]
+    kept = np.minimum.reduceat(lone, paired.starts)
+    sides.faces[kept], sides.n_faces[kept], sides.turned[kept] = paired.faces, paired.n_faces, paired.turned
+    segments[kept] = np.logical_or.reduceat(segments[lone], paired.starts)
+    stays = np.ones(len(edges), np.bool_)
+    stays[lone] = False
+    stays[kept] = True
+    return EdgeFaces(edges[stays], sides.faces[stays], sides.n_faces[stays], sides.turned[stays], segments[stays])
+
+
+def face_normals(mesh: Mesh) -> Float64Array:
+    """Return the Newell normal of every polygon, of length 1: (f, 3); zero for one without area, and for a segment."""
+    normals = np.zeros((mesh.n_faces, 3))
+    for faces, polygons in polygons_by_size(mesh):
+        normals[faces] = unit_normals(mesh.positions, polygons)
+    return normals
+
+
+def feature_edges(mesh: Mesh, angle_degrees: float = 30.0) -> IndexArray:
+    """Return the edges that show the shape, (m, 2) int64, as `edge_faces` has them.
+
+    They are those where two faces turn by more than the angle (0 between faces in one plane, whichever way each is
+    wound), those on one face, those on three or more, and all segments. A face without area turns by nothing.
+
+    Raises ArgumentError unless 0 <= angle_degrees <= 180.
+    """
+    return _features(mesh, edge_faces(mesh), _angle(angle_degrees, "angle_degrees"))
+
+
+def boundary_edges(mesh: Mesh) -> IndexArray:
+    """Return the edges on one face alone, (m, 2) int64, as `edge_faces` has them."""
+    return _boundary(edge_faces(mesh))
+
+
+def resolve_edges(
+    mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0, *, others: Mapping[str, EdgeFinder] | None = None
+) -> IndexArray:
+    """Return the edges that `edges` asks for: (m, 2) int64.
+
+    edges : "all", "feature", "boundary", or (m, 2) integers; or several of these, of which each edge is taken once
+    feature_angle : as in `feature_edges`, degrees
+    others : further names, such as "silhouette" for one view, each with a function from the mesh to its edges
+
+    One array by itself keeps its rows as they are. All else is ordered as `mesh.edges`: lower index first, sorted.
+    Raises ArgumentError for an unknown name, a wrong shape, an index that names no point, an angle outside 0..180;
+    ArgumentTypeError for what holds no integers.
+    """
+    angle = _angle(feature_angle, "feature_angle")
+    found = cache(lambda: edge_faces(mesh))
+    finders: dict[str, EdgeFinder] = {
+        "all": lambda mesh: mesh.edges,
+        "feature": lambda mesh: _features(mesh, found(), angle),
+        "boundary": lambda _: _boundary(found()),
+        **(others or {}),
+    }
+    pairs = []
+    for part in _parts(edges):
+        if isinstance(part, str) and part not in finders:
+            names = ", ".join(map(repr, finders))
+            raise ArgumentError(f"edges must be {names} or an array of shape (m, 2), got {part!r}")
+        pairs.append(_pairs(finders[part](mesh) if isinstance(part, str) else part, mesh.n_points))
+    if len(pairs) == 1:
+        return pairs[0]
+    keys = np.unique(_packed(*np.concatenate(pairs).T))
+    return np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.int64)
+
+
+def _angle(value: float, name: str) -> float:
+    """Return an angle within 0..180 degrees."""
+    angle = number(value, name)
+    if not 0.0 <= angle <= 180.0:
+        raise ArgumentError(f"{name} must be in 0..180 degrees, got {angle:g}")
+    return angle
+
+
+def _features(mesh: Mesh, found: EdgeFaces, angle_degrees: float) -> IndexArray:
+    drawn = found.segments | (found.n_faces == 1) | (found.n_faces > 2)
+    two = np.flatnonzero(found.n_faces == 2)
+    normals = face_normals(mesh)
+    one, other = normals[found.faces[two, 0]], normals[found.faces[two, 1]]
+    apart, together = _lengths(one - other), _lengths(one + other)
+    apart, together = np.where(found.turned[two], (together, apart), (apart, together))
+    # Kahan: exact at 90 degrees, and as good near 0 and 180, where an arc cosine loses half the digits.
+    angle = np.degrees(2.0 * np.arctan2(apart, together))
+    has_area = (normals != 0.0).any(axis=1)[found.faces[two]].all(axis=1)
+    drawn[two] |= has_area & (angle > angle_degrees)
+    edges: IndexArray = found.edges[drawn]
+    return edges
+
+
+def _lengths(vectors: Float64Array) -> Float64Array:
+    """Return the lengths of vectors (n, 3): (n,)."""
+    lengths: Float64Array = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    return lengths
+
+
+def _boundary(found: EdgeFaces) -> IndexArray:
+    edges: IndexArray = found.edges[found.n_faces == 1]
+    return edges
+
+
+def _parts(edges: EdgesLike) -> list[Any]:
+    """Return the names and arrays that `edges` combines."""
+    if isinstance(edges, str) or hasattr(edges, "__array__"):
+        return [edges]
+    if not isinstance(edges, Iterable):
+        raise ArgumentTypeError(f"edges must be a name, an array, or several of these, got {type(edges).__name__}")
+    parts = list(edges)
+    if any(isinstance(part, str) or getattr(part, "ndim", 1) == 2 for part in parts):
+        return parts
+    return [parts]
+
+
+def _pairs(value: npt.ArrayLike, n_points: int) -> IndexArray:
+    """Return `value` as (m, 2) int64 of indices below `n_points`."""
+    try:
+        array = np.asarray(value)
+    except ValueError as error:  # a ragged list
+        raise ArgumentError(f"edges must have shape (m, 2): {error}") from None
+    if array.size == 0 and array.ndim < 2:
+        array = np.empty((0, 2), np.int64)
+    if array.dtype.kind not in "iu":
+        raise ArgumentTypeError(f"edges must hold integers, got dtype {array.dtype}")
+    if array.ndim != 2 or array.shape[1] != 2:
+        raise ArgumentError(f"edges must have shape (m, 2), got {array.shape}")
+    if array.size and (array.min() < 0 or array.max() >= n_points):
+        row, column = np.argwhere((array < 0) | (array >= n_points))[0]
+        where = f"outside 0..{n_points - 1} ({n_points} points)"
+        raise ArgumentError(f"edges names point {array[row, column]} in row {row}, {where}")
+    return array.astype(np.int64, copy=False)
+
+
+class _Sides(NamedTuple):
+    """What lies along each key: as in `EdgeFaces`, whether the first face passes it forward, and which rows it had."""
+
+    keys: _KeyArray
+    faces: IndexArray
+    n_faces: IndexArray
+    turned: _BoolArray
+    forward: _BoolArray
+    order: IndexArray
+    starts: IndexArray
+
+
+def _sides(keys: _KeyArray, faces: IndexArray, forward: _BoolArray) -> _Sides:
+    """Gather what passes each key (h,), by faces (h,) in ascending order, -1 for none."""
+    order = np.argsort(keys, kind="stable")
+    keys, faces, forward = keys[order], faces[order], forward[order]
+    new = _differs(keys)
+    counted = faces >= 0
+    again = np.flatnonzero(~(new | _differs(faces)))
+    counted[again] = counted[again - 1] = False
+    of = np.cumsum(new) - 1
+    starts = np.flatnonzero(new)
+    unique = keys[starts]
+    if not counted.all():
+        of, faces, forward = of[counted], faces[counted], forward[counted]
+    n_faces = np.bincount(of, minlength=len(unique))
+    start = np.cumsum(n_faces) - n_faces
+    one, two = np.flatnonzero(n_faces > 0), np.flatnonzero(n_faces > 1)
+    sides = np.full((len(unique), 2), -1)
+    sides[one, 0], sides[two, 1] = faces[start[one]], faces[start[two] + 1]
+    passes, turned = np.zeros(len(unique), np.bool_), np.zeros(len(unique), np.bool_)
+    passes[one] = forward[start[one]]
+    turned[two] = forward[start[two]] == forward[start[two] + 1]
+    return _Sides(unique, sides, n_faces, turned, passes, order, starts)
+
+
+def _places(positions: Float64Array, edges: IndexArray) -> IndexArray:
+    """Return `edges` (m, 2) with every point's number replaced by one that points of equal coordinates share."""
+    used = np.zeros(len(positions), np.bool_)
+    used[edges] = True
+    points = np.flatnonzero(used)
+    columns = positions[points].T
+    order = np.lexsort(columns)
+    new = np.zeros(len(points), np.bool_)
+    for column in columns:
+        new |= _differs(column[order])
+    places = np.empty(len(positions), np.int64)
+    places[points[order]] = np.cumsum(new)
+    return places[edges]
+
+
+def _differs(sorted_: npt.NDArray[Any]) -> _BoolArray:
+    """Return where a value is not that before it: (n,) bool; the first always."""
+    differs = np.ones(len(sorted_), np.bool_)
+    np.not_equal(sorted_[1:], sorted_[:-1], out=differs[1:])
+    return differs
+
+
+def _packed(a: IndexArray, b: IndexArray) -> _KeyArray:
+    """Return one number a pair, the same both ways round, that sorts as the pair with its lower index first."""
+    low, high = np.minimum(a, b).astype(np.uint64), np.maximum(a, b).astype(np.uint64)
+    return (low << np.uint64(32)) | high

@@ -1,0 +1,369 @@
+import math
+import time
+from collections import defaultdict
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gpu_xform import samples
+from gpu_xform.edge_sets import boundary_edges, edge_faces, face_normals, feature_edges, resolve_edges
+from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from gpu_xform.matrices import chain, rotate_x, rotate_y, rotate_z, translate
+from gpu_xform.mesh import Mesh
+from gpu_xform.triangulation import triangles
+
+SQUARE = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
+
+
+def triangulated(mesh: Mesh) -> Mesh:
+    return Mesh(mesh.positions, triangles(mesh)[0])
+
+
+def unwelded(mesh: Mesh) -> Mesh:
+    """Give every corner a point of its own, as STL does."""
+    return Mesh.from_offsets(mesh.positions[mesh.indices], mesh.offsets, np.arange(len(mesh.indices)))
+
+
+def places(mesh: Mesh, edges: npt.NDArray[np.int64]) -> set[Any]:
+    """Return edges as pairs of coordinates."""
+    pairs = {frozenset(map(tuple, pair)) for pair in mesh.positions[edges].tolist()}
+    assert len(pairs) == len(edges)
+    return pairs
+
+
+def without(mesh: Mesh, *faces: int) -> Mesh:
+    return Mesh(mesh.positions, [face for i, face in enumerate(mesh.faces) if i not in faces])
+
+
+def wedge(degrees: float) -> Mesh:
+    """Two triangles that turn by an angle along the edge (0, 1)."""
+    a = math.radians(degrees)
+    return Mesh([(0, 0, 0), (1, 0, 0), (0, -1, 0), (0, math.cos(a), math.sin(a))], [(1, 0, 2), (0, 1, 3)])
+
+
+SOLIDS = {
+    "cube": samples.cube(),
+    "house": samples.house(),
+    "snub dodecahedron": samples.snub_dodecahedron(),
+    "torus": samples.torus(7, 5),
+    "icosphere": samples.icosphere(2),
+    "open cube": without(samples.cube(), 0, 3),
+    "grid": samples.grid(3),
+}
+solids = st.sampled_from(sorted(SOLIDS)).map(SOLIDS.__getitem__)
+
+
+@pytest.mark.parametrize("make", [lambda m: m, triangulated, unwelded, lambda m: unwelded(triangulated(m))])
+def test_a_cube_has_twelve_features_below_a_right_angle(make: Any) -> None:
+    cube = make(samples.cube())
+    for angle in (0.0, 1.0, 30.0, 89.0, 89.999999):
+        edges = feature_edges(cube, angle)
+        assert edges.dtype == np.int64
+        assert len(places(cube, edges)) == 12
+        lengths = np.linalg.norm(np.diff(cube.positions[edges], axis=1), axis=(1, 2))
+        assert (lengths == 2.0).all()
+    for angle in (90.0, 91.0, 180.0):
+        assert feature_edges(cube, angle).shape == (0, 2)
+    assert boundary_edges(cube).shape == (0, 2)
+
+
+def test_features_of_the_samples() -> None:
+    assert len(feature_edges(samples.snub_dodecahedron(), 1)) == 150
+    assert len(feature_edges(samples.snub_dodecahedron(), 90)) == 0
+    assert len(feature_edges(samples.icosphere(3))) == 0
+    assert len(feature_edges(samples.icosphere(0), 41)) == 30  # 180 - 138.19 degrees
+    assert len(feature_edges(samples.icosphere(0), 42)) == 0
+    assert len(feature_edges(samples.house())) == 15
+    # The roof turns by the same angle at the ridge as no other edge: 2 atan(0.75).
+    ridge = 2.0 * math.degrees(math.atan(0.75))
+    assert len(feature_edges(samples.house(), ridge - 1e-9)) - len(feature_edges(samples.house(), ridge + 1e-9)) == 1
+
+
+@pytest.mark.parametrize("n", [1, 2, 7])
+def test_a_grid_is_bounded_by_its_rim(n: int) -> None:
+    grid = samples.grid(n)
+    edges = boundary_edges(grid)
+    assert len(edges) == 4 * n
+    assert (np.abs(grid.positions[edges]).max(axis=2) == 1.0).all()
+    assert np.array_equal(feature_edges(grid), edges)
+    assert len(places(unwelded(grid), boundary_edges(unwelded(grid)))) == 4 * n
+
+
+@pytest.mark.parametrize("make", [lambda m: m, unwelded])
+def test_closed_solids_have_no_rim_and_a_hole_shows_its_own(make: Any) -> None:
+    for mesh in (samples.torus(5, 4), samples.icosphere(2), samples.snub_dodecahedron()):
+        assert len(boundary_edges(make(mesh))) == 0
+        found = edge_faces(make(mesh))
+        assert (found.n_faces == 2).all()
+        assert not found.turned.any()
+        assert len(found.edges) == len(mesh.edges)
+    sphere = samples.icosphere(3)
+    around = np.flatnonzero((np.asarray(sphere.faces) == 20).any(axis=1))
+    holed = make(without(sphere, *around))
+    assert len(feature_edges(holed)) == len(boundary_edges(holed)) == len(around)
+
+
+@given(st.floats(0.001, 179.999), st.booleans(), st.booleans())
+def test_the_angle_divides_creases_from_the_rest(degrees: float, turned: bool, apart: bool) -> None:
+    mesh = wedge(degrees)
+    if turned:
+        mesh = Mesh(mesh.positions, [mesh.faces[0], mesh.faces[1][::-1]])
+    if apart:
+        mesh = unwelded(mesh)
+    assert len(boundary_edges(mesh)) == 4
+    assert len(feature_edges(mesh, degrees - 1e-9)) == 5
+    assert len(feature_edges(mesh, degrees + 1e-9)) == 4
+
+
+@pytest.mark.parametrize(("degrees", "limit", "shown"), [(1e-7, 9e-8, 5), (1e-7, 1.1e-7, 4), (0, 0, 4), (90, 90, 4)])
+def test_small_and_right_angles_are_exact(degrees: float, limit: float, shown: int) -> None:
+    assert len(feature_edges(wedge(degrees), limit)) == shown
+
+
+@given(solids, st.tuples(*[st.floats(-3.0, 3.0)] * 6), st.sampled_from([5.0, 25.0, 50.0, 80.0]))
+def test_features_move_with_the_mesh(mesh: Mesh, p: tuple[float, ...], angle: float) -> None:
+    moved = mesh.transformed(chain(rotate_x(p[0]), rotate_y(p[1]), rotate_z(p[2]), translate(*p[3:])))
+    assert np.array_equal(feature_edges(moved, angle), feature_edges(mesh, angle))
+    tiny = mesh.transformed(np.diag([1e-200, 1e-200, 1e-200, 1]))
+    assert np.array_equal(feature_edges(tiny, angle), feature_edges(mesh, angle))
+
+
+@given(solids, st.randoms(use_true_random=False), st.sampled_from([5.0, 25.0, 50.0, 80.0]), st.booleans())
+def test_neither_the_order_of_faces_nor_their_winding_matters(mesh: Mesh, random: Any, angle: float, stl: bool) -> None:
+    faces = [face.tolist()[:: random.choice([-1, 1])] for face in mesh.faces]
+    random.shuffle(faces)
+    mixed = Mesh(mesh.positions, faces)
+    if stl:
+        mixed = unwelded(mixed)
+    assert places(mixed, feature_edges(mixed, angle)) == places(mesh, feature_edges(mesh, angle))
+    assert places(mixed, boundary_edges(mixed)) == places(mesh, boundary_edges(mesh))
+
+
+def described(mesh: Mesh) -> list[Any]:
+    """Tell `edge_faces` a second time, slowly: (edge, faces, number of faces, turned, segment) a row."""
+
+    def bordering(sides: list[tuple[int, bool]]) -> list[tuple[int, bool]]:
+        return [side for side in sides if [face for face, _ in sides].count(side[0]) == 1]
+
+    sides: dict[tuple[int, int], list[tuple[int, bool]]] = {(a, b): [] for a, b in mesh.edges.tolist()}
+    segments = set()
+    for i, face in enumerate(mesh.faces):
+        corners = face.tolist()
+        for a, b in zip(corners, corners[1:] + corners[:1], strict=True):
+            edge = (min(a, b), max(a, b))
+            if len(face) == 2 and a != b:
+                segments.add(edge)
+            elif a != b:
+                sides[edge].append((i, a < b))
+    sides = {edge: bordering(passes) for edge, passes in sides.items()}
+    together = defaultdict(list)
+    for edge, passes in sides.items():
+        if len(passes) == 1:
+            a, b = (tuple(mesh.positions[i].tolist()) for i in edge)
+            if a == b:
+                sides[edge] = []
+            else:
+                together[min(a, b), max(a, b)].append((edge, passes[0], a < b))
+    for same in together.values():
+        kept = same[0][0]
+        sides[kept] = bordering(sorted((face, forward == upward) for _, (face, forward), upward in same))
+        for edge, _, _ in same[1:]:
+            del sides[edge]
+            if edge in segments:
+                segments.add(kept)
+    rows = []
+    for edge, passes in sides.items():
+        faces = [*(face for face, _ in passes[:2]), -1, -1]
+        turned = len(passes) > 1 and passes[0][1] == passes[1][1]
+        rows.append((edge, faces[:2], len(passes), turned, edge in segments))
+    return rows
+
+
+@given(st.data())
+def test_edge_faces_are_what_a_plain_walk_finds(data: st.DataObject) -> None:
+    n = data.draw(st.integers(3, 9))
+    coordinate = st.sampled_from([-0.0, 0.0, 1.0])
+    positions = data.draw(st.lists(st.tuples(coordinate, coordinate, st.just(0.0)), min_size=n, max_size=n))
+    faces = data.draw(st.lists(st.lists(st.integers(0, n - 1), min_size=2, max_size=5), max_size=8))
+    mesh = Mesh(positions, faces)
+    found = edge_faces(mesh)
+    rows = [
+        (tuple(edge), pair, n_faces, turned, segment)
+        for edge, pair, n_faces, turned, segment in zip(*(column.tolist() for column in found), strict=True)
+    ]
+    assert rows == described(mesh)
+    assert found.edges.dtype == found.faces.dtype == found.n_faces.dtype == np.int64
+    feature_edges(mesh)
+
+
+def test_segments_are_features_and_have_no_faces() -> None:
+    mesh = Mesh(samples.cube().positions, [*samples.cube().faces, (7, 0), (0, 1)])
+    assert feature_edges(mesh, 91).tolist() == [[0, 1], [0, 7]]
+    found = edge_faces(mesh)
+    assert len(found.edges) == 13
+    assert found.faces[found.edges.tolist().index([0, 7])].tolist() == [-1, -1]
+    assert len(boundary_edges(mesh)) == 0
+
+
+def test_three_faces_at_an_edge_show_it_however_flat() -> None:
+    points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 2, 0)]
+    mesh = Mesh(points, [(0, 1, 2), (1, 0, 3), (0, 1, 4)])
+    assert [0, 1] in feature_edges(mesh, 180).tolist()
+    assert [0, 1] not in boundary_edges(mesh).tolist()
+
+
+def test_solids_side_by_side_stay_apart() -> None:
+    cube = triangulated(samples.cube())
+    both = Mesh(
+        np.concatenate([cube.positions, cube.positions + np.array([2.0, 0.0, 0.0])]),
+        np.concatenate([np.asarray(cube.faces), np.asarray(cube.faces) + 8]),
+    )
+    assert len(feature_edges(both)) == 24
+
+
+def test_points_weld_where_they_are_equal_and_nowhere_else() -> None:
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (-0.0, -0.0, 0), (1, 0, 0), (1, -1, 0)], dtype=float)
+    faces = [(0, 1, 2), (4, 3, 5)]
+    assert len(boundary_edges(Mesh(points, faces))) == 4
+    points[4, 0] = np.nextafter(1.0, 2.0)
+    assert len(boundary_edges(Mesh(points, faces))) == 6
+
+
+def test_a_pole_of_needles_shows_no_spokes() -> None:
+    """A cap whose quads all end in the pole, in copies of it or in one point: flat, so that only its rim shows."""
+    angles = np.arange(8) * (math.tau / 8)
+    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(8)], axis=1)
+    copies = Mesh(np.concatenate([np.zeros((8, 3)), rim]), [(i, i + 8, (i + 1) % 8 + 8, (i + 1) % 8) for i in range(8)])
+    one = Mesh(np.concatenate([np.zeros((1, 3)), rim]), [(0, i + 1, (i + 1) % 8 + 1, 0) for i in range(8)])
+    for mesh in (copies, one, triangulated(copies), triangulated(one), unwelded(triangulated(copies))):
+        assert len(places(mesh, feature_edges(mesh))) == 8
+        assert len(boundary_edges(mesh)) == 8
+
+
+def test_the_bridge_to_a_hole_is_neither_feature_nor_rim() -> None:
+    outer, hole = np.array(SQUARE) * 4.0, np.array(SQUARE)[::-1] + np.array([1.0, 1.0, 0.0])
+    mesh = Mesh(np.concatenate([outer, hole]), [(0, 1, 2, 3, 0, 4, 5, 6, 7, 4)])
+    assert len(boundary_edges(mesh)) == len(feature_edges(mesh, 0)) == 8
+    assert [0, 4] not in boundary_edges(mesh).tolist()
+    assert [0, 4] in edge_faces(mesh).edges.tolist()
+
+
+def test_normals_are_newells_of_length_one() -> None:
+    mesh = Mesh(
+        [*SQUARE, (0, 0, 1), (2, 0, 0)], [(0, 1, 2, 3), (3, 2, 1, 0), (0, 4, 1), (0, 1), (0, 1, 5), (0, 0, 0, 0)]
+    )
+    expected = [[0, 0, 1], [0, 0, -1], [0, 1, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]
+    assert face_normals(mesh).tolist() == expected
+    solid = samples.snub_dodecahedron()
+    normals = face_normals(solid)
+    assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, rel=1e-15)
+    for face, normal in zip(solid.faces, normals, strict=True):
+        corners = solid.positions[face]
+        assert corners @ normal == pytest.approx(float(corners.mean(axis=0) @ normal), rel=1e-14)
+        assert corners[0] @ normal > 0.0
+    assert face_normals(Mesh([])).shape == (0, 3)
+
+
+@pytest.mark.parametrize("mesh", [Mesh([]), Mesh(SQUARE), Mesh(SQUARE, [(0, 0)]), Mesh(SQUARE, [(1, 1, 1)])])
+def test_meshes_without_edges_have_none_to_draw(mesh: Mesh) -> None:
+    for name in ("all", "feature", "boundary"):
+        assert resolve_edges(mesh, name).shape == (0, 2)
+    assert [len(column) for column in edge_faces(mesh)] == [0] * 5
+
+
+def test_names_stand_for_their_edges() -> None:
+    mesh = without(triangulated(samples.cube()), 0)
+    assert np.array_equal(resolve_edges(mesh, "all"), mesh.edges)
+    assert np.array_equal(resolve_edges(mesh, "boundary"), boundary_edges(mesh))
+    for angle in (10.0, 91.0):
+        assert np.array_equal(resolve_edges(mesh, "feature", angle), feature_edges(mesh, angle))
+    assert len(resolve_edges(mesh, "feature")) == 13
+
+
+@pytest.mark.parametrize("edges", [[(5, 2), (0, 1), (0, 1)], np.array([[5, 2], [0, 1], [0, 1]], np.uint8)])
+def test_an_array_alone_keeps_its_rows(edges: Any) -> None:
+    found = resolve_edges(samples.cube(), edges)
+    assert found.tolist() == [[5, 2], [0, 1], [0, 1]]
+    assert found.dtype == np.int64
+
+
+def test_sets_combine_to_each_edge_once_in_order() -> None:
+    mesh = without(triangulated(samples.cube()), 0)
+    extra = np.array([(7, 0), (1, 0), (0, 1)])
+    found = resolve_edges(mesh, ["boundary", extra, "feature", [(6, 1)]])
+    expected = {*map(tuple, feature_edges(mesh).tolist()), (0, 7), (0, 1), (1, 6)}
+    assert list(map(tuple, found.tolist())) == sorted(expected)
+    assert found.dtype == np.int64
+    assert np.array_equal(resolve_edges(mesh, {"all", "feature"}), mesh.edges)
+    assert resolve_edges(mesh, (extra, extra[1:])).tolist() == [[0, 1], [0, 7]]
+    nothings: list[Any] = [[], (), np.empty((0, 2), np.int64)]
+    for nothing in nothings:
+        assert resolve_edges(mesh, nothing).shape == (0, 2)
+
+
+def test_a_caller_adds_names_of_its_own() -> None:
+    asked = []
+
+    def silhouette(mesh: Mesh) -> Any:
+        asked.append(mesh)
+        return [(3, 2)]
+
+    mesh = samples.cube()
+    assert resolve_edges(mesh, "silhouette", others={"silhouette": silhouette}).tolist() == [[3, 2]]
+    assert asked == [mesh]
+    found = resolve_edges(mesh, ["silhouette", "boundary"], others={"silhouette": silhouette})
+    assert found.tolist() == [[2, 3]]
+    with pytest.raises(ArgumentError, match=r"^edges must be 'all', 'feature', 'boundary', 'silhouette' or an array"):
+        resolve_edges(mesh, "outline", others={"silhouette": silhouette})
+
+
+@pytest.mark.parametrize(
+    ("edges", "error", "message"),
+    [
+        (
+            "silhouette",
+            ArgumentError,
+            r"^edges must be 'all', 'feature', 'boundary' or an array of shape \(m, 2\), got",
+        ),
+        (["all", "Feature"], ArgumentError, "got 'Feature'"),
+        ([(0, 1), (2, 8)], ArgumentError, r"^edges names point 8 in row 1, outside 0..7 \(8 points\)"),
+        (["all", [(0, -1)]], ArgumentError, "edges names point -1 in row 0"),
+        (np.array([[0, 2**64 - 1]], np.uint64), ArgumentError, "edges names point 18446744073709551615"),
+        ([(0, 1.0)], ArgumentTypeError, "^edges must hold integers, got dtype float64"),
+        ([(True, False)], ArgumentTypeError, "edges must hold integers, got dtype bool"),
+        (["all", (0, "b")], ArgumentTypeError, "edges must hold integers, got dtype <U"),
+        ([0, 1], ArgumentError, r"edges must have shape \(m, 2\), got \(2,\)"),
+        ([(0, 1, 2)], ArgumentError, r"edges must have shape \(m, 2\), got \(1, 3\)"),
+        ([(0, 1), (2,)], ArgumentError, r"edges must have shape \(m, 2\): "),
+        (np.array(3), ArgumentError, r"edges must have shape \(m, 2\), got \(\)"),
+        (None, ArgumentTypeError, "edges must be a name, an array, or several of these, got NoneType"),
+        (3, ArgumentTypeError, "got int"),
+    ],
+)
+def test_what_is_no_set_of_edges_is_refused(edges: Any, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        resolve_edges(samples.cube(), edges)
+
+
+@pytest.mark.parametrize("angle", [-1.0, 180.1, math.nan, math.inf])
+def test_angles_outside_half_a_turn_are_refused(angle: float) -> None:
+    with pytest.raises(ArgumentError, match=r"^angle_degrees must be"):
+        feature_edges(samples.cube(), angle)
+    with pytest.raises(ArgumentError, match=r"^feature_angle must be"):
+        resolve_edges(samples.cube(), "all", angle)
+
+
+def test_a_million_triangles_cost_a_few_sorts() -> None:
+    keys = np.random.default_rng(0).integers(0, 2**63, 4_000_000, dtype=np.uint64)
+    start = time.perf_counter()
+    np.argsort(keys, kind="stable")
+    one_sort = time.perf_counter() - start
+    mesh = triangulated(samples.grid(700))
+    assert mesh.n_faces == 980_000
+    start = time.perf_counter()
+    assert len(feature_edges(mesh)) == 4 * 700
+    assert time.perf_counter() - start < 10 * one_sort + 1.0
