@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-from harness import Contender, Row, medians, table
+from harness import Contender, Row, calm_threads, medians, table
 
 import gpu_xform as gx
 from gpu_xform.gpu import transform_pass
-from gpu_xform.gpu.compute import Binding, bind, dispatch
+from gpu_xform.gpu.compute import bind, dispatch
 from gpu_xform.gpu.device import default_device
 from gpu_xform.gpu.timing import kernel_seconds
 from gpu_xform.gpu.transform_pass import Finish, Plan
@@ -126,12 +126,12 @@ def against_copies(device: gx.Device, n_points: int) -> list[Row]:
     source = device.pool.get("source", points.nbytes)
     destination = device.pool.get("destination", points.nbytes)
     source.upload(points)
-    transform, n_bytes = transform_pass.upload_transforms(plan, matrix[None], n_points)
-    buffers = (Binding(transform, 0, n_bytes), source, destination)
-    n_workgroups = -(-n_points // (transform_pass.POINTS_PER_INVOCATION * plan.workgroup_size))
-    constants = {"workgroup_size": plan.workgroup_size, "finish": Finish.AS_IT_IS}
+    (transforms,) = transform_pass.upload_transforms(plan, matrix[None], n_points)
+    buffers = (transforms, source, destination)
+    n_workgroups = plan.n_workgroups(n_points)
     stages = {
-        name: device.pipelines.compute(f"{name}_f32", **constants) for name in ("transform_points", "copy_points")
+        "transform_points": plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1),
+        "copy_points": plan.pipeline("copy_points", finish=Finish.AS_IT_IS),
     }
     clock: dict[str, list[float]] = {name: [] for name in stages}
     for _ in range(15):
@@ -140,8 +140,9 @@ def against_copies(device: gx.Device, n_points: int) -> list[Row]:
     kernel, copy = (statistics.median(clock[name][2:]) for name in stages)
 
     def copies() -> None:
+        transform_pass.upload_transforms(plan, matrix[None], n_points)  # the other contender has filled it otherwise
         source.upload(points)
-        with device.recording(*(transform, source, destination)) as encoder:
+        with device.recording(transforms.buffer, source, destination) as encoder:
             dispatch(encoder, stages["copy_points"], bind(device, stages["copy_points"], buffers), n_workgroups)
         transform_pass.download_rows(plan, destination, out[None])
 
@@ -255,6 +256,7 @@ def main() -> None:
     parser.add_argument("--millions", type=float, default=8.0, help="of points (default: %(default)s)")
     parser.add_argument("--file-millions", type=float, default=200.0, help="in the file, 0 for none (%(default)s)")
     options = parser.parse_args()
+    calm_threads()
     n_points = int(options.millions * 1e6)
     device = default_device()
     print(f"{device.name} ({device.adapter.kind}), {device.adapter.driver}; {os.cpu_count()} processors; ", end="")

@@ -12,7 +12,6 @@ import numpy.typing as npt
 from . import matrices
 from .errors import DeviceError
 from .gpu import transform_pass
-from .gpu.compute import Binding
 from .gpu.device import Device
 from .gpu.timing import kernel_seconds
 from .gpu.transform_pass import Finish, Plan
@@ -152,14 +151,12 @@ def _kernels(
         source = device.pool.get("source", plan.chunk * plan.point_bytes)
         destination = device.pool.get("destination", plan.chunk * plan.point_bytes)
         source.upload(points)
-        transforms, n_bytes = transform_pass.upload_transforms(plan, matrix[None], len(points))
-        buffers = (Binding(transforms, 0, n_bytes), source, destination)
-        n_quads = transform_pass.rounded_up(len(points)) // transform_pass.POINTS_PER_INVOCATION
-        n_workgroups = -(-n_quads // plan.workgroup_size)
-        constants = {"workgroup_size": plan.workgroup_size, "finish": Finish.AS_IT_IS}
+        (transforms,) = transform_pass.upload_transforms(plan, matrix[None], len(points))
+        buffers = (transforms, source, destination)
+        n_workgroups = plan.n_workgroups(len(points))
         stages = [
-            device.pipelines.compute(f"{stage}_{plan.precision}", **constants)
-            for stage in ("transform_points", "copy_points")
+            plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1),
+            plan.pipeline("copy_points", finish=Finish.AS_IT_IS),
         ]
         rounds = [[kernel_seconds(device, stage, buffers, n_workgroups) for stage in stages] for _ in range(ROUNDS + 1)]
     kernel, copy = (statistics.median(column) for column in zip(*rounds[1:], strict=True))

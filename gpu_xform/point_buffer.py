@@ -171,14 +171,12 @@ class _Store:
             raise
 
     def download(self, matrix: Float64Array | None, finish: Finish, out: npt.NDArray[Any]) -> None:
-        device = self.require_open()
+        self.require_open()
         for part, source in self.parts:
-            with device.lock:
-                result = source
-                if matrix is not None:
-                    result = device.pool.get("destination", source.n_bytes)
-                    transform_pass.apply(self.plan, matrix[None], source, result, part.stop - part.start, finish)
-                transform_pass.download_rows(self.plan, result, out[None, part])
+            if matrix is None:
+                transform_pass.download_rows(self.plan, source, out[None, part])
+            else:
+                transform_pass.download_applied(self.plan, matrix, source, out[part], finish)
 
     def reduce(self, matrix: Float64Array | None, finish: Finish) -> reduce_pass.Reduction:
         self.require_open()

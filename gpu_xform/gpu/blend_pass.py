@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import layouts
-from .compute import Binding, bind, dispatch
+from .compute import bind, dispatch
 from .device import Device
 from .transform_pass import Finish, Plan, upload_transforms
 
@@ -56,9 +56,9 @@ def blend(
             picks.upload(np.ascontiguousarray(index[part], np.uint32))
             if weights is not None:
                 shares.upload(np.ascontiguousarray(weights[part], dtype))
-            transform, n_bytes = upload_transforms(plan, np.eye(4)[None], n_part)
-            with device.recording(transform, *buffers) as encoder:
-                bindings = bind(device, pipeline, (Binding(transform, 0, n_bytes), *buffers))
+            (transforms,) = upload_transforms(plan, np.eye(4)[None], n_part)
+            with device.recording(transforms.buffer, *buffers) as encoder:
+                bindings = bind(device, pipeline, (transforms, *buffers))
                 dispatch(encoder, pipeline, bindings, -(-n_part // plan.workgroup_size))
             with destination.downloaded(n_part * plan.point_bytes) as view:
                 out[part] = view.view(dtype).reshape(n_part, n_components)

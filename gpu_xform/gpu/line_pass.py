@@ -12,7 +12,7 @@ from .buffers import UNIFORM, Buffer
 from .compute import bind, dispatch
 from .device import Device
 from .targets import FORMAT, Target
-from .transform_pass import POINTS_PER_INVOCATION, Finish, precision_name, rounded_up, workgroup_size
+from .transform_pass import POINTS_PER_INVOCATION, ROWS_AT_ONCE, Finish, precision_name, rounded_up, workgroup_size
 
 CLIP_POSITION_BYTES = 16
 EDGE_BYTES = 8
@@ -70,7 +70,8 @@ def draw(
         target = Target(device, size)
         stack.callback(target.release)
         n_quads = n_padded // POINTS_PER_INVOCATION
-        transform = filled(layouts.transform_struct(clip_from_points, points.dtype, points.n_points), UNIFORM)
+        struct = layouts.transform_struct(clip_from_points, points.dtype, points.n_points)
+        transforms = filled(np.tile(struct, ROWS_AT_ONCE), UNIFORM)
         constants = {"workgroup_size": workgroup_size(device), "finish": Finish.AS_IT_IS}
         project = device.pipelines.compute(f"project_vertices_{precision_name(points.dtype)}", **constants)
         lines = device.pipelines.render("draw_lines", "triangle-strip", FORMAT)
@@ -87,13 +88,13 @@ def draw(
         used = [
             points.buffer,
             projected,
-            transform,
+            transforms,
             target.rows,
             *(buffer for _, buffers, _ in batches for buffer in buffers),
         ]
         with device.recording(*used) as encoder:
             n_workgroups = -(-n_quads // workgroup_size(device))
-            dispatch(encoder, project, bind(device, project, (transform, points.buffer, projected)), n_workgroups)
+            dispatch(encoder, project, bind(device, project, (transforms, points.buffer, projected)), n_workgroups)
             render = encoder.begin_render_pass(color_attachments=[target.attachment(background)])
             render.set_pipeline(lines)
             for n_edges, _, bindings in batches:

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .buffers import Buffer
-from .compute import Binding, bind, dispatch
+from .compute import bind, dispatch
 from .transform_pass import Finish, Plan, upload_transforms
 
 POINTS_PER_INVOCATION = 128
@@ -46,10 +46,10 @@ def reduce(
         )
         n_workgroups = max(1, n_points // (POINTS_PER_INVOCATION * plan.workgroup_size))
         n_partials = min(n_workgroups * plan.workgroup_size, n_points)
-        transforms, n_bytes = upload_transforms(plan, np.eye(4)[None] if matrix is None else matrix[None], n_points)
+        (transforms,) = upload_transforms(plan, np.eye(4)[None] if matrix is None else matrix[None], n_points)
         partials = device.pool.get("partials", n_workgroups * plan.workgroup_size * 12 * plan.dtype.itemsize)
-        with device.recording(transforms, source, partials) as encoder:
-            bindings = bind(device, pipeline, (Binding(transforms, 0, n_bytes), source, partials))
+        with device.recording(transforms.buffer, source, partials) as encoder:
+            bindings = bind(device, pipeline, (transforms, source, partials))
             dispatch(encoder, pipeline, bindings, n_workgroups)
         with partials.downloaded(n_partials * 12 * plan.dtype.itemsize) as view:
             rows = view.view(plan.dtype).reshape(n_partials, 3, 4).astype(np.float64)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+import wgpu
 
 from .._memmap import let_go
 from . import layouts
@@ -16,8 +17,15 @@ from .device import Device
 
 POINTS_PER_INVOCATION = 4
 WORKGROUP_SIZE = 256  # 64 takes half as long again on lavapipe
-CHUNK_BYTES = 128 << 20
+ROWS_AT_ONCE = 4  # matrices that one dispatch applies; the length of the WGSL array
 UNIFORM_ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
+
+RESIDENT_BYTES = 128 << 20  # of a part of what stays on the device
+STAGED_BYTES = 64 << 20  # of a chunk that goes there and back over a bus
+# On a CPU a chunk should still be in its caches when it is copied back: 8 MiB take a quarter less than all at once, and
+# smaller ones lose that to the calls.
+CACHED_BYTES = 8 << 20
+CHUNK_MULTIPLE = 256  # of points: what a binding may begin with, whatever a point's size
 
 
 class Finish(IntEnum):
@@ -47,13 +55,15 @@ class Plan:
         *,
         points_per_invocation: int = POINTS_PER_INVOCATION,
         widest: int = 0,
+        most_bytes: int = RESIDENT_BYTES,
     ) -> "Plan":
         """Plan `n_points` of `n_components` numbers: chunks as large as bindings and dispatches may be.
 
         widest : numbers a point in the widest array bound beside the points
+        most_bytes : of a chunk
         """
         limits = device.limits
-        n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, CHUNK_BYTES)
+        n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, most_bytes)
         in_binding = n_bytes // (max(n_components, widest) * dtype.itemsize)
         in_dispatch = limits.max_workgroups * workgroup_size(device) * points_per_invocation
         n_quads = max(min(in_binding, in_dispatch) // POINTS_PER_INVOCATION, 1)
@@ -74,6 +84,15 @@ class Plan:
     def precision(self) -> str:
         """How the shader files name the number type."""
         return precision_name(self.dtype)
+
+    def n_workgroups(self, n_points: int) -> int:
+        """Return how many workgroups take `n_points`, four an invocation."""
+        return -(-rounded_up(n_points) // (POINTS_PER_INVOCATION * self.workgroup_size))
+
+    def pipeline(self, stage: str, **constants: float) -> wgpu.GPUComputePipeline:
+        """Return the pipeline of `stage` for points of this number type and dimension."""
+        name = f"{stage}{'_2d' if self.n_components == 2 else ''}_{self.precision}"
+        return self.device.pipelines.compute(name, workgroup_size=self.workgroup_size, **constants)
 
     def chunks(self, n_points: int) -> Iterator[slice]:
         """Cut `n_points` into consecutive slices."""
@@ -96,62 +115,111 @@ def transform(
     out : (k, n, 2) or (k, n, 3); may share memory with `points` where k is 1
     """
     n_points, n_components = points.shape
-    plan = Plan.of(device, n_points, n_components, dtype)
-    rows = min(max_rows(plan), len(matrices))
+    most_bytes = chunk_bytes(device)
+    plan = Plan.of(device, n_points, n_components, dtype, most_bytes=most_bytes)
     with device.lock:
         source = device.pool.get("source", plan.chunk * plan.point_bytes)
+        if len(matrices) == 1:
+            for part in plan.chunks(n_points):
+                upload_part(plan, source, points, part)
+                apply_in_place(plan, matrices[0], source, part.stop - part.start, finish)
+                download_rows(plan, source, out[:, part])
+                let_go(out[0, part])
+            return
+        rows = min(max_rows(plan, most_bytes), len(matrices))
         destination = device.pool.get("destination", rows * plan.chunk * plan.point_bytes)
         for part in plan.chunks(n_points):
-            source.upload(np.ascontiguousarray(points[part], dtype))
-            let_go(points[part])
+            upload_part(plan, source, points, part)
             for first in range(0, len(matrices), rows):
                 several = matrices[first : first + rows]
                 apply(plan, several, source, destination, part.stop - part.start, finish)
                 download_rows(plan, destination, out[first : first + rows, part])
-            let_go(out[0, part])
 
 
-def max_rows(plan: Plan) -> int:
-    """Return how many whole chunks one buffer takes: as many matrices are applied at once."""
+def chunk_bytes(device: Device) -> int:
+    """Return how much of an array goes to the device and back at once."""
+    return CACHED_BYTES if device.host_mappable else STAGED_BYTES
+
+
+def upload_part(plan: Plan, source: Buffer, points: npt.NDArray[Any], part: slice) -> None:
+    """Copy a part of `points` to the start of `source`."""
+    source.upload(np.ascontiguousarray(points[part], plan.dtype))
+    let_go(points[part])
+
+
+def workgroup_size(device: Device) -> int:
+    """Return how many invocations make a workgroup."""
+    return min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
+
+
+def max_rows(plan: Plan, most_bytes: int) -> int:
+    """Return how many results of a whole chunk one buffer takes: as many matrices are applied at once."""
     limits = plan.device.limits
-    n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, CHUNK_BYTES)
+    n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, most_bytes)
     return max(1, n_bytes // (plan.chunk * plan.point_bytes))
+
+
+def apply_in_place(plan: Plan, matrix: npt.NDArray[np.float64], points: Buffer, n_points: int, finish: Finish) -> None:
+    """Dispatch `matrix` (4, 4) on the first `n_points` of `points`."""
+    pipeline = plan.pipeline("transform_in_place", finish=finish)
+    (transforms,) = upload_transforms(plan, matrix[None], n_points)
+    with plan.device.recording(transforms.buffer, points) as encoder:
+        dispatch(encoder, pipeline, bind(plan.device, pipeline, (transforms, points)), plan.n_workgroups(n_points))
+
+
+def download_applied(
+    plan: Plan, matrix: npt.NDArray[np.float64], source: Buffer, out: npt.NDArray[Any], finish: Finish
+) -> None:
+    """Write `matrix` (4, 4) applied to `source` into `out` (n, 2 or 3), in chunks; `source` stays as it is."""
+    device = plan.device
+    chunk = max(chunk_bytes(device) // plan.point_bytes // CHUNK_MULTIPLE, 1) * CHUNK_MULTIPLE
+    with device.lock:
+        for start in range(0, len(out), chunk):
+            part = out[start : start + chunk]
+            n_bytes = rounded_up(len(part)) * plan.point_bytes
+            destination = device.pool.get("destination", n_bytes)
+            given = Binding(source, start * plan.point_bytes, n_bytes)
+            apply(plan, matrix[None], given, destination, len(part), finish)
+            download_rows(plan, destination, part[None])
 
 
 def apply(
     plan: Plan,
     matrices: npt.NDArray[np.float64],
-    source: Buffer,
+    source: Buffer | Binding,
     destination: Buffer,
     n_points: int,
     finish: Finish,
 ) -> None:
-    """Dispatch each of `matrices` (k, 4, 4) on the first `n_points` of `source`.
+    """Dispatch each of `matrices` (k, 4, 4), k > 0, on the first `n_points` of `source`.
 
     The results follow one another in `destination`, each padded to whole quads.
     """
-    device = plan.device
-    n_quads = rounded_up(n_points) // POINTS_PER_INVOCATION
-    stage = f"transform_points{'_2d' if plan.n_components == 2 else ''}_{plan.precision}"
-    pipeline = device.pipelines.compute(stage, workgroup_size=plan.workgroup_size, finish=finish)
-    transforms, n_bytes = upload_transforms(plan, matrices, n_points)
-    with device.recording(transforms, source, destination) as encoder:
-        for row in range(len(matrices)):
-            own = Binding(transforms, row * UNIFORM_ALIGNMENT, n_bytes)
-            bindings = bind(device, pipeline, (own, source, destination))
-            dispatch(encoder, pipeline, bindings, -(-n_quads // plan.workgroup_size))
+    groups = upload_transforms(plan, matrices, n_points)
+    given = source.buffer if isinstance(source, Binding) else source
+    with plan.device.recording(groups[0].buffer, given, destination) as encoder:
+        for first, transforms in zip(range(0, len(matrices), ROWS_AT_ONCE), groups, strict=True):
+            n_rows = min(ROWS_AT_ONCE, len(matrices) - first)
+            pipeline = plan.pipeline("transform_points", finish=finish, n_rows=n_rows)
+            bindings = bind(plan.device, pipeline, (transforms, source, destination))
+            dispatch(encoder, pipeline, bindings, plan.n_workgroups(n_points))
 
 
-def upload_transforms(plan: Plan, matrices: npt.NDArray[np.float64], n_points: int) -> tuple[Buffer, int]:
-    """Return the device's own buffer with a `Transform` struct for each matrix, and the bytes of one."""
+def upload_transforms(plan: Plan, matrices: npt.NDArray[np.float64], n_points: int) -> list[Binding]:
+    """Return the WGSL arrays of `Transform` structs for `matrices` (k, 4, 4), each array of `ROWS_AT_ONCE`."""
     n_quads = rounded_up(n_points) // POINTS_PER_INVOCATION
-    n_bytes = layouts.TRANSFORM[plan.dtype].itemsize
-    structs = np.zeros((len(matrices), UNIFORM_ALIGNMENT), np.uint8)
+    struct_bytes = layouts.TRANSFORM[plan.dtype].itemsize
+    array_bytes = ROWS_AT_ONCE * struct_bytes
+    n_groups = -(-len(matrices) // ROWS_AT_ONCE)
+    spacing = -(-array_bytes // UNIFORM_ALIGNMENT) * UNIFORM_ALIGNMENT
+    groups = np.zeros((n_groups, spacing), np.uint8)
     for row, matrix in enumerate(matrices):
-        structs[row, :n_bytes] = layouts.transform_struct(matrix, plan.dtype, n_points, row * n_quads)
-    transforms = plan.device.pool.get("transforms", structs.nbytes, UNIFORM)
-    transforms.upload(structs)
-    return transforms, n_bytes
+        group, place = divmod(row, ROWS_AT_ONCE)
+        struct = layouts.transform_struct(matrix, plan.dtype, n_points, row * n_quads)
+        groups[group, place * struct_bytes : (place + 1) * struct_bytes] = struct
+    buffer = plan.device.pool.get("transforms", groups.nbytes, UNIFORM)
+    buffer.upload(groups)
+    return [Binding(buffer, group * spacing, array_bytes) for group in range(n_groups)]
 
 
 def download_rows(plan: Plan, destination: Buffer, out: npt.NDArray[Any]) -> None:
@@ -163,11 +231,6 @@ def download_rows(plan: Plan, destination: Buffer, out: npt.NDArray[Any]) -> Non
         flat = view.view(plan.dtype).reshape(n_used, n_components)
         for row in range(n_rows):
             out[row] = flat[row * padded : row * padded + n_points]
-
-
-def workgroup_size(device: Device) -> int:
-    """Return how many invocations make a workgroup."""
-    return min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
 
 
 def precision_name(dtype: np.dtype[Any]) -> str:

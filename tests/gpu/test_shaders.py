@@ -150,16 +150,16 @@ def test_a_shader_that_does_not_compile_is_a_shader_error(monkeypatch: pytest.Mo
 
 def test_a_pipeline_is_compiled_once_for_each_choice_of_its_constants(device: Device) -> None:
     compute = device.pipelines.compute
-    first = compute("transform_points_f32", workgroup_size=64, finish=1)
-    assert compute("transform_points_f32", finish=1, workgroup_size=64) is first
-    assert compute("transform_points_f32", workgroup_size=64, finish=0) is not first
-    assert compute("transform_points_f32", workgroup_size=32, finish=1) is not first
+    first = compute("transform_in_place_f32", workgroup_size=64, finish=1)
+    assert compute("transform_in_place_f32", finish=1, workgroup_size=64) is first
+    assert compute("transform_in_place_f32", workgroup_size=64, finish=0) is not first
+    assert compute("transform_in_place_f32", workgroup_size=32, finish=1) is not first
 
 
 def test_a_closed_device_compiles_nothing() -> None:
     with Device() as other:
         pass
     with pytest.raises(DeviceError, match="closed"):
-        other.pipelines.compute("transform_points_f32", workgroup_size=64, finish=1)
+        other.pipelines.compute("transform_in_place_f32", workgroup_size=64, finish=1)
     with pytest.raises(DeviceError, match="closed"):
         other.pipelines.render("draw_lines", "triangle-strip", FORMAT)

@@ -27,7 +27,7 @@ fn blended(point: u32) -> Mat4 {
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let point = invocation.x;
-    if point >= transform.n_points {
+    if point >= transforms[0].n_points {
         return;
     }
     let at = point * n_components;

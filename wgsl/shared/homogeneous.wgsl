@@ -1,4 +1,4 @@
-// A matrix that takes points to points, and what a stage does with the homogeneous result.
+// Matrices that take points to points, and what a stage does with a homogeneous result.
 struct Transform {
     target_from_source: Mat4,
     undefined: Real, // the host's NaN, which WGSL itself cannot write down
@@ -11,17 +11,17 @@ const DIVIDED_BY_W = 1u;
 const NORMALIZED = 2u;
 
 // Uniform, not storage: lavapipe loads a storage buffer anew for every invocation, a quarter of the whole time.
-@group(0) @binding(0) var<uniform> transform: Transform;
+@group(0) @binding(0) var<uniform> transforms: array<Transform, 4>;
 override workgroup_size: u32;
 override finish: u32; // one of the three above
 
 fn n_quads() -> u32 {
-    return (transform.n_points + 3u) / 4u; // groups of four points, the last one padded
+    return (transforms[0].n_points + 3u) / 4u; // groups of four points, the last one padded
 }
 
 fn finished(h: Vec4) -> Vec3 {
     if finish == DIVIDED_BY_W {
-        return select(Vec3(transform.undefined), h.xyz / h.w, h.w != Real());
+        return select(Vec3(transforms[0].undefined), h.xyz / h.w, h.w != Real());
     }
     if finish == NORMALIZED {
         // Scaled first, so that squaring neither overflows nor underflows; what has no length stays as it is.

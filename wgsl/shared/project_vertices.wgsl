@@ -9,7 +9,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     if invocation.x >= n_quads() {
         return;
     }
-    let m = transform.target_from_source;
+    let m = transforms[0].target_from_source;
     let i = invocation.x;
     let a = source[3u * i];
     let b = source[3u * i + 1u];

@@ -21,14 +21,14 @@ fn loaded(point: u32) -> Vec3 {
     if untouched {
         return p;
     }
-    let m = transform.target_from_source;
+    let m = transforms[0].target_from_source;
     return finished(m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3]);
 }
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) grid: vec3<u32>) {
     let stride = grid.x * workgroup_size;
-    if invocation.x >= transform.n_points {
+    if invocation.x >= transforms[0].n_points {
         return;
     }
     let first = loaded(invocation.x);
@@ -36,7 +36,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workg
     var highest = first;
     var sum = Vec3();
     var n_nans = vec3<u32>();
-    for (var point = invocation.x; point < transform.n_points; point += stride) {
+    for (var point = invocation.x; point < transforms[0].n_points; point += stride) {
         let p = loaded(point);
         for (var axis = 0u; axis < 3u; axis++) {
             if is_nan(f32(p[axis])) {

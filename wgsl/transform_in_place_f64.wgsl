@@ -1,0 +1,2 @@
+#import real_f64
+#import transform_in_place
