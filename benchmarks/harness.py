@@ -24,13 +24,17 @@ def calm_threads() -> None:
 
 @dataclass(frozen=True)
 class Row:
-    """One line of a table: what was timed, against what, their medians in seconds, and the ratio asked for."""
+    """One line of a table: what was timed, against what, their medians in seconds, and the ratio asked for.
+
+    floor : seconds of the same on our side with shaders that copy and compute nothing
+    """
 
     what: str
     against: str
     ours: float
     theirs: float
     at_most: float | None = None
+    floor: float | None = None
 
     @property
     def ratio(self) -> float:
@@ -56,12 +60,13 @@ def medians(contenders: Mapping[str, Contender], rounds: int = 9, warm_up: int =
 
 def table(rows: list[Row]) -> str:
     """Return the rows as a Markdown table, ratios rather than bare times first."""
-    lines = ["| what | against | ratio | asked | ours, ms | theirs, ms |", "|---|---|---|---|---|---|"]
+    lines = ["| what | against | ratio | asked | floor | ours, ms | theirs, ms |", "|---|---|---|---|---|---|---|"]
     for row in rows:
         asked = "" if row.at_most is None else f"≤ {row.at_most:g}"
         met = "" if row.at_most is None or row.ratio <= row.at_most else " **missed**"
+        floor = "" if row.floor is None else f"{row.floor / row.theirs:.2f}"
         lines.append(
-            f"| {row.what} | {row.against} | {row.ratio:.2f}{met} | {asked} "
+            f"| {row.what} | {row.against} | {row.ratio:.2f}{met} | {asked} | {floor} "
             f"| {1e3 * row.ours:.3g} | {1e3 * row.theirs:.3g} |"
         )
     return "\n".join(lines)

@@ -19,6 +19,7 @@ from harness import Contender, Row, calm_threads, medians, table
 
 import gpu_xform as gx
 from gpu_xform.gpu import transform_pass
+from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.compute import bind, dispatch
 from gpu_xform.gpu.device import default_device
 from gpu_xform.gpu.timing import kernel_seconds
@@ -84,7 +85,35 @@ def checked(contenders: dict[str, Contender], expected: Points, tolerance: float
     return contenders
 
 
-def end_to_end(n_points: int, dtype: npt.DTypeLike) -> list[Row]:
+class Copies:
+    """What the device and the way to it cost alone: the loads and stores of the transform without its arithmetic."""
+
+    def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
+        self.plan = Plan.of(device, len(points), 3, points.dtype)
+        if self.plan.chunk < len(points):
+            raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
+        self.points, self.out = points, out
+        n_bytes = self.plan.chunk * self.plan.point_bytes
+        self.source, self.destination = Buffer(device, n_bytes), Buffer(device, n_bytes)
+        self.source.upload(points)
+        self.pipeline = self.plan.pipeline("copy_points")
+
+    def there_and_back(self) -> Points:
+        """Copy in, copy on the device, copy out."""
+        self.source.upload(self.points)
+        return self.back()
+
+    def back(self) -> Points:
+        """Copy on the device and out."""
+        device, buffers = self.plan.device, (self.source, self.destination)
+        with device.recording(*buffers) as encoder:
+            n_workgroups = self.plan.n_workgroups(len(self.points))
+            dispatch(encoder, self.pipeline, bind(device, self.pipeline, buffers), n_workgroups)
+        transform_pass.download_rows(self.plan, self.destination, self.out[None])
+        return self.out
+
+
+def end_to_end(device: gx.Device, n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     """Array in, array out, into a warm `out`."""
     rng = np.random.default_rng(1)
     points = rng.standard_normal((n_points, 3)).astype(dtype)
@@ -98,64 +127,42 @@ def end_to_end(n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     if points.dtype == np.float32:
         contenders |= peers(points, matrix, theirs)
     contenders = checked(contenders, expected, tolerance)
+    copies = Copies(device, points, theirs)
+    contenders |= checked({"copies": copies.there_and_back}, points, 0)
     if points.dtype == np.float32:
         contenders["ours, a rotation"] = lambda: gx.transform_points(points, rotation, out=ours)
         contenders["SciPy Rotation.apply"] = scipy_rotation(points, rotation)
     seconds = medians(contenders)
     what = f"end to end, {points.dtype}, {n_points / 1e6:g} M"
     best = min(idioms, key=seconds.__getitem__)
-    rows = [Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.75 if dtype is np.float32 else 1.2)]
+    limit, floor = 0.75 if dtype is np.float32 else 1.2, seconds["copies"]
+    rows = [Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], limit, floor)]
     if points.dtype == np.float32:
         asked = {"trimesh transform_points": 0.35, "pyvista transform": 0.35, "pylinalg vec_transform": 0.45}
         asked["torch addmm(out=)"] = 1.0
-        rows += [Row(what, name, seconds["ours"], seconds[name], limit) for name, limit in asked.items()]
-        rows.append(
-            Row(what, "SciPy Rotation.apply", seconds["ours, a rotation"], seconds["SciPy Rotation.apply"], 1.0)
-        )
+        rows += [Row(what, name, seconds["ours"], seconds[name], limit, floor) for name, limit in asked.items()]
+        turned = "SciPy Rotation.apply"
+        rows.append(Row(what, turned, seconds["ours, a rotation"], seconds[turned], 1.0, floor))
+        rows.append(Row(what, "copy in, copy kernel, copy out", seconds["ours"], floor, 1.15))
     return rows
 
 
-def against_copies(device: gx.Device, n_points: int) -> list[Row]:
-    """Time the kernel beside one that copies, and a whole call beside copying in, on the device and out."""
+def kernel(device: gx.Device, n_points: int) -> Row:
+    """Time the kernel by the device's own clock, beside one that copies."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
-    plan = Plan.of(device, n_points, 3, points.dtype)
-    if plan.chunk < n_points:
-        raise SystemExit(f"{n_points:,} points take more than one binding of {device.name}: not compared")
-    matrix = gx.chain(gx.scale(0.3, 0.5, 2), gx.rotate((1, 2, 3), 0.7), gx.translate(-0.5, 2, 1))
-    out = np.empty_like(points)
-    source = device.pool.get("source", points.nbytes)
-    destination = device.pool.get("destination", points.nbytes)
-    source.upload(points)
-    (transforms,) = transform_pass.upload_transforms(plan, matrix[None], n_points)
-    buffers = (transforms, source, destination)
-    n_workgroups = plan.n_workgroups(n_points)
+    copies = Copies(device, points, np.empty_like(points))
+    (transforms,) = transform_pass.upload_transforms(copies.plan, gx.rotate((1, 2, 3), 0.7)[None], n_points)
+    buffers = (copies.source, copies.destination)
     stages = {
-        "transform_points": plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1),
-        "copy_points": plan.pipeline("copy_points", finish=Finish.AS_IT_IS),
+        "ours": (copies.plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1), (transforms, *buffers)),
+        "copy": (copies.pipeline, buffers),
     }
     clock: dict[str, list[float]] = {name: [] for name in stages}
-    for _ in range(15):
-        for name, pipeline in stages.items():
-            clock[name].append(kernel_seconds(device, pipeline, buffers, n_workgroups))
-    kernel, copy = (statistics.median(clock[name][2:]) for name in stages)
-
-    def copies() -> None:
-        transform_pass.upload_transforms(plan, matrix[None], n_points)  # the other contender has filled it otherwise
-        source.upload(points)
-        with device.recording(transforms.buffer, source, destination) as encoder:
-            dispatch(encoder, stages["copy_points"], bind(device, stages["copy_points"], buffers), n_workgroups)
-        transform_pass.download_rows(plan, destination, out[None])
-
-    copies()
-    if not np.array_equal(out, points):
-        raise SystemExit("the copy does not copy: not compared")
-    seconds = medians({"ours": lambda: gx.transform_points(points, matrix, out=out, device=device), "copies": copies})
-    size = f"float32, {n_points / 1e6:g} M"
-    by_hand = "copy in, copy kernel, copy out"
-    return [
-        Row(f"kernel, {size}, resident", "a copy kernel, same bytes", kernel, copy, 1.15),
-        Row(f"end to end, {size}", by_hand, seconds["ours"], seconds["copies"], 1.15),
-    ]
+    for _ in range(25):
+        for name, stage in stages.items():
+            clock[name].append(kernel_seconds(device, *stage, copies.plan.n_workgroups(n_points)))
+    ours, copy = (statistics.median(clock[name][2:]) for name in ("ours", "copy"))
+    return Row(f"kernel, float32, {n_points / 1e6:g} M, resident", "a copy kernel, same bytes", ours, copy, 1.15)
 
 
 def chain_of_five(device: gx.Device, n_points: int) -> Row:
@@ -184,9 +191,10 @@ def chain_of_five(device: gx.Device, n_points: int) -> Row:
     with buffer:
         expected = np.column_stack([points, np.ones(n_points)]) @ gx.chain(*steps).T
         checked({"ours": chained, "NumPy": one_by_one}, expected[:, :3], 1e-4)
-        seconds = medians({"ours": chained, "NumPy": one_by_one}, rounds=7)
+        copies = Copies(device, points, scratch.copy())
+        seconds = medians({"ours": chained, "NumPy": one_by_one, "copies": copies.back}, rounds=9)
     what = f"chain of 5, {n_points / 1e6:g} M, resident, one result read"
-    return Row(what, "NumPy applying 5, out=", seconds["ours"], seconds["NumPy"], 0.15)
+    return Row(what, "NumPy applying 5, out=", seconds["ours"], seconds["NumPy"], 0.15, seconds["copies"])
 
 
 def many_matrices(k: int, n_points: int) -> list[Row]:
@@ -261,11 +269,11 @@ def main() -> None:
     device = default_device()
     print(f"{device.name} ({device.adapter.kind}), {device.adapter.driver}; {os.cpu_count()} processors; ", end="")
     print(f"Python {platform.python_version()}, NumPy {np.__version__}\n")
-    rows = end_to_end(n_points, np.float32)
-    rows += against_copies(device, n_points)
+    rows = end_to_end(device, n_points, np.float32)
+    rows.append(kernel(device, n_points))
     rows.append(chain_of_five(device, n_points))
     rows += many_matrices(150, 100_000)
-    rows += end_to_end(n_points // 2, np.float64)
+    rows += end_to_end(device, n_points // 2, np.float64)
     print(table(rows))
     what, milliseconds = overhead(100)
     print(f"\n{what}: {milliseconds:.2f} ms (asked: at most 0.5)")

@@ -152,13 +152,12 @@ def _kernels(
         destination = device.pool.get("destination", plan.chunk * plan.point_bytes)
         source.upload(points)
         (transforms,) = transform_pass.upload_transforms(plan, matrix[None], len(points))
-        buffers = (transforms, source, destination)
         n_workgroups = plan.n_workgroups(len(points))
         stages = [
-            plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1),
-            plan.pipeline("copy_points", finish=Finish.AS_IT_IS),
+            (plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1), (transforms, source, destination)),
+            (plan.pipeline("copy_points"), (source, destination)),
         ]
-        rounds = [[kernel_seconds(device, stage, buffers, n_workgroups) for stage in stages] for _ in range(ROUNDS + 1)]
+        rounds = [[kernel_seconds(device, *stage, n_workgroups) for stage in stages] for _ in range(ROUNDS + 1)]
     kernel, copy = (statistics.median(column) for column in zip(*rounds[1:], strict=True))
     return kernel, copy
 

@@ -162,8 +162,7 @@ class _Store:
         self._released = False
         try:
             for part in self.plan.chunks(self.n_points):
-                n_padded = transform_pass.rounded_up(part.stop - part.start)
-                buffer = Buffer(device, n_padded * self.plan.point_bytes)
+                buffer = Buffer(device, self.plan.padded(part.stop - part.start) * self.plan.point_bytes)
                 self.parts.append((part, buffer))
                 buffer.upload(np.ascontiguousarray(points[part], dtype))
         except BaseException:
@@ -171,12 +170,14 @@ class _Store:
             raise
 
     def download(self, matrix: Float64Array | None, finish: Finish, out: npt.NDArray[Any]) -> None:
-        self.require_open()
+        device = self.require_open()
         for part, source in self.parts:
-            if matrix is None:
-                transform_pass.download_rows(self.plan, source, out[None, part])
-            else:
-                transform_pass.download_applied(self.plan, matrix, source, out[part], finish)
+            with device.lock:
+                result = source
+                if matrix is not None:
+                    result = device.pool.get("destination", source.n_bytes)
+                    transform_pass.apply(self.plan, matrix[None], source, result, part.stop - part.start, finish)
+                transform_pass.download_rows(self.plan, result, out[None, part])
 
     def reduce(self, matrix: Float64Array | None, finish: Finish) -> reduce_pass.Reduction:
         self.require_open()

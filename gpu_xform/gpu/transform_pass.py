@@ -25,7 +25,6 @@ STAGED_BYTES = 64 << 20  # of a chunk that goes there and back over a bus
 # On a CPU a chunk should still be in its caches when it is copied back: 8 MiB take a quarter less than all at once, and
 # smaller ones lose that to the calls.
 CACHED_BYTES = 8 << 20
-CHUNK_MULTIPLE = 256  # of points: what a binding may begin with, whatever a point's size
 
 
 class Finish(IntEnum):
@@ -38,11 +37,12 @@ class Finish(IntEnum):
 
 @dataclass(frozen=True)
 class Plan:
-    """How an array is cut for one device: `chunk` points a dispatch, of `point_bytes` each, computed in `dtype`."""
+    """How an array is cut for one device: `chunk` points a dispatch, in whole workgroups, computed in `dtype`."""
 
     device: Device
     dtype: np.dtype[Any]
     n_components: int
+    workgroup_size: int
     chunk: int
 
     @classmethod
@@ -65,20 +65,21 @@ class Plan:
         limits = device.limits
         n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, most_bytes)
         in_binding = n_bytes // (max(n_components, widest) * dtype.itemsize)
-        in_dispatch = limits.max_workgroups * workgroup_size(device) * points_per_invocation
-        n_quads = max(min(in_binding, in_dispatch) // POINTS_PER_INVOCATION, 1)
-        chunk = min(n_quads * POINTS_PER_INVOCATION, rounded_up(n_points))
-        return cls(device, dtype, n_components, chunk)
+        own_size = max(1, min(workgroup_size(device), in_binding // POINTS_PER_INVOCATION))
+        in_dispatch = limits.max_workgroups * own_size * points_per_invocation
+        group = POINTS_PER_INVOCATION * own_size
+        most = max(min(in_binding, in_dispatch) // group, 1) * group
+        return cls(device, dtype, n_components, own_size, min(most, -(-n_points // group) * group))
+
+    def padded(self, n_points: int) -> int:
+        """Return `n_points` rounded up to whole workgroups of four points an invocation."""
+        group = POINTS_PER_INVOCATION * self.workgroup_size
+        return -(-n_points // group) * group
 
     @property
     def point_bytes(self) -> int:
         """Bytes of one point on the device."""
         return self.n_components * self.dtype.itemsize
-
-    @property
-    def workgroup_size(self) -> int:
-        """Invocations of a workgroup."""
-        return workgroup_size(self.device)
 
     @property
     def precision(self) -> str:
@@ -87,7 +88,7 @@ class Plan:
 
     def n_workgroups(self, n_points: int) -> int:
         """Return how many workgroups take `n_points`, four an invocation."""
-        return -(-rounded_up(n_points) // (POINTS_PER_INVOCATION * self.workgroup_size))
+        return self.padded(n_points) // (POINTS_PER_INVOCATION * self.workgroup_size)
 
     def pipeline(self, stage: str, **constants: float) -> wgpu.GPUComputePipeline:
         """Return the pipeline of `stage` for points of this number type and dimension."""
@@ -115,18 +116,13 @@ def transform(
     out : (k, n, 2) or (k, n, 3); may share memory with `points` where k is 1
     """
     n_points, n_components = points.shape
-    most_bytes = chunk_bytes(device)
-    plan = Plan.of(device, n_points, n_components, dtype, most_bytes=most_bytes)
+    if len(matrices) == 1:
+        transform_once(device, points, matrices[0], out[0], dtype, finish)
+        return
+    plan = Plan.of(device, n_points, n_components, dtype, most_bytes=STAGED_BYTES)
+    rows = min(max_rows(plan, STAGED_BYTES), len(matrices))
     with device.lock:
         source = device.pool.get("source", plan.chunk * plan.point_bytes)
-        if len(matrices) == 1:
-            for part in plan.chunks(n_points):
-                upload_part(plan, source, points, part)
-                apply_in_place(plan, matrices[0], source, part.stop - part.start, finish)
-                download_rows(plan, source, out[:, part])
-                let_go(out[0, part])
-            return
-        rows = min(max_rows(plan, most_bytes), len(matrices))
         destination = device.pool.get("destination", rows * plan.chunk * plan.point_bytes)
         for part in plan.chunks(n_points):
             upload_part(plan, source, points, part)
@@ -136,9 +132,24 @@ def transform(
                 download_rows(plan, destination, out[first : first + rows, part])
 
 
-def chunk_bytes(device: Device) -> int:
-    """Return how much of an array goes to the device and back at once."""
-    return CACHED_BYTES if device.host_mappable else STAGED_BYTES
+def transform_once(
+    device: Device,
+    points: npt.NDArray[Any],
+    matrix: npt.NDArray[np.float64],
+    out: npt.NDArray[Any],
+    dtype: np.dtype[Any],
+    finish: Finish,
+) -> None:
+    """Write one `matrix` (4, 4) applied to `points` (n, 2 or 3) into `out`, which may be `points` itself."""
+    most_bytes = CACHED_BYTES if device.host_mappable else STAGED_BYTES
+    plan = Plan.of(device, len(points), points.shape[1], dtype, most_bytes=most_bytes)
+    with device.lock:
+        buffer = device.pool.get("source", plan.chunk * plan.point_bytes)
+        for part in plan.chunks(len(points)):
+            upload_part(plan, buffer, points, part)
+            apply_in_place(plan, matrix, buffer, part.stop - part.start, finish)
+            download_rows(plan, buffer, out[None, part])
+            let_go(out[part])
 
 
 def upload_part(plan: Plan, source: Buffer, points: npt.NDArray[Any], part: slice) -> None:
@@ -167,37 +178,20 @@ def apply_in_place(plan: Plan, matrix: npt.NDArray[np.float64], points: Buffer, 
         dispatch(encoder, pipeline, bind(plan.device, pipeline, (transforms, points)), plan.n_workgroups(n_points))
 
 
-def download_applied(
-    plan: Plan, matrix: npt.NDArray[np.float64], source: Buffer, out: npt.NDArray[Any], finish: Finish
-) -> None:
-    """Write `matrix` (4, 4) applied to `source` into `out` (n, 2 or 3), in chunks; `source` stays as it is."""
-    device = plan.device
-    chunk = max(chunk_bytes(device) // plan.point_bytes // CHUNK_MULTIPLE, 1) * CHUNK_MULTIPLE
-    with device.lock:
-        for start in range(0, len(out), chunk):
-            part = out[start : start + chunk]
-            n_bytes = rounded_up(len(part)) * plan.point_bytes
-            destination = device.pool.get("destination", n_bytes)
-            given = Binding(source, start * plan.point_bytes, n_bytes)
-            apply(plan, matrix[None], given, destination, len(part), finish)
-            download_rows(plan, destination, part[None])
-
-
 def apply(
     plan: Plan,
     matrices: npt.NDArray[np.float64],
-    source: Buffer | Binding,
+    source: Buffer,
     destination: Buffer,
     n_points: int,
     finish: Finish,
 ) -> None:
     """Dispatch each of `matrices` (k, 4, 4), k > 0, on the first `n_points` of `source`.
 
-    The results follow one another in `destination`, each padded to whole quads.
+    The results follow one another in `destination`, each padded to whole workgroups, as `source` is.
     """
     groups = upload_transforms(plan, matrices, n_points)
-    given = source.buffer if isinstance(source, Binding) else source
-    with plan.device.recording(groups[0].buffer, given, destination) as encoder:
+    with plan.device.recording(groups[0].buffer, source, destination) as encoder:
         for first, transforms in zip(range(0, len(matrices), ROWS_AT_ONCE), groups, strict=True):
             n_rows = min(ROWS_AT_ONCE, len(matrices) - first)
             pipeline = plan.pipeline("transform_points", finish=finish, n_rows=n_rows)
@@ -207,7 +201,7 @@ def apply(
 
 def upload_transforms(plan: Plan, matrices: npt.NDArray[np.float64], n_points: int) -> list[Binding]:
     """Return the WGSL arrays of `Transform` structs for `matrices` (k, 4, 4), each array of `ROWS_AT_ONCE`."""
-    n_quads = rounded_up(n_points) // POINTS_PER_INVOCATION
+    n_quads = plan.padded(n_points) // POINTS_PER_INVOCATION
     struct_bytes = layouts.TRANSFORM[plan.dtype].itemsize
     array_bytes = ROWS_AT_ONCE * struct_bytes
     n_groups = -(-len(matrices) // ROWS_AT_ONCE)
@@ -223,9 +217,9 @@ def upload_transforms(plan: Plan, matrices: npt.NDArray[np.float64], n_points: i
 
 
 def download_rows(plan: Plan, destination: Buffer, out: npt.NDArray[Any]) -> None:
-    """Copy `destination` into `out` (k, n, 2 or 3), leaving out what pads each row to whole quads."""
+    """Copy `destination` into `out` (k, n, 2 or 3), leaving out what pads each row to whole workgroups."""
     n_rows, n_points, n_components = out.shape
-    padded = rounded_up(n_points)
+    padded = plan.padded(n_points)
     n_used = (n_rows - 1) * padded + n_points
     with destination.downloaded(n_used * plan.point_bytes) as view:
         flat = view.view(plan.dtype).reshape(n_used, n_components)
