@@ -28,6 +28,7 @@ check: .venv/tools ## check format, lint and types
 .PHONY: bench
 bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/load.py
+	@$(BIN)/python benchmarks/transform.py
 
 .PHONY: wheel
 wheel: .venv/tools ## build dist/*.whl

@@ -212,7 +212,7 @@ def many_matrices(k: int, n_points: int) -> list[Row]:
     expected = points[None].astype(np.float64) @ stack[:, :3, :3].swapaxes(1, 2) + stack[:, None, :3, 3]
     checked(contenders, expected, 1e-4)
     del expected
-    seconds = medians(contenders, rounds=5, warm_up=1)
+    seconds = medians(contenders)
     best = min(("NumPy matmul", "NumPy einsum"), key=seconds.__getitem__)
     what = f"{k} matrices x {n_points:,} points"
     return [Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.5)]

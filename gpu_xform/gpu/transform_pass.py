@@ -164,10 +164,11 @@ def workgroup_size(device: Device) -> int:
 
 
 def max_rows(plan: Plan, most_bytes: int) -> int:
-    """Return how many results of a whole chunk one buffer takes: as many matrices are applied at once."""
+    """Return how many matrices are applied at once: as many results of a chunk as one buffer takes, in whole groups."""
     limits = plan.device.limits
     n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, most_bytes)
-    return max(1, n_bytes // (plan.chunk * plan.point_bytes))
+    rows = n_bytes // (plan.chunk * plan.point_bytes)
+    return max(1, rows if rows < ROWS_AT_ONCE else rows - rows % ROWS_AT_ONCE)
 
 
 def apply_in_place(plan: Plan, matrix: npt.NDArray[np.float64], points: Buffer, n_points: int, finish: Finish) -> None:
