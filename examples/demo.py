@@ -8,7 +8,7 @@ import numpy as np
 
 import gpu_xform as gx
 
-SIZE = (800, 800)
+SIZE = (1024, 1024)
 N_POINTS = 4_000_000
 
 
@@ -57,8 +57,8 @@ def main() -> None:
         print(f"wrote {path}")
     rate = measure(device)
     kind = "a CPU" if device.adapter.kind == "CPU" else device.adapter.kind
-    print(f"moved {N_POINTS / 1e6:.0f} million points, array in, array out, at {rate:,.0f} million a second")
-    print(f"on {device.name}, {kind}")
+    size = f"{N_POINTS / 1e6:.0f} million points"
+    print(f"{device.name}, {kind}: {size}, array in, array out, at {rate:,.0f} million a second")
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
     """Give a binary file that takes the place of `path` when the block ends, and vanishes if the block raises.
 
     A symbolic link stays, and its target is replaced. The permissions are those of any new file.
-    A device or a pipe is written to directly: replacing it would destroy it.
+    A device or a pipe is written to directly: replacing it would destroy it. What the system refuses names `path`.
     """
     if Path(path).exists() and not Path(path).is_file():
         with Path(path).open("wb") as file:
@@ -25,6 +25,8 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         with beside.open("xb") as file:
             yield file
         beside.replace(target)
-    except BaseException:
+    except BaseException as error:
         beside.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.filename == str(beside):
+            raise OSError(error.errno, error.strerror, os.fspath(path)) from None
         raise

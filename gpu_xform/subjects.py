@@ -4,7 +4,7 @@ import contextlib
 import itertools
 import os
 from collections.abc import Iterator
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ._arguments import Float64Array
 from ._points import host_array
 from .colors import FACE_CYCLE, ColorLike, packed, rgba
+from .edge_sets import EdgesLike, resolve_edges
 from .errors import ArgumentError, ArgumentTypeError, MeshError
 from .gpu.buffers import Buffer
 from .gpu.device import Device
@@ -32,7 +33,9 @@ class Subject(Protocol):
         """The number of points."""
         ...
 
-    def lines(self, edges: npt.ArrayLike | None, color: ColorLike) -> tuple[Edges, npt.NDArray[np.uint32]]:
+    def lines(
+        self, edges: EdgesLike | None, feature_angle: float, color: ColorLike
+    ) -> tuple[Edges, npt.NDArray[np.uint32]]:
         """Return the edges to draw (m, 2) in their order, and their packed colours (1,) or (m,)."""
         ...
 
@@ -69,14 +72,19 @@ class MeshSubject:
         """The number of points."""
         return self._mesh.n_points
 
-    def lines(self, edges: npt.ArrayLike | None, color: ColorLike) -> tuple[Edges, npt.NDArray[np.uint32]]:
+    def lines(
+        self, edges: EdgesLike | None, feature_angle: float, color: ColorLike
+    ) -> tuple[Edges, npt.NDArray[np.uint32]]:
         """Return the mesh's own edges where `edges` is None; for the colour "face", every face's outline."""
         mesh = self._mesh
         by_face = isinstance(color, str) and color == "face"
         if edges is not None:
             if by_face:
                 raise ArgumentError("color 'face' draws the outlines of faces: it cannot go with edges of one's own")
-            return edge_array(edges, mesh.n_points), packed([rgba(color, "color")])
+            chosen = resolve_edges(mesh, edges, feature_angle)
+            if len(chosen) == 0:
+                raise MeshError(f"edges must choose at least one edge, {edges!r} chooses none of {len(mesh.edges)}")
+            return chosen.astype(np.uint32), packed([rgba(color, "color")])
         if len(mesh.face_edges) == 0:
             raise MeshError(f"model must have edges to draw, got {mesh.n_points} points and {mesh.n_faces} faces")
         if len(mesh.edges) == 0:
@@ -115,12 +123,16 @@ class BufferSubject:
         """The number of points."""
         return len(self._points)
 
-    def lines(self, edges: npt.ArrayLike | None, color: ColorLike) -> tuple[Edges, npt.NDArray[np.uint32]]:
-        """Return `edges`, checked, in one colour."""
+    def lines(
+        self, edges: EdgesLike | None, _feature_angle: float, color: ColorLike
+    ) -> tuple[Edges, npt.NDArray[np.uint32]]:
+        """Return `edges`, an array, checked, in one colour."""
         if edges is None:
             raise ArgumentError("edges must say which points of a PointBuffer are joined, got None")
         if isinstance(color, str) and color == "face":
             raise ArgumentError("color 'face' needs a model with faces, got a PointBuffer")
+        if isinstance(edges, str):
+            raise ArgumentError(f"edges by name need a model with faces, got {edges!r} for a PointBuffer")
         return edge_array(edges, self.n_points), packed([rgba(color, "color")])
 
     def outline(self, world_from_model: Float64Array) -> Float64Array:
@@ -138,7 +150,7 @@ class BufferSubject:
         yield self._points.resident(), np.eye(4) if pending is None else pending
 
 
-def edge_array(edges: npt.ArrayLike, n_points: int) -> Edges:
+def edge_array(edges: Any, n_points: int) -> Edges:
     """Return `edges` as (m, 2) uint32, m > 0, of indices below `n_points`."""
     array = host_array(edges, "edges")
     if array.dtype.kind not in "iu":

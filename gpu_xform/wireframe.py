@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 
 from . import images
 from ._arguments import MatrixLike, number, square_matrix
 from .cameras import Camera
 from .colors import ColorLike, rgba
+from .edge_sets import EdgesLike
 from .errors import ArgumentError, ArgumentTypeError
 from .gpu import line_pass
 from .gpu.device import Device, default_device
@@ -27,7 +27,8 @@ WIDEST_LINE = 1e6  # beyond that single precision loses the line's rim
 def render(
     model: Model,
     *,
-    edges: npt.ArrayLike | None = None,
+    edges: EdgesLike | None = None,
+    feature_angle: float = 30.0,
     transform: MatrixLike | None = None,
     camera: Camera | None = None,
     size: Size = (1024, 1024),
@@ -39,7 +40,9 @@ def render(
     """Draw the edges of a model; return a Pillow image, mode RGBA.
 
     model : a Mesh, the path of a model file, or a PointBuffer (n, 3), which is drawn where it is
-    edges : (m, 2) indices of the points to join; by default the model's own, which a PointBuffer has not
+    edges : which to draw: "all", "feature" (creases and rims), "boundary" (rims), (m, 2) indices of points, or several
+        of these; by default all, in a PointBuffer none but those given
+    feature_angle : degrees by which two faces must turn at a crease
     transform : (4, 4), from the model to the world; the identity by default
     camera : `Camera.fit` of the transformed model by default
     size : (width, height) in pixels
@@ -55,6 +58,7 @@ def render(
         render_array(
             model,
             edges=edges,
+            feature_angle=feature_angle,
             transform=transform,
             camera=camera,
             size=size,
@@ -69,7 +73,8 @@ def render(
 def render_array(
     model: Model,
     *,
-    edges: npt.ArrayLike | None = None,
+    edges: EdgesLike | None = None,
+    feature_angle: float = 30.0,
     transform: MatrixLike | None = None,
     camera: Camera | None = None,
     size: Size = (1024, 1024),
@@ -85,7 +90,7 @@ def render_array(
     line_width = number(line_width, "line_width")
     if not 0.0 < line_width <= WIDEST_LINE:
         raise ArgumentError(f"line_width must be positive and at most {WIDEST_LINE:g}, got {line_width:g}")
-    drawn, colors = shown.lines(edges, color)
+    drawn, colors = shown.lines(edges, feature_angle, color)
     backdrop = (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
     if camera is None:
         camera = Camera.fit(shown.outline(world_from_model))

@@ -173,3 +173,26 @@ def test_points_behind_a_projection_s_eye_are_not_framed() -> None:
     triangle = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     camera = Camera.fit(triangle, direction=(0, 0, -1))
     assert np.array_equal(drawn(*options, model="point.obj"), render_array(triangle, size=(120, 80), camera=camera))
+
+
+def test_edges_are_chosen_by_name() -> None:
+    house = samples.house()
+    split = Mesh(house.positions, house.to_trimesh().faces)
+    save_mesh(split, "split.obj")
+    assert np.array_equal(drawn("--edges", "feature", model="split.obj"), drawn())
+    assert not np.array_equal(drawn(model="split.obj"), drawn())
+    # The walls stand at right angles; nothing else turns as far.
+    sharp, some = drawn("--edges", "feature", "--feature-angle", "89", model="split.obj"), drawn()
+    assert (sharp != some).any()
+    assert ((sharp == some) | (sharp == 255)).mean() > 0.98
+    save_mesh(samples.grid(3), "grid.obj")
+    rim = drawn("--edges", "boundary", model="grid.obj")
+    assert np.array_equal(drawn("--edges", "boundary,feature", model="grid.obj"), rim)
+    assert not np.array_equal(drawn(model="grid.obj"), rim)
+
+
+@pytest.mark.parametrize("options", [["--edges", "creases"], ["--feature-angle", "181"], ["--feature-angle", "x"]])
+def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "house.obj", "-o", "out.png", *options]) == 2
+    assert options[0] in capsys.readouterr().err
+    assert not Path("out.png").exists()

@@ -88,6 +88,7 @@ def test_edges_of_ones_own_replace_the_meshes() -> None:
         ({"edges": np.empty((0, 2), int)}, ArgumentError, r"got \(0, 2\)"),
         ({"edges": [[0.0, 1.0]]}, ArgumentTypeError, "edges must hold integers, got dtype float64"),
         ({"edges": [[0, 1]], "color": "face"}, ArgumentError, "needs a model with faces"),
+        ({"edges": "feature"}, ArgumentError, "edges by name need a model with faces, got 'feature'"),
     ],
 )
 def test_edges_that_do_not_fit_are_refused(kwargs: dict[str, Any], error: type[Exception], message: str) -> None:
@@ -105,3 +106,38 @@ def test_points_of_the_plane_and_of_another_device_are_refused(staging_device: D
         gx.render(flat, edges=[[0, 1]])
     with gx.PointBuffer(np.ones((4, 3))) as points, pytest.raises(ArgumentError, match="they must be one"):
         gx.render(points, edges=[[0, 1]], camera=CAMERA, device=staging_device)
+
+
+SPLIT = gx.Mesh(gx.samples.cube().positions, gx.samples.cube().to_trimesh().faces)
+
+
+def test_the_creases_of_a_triangulated_cube_draw_the_cube() -> None:
+    cube = gx.render_array(gx.samples.cube(), camera=CAMERA, size=(300, 200))
+    assert np.array_equal(gx.render_array(SPLIT, edges="feature", camera=CAMERA, size=(300, 200)), cube)
+    assert not np.array_equal(gx.render_array(SPLIT, camera=CAMERA, size=(300, 200)), cube)
+    assert np.array_equal(gx.render_array(SPLIT, edges="all", camera=CAMERA), gx.render_array(SPLIT, camera=CAMERA))
+
+
+def test_the_angle_says_what_a_crease_is() -> None:
+    with pytest.raises(gx.MeshError, match="edges must choose at least one edge, 'feature' chooses none of 18"):
+        gx.render(SPLIT, edges="feature", feature_angle=91)
+    with pytest.raises(ArgumentError, match=r"feature_angle must be in 0\.\.180 degrees, got 181"):
+        gx.render(SPLIT, edges="feature", feature_angle=181)
+
+
+def test_sets_of_edges_combine() -> None:
+    grid = gx.samples.grid(4)
+    camera = gx.Camera.window((-1.5, 1.5), (-1, 1))
+    rim = gx.render_array(grid, edges="boundary", camera=camera, size=(300, 200))
+    both = gx.render_array(grid, edges=["boundary", [[0, 6]]], camera=camera, size=(300, 200))
+    alone = gx.render_array(grid, edges=[[0, 6]], camera=camera, size=(300, 200))
+    only_rim, only_alone = (alone == 255).all(axis=2), (rim == 255).all(axis=2)
+    assert np.array_equal(both[only_rim], rim[only_rim])
+    assert np.array_equal(both[only_alone], alone[only_alone])
+    assert (alone != 255).any()
+    assert (rim != 255).any()
+
+
+def test_an_unknown_set_of_edges_is_refused() -> None:
+    with pytest.raises(ArgumentError, match="creases"):
+        gx.render(SPLIT, edges="creases")

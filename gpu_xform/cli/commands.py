@@ -36,6 +36,8 @@ def render(options: Namespace) -> int:
     try:
         image = wireframe.render(
             mesh,
+            edges=options.edges,
+            feature_angle=options.feature_angle,
             transform=world_from_model,
             camera=_camera(options, world_positions(mesh.positions, world_from_model)),
             size=options.resolution,

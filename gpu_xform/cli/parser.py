@@ -36,7 +36,7 @@ position. Colours are names, #rrggbb, or R,G,B from 0 to 1.
 
 examples:
   gpu-xform render ball.wrl -o ball.png --color face --no-background
-  gpu-xform render part.stl -o part.png --up +Z --resolution 1920,1080
+  gpu-xform render part.stl -o part.png --up +Z --edges feature
   gpu-xform render house.obj -o top.png --camera-direction -Y \\
       --camera-view-up -Z --camera-orthographic
   gpu-xform render house.obj -o - --rotate-x -90 | display
@@ -252,6 +252,19 @@ def _add_picture(parser: Parser) -> None:
         type=values.line_color,
         default="black",
         help="or 'face', one for each (default: %(default)s)",
+    )
+    group.add_argument(
+        "--edges",
+        metavar="SET[,...]",
+        type=values.edge_sets,
+        help="all, feature (creases and rims) or boundary (default: all)",
+    )
+    group.add_argument(
+        "--feature-angle",
+        metavar="DEG",
+        type=values.feature_angle,
+        default="30",
+        help="the least turn at a crease (default: %(default)s)",
     )
     either = group.add_mutually_exclusive_group()
     either.add_argument(

@@ -196,3 +196,24 @@ def counts(text: str) -> list[int]:
     if not all(1 <= size <= 1e12 and size.is_integer() for size in sizes):
         raise ValueError(f"expected positive whole numbers N,N,..., got {shortened(text)}")
     return [int(size) for size in sizes]
+
+
+EDGE_SETS = ("all", "feature", "boundary")
+
+
+@option_value
+def edge_sets(text: str) -> list[str]:
+    """Read one or more names of edge sets."""
+    names = [name.strip() for name in text.split(",")]
+    if not set(names) <= set(EDGE_SETS):
+        raise ValueError(f"expected {', '.join(EDGE_SETS)}, or several of these, got {shortened(text)}")
+    return names
+
+
+@option_value
+def feature_angle(text: str) -> float:
+    """Read degrees from 0 to 180."""
+    (degrees,) = numbers(text, "degrees", 1)
+    if not 0.0 <= degrees <= 180.0:
+        raise ValueError(f"expected degrees from 0 to 180, got {shortened(text)}")
+    return degrees

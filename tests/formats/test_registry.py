@@ -218,3 +218,15 @@ def test_atomic_write_of_bytes(tmp_path: Path) -> None:
         interrupted()
     assert path.read_bytes() == b"picture"
     assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.mark.parametrize("place", ["missing/cube.obj", "file/cube.obj"])
+def test_a_place_that_takes_no_file_is_named_as_it_was_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("file").write_text("not a folder")
+    with pytest.raises(OSError, match=place) as caught:
+        save_mesh(samples.cube(), place)
+    assert caught.value.filename == place
+    assert isinstance(caught.value, FileNotFoundError | NotADirectoryError)
