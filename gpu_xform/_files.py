@@ -3,7 +3,7 @@
 import os
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -26,7 +26,8 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             yield file
         beside.replace(target)
     except BaseException as error:
-        beside.unlink(missing_ok=True)
+        with suppress(OSError):  # where it was never made, or its folder is none
+            beside.unlink()
         if isinstance(error, OSError) and error.filename == str(beside):
             raise OSError(error.errno, error.strerror, os.fspath(path)) from None
         raise
