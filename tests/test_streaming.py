@@ -93,7 +93,7 @@ def test_an_interrupted_run_leaves_nothing_that_looks_finished_and_is_resumed(tm
     assert not destination.exists()
     partial = tmp_path / "out.npy.partial"
     with partial.open("ab") as file:
-        file.write(b"torn")  # what a killed process may leave
+        file.write(b"torn" * 151)  # what a killed process may leave: 50 points of a chunk, and a part of one
     told: list[int] = []
     gx.transform_file(source, destination, AFFINE, resume=True, progress=lambda done, _: told.append(done))
     assert told == [500, 600, 700, 800, 900, 950]
