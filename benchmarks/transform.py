@@ -22,8 +22,9 @@ from gpu_xform.gpu import transform_pass
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.compute import bind, dispatch
 from gpu_xform.gpu.device import default_device
+from gpu_xform.gpu.plans import Plan
 from gpu_xform.gpu.timing import kernel_seconds
-from gpu_xform.gpu.transform_pass import Finish, Plan
+from gpu_xform.gpu.transform_pass import Finish
 
 Points = npt.NDArray[Any]
 

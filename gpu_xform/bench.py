@@ -13,8 +13,9 @@ from . import matrices
 from .errors import DeviceError
 from .gpu import transform_pass
 from .gpu.device import Device
+from .gpu.plans import Plan
 from .gpu.timing import kernel_seconds
-from .gpu.transform_pass import Finish, Plan
+from .gpu.transform_pass import Finish
 from .transform import transform_points
 
 ROUNDS = 7

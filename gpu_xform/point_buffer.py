@@ -14,7 +14,8 @@ from .gpu import reduce_pass, transform_pass
 from .gpu.buffers import Buffer
 from .gpu.device import Device, default_device
 from .gpu.line_pass import Points
-from .gpu.transform_pass import Finish, Plan
+from .gpu.plans import Plan
+from .gpu.transform_pass import Finish
 
 
 class PointBuffer:

@@ -17,7 +17,7 @@ from .errors import ArgumentError, ArgumentTypeError, MeshError
 from .gpu.buffers import Buffer
 from .gpu.device import Device
 from .gpu.line_pass import Points
-from .gpu.transform_pass import rounded_up
+from .gpu.plans import rounded_up
 from .mesh import Mesh
 from .point_buffer import PointBuffer
 

@@ -26,7 +26,7 @@ from gpu_xform.errors import ArgumentError, ArgumentTypeError, PrecisionError, S
 from gpu_xform.gpu import transform_pass
 from gpu_xform.gpu.compute import dispatch
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.transform_pass import Plan
+from gpu_xform.gpu.plans import Plan
 
 Array = npt.NDArray[Any]
 Limited = Callable[..., Device]
@@ -512,3 +512,35 @@ def test_several_threads_share_the_default_device() -> None:
 def test_points_in_the_plane_take_planar_matrices() -> None:
     steps = gx.chain(planar.scale(0.3), planar.rotate(90, degrees=True), planar.translate(-0.5, 2))
     assert np.array_equal(gx.transform_points([[1, 0], [0, 1]], steps), [[-0.5, 2.3], [-0.8, 2.0]])
+
+
+@pytest.mark.parametrize("n", [1, 5461, 5462, 3 * 5461 + 7])
+@pytest.mark.parametrize("dtype", DTYPES)
+def test_two_chunks_under_way_do_not_mix(
+    n: int, dtype: npt.DTypeLike, staging_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(transform_pass, "STAGED_BYTES", 65536)
+    points = some_points(n, dtype)
+    assert_transformed(gx.transform_points(points, AFFINE, device=staging_device), points, AFFINE)
+    expected = gx.transform_points(points, AFFINE)
+    assert gx.transform_points(points, AFFINE, out=points, device=staging_device).tobytes() == expected.tobytes()
+
+
+def test_a_chunk_is_read_while_the_next_is_under_way(staging_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(transform_pass, "STAGED_BYTES", 65536)
+    happened: list[str] = []
+
+    def told(name: str) -> None:
+        function = getattr(transform_pass, name)
+
+        def spy(*args: Any, **kwargs: Any) -> None:
+            happened.append(name)
+            function(*args, **kwargs)
+
+        monkeypatch.setattr(transform_pass, name, spy)
+
+    told("apply_in_place")
+    told("download_rows")
+    gx.transform_points(some_points(15_000, np.float32), AFFINE, device=staging_device)  # three chunks of 5,120
+    sent, read = "apply_in_place", "download_rows"
+    assert happened == [sent, sent, read, sent, read, read]

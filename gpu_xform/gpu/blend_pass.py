@@ -8,7 +8,8 @@ import numpy.typing as npt
 from . import layouts
 from .compute import bind, dispatch
 from .device import Device
-from .transform_pass import Finish, Plan, upload_transforms
+from .plans import Plan
+from .transform_pass import Finish, upload_transforms
 
 
 def blend(

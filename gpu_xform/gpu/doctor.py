@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import __version__
 from ..errors import GpuXformError, NoAdapterError
-from . import line_pass, self_test, transform_pass
+from . import line_pass, plans, self_test, transform_pass
 from .adapters import Adapter, adapters, described, find_adapter
 from .buffers import Buffer
 from .device import HOST_MAPPABLE_KINDS, Device
@@ -138,7 +138,7 @@ def _picture(device: Device) -> tuple[bool, str]:
     """Draw a line two pixels wide, left of and above the middle, and look at the pixels on it and away from it."""
     ends = np.array([(-0.75, 0.5, 0.5), (0.25, 0.5, 0.5)], np.float32)
     edges, white = np.array([(0, 1)], np.uint32), np.array([0xFFFFFFFF], np.uint32)
-    buffer = Buffer(device, transform_pass.rounded_up(len(ends)) * 12)
+    buffer = Buffer(device, plans.rounded_up(len(ends)) * 12)
     try:
         buffer.upload(ends)
         points = line_pass.Points(buffer, len(ends), ends.dtype)

@@ -11,8 +11,9 @@ from . import layouts
 from .buffers import UNIFORM, Buffer
 from .compute import bind, dispatch
 from .device import Device
+from .plans import POINTS_PER_INVOCATION, precision_name, rounded_up, workgroup_size
 from .targets import FORMAT, Target
-from .transform_pass import POINTS_PER_INVOCATION, ROWS_AT_ONCE, Finish, precision_name, rounded_up, workgroup_size
+from .transform_pass import ROWS_AT_ONCE, Finish
 
 CLIP_POSITION_BYTES = 16
 EDGE_BYTES = 8

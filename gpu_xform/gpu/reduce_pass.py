@@ -7,7 +7,8 @@ import numpy.typing as npt
 
 from .buffers import Buffer
 from .compute import bind, dispatch
-from .transform_pass import Finish, Plan, upload_transforms
+from .plans import Plan
+from .transform_pass import Finish, upload_transforms
 
 POINTS_PER_INVOCATION = 128
 

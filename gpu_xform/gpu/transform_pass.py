@@ -1,27 +1,23 @@
 """Points through matrices, in chunks that the device can hold."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import wgpu
 
 from .._memmap import let_go
 from . import layouts
-from .buffers import UNIFORM, Buffer
+from .buffers import READBACK, UNIFORM, Buffer
 from .compute import Binding, bind, dispatch
 from .device import Device
+from .plans import POINTS_PER_INVOCATION, Plan
 
-POINTS_PER_INVOCATION = 4
-WORKGROUP_SIZE = 256  # 64 takes half as long again on lavapipe
 ROWS_AT_ONCE = 4  # matrices that one dispatch applies; the length of the WGSL array
 UNIFORM_ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
 
-RESIDENT_BYTES = 128 << 20  # of a part of what stays on the device
-STAGED_BYTES = 64 << 20  # of a chunk that goes there and back over a bus
+BATCH_BYTES = 64 << 20  # of the results of several matrices that come back at once
+STAGED_BYTES = 16 << 20  # of a chunk that goes there and back over a bus, one of two under way
 # On a CPU a chunk should still be in its caches when it is copied back: 8 MiB take a quarter less than all at once, and
 # smaller ones lose that to the calls.
 CACHED_BYTES = 8 << 20
@@ -33,72 +29,6 @@ class Finish(IntEnum):
     AS_IT_IS = 0
     DIVIDED_BY_W = 1
     NORMALIZED = 2
-
-
-@dataclass(frozen=True)
-class Plan:
-    """How an array is cut for one device: `chunk` points a dispatch, in whole workgroups, computed in `dtype`."""
-
-    device: Device
-    dtype: np.dtype[Any]
-    n_components: int
-    workgroup_size: int
-    chunk: int
-
-    @classmethod
-    def of(
-        cls,
-        device: Device,
-        n_points: int,
-        n_components: int,
-        dtype: np.dtype[Any],
-        *,
-        points_per_invocation: int = POINTS_PER_INVOCATION,
-        widest: int = 0,
-        most_bytes: int = RESIDENT_BYTES,
-    ) -> "Plan":
-        """Plan `n_points` of `n_components` numbers: chunks as large as bindings and dispatches may be.
-
-        widest : numbers a point in the widest array bound beside the points
-        most_bytes : of a chunk
-        """
-        limits = device.limits
-        n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, most_bytes)
-        in_binding = n_bytes // (max(n_components, widest) * dtype.itemsize)
-        own_size = max(1, min(workgroup_size(device), in_binding // POINTS_PER_INVOCATION))
-        in_dispatch = limits.max_workgroups * own_size * points_per_invocation
-        group = POINTS_PER_INVOCATION * own_size
-        most = max(min(in_binding, in_dispatch) // group, 1) * group
-        return cls(device, dtype, n_components, own_size, min(most, -(-n_points // group) * group))
-
-    def padded(self, n_points: int) -> int:
-        """Return `n_points` rounded up to whole workgroups of four points an invocation."""
-        group = POINTS_PER_INVOCATION * self.workgroup_size
-        return -(-n_points // group) * group
-
-    @property
-    def point_bytes(self) -> int:
-        """Bytes of one point on the device."""
-        return self.n_components * self.dtype.itemsize
-
-    @property
-    def precision(self) -> str:
-        """How the shader files name the number type."""
-        return precision_name(self.dtype)
-
-    def n_workgroups(self, n_points: int) -> int:
-        """Return how many workgroups take `n_points`, four an invocation."""
-        return self.padded(n_points) // (POINTS_PER_INVOCATION * self.workgroup_size)
-
-    def pipeline(self, stage: str, **constants: float) -> wgpu.GPUComputePipeline:
-        """Return the pipeline of `stage` for points of this number type and dimension."""
-        name = f"{stage}{'_2d' if self.n_components == 2 else ''}_{self.precision}"
-        return self.device.pipelines.compute(name, workgroup_size=self.workgroup_size, **constants)
-
-    def chunks(self, n_points: int) -> Iterator[slice]:
-        """Cut `n_points` into consecutive slices."""
-        for start in range(0, n_points, self.chunk):
-            yield slice(start, min(start + self.chunk, n_points))
 
 
 def transform(
@@ -119,8 +49,8 @@ def transform(
     if len(matrices) == 1:
         transform_once(device, points, matrices[0], out[0], dtype, finish)
         return
-    plan = Plan.of(device, n_points, n_components, dtype, most_bytes=STAGED_BYTES)
-    rows = min(max_rows(plan, STAGED_BYTES), len(matrices))
+    plan = Plan.of(device, n_points, n_components, dtype, most_bytes=BATCH_BYTES)
+    rows = min(max_rows(plan, BATCH_BYTES), len(matrices))
     with device.lock:
         source = device.pool.get("source", plan.chunk * plan.point_bytes)
         destination = device.pool.get("destination", rows * plan.chunk * plan.point_bytes)
@@ -141,26 +71,61 @@ def transform_once(
     finish: Finish,
 ) -> None:
     """Write one `matrix` (4, 4) applied to `points` (n, 2 or 3) into `out`, which may be `points` itself."""
-    most_bytes = CACHED_BYTES if device.host_mappable else STAGED_BYTES
-    plan = Plan.of(device, len(points), points.shape[1], dtype, most_bytes=most_bytes)
+    once = mapped_once if device.host_mappable else staged_once
     with device.lock:
-        buffer = device.pool.get("source", plan.chunk * plan.point_bytes)
-        for part in plan.chunks(len(points)):
-            upload_part(plan, buffer, points, part)
-            apply_in_place(plan, matrix, buffer, part.stop - part.start, finish)
-            download_rows(plan, buffer, out[None, part])
-            let_go(out[part])
+        once(device, points, matrix, out, dtype, finish)
+
+
+def mapped_once(
+    device: Device,
+    points: npt.NDArray[Any],
+    matrix: npt.NDArray[np.float64],
+    out: npt.NDArray[Any],
+    dtype: np.dtype[Any],
+    finish: Finish,
+) -> None:
+    """Do it where the host maps the device's memory: a chunk in, through the shader and out, while it is cached."""
+    plan = Plan.of(device, len(points), points.shape[1], dtype, most_bytes=CACHED_BYTES)
+    buffer = device.pool.get("source", plan.chunk * plan.point_bytes)
+    for part in plan.chunks(len(points)):
+        upload_part(plan, buffer, points, part)
+        apply_in_place(plan, matrix, buffer, part.stop - part.start, finish)
+        download_rows(plan, buffer, out[None, part])
+        let_go(out[part])
+
+
+def staged_once(
+    device: Device,
+    points: npt.NDArray[Any],
+    matrix: npt.NDArray[np.float64],
+    out: npt.NDArray[Any],
+    dtype: np.dtype[Any],
+    finish: Finish,
+) -> None:
+    """Do it over a bus, with two chunks under way: while the device has one, the host reads the one before it."""
+    plan = Plan.of(device, len(points), points.shape[1], dtype, most_bytes=STAGED_BYTES)
+    n_bytes = plan.chunk * plan.point_bytes
+    parts = list(plan.chunks(len(points)))
+    turns = range(min(2, len(parts)))
+    buffers = [device.pool.get(f"source {turn}", n_bytes) for turn in turns]
+    ways_back = [device.pool.get(f"way back {turn}", n_bytes, READBACK) for turn in turns]
+
+    def collect(k: int) -> None:
+        download_rows(plan, ways_back[k % 2], out[None, parts[k]])
+        let_go(out[parts[k]])
+
+    for k, part in enumerate(parts):
+        upload_part(plan, buffers[k % 2], points, part)
+        apply_in_place(plan, matrix, buffers[k % 2], part.stop - part.start, finish, way_back=ways_back[k % 2])
+        if k > 0:
+            collect(k - 1)
+    collect(len(parts) - 1)
 
 
 def upload_part(plan: Plan, source: Buffer, points: npt.NDArray[Any], part: slice) -> None:
     """Copy a part of `points` to the start of `source`."""
     source.upload(np.ascontiguousarray(points[part], plan.dtype))
     let_go(points[part])
-
-
-def workgroup_size(device: Device) -> int:
-    """Return how many invocations make a workgroup."""
-    return min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
 
 
 def max_rows(plan: Plan, most_bytes: int) -> int:
@@ -171,12 +136,23 @@ def max_rows(plan: Plan, most_bytes: int) -> int:
     return max(1, rows if rows < ROWS_AT_ONCE else rows - rows % ROWS_AT_ONCE)
 
 
-def apply_in_place(plan: Plan, matrix: npt.NDArray[np.float64], points: Buffer, n_points: int, finish: Finish) -> None:
-    """Dispatch `matrix` (4, 4) on the first `n_points` of `points`."""
+def apply_in_place(
+    plan: Plan,
+    matrix: npt.NDArray[np.float64],
+    points: Buffer,
+    n_points: int,
+    finish: Finish,
+    *,
+    way_back: Buffer | None = None,
+) -> None:
+    """Dispatch `matrix` (4, 4) on the first `n_points` of `points`; copy the result to `way_back`, if there is one."""
     pipeline = plan.pipeline("transform_in_place", finish=finish)
     (transforms,) = upload_transforms(plan, matrix[None], n_points)
-    with plan.device.recording(transforms.buffer, points) as encoder:
+    used = [transforms.buffer, points, *([way_back] if way_back else [])]
+    with plan.device.recording(*used) as encoder:
         dispatch(encoder, pipeline, bind(plan.device, pipeline, (transforms, points)), plan.n_workgroups(n_points))
+        if way_back:
+            encoder.copy_buffer_to_buffer(points.handle, 0, way_back.handle, 0, n_points * plan.point_bytes)
 
 
 def apply(
@@ -226,13 +202,3 @@ def download_rows(plan: Plan, destination: Buffer, out: npt.NDArray[Any]) -> Non
         flat = view.view(plan.dtype).reshape(n_used, n_components)
         for row in range(n_rows):
             out[row] = flat[row * padded : row * padded + n_points]
-
-
-def precision_name(dtype: np.dtype[Any]) -> str:
-    """Return how the shader files name a number type."""
-    return "f64" if dtype == np.float64 else "f32"
-
-
-def rounded_up(n_points: int) -> int:
-    """Return `n_points` rounded up to whole invocations."""
-    return -(-n_points // POINTS_PER_INVOCATION) * POINTS_PER_INVOCATION
