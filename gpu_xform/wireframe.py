@@ -33,6 +33,7 @@ def render(
     camera: Camera | None = None,
     size: Size = (1024, 1024),
     line_width: float = 1.5,
+    antialias: bool = True,
     color: ColorLike = "black",
     background: ColorLike | None = "white",
     device: Device | None = None,
@@ -47,6 +48,7 @@ def render(
     camera : `Camera.fit` of the transformed model by default
     size : (width, height) in pixels
     line_width : pixels, positive and at most 1e6
+    antialias : False draws lines one pixel wide, each pixel on or off: fast, and whatever line_width says
     color : a name, "#rrggbb", or numbers from 0 to 1; "face" draws the outline of each face in its own colour, from a
         cycle of ten, later faces over earlier ones
     background : a colour, or None for transparent
@@ -63,6 +65,7 @@ def render(
             camera=camera,
             size=size,
             line_width=line_width,
+            antialias=antialias,
             color=color,
             background=background,
             device=device,
@@ -79,6 +82,7 @@ def render_array(
     camera: Camera | None = None,
     size: Size = (1024, 1024),
     line_width: float = 1.5,
+    antialias: bool = True,
     color: ColorLike = "black",
     background: ColorLike | None = "white",
     device: Device | None = None,
@@ -107,7 +111,7 @@ def render_array(
             drawn,
             colors,
             size=(width, height),
-            line_width=line_width,
+            line_width=line_width if antialias else None,
             background=backdrop,
         )
     return premultiplied if backdrop[3] == 1.0 else images.straight_alpha(premultiplied)

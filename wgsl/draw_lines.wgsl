@@ -1,22 +1,12 @@
 // Edges to anti-aliased lines of any width: a quad around each, its pixels lit by how much of them the line covers.
 #import coverage
-
-struct Picture {
-    size: vec2<f32>, // pixels
-    line_width: f32, // pixels
-    n_colors: u32, // 1, or one an edge
-}
+#import picture
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) ends: vec4<f32>, // pixels
     @location(1) @interpolate(flat) color: vec4<f32>, // straight alpha
 }
-
-@group(0) @binding(0) var<uniform> picture: Picture;
-@group(0) @binding(1) var<storage, read> projected: array<vec4<f32>>;
-@group(0) @binding(2) var<storage, read> edges: array<vec2<u32>>;
-@group(0) @binding(3) var<storage, read> colors: array<u32>;
 
 const PIXEL_RADIUS = 0.7072; // of a pixel's circumscribed circle
 
@@ -75,7 +65,7 @@ fn vs_main(@builtin(vertex_index) corner: u32, @builtin(instance_index) index: u
     let pixel = base + normal * select(-reach, reach, above);
     out.position = vec4((pixel / picture.size - 0.5) * vec2(2.0, -2.0), 0.0, 1.0);
     out.ends = vec4(p, q);
-    out.color = unpack4x8unorm(colors[min(index, picture.n_colors - 1u)]);
+    out.color = edge_color(index);
     return out;
 }
 

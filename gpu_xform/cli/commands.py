@@ -42,6 +42,7 @@ def render(options: Namespace) -> int:
             camera=_camera(options, world_positions(mesh.positions, world_from_model)),
             size=options.resolution,
             line_width=options.line_width,
+            antialias=options.antialias,
             color=options.color,
             background=options.background,
             device=_device(options),

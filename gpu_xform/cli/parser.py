@@ -254,6 +254,9 @@ def _add_picture(parser: Parser) -> None:
         help="or 'face', one for each (default: %(default)s)",
     )
     group.add_argument(
+        "--no-antialias", action="store_false", dest="antialias", help="lines one pixel wide, on or off: fast"
+    )
+    group.add_argument(
         "--edges",
         metavar="SET[,...]",
         type=values.edge_sets,

@@ -48,13 +48,14 @@ def draw(
     colors: npt.NDArray[np.uint32],
     *,
     size: tuple[int, int],
-    line_width: float,
+    line_width: float | None,
     background: tuple[float, float, float, float],
 ) -> npt.NDArray[np.uint8]:
     """Draw the edges in their order, each over the ones before it; return premultiplied (height, width, 4).
 
     clip_from_points : (4, 4)
     edges : (m, 2), m > 0
+    line_width : pixels; None for the device's own lines, one pixel wide and not anti-aliased
     colors : (1,) or (m,), as WGSL's `unpack4x8unorm` takes them
     """
     with device.lock, contextlib.ExitStack() as stack:
@@ -75,14 +76,17 @@ def draw(
         transforms = filled(np.tile(struct, ROWS_AT_ONCE), UNIFORM)
         constants = {"workgroup_size": workgroup_size(device), "finish": Finish.AS_IT_IS}
         project = device.pipelines.compute(f"project_vertices_{precision_name(points.dtype)}", **constants)
-        lines = device.pipelines.render("draw_lines", "triangle-strip", FORMAT)
+        if line_width is None:
+            lines = device.pipelines.render("draw_thin_lines", "line-list", FORMAT)
+        else:
+            lines = device.pipelines.render("draw_lines", "triangle-strip", FORMAT)
 
         batch = binding_bytes(device) // EDGE_BYTES
         batches = []
         for start in range(0, len(edges), batch):
             part = edges[start : start + batch]
             own = colors if len(colors) == 1 else colors[start : start + batch]
-            picture = filled(layouts.picture_struct(size, line_width, len(own)), UNIFORM)
+            picture = filled(layouts.picture_struct(size, line_width or 1.0, len(own)), UNIFORM)
             buffers = (picture, projected, filled(part), filled(own))
             batches.append((len(part), buffers, bind(device, lines, buffers)))
 
@@ -100,7 +104,10 @@ def draw(
             render.set_pipeline(lines)
             for n_edges, _, bindings in batches:
                 render.set_bind_group(0, bindings)
-                render.draw(4, n_edges)
+                if line_width is None:
+                    render.draw(2 * n_edges)
+                else:
+                    render.draw(4, n_edges)
             render.end()
             target.copy_rows(encoder)
         return target.pixels()
