@@ -88,7 +88,7 @@ def write_picture(image: "Image", path: str) -> None:
     image.save(png, "PNG")
     with _output(path) as file:
         # Not by Pillow, which calls every failure to write an encoder's error.
-        file.write(png.getbuffer())
+        file.write(png.getvalue())
 
 
 @contextlib.contextmanager
