@@ -127,7 +127,7 @@ def resolve_edges(
         if isinstance(part, str) and part not in finders:
             names = ", ".join(map(repr, finders))
             raise ArgumentError(f"edges must be {names} or an array of shape (m, 2), got {part!r}")
-        pairs.append(_pairs(finders[part](mesh) if isinstance(part, str) else part, mesh.n_points))
+        pairs.append(index_pairs(finders[part](mesh) if isinstance(part, str) else part, mesh.n_points))
     if len(pairs) == 1:
         return pairs[0]
     keys = np.unique(_packed(*np.concatenate(pairs).T))
@@ -180,7 +180,7 @@ def _parts(edges: EdgesLike) -> list[Any]:
     return [parts]
 
 
-def _pairs(value: npt.ArrayLike, n_points: int) -> IndexArray:
+def index_pairs(value: Any, n_points: int) -> IndexArray:
     """Return `value` as (m, 2) int64 of indices below `n_points`."""
     try:
         array = np.asarray(value)

@@ -4,15 +4,14 @@ import contextlib
 import itertools
 import os
 from collections.abc import Iterator
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ._arguments import Float64Array
-from ._points import host_array
 from .colors import FACE_CYCLE, ColorLike, packed, rgba
-from .edge_sets import EdgesLike, resolve_edges
+from .edge_sets import EdgesLike, index_pairs, resolve_edges
 from .errors import ArgumentError, ArgumentTypeError, MeshError
 from .gpu.buffers import Buffer
 from .gpu.device import Device
@@ -133,7 +132,10 @@ class BufferSubject:
             raise ArgumentError("color 'face' needs a model with faces, got a PointBuffer")
         if isinstance(edges, str):
             raise ArgumentError(f"edges by name need a model with faces, got {edges!r} for a PointBuffer")
-        return edge_array(edges, self.n_points), packed([rgba(color, "color")])
+        pairs = index_pairs(edges, self.n_points)
+        if len(pairs) == 0:
+            raise ArgumentError("edges must hold at least one pair of points, got none")
+        return pairs.astype(np.uint32), packed([rgba(color, "color")])
 
     def outline(self, world_from_model: Float64Array) -> Float64Array:
         """Return the corners of the points' box, found on the device."""
@@ -148,19 +150,6 @@ class BufferSubject:
             raise ArgumentError(f"model is on {self._points.device!r}, device is {device!r}: they must be one")
         pending = self._points.pending
         yield self._points.resident(), np.eye(4) if pending is None else pending
-
-
-def edge_array(edges: Any, n_points: int) -> Edges:
-    """Return `edges` as (m, 2) uint32, m > 0, of indices below `n_points`."""
-    array = host_array(edges, "edges")
-    if array.dtype.kind not in "iu":
-        raise ArgumentTypeError(f"edges must hold integers, got dtype {array.dtype}")
-    if array.ndim != 2 or array.shape[1] != 2 or len(array) == 0:
-        raise ArgumentError(f"edges must have shape (m, 2), m at least 1, got {array.shape}")
-    for worst in (int(array.min()), int(array.max())):
-        if not 0 <= worst < n_points:
-            raise ArgumentError(f"edges must lie in 0..{n_points - 1}, got {worst}")
-    return np.ascontiguousarray(array, np.uint32)
 
 
 def in_unit_cube(mesh: Mesh) -> tuple[npt.NDArray[np.float32], Float64Array]:

@@ -71,22 +71,17 @@ def transform_once(
     finish: Finish,
 ) -> None:
     """Write one `matrix` (4, 4) applied to `points` (n, 2 or 3) into `out`, which may be `points` itself."""
-    once = mapped_once if device.host_mappable else staged_once
+    once, most_bytes = (mapped_once, CACHED_BYTES) if device.host_mappable else (staged_once, STAGED_BYTES)
+    plan = Plan.of(device, len(points), points.shape[1], dtype, most_bytes=most_bytes)
     with device.lock:
-        once(device, points, matrix, out, dtype, finish)
+        once(plan, points, matrix, out, finish)
 
 
 def mapped_once(
-    device: Device,
-    points: npt.NDArray[Any],
-    matrix: npt.NDArray[np.float64],
-    out: npt.NDArray[Any],
-    dtype: np.dtype[Any],
-    finish: Finish,
+    plan: Plan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64], out: npt.NDArray[Any], finish: Finish
 ) -> None:
     """Do it where the host maps the device's memory: a chunk in, through the shader and out, while it is cached."""
-    plan = Plan.of(device, len(points), points.shape[1], dtype, most_bytes=CACHED_BYTES)
-    buffer = device.pool.get("source", plan.chunk * plan.point_bytes)
+    buffer = plan.device.pool.get("source", plan.chunk * plan.point_bytes)
     for part in plan.chunks(len(points)):
         upload_part(plan, buffer, points, part)
         apply_in_place(plan, matrix, buffer, part.stop - part.start, finish)
@@ -95,20 +90,14 @@ def mapped_once(
 
 
 def staged_once(
-    device: Device,
-    points: npt.NDArray[Any],
-    matrix: npt.NDArray[np.float64],
-    out: npt.NDArray[Any],
-    dtype: np.dtype[Any],
-    finish: Finish,
+    plan: Plan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64], out: npt.NDArray[Any], finish: Finish
 ) -> None:
     """Do it over a bus, with two chunks under way: while the device has one, the host reads the one before it."""
-    plan = Plan.of(device, len(points), points.shape[1], dtype, most_bytes=STAGED_BYTES)
-    n_bytes = plan.chunk * plan.point_bytes
+    pool, n_bytes = plan.device.pool, plan.chunk * plan.point_bytes
     parts = list(plan.chunks(len(points)))
     turns = range(min(2, len(parts)))
-    buffers = [device.pool.get(f"source {turn}", n_bytes) for turn in turns]
-    ways_back = [device.pool.get(f"way back {turn}", n_bytes, READBACK) for turn in turns]
+    buffers = [pool.get(f"source {turn}", n_bytes) for turn in turns]
+    ways_back = [pool.get(f"way back {turn}", n_bytes, READBACK) for turn in turns]
 
     def collect(k: int) -> None:
         download_rows(plan, ways_back[k % 2], out[None, parts[k]])
