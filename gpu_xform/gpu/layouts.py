@@ -44,16 +44,19 @@ def columns(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     return matrix.swapaxes(-1, -2)
 
 
-def transform_struct(
-    matrix: npt.NDArray[np.float64], dtype: np.dtype[Any], n_points: int, first_quad: int = 0
+def transform_structs(
+    matrices: npt.NDArray[np.float64],
+    dtype: np.dtype[Any],
+    n_points: int,
+    first_quads: npt.ArrayLike = 0,
 ) -> npt.NDArray[np.uint8]:
-    """Return the bytes of a `Transform` struct with `matrix` (4, 4), each entry rounded once to `dtype`."""
-    struct = np.zeros((), TRANSFORM[dtype])
-    struct["target_from_source"] = columns(matrix)
-    struct["undefined"] = np.nan
-    struct["n_points"] = n_points
-    struct["first_quad"] = first_quad
-    return as_bytes(struct)
+    """Return the bytes (k, itemsize) of `Transform` structs with `matrices` (k, 4, 4), rounded once to `dtype`."""
+    structs = np.zeros(len(matrices), TRANSFORM[dtype])
+    structs["target_from_source"] = columns(matrices)
+    structs["undefined"] = np.nan
+    structs["n_points"] = n_points
+    structs["first_quad"] = first_quads
+    return as_bytes(structs).reshape(len(matrices), -1)
 
 
 def matrix_array(matrices: npt.NDArray[np.float64], dtype: np.dtype[Any]) -> npt.NDArray[Any]:

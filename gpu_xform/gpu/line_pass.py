@@ -72,7 +72,7 @@ def draw(
         target = Target(device, size)
         stack.callback(target.release)
         n_quads = n_padded // POINTS_PER_INVOCATION
-        struct = layouts.transform_struct(clip_from_points, points.dtype, points.n_points)
+        struct = layouts.transform_structs(clip_from_points[None], points.dtype, points.n_points)
         transforms = filled(np.tile(struct, ROWS_AT_ONCE), UNIFORM)
         constants = {"workgroup_size": workgroup_size(device), "finish": Finish.AS_IT_IS}
         project = device.pipelines.compute(f"project_vertices_{precision_name(points.dtype)}", **constants)

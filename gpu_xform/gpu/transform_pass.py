@@ -13,7 +13,7 @@ from .compute import Binding, bind, dispatch
 from .device import Device
 from .plans import POINTS_PER_INVOCATION, Plan
 
-ROWS_AT_ONCE = 4  # matrices that one dispatch applies; the length of the WGSL array
+ROWS_AT_ONCE = 8  # matrices that one dispatch applies; the length of the WGSL array
 UNIFORM_ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
 
 BATCH_BYTES = 64 << 20  # of the results of several matrices that come back at once
@@ -172,11 +172,12 @@ def upload_transforms(plan: Plan, matrices: npt.NDArray[np.float64], n_points: i
     array_bytes = ROWS_AT_ONCE * struct_bytes
     n_groups = -(-len(matrices) // ROWS_AT_ONCE)
     spacing = -(-array_bytes // UNIFORM_ALIGNMENT) * UNIFORM_ALIGNMENT
+    structs = np.zeros((n_groups * ROWS_AT_ONCE, struct_bytes), np.uint8)
+    structs[: len(matrices)] = layouts.transform_structs(
+        matrices, plan.dtype, n_points, first_quads=n_quads * np.arange(len(matrices))
+    )
     groups = np.zeros((n_groups, spacing), np.uint8)
-    for row, matrix in enumerate(matrices):
-        group, place = divmod(row, ROWS_AT_ONCE)
-        struct = layouts.transform_struct(matrix, plan.dtype, n_points, row * n_quads)
-        groups[group, place * struct_bytes : (place + 1) * struct_bytes] = struct
+    groups[:, :array_bytes] = structs.reshape(n_groups, array_bytes)
     buffer = plan.device.pool.get("transforms", groups.nbytes, UNIFORM)
     buffer.upload(groups)
     return [Binding(buffer, group * spacing, array_bytes) for group in range(n_groups)]

@@ -86,7 +86,7 @@ def test_a_matrix_of_sixteen_distinct_entries_arrives_transposed_once(
     device: Device, dtype: npt.DTypeLike, stage: str
 ) -> None:
     matrix = np.arange(1.0, 17.0).reshape(4, 4)
-    struct = layouts.transform_struct(matrix, np.dtype(dtype), 7)
+    struct = layouts.transform_structs(matrix[None], np.dtype(dtype), 7)[0]
     aliases = "\n".join(line for line in shaders.source(stage).splitlines() if line.startswith("alias "))
     basis = ["1, 0, 0, 0", "0, 1, 0, 0", "0, 0, 1, 0", "0, 0, 0, 1"]
     columns = [f"(given.target_from_source * Vec4({vector}))[{row}]" for row in range(4) for vector in basis]
@@ -101,7 +101,7 @@ def test_a_stack_of_matrices_is_transposed_one_by_one() -> None:
 
 def test_a_matrix_is_rounded_once() -> None:
     matrix = np.full((4, 4), 1.0 + 2.0**-24 + 2.0**-40)  # just over the middle of two single precision numbers
-    struct = layouts.transform_struct(matrix, np.dtype(np.float32), 1)
+    struct = layouts.transform_structs(matrix[None], np.dtype(np.float32), 1)[0]
     assert (struct[:64].view(np.float32) == np.float32(1.0 + 2.0**-23)).all()
 
 

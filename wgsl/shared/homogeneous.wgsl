@@ -11,7 +11,7 @@ const DIVIDED_BY_W = 1u;
 const NORMALIZED = 2u;
 
 // Uniform, not storage: lavapipe loads a storage buffer anew for every invocation, a quarter of the whole time.
-@group(0) @binding(0) var<uniform> transforms: array<Transform, 4>;
+@group(0) @binding(0) var<uniform> transforms: array<Transform, 8>;
 override workgroup_size: u32;
 override finish: u32; // one of the three above
 

@@ -5,10 +5,11 @@
 @group(0) @binding(1) var<storage, read> source: array<Vec4>;
 @group(0) @binding(2) var<storage, read_write> destination: array<Vec4>;
 
-override n_rows: u32; // 1 to 4
+override n_rows: u32; // 1 to 8
 
-fn put(first_quad: u32, index: u32, result: Quad) {
-    let j = QUAD_LENGTH * (first_quad + index);
+fn put(row: u32, quad_index: u32, quad: Quad) {
+    let result = transformed_quad(transforms[row].target_from_source, quad);
+    let j = QUAD_LENGTH * (transforms[row].first_quad + quad_index);
     destination[j] = result.a;
     destination[j + 1u] = result.b;
     destination[j + 2u] = result.c;
@@ -19,14 +20,12 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     let i = QUAD_LENGTH * invocation.x;
     let quad = Quad(source[i], source[i + 1u], source[i + 2u]);
     // No loop: at an index that it cannot see through, lavapipe loads a matrix anew for every invocation.
-    put(transforms[0].first_quad, invocation.x, transformed_quad(transforms[0].target_from_source, quad));
-    if n_rows > 1u {
-        put(transforms[1].first_quad, invocation.x, transformed_quad(transforms[1].target_from_source, quad));
-    }
-    if n_rows > 2u {
-        put(transforms[2].first_quad, invocation.x, transformed_quad(transforms[2].target_from_source, quad));
-    }
-    if n_rows > 3u {
-        put(transforms[3].first_quad, invocation.x, transformed_quad(transforms[3].target_from_source, quad));
-    }
+    put(0u, invocation.x, quad);
+    if n_rows > 1u { put(1u, invocation.x, quad); }
+    if n_rows > 2u { put(2u, invocation.x, quad); }
+    if n_rows > 3u { put(3u, invocation.x, quad); }
+    if n_rows > 4u { put(4u, invocation.x, quad); }
+    if n_rows > 5u { put(5u, invocation.x, quad); }
+    if n_rows > 6u { put(6u, invocation.x, quad); }
+    if n_rows > 7u { put(7u, invocation.x, quad); }
 }
