@@ -43,6 +43,7 @@ from .matrices import (
     translate,
 )
 from .mesh import Mesh
+from .scene import Scene
 
 if TYPE_CHECKING:
     from .cameras import Camera
@@ -70,6 +71,7 @@ __all__ = [
     "PointBuffer",
     "PrecisionError",
     "PrecisionWarning",
+    "Scene",
     "ShaderError",
     "SingularMatrixError",
     "adapters",

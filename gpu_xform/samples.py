@@ -1,4 +1,7 @@
-"""Meshes to draw and to test with, computed from their geometry. All are oriented: counter-clockwise from outside."""
+"""Meshes to draw and to test with, computed from their geometry, and a scene of such.
+
+All are oriented: counter-clockwise from outside.
+"""
 
 import math
 import operator
@@ -7,7 +10,9 @@ import numpy as np
 
 from ._arguments import Float64Array
 from .errors import ArgumentError, ArgumentTypeError
+from .matrices import translate
 from .mesh import IndexArray, Mesh
+from .scene import Scene
 
 _PHI = (1.0 + math.sqrt(5.0)) / 2.0
 _MOST_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
@@ -81,6 +86,30 @@ def torus(n: int, m: int) -> Mesh:
     along, around = np.roll(corner, -1, axis=0), np.roll(corner, -1, axis=1)
     quads = np.stack([corner, along, np.roll(along, -1, axis=1), around], axis=-1)
     return Mesh(points.reshape(-1, 3), quads.reshape(-1, 4))
+
+
+def robot_arm() -> Scene:
+    """Return a robot arm that stands on the xz-plane: "base" > "upper arm" > "forearm" > "hand", straight up along y.
+
+    Each part's joint is its own origin: `arm["forearm"].transform @ rotate_z(angle)` bends the elbow. The shoulder is
+    at y = 0.5, the elbow at 2.5, the wrist at 4.
+    """
+    arm = Scene()
+    arm.add(_box((-1, 0, -1), (1, 0.5, 1)), name="base")
+    arm.add(_box((-0.25, 0, -0.25), (0.25, 2, 0.25)), name="upper arm", parent="base", transform=translate(0, 0.5, 0))
+    arm.add(_box((-0.2, 0, -0.2), (0.2, 1.5, 0.2)), name="forearm", parent="upper arm", transform=translate(0, 2, 0))
+    hand = arm.add(
+        _box((-0.3, 0, -0.15), (0.3, 0.2, 0.15)), name="hand", parent="forearm", transform=translate(0, 1.5, 0)
+    )
+    hand.show(_box((-0.3, 0.2, -0.15), (-0.2, 0.6, 0.15)))
+    hand.show(_box((0.2, 0.2, -0.15), (0.3, 0.6, 0.15)))
+    return arm
+
+
+def _box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Mesh:
+    """Return the box between two corners."""
+    corners = np.where(cube().positions < 0.0, low, high)
+    return Mesh(corners, cube().faces)
 
 
 def _count(value: int, name: str, least: int, most: int | None = None) -> int:

@@ -28,7 +28,7 @@ DOCUMENTED = {
     *ERRORS,
     *("matrices", "planar", "samples", "Mesh", "load_mesh", "save_mesh", "Camera", "render", "render_array"),
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
-    *("PointBuffer", "bounds", "transform_file", "PrecisionWarning"),
+    *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene"),
 }
 
 
@@ -135,7 +135,7 @@ LAYERS = [
     {"errors"},
     {"_arguments", "_files", "_memmap", "images"},
     {"_affine", "_points", "colors", "triangulation"},
-    {"_influences", "matrices", "planar", "mesh"},
+    {"_influences", "matrices", "planar", "mesh", "scene"},
     {"samples", "cameras", "edge_sets", "formats"},
     {"gpu"},
     {"_precision"},
@@ -168,8 +168,8 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
 
 
 PURE = [
-    *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "samples"),
-    *("cameras", "edge_sets"),
+    *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "scene"),
+    *("samples", "cameras", "edge_sets"),
 ]
 IMPORTED_LATE = {"mesh": {"trimesh"}, "images": {"PIL"}, "colors": {"PIL"}, "triangulation": {"mapbox_earcut"}}
 
