@@ -1,9 +1,10 @@
-# Each target sets up what it needs on a fresh machine: a .venv here, and, for what draws or computes, a Vulkan driver where
-# there is none. `make PYTHON=python3.13` picks the Python that .venv is made of.
+# Each target sets up what it needs on a fresh machine: a .venv here; for what draws or computes, a Vulkan driver where
+# there is none; for the tests, a browser. `make PYTHON=python3.13` picks the Python that .venv is made of.
 
 PYTHON ?= python3
 BIN := .venv/bin
 DRIVER_PACKAGES := mesa-vulkan-drivers libvulkan1
+BROWSER_PACKAGES := chromium-driver
 
 .DEFAULT_GOAL := help
 
@@ -16,7 +17,7 @@ demo: .venv/library driver ## draw three pictures into demo/ and measure a bulk 
 	@$(BIN)/python examples/demo.py
 
 .PHONY: test
-test: .venv/tools driver ## run the whole test suite
+test: .venv/tools driver browser ## run the whole test suite
 	@$(BIN)/pytest --numprocesses auto --maxprocesses 4
 
 .PHONY: check
@@ -57,17 +58,28 @@ clean: ## remove what the other targets made
 	@$(BIN)/pip --quiet --disable-pip-version-check install --editable '.[bench]'
 	@touch $@ .venv/library
 
+# Shell commands that install the packages $(1), called $(2), where that may be done; elsewhere $(3) says what to do.
+define install
+  if [ "$$(id -u)" = 0 ]; then as_root=; elif sudo -n true 2>/dev/null || { [ -t 0 ] && sudo -v; }; then as_root=sudo; \
+  else as_root=none; fi; \
+  [ "$$as_root" != none ] && command -v apt-get >/dev/null && \
+  echo "Installing $(2): $(1) ..." && \
+  $$as_root apt-get update -qq && \
+  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(1) >/dev/null || \
+  { $(3) >&2; exit 1; }
+endef
+
+SAY_NO_DRIVER = $(BIN)/python -c \
+  'from gpu_xform.gpu.drivers import install_hint; print("No Vulkan driver here.", install_hint())'
+SAY_NO_BROWSER = echo "No browser here that tests can drive. Install Chromium or Chrome, and its chromedriver."
+
 # The question is put to the library itself: an installed driver may still drive nothing here.
 .PHONY: driver
 driver:
 	@$(BIN)/python -c 'import sys, gpu_xform; sys.exit(not gpu_xform.adapters())' || { \
-	  if [ "$$(id -u)" = 0 ]; then as_root=; elif sudo -n true 2>/dev/null || { [ -t 0 ] && sudo -v; }; then as_root=sudo; \
-	  else as_root=none; fi; \
-	  if [ "$$as_root" = none ] || ! command -v apt-get >/dev/null; then \
-	    $(BIN)/python -c 'from gpu_xform.gpu.drivers import install_hint; print("No Vulkan driver here.", install_hint())' >&2; \
-	    exit 1; \
-	  fi; \
-	  echo "Installing the software Vulkan driver: $(DRIVER_PACKAGES) ..."; \
-	  $$as_root apt-get update -qq && \
-	  $$as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends $(DRIVER_PACKAGES) >/dev/null; \
-	}
+	  $(call install,$(DRIVER_PACKAGES),the software Vulkan driver,$(SAY_NO_DRIVER)); }
+
+.PHONY: browser
+browser:
+	@command -v chromedriver >/dev/null || { \
+	  $(call install,$(BROWSER_PACKAGES),a browser for the tests,$(SAY_NO_BROWSER)); }

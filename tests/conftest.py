@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+from browser import Browser
 from hypothesis import settings
 
 from gpu_xform.gpu import device as device_module
@@ -50,6 +51,13 @@ def staging_device() -> Iterator[Device]:
     assert not staging.host_mappable
     with staging:
         yield staging
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """A headless Chromium, started by the first test that asks for it. A machine without one is a failure."""
+    with Browser() as shown:
+        yield shown
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,90 @@
+"""A headless Chromium that shows pages to the tests."""
+
+import base64
+import io
+import os
+import shutil
+import tempfile
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+from PIL import Image
+from selenium import webdriver
+from selenium.webdriver.chrome.options import Options
+from selenium.webdriver.chrome.service import Service
+from selenium.webdriver.common.by import By
+from selenium.webdriver.support.wait import WebDriverWait
+
+FLAGS = (
+    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"),
+    *("--force-device-scale-factor=1", "--hide-scrollbars"),
+    *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic"),
+    "--host-resolver-rules=MAP * ~NOTFOUND",  # a page that needs the network fails here as it would without one
+)
+
+
+class Browser:
+    """One window, closed at the end of a `with` block.
+
+    `driver` is Selenium's own, for what the methods leave open. Whatever the browser writes goes into a folder that
+    vanishes with it.
+    """
+
+    def __init__(self) -> None:
+        chromedriver = shutil.which("chromedriver")
+        if chromedriver is None:
+            raise RuntimeError(
+                "chromedriver is not installed: 'make browser' installs it with Chromium, or says what to do"
+            )
+        options = Options()
+        for flag in FLAGS:
+            options.add_argument(flag)
+        options.set_capability("goog:loggingPrefs", {"browser": "WARNING"})
+        self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
+        service = Service(chromedriver, env={**os.environ, "TMPDIR": self._folder.name})
+        self.driver = webdriver.Chrome(options, service)
+        transparent = {"color": {"r": 0, "g": 0, "b": 0, "a": 0}}
+        self.driver.execute_cdp_cmd("Emulation.setDefaultBackgroundColorOverride", transparent)
+
+    def open(self, page: Path, size: tuple[int, int]) -> None:
+        """Show a file, HTML or SVG, in a window of `size`, and wait until it is loaded; complaints start anew."""
+        width, height = size
+        metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
+        self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
+        self.complaints()
+        self.driver.get(page.resolve().as_uri())
+
+    def picture(self) -> npt.NDArray[np.uint8]:
+        """Return the window (height, width, 4), straight alpha: 0 where the page paints nothing."""
+        shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})
+        with Image.open(io.BytesIO(base64.b64decode(shot["data"]))) as image:
+            return np.asarray(image.convert("RGBA"))
+
+    def value(self, expression: str) -> Any:
+        """Return what a JavaScript expression is in the page."""
+        return self.driver.execute_script(f"return {expression}")
+
+    def wait_for(self, expression: str, seconds: float = 10.0) -> None:
+        """Wait until a JavaScript expression is true in the page; raise `TimeoutException` where it stays false."""
+        waiting = WebDriverWait(self.driver, seconds, poll_frequency=0.02)
+        waiting.until(lambda _: self.value(expression), f"still false: {expression}")
+
+    def click(self, selector: str) -> None:
+        """Click the middle of the first element that a CSS selector finds, as a mouse does."""
+        self.driver.find_element(By.CSS_SELECTOR, selector).click()
+
+    def complaints(self) -> list[str]:
+        """Return the warnings and errors of the page's console since the last call."""
+        return [entry["message"] for entry in self.driver.execute("getLog", {"type": "browser"})["value"]]
+
+    def __enter__(self) -> "Browser":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.driver.quit()
+        self._folder.cleanup()
