@@ -22,8 +22,8 @@ class SupportsAsMatrix(Protocol):
 MatrixLike = npt.ArrayLike | SupportsAsMatrix
 
 
-def real_array(value: npt.ArrayLike, name: str) -> Float64Array:
-    """Return a new C-ordered float64 array of `value`, which must hold finite real numbers."""
+def real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float64Array:
+    """Return a new C-ordered float64 array of `value`, which must hold real numbers, finite unless said otherwise."""
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list
@@ -31,7 +31,7 @@ def real_array(value: npt.ArrayLike, name: str) -> Float64Array:
     if array.dtype.kind not in "fiu":
         raise ArgumentTypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
     result = np.array(array, dtype=np.float64, order="C")
-    if not np.isfinite(result).all():
+    if finite and not np.isfinite(result).all():
         raise ArgumentError(f"{name} must be finite, got {first_non_finite(result)}")
     return result
 

@@ -85,7 +85,7 @@ def loaded_after(statement: str) -> set[str]:
     return set(result.stdout.split())
 
 
-HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut"}
+HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib"}
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
@@ -105,6 +105,11 @@ def test_transforming_points_loads_neither_pillow_nor_trimesh() -> None:
     loaded = loaded_after(use)
     assert "wgpu" in loaded
     assert not loaded & HEAVY - {"wgpu", "cffi"}
+
+
+def test_a_colormap_is_found_without_matplotlib_and_without_a_word() -> None:
+    use = "from gpu_xform.colormaps import mapped; mapped([0, 1], 'coolwarm', None, 2)"
+    assert loaded_after(use) & HEAVY == {"cmap"}
 
 
 def imports(file: Path, *, type_checking: bool) -> Iterator[str]:
@@ -135,7 +140,7 @@ LAYERS = [
     {"errors"},
     {"_arguments", "_files", "_memmap", "images"},
     {"_affine", "_points", "colors", "triangulation"},
-    {"_influences", "matrices", "planar", "mesh", "scene"},
+    {"_influences", "colormaps", "matrices", "planar", "mesh", "scene"},
     {"samples", "cameras", "edge_sets", "formats"},
     {"gpu"},
     {"_precision"},
@@ -169,9 +174,15 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
 
 PURE = [
     *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "scene"),
-    *("samples", "cameras", "edge_sets"),
+    *("samples", "cameras", "edge_sets", "colormaps"),
 ]
-IMPORTED_LATE = {"mesh": {"trimesh"}, "images": {"PIL"}, "colors": {"PIL"}, "triangulation": {"mapbox_earcut"}}
+IMPORTED_LATE = {
+    "mesh": {"trimesh"},
+    "images": {"PIL"},
+    "colors": {"PIL"},
+    "colormaps": {"cmap"},
+    "triangulation": {"mapbox_earcut"},
+}
 
 
 def test_the_pure_modules_need_numpy_alone() -> None:
