@@ -1,12 +1,14 @@
 import dataclasses
 import os
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 from browser import Browser
+from goldens import FOLDER, Goldens, Pixels, driver_of
 from hypothesis import settings
 
 from gpu_xform.gpu import device as device_module
@@ -18,6 +20,17 @@ CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]
 settings.register_profile("local", deadline=None, max_examples=60, print_blob=True)
 settings.register_profile("ci", parent=settings.get_profile("local"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--update-goldens", action="store_true", help="write the golden pictures that differ, and fail")
+
+
+@pytest.fixture
+def assert_golden(request: pytest.FixtureRequest, device: Device, tmp_path: Path) -> Callable[[Pixels, str], None]:
+    """Hold a picture against the one kept under a name; `goldens` says how exactly."""
+    update = request.config.getoption("--update-goldens")
+    return Goldens(FOLDER, driver_of(device.adapter), tmp_path, update).check
 
 
 @pytest.fixture(scope="session")
