@@ -1,0 +1,71 @@
+"""Meshes that hide parts of themselves, each unlike its mirror images."""
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from gpu_xform import Mesh, chain, rotate_x, rotate_y, samples, scale, translate
+
+L_OUTLINE = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
+STAR_RADII = [1.0, 0.35, 0.9, 0.3, 1.2, 0.45, 0.8, 0.4, 1.1, 0.3]
+
+
+def prism(outline: npt.ArrayLike, height: float) -> Mesh:
+    """Return what lies over an outline (k, 2), counter-clockwise, from z = 0 to `height`; each cap is one face."""
+    flat = np.asarray(outline, dtype=np.float64)
+    k = len(flat)
+    points = np.concatenate([np.column_stack([flat, np.full(k, z)]) for z in (0.0, height)])
+    sides = [(i, (i + 1) % k, (i + 1) % k + k, i + k) for i in range(k)]
+    return Mesh(points, [range(k - 1, -1, -1), range(k, 2 * k), *sides])
+
+
+def box(low: Sequence[float], high: Sequence[float]) -> Mesh:
+    middle, half = np.add(low, high) / 2.0, np.subtract(high, low) / 2.0
+    return samples.cube().transformed(chain(scale(*half), translate(*middle)))
+
+
+def together(*meshes: Mesh) -> Mesh:
+    """Return several meshes as one."""
+    starts = np.cumsum([0, *(mesh.n_points for mesh in meshes)])
+    faces: list[Any] = [face + start for mesh, start in zip(meshes, starts, strict=False) for face in mesh.faces]
+    return Mesh(np.concatenate([mesh.positions for mesh in meshes]), faces)
+
+
+def l_prism() -> Mesh:
+    return prism(L_OUTLINE, 1.5)
+
+
+def star_prism() -> Mesh:
+    angles = np.arange(len(STAR_RADII)) * (math.tau / len(STAR_RADII))
+    return prism(np.array(STAR_RADII)[:, np.newaxis] * np.stack([np.cos(angles), np.sin(angles)], axis=1), 0.6)
+
+
+def interlocked_boxes() -> Mesh:
+    """Return two boxes, each of which goes through the other; no edge of one lies in a face of the other."""
+    return together(
+        box((-1.5, -0.5, -0.4), (1.6, 0.6, 0.5)),
+        box((-0.4, -1.3, -0.9), (0.5, 1.2, 0.2)).transformed(rotate_y(0.3) @ rotate_x(0.2)),
+    )
+
+
+def thin_plates(gap: float = 0.01) -> Mesh:
+    """Return a plate that lies close behind a smaller one: rectangles of about 3 x 2, with `gap` between them."""
+    front = Mesh([(-0.9, -0.8, 0), (1.1, -0.8, 0), (1.1, 0.5, 0), (-0.9, 0.5, 0)], [(0, 1, 2, 3)])
+    back = Mesh([(-1.5, -1, 0), (1.4, -0.4, 0), (1.6, 0.9, 0), (-1.3, 1.2, 0)], [(0, 1, 2, 3)])
+    return together(front, back.transformed(translate(0, 0, -gap)))
+
+
+def staircase(n: int = 5) -> Mesh:
+    """Return n steps up along x, each wider than high."""
+    outline = [(1.3 * n, 0.0), (1.3 * n, float(n))]
+    for step in range(n - 1, -1, -1):
+        outline += [(1.3 * step, step + 1.0), (1.3 * step, float(step))]
+    return prism(outline, 2.2)
+
+
+def centred(mesh: Mesh, size: float = 1.0) -> Mesh:
+    """Return a mesh with the middle of its bounds at 0, scaled."""
+    return mesh.transformed(chain(translate(*-mesh.center), scale(size)))
