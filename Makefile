@@ -30,6 +30,7 @@ check: .venv/tools ## check format, lint and types
 bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/load.py
 	@$(BIN)/python benchmarks/transform.py
+	@$(BIN)/python benchmarks/render.py
 
 .PHONY: wheel
 wheel: .venv/tools ## build dist/*.whl

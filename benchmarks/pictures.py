@@ -1,0 +1,46 @@
+"""Whether two pictures of black lines on white show the same lines."""
+
+import itertools
+
+import numpy as np
+import numpy.typing as npt
+
+Pixels = npt.NDArray[np.uint8]
+
+MOST_ASTRAY = 1e-3
+MOST_INK = 1.5
+
+
+def lit(picture: Pixels) -> npt.NDArray[np.bool_]:
+    """Return which pixels are a tenth of the way from white to black, or farther."""
+    return np.asarray(picture[..., :3].mean(axis=2) < 230)
+
+
+def astray(picture: Pixels, other: Pixels) -> float:
+    """Return the part of the lit pixels of `picture` that have no lit one of `other` within one pixel."""
+    height, width = other.shape[:2]
+    padded = np.pad(lit(other), 1)
+    near = np.zeros((height, width), np.bool_)
+    for y, x in itertools.product(range(3), repeat=2):
+        near |= padded[y : y + height, x : x + width]
+    return float(np.mean(~near[lit(picture)]))
+
+
+def difference(ours: Pixels, theirs: Pixels) -> str | None:
+    """Return in words why two pictures do not show the same lines; None where they do."""
+    if theirs.shape[:2] != ours.shape[:2]:
+        return f"it draws {theirs.shape[1]} x {theirs.shape[0]} pixels"
+    if not (lit(ours).any() and lit(theirs).any()):
+        return "nothing is drawn"
+    lacking, added = astray(ours, theirs), astray(theirs, ours)
+    if max(lacking, added) > MOST_ASTRAY:
+        return f"{100 * lacking:.2g} % of our lit pixels are far from theirs, {100 * added:.2g} % of theirs from ours"
+    ink = float((255.0 - theirs[..., :3]).sum() / (255.0 - ours[..., :3]).sum())
+    if not 1 / MOST_INK <= ink <= MOST_INK:
+        return f"it takes {ink:.2f} of our ink"
+    return None
+
+
+def n_shades(picture: Pixels) -> int:
+    """Return how many different greys there are: two where lines are not anti-aliased."""
+    return len(np.unique(picture[..., :3].sum(axis=2, dtype=np.uint16)))
