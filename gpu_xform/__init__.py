@@ -47,6 +47,7 @@ from .scene import Scene
 
 if TYPE_CHECKING:
     from .cameras import Camera
+    from .comparison import compare_images
     from .formats import load_mesh, save_mesh
     from .gpu.adapters import adapters
     from .gpu.device import Device
@@ -77,6 +78,7 @@ __all__ = [
     "adapters",
     "bounds",
     "chain",
+    "compare_images",
     "decompose",
     "explain",
     "homogeneous",
@@ -115,6 +117,7 @@ _LATE = {
     "PointBuffer": ".point_buffer",
     "adapters": ".gpu.adapters",
     "bounds": ".point_buffer",
+    "compare_images": ".comparison",
     "load_mesh": ".formats",
     "project_points": ".transform",
     "render": ".wireframe",

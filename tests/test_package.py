@@ -28,7 +28,7 @@ DOCUMENTED = {
     *ERRORS,
     *("matrices", "planar", "samples", "Mesh", "load_mesh", "save_mesh", "Camera", "render", "render_array"),
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
-    *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene"),
+    *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "compare_images"),
 }
 
 
@@ -139,7 +139,7 @@ def unit(name: str) -> str:
 LAYERS = [
     {"errors"},
     {"_arguments", "_files", "_memmap", "images"},
-    {"_affine", "_points", "colors", "triangulation"},
+    {"_affine", "_points", "colors", "comparison", "triangulation"},
     {"_influences", "colormaps", "matrices", "planar", "mesh", "scene"},
     {"samples", "cameras", "edge_sets", "formats"},
     {"gpu"},
@@ -174,7 +174,7 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
 
 PURE = [
     *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "scene"),
-    *("samples", "cameras", "edge_sets", "colormaps"),
+    *("samples", "cameras", "comparison", "edge_sets", "colormaps"),
 ]
 IMPORTED_LATE = {
     "mesh": {"trimesh"},
