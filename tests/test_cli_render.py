@@ -1,4 +1,6 @@
+import inspect
 import io
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,7 +12,7 @@ import pytest
 from PIL import Image
 
 from gpu_xform import Camera, Mesh, matrices, render_array, samples, save_mesh
-from gpu_xform.cli import main
+from gpu_xform.cli import main, option_groups
 from gpu_xform.colors import FACE_CYCLE
 from gpu_xform.gpu.device import Device
 
@@ -196,3 +198,12 @@ def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.Capt
     assert main(["render", "house.obj", "-o", "out.png", *options]) == 2
     assert options[0] in capsys.readouterr().err
     assert not Path("out.png").exists()
+
+
+def test_the_help_names_the_library_s_defaults() -> None:
+    defaults = {name: parameter.default for name, parameter in inspect.signature(render_array).parameters.items()}
+    said = {flag: re.search(r"\(default: (.*)\)", text) for flag, _, _, text in option_groups.STYLE}
+    for flag, default in said.items():
+        value = defaults[flag.removeprefix("--").replace("-", "_")]
+        assert default is not None
+        assert default[1] == ("all" if flag == "--edges" else f"{value:g}" if isinstance(value, float) else value)

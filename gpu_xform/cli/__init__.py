@@ -4,10 +4,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from ..errors import DeviceError, GpuXformError, NoAdapterError, ShaderError
-from . import files
-from .commands import DEVICE_FAILED, NO_ADAPTER, WRONG_INPUT
-from .parser import attach_values, make_parser
+from . import failures, files
+from .parser import parse
 
 __all__ = ["main"]
 
@@ -25,35 +23,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         _abandon_output()
         return PIPE_CLOSED
-    except OSError as error:
-        _abandon_output()
-        reason = error.strerror or str(error)
-        return _fail(f"{error.filename}: {reason}" if error.filename else reason, WRONG_INPUT)
-    except MemoryError as error:
-        return _fail(str(error) or "not enough memory", WRONG_INPUT)
-    except NoAdapterError as error:
-        return _fail(str(error), NO_ADAPTER)
-    except (DeviceError, ShaderError) as error:
-        return _fail(str(error), DEVICE_FAILED)
-    except GpuXformError as error:
-        return _fail(str(error), WRONG_INPUT)
+    except failures.FAILURES as error:
+        if isinstance(error, OSError):
+            _abandon_output()
+        sys.stderr.write(failures.line(error))
+        return failures.exit_code(error)
     return code
 
 
 def _run(argv: Sequence[str]) -> int:
-    parser = make_parser()
     try:
-        options = parser.parse_args(attach_values(argv))
-        if options.command is None:
-            parser.error("a command is needed: render, transform, explain, doctor or bench; see gpu-xform --help")
+        options = parse(argv)
     except SystemExit as stop:  # argparse has printed help, the version, or what is wrong
         return int(stop.code or 0)
     code: int = options.run(options)
-    return code
-
-
-def _fail(message: str, code: int) -> int:
-    sys.stderr.write(f"gpu-xform: error: {' '.join(message.split())}\n")
     return code
 
 

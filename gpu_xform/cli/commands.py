@@ -1,7 +1,6 @@
 """The commands: from parsed options to the library and back to files."""
 
 import json
-import math
 import sys
 from argparse import Namespace
 from pathlib import Path
@@ -14,43 +13,12 @@ from .._arguments import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..mesh import Mesh
 from . import files, progress
+from .failures import DEVICE_FAILED, NO_ADAPTER
 
 if TYPE_CHECKING:
-    from ..cameras import Camera
     from ..gpu.device import Device
 
-DEVICE_FAILED, WRONG_INPUT, NO_ADAPTER = 1, 2, 3
-PICTURE_TYPES = ("png",)
 AFFINE_ROW = (0.0, 0.0, 0.0, 1.0)
-
-
-def render(options: Namespace) -> int:
-    """Draw a model."""
-    if options.output != files.STANDARD:
-        _require_type(options.output, PICTURE_TYPES)
-    mesh = files.read_mesh(options.input, options.file_type)
-    world_from_model = _composed(options)
-    from .. import wireframe
-    from ..subjects import world_positions
-
-    try:
-        image = wireframe.render(
-            mesh,
-            edges=options.edges,
-            feature_angle=options.feature_angle,
-            transform=world_from_model,
-            camera=_camera(options, world_positions(mesh.positions, world_from_model)),
-            size=options.resolution,
-            line_width=options.line_width,
-            antialias=options.antialias,
-            color=options.color,
-            background=options.background,
-            device=_device(options),
-        )
-    except MeshError as error:
-        raise MeshError(f"{options.input}: {error}") from None
-    files.write_picture(image, options.output)
-    return 0
 
 
 def transform(options: Namespace) -> int:
@@ -59,7 +27,7 @@ def transform(options: Namespace) -> int:
     target = source if options.output == files.STANDARD else files.kind(options.output)
     if (source == "npy") != (target == "npy"):
         raise ArgumentError(f"{options.output}: an .npy array can only become an .npy array, and a model a model")
-    matrix = _composed(options)
+    matrix = composed(options)
     if not options.project and tuple(matrix[3]) != AFFINE_ROW:
         raise ArgumentError("the transforms are projective: with --project, points are divided by w")
     if source == "npy":
@@ -69,7 +37,7 @@ def transform(options: Namespace) -> int:
             raise ArgumentError("--resume is for .npy files")
         from ..formats.registry import WRITERS
 
-        _require_type(options.output, tuple(sorted(WRITERS)), target)
+        files.require_type(options.output, tuple(sorted(WRITERS)), target)
         _transform_mesh(options, matrix, target)
     return 0
 
@@ -119,7 +87,7 @@ def _transform_mesh(options: Namespace, matrix: Float64Array, target: str) -> No
 
     mesh = files.read_mesh(options.input, options.file_type)
     run = project_points if options.project else transform_points
-    positions = run(mesh.positions, matrix, device=_device(options))
+    positions = run(mesh.positions, matrix, device=chosen_device(options))
     try:
         moved = Mesh.from_offsets(positions, mesh.offsets, mesh.indices)
     except MeshError as error:  # a coordinate that has overflowed, or was divided by w = 0
@@ -143,9 +111,9 @@ def _transform_array(options: Namespace, matrix: Float64Array) -> None:
 def _stream_array(options: Namespace, matrix: Float64Array) -> None:
     from ..streaming import transform_file
 
-    device = _device(options)
+    device = chosen_device(options)
     try:
-        with progress.bar(options.output, " points") as move:
+        with progress.bar(options.output, " points", scaled=True) as move:
             transform_file(
                 options.input,
                 options.output,
@@ -176,7 +144,7 @@ def _transform_whole_array(options: Namespace, matrix: Float64Array) -> None:
     if points.shape[-1] == 2:
         matrix = _planar(matrix)
     run = project_points if options.project else transform_points
-    files.write_array(run(points, matrix, device=_device(options)), options.output)
+    files.write_array(run(points, matrix, device=chosen_device(options)), options.output)
 
 
 def _planar(matrix: Float64Array) -> Float64Array:
@@ -187,54 +155,13 @@ def _planar(matrix: Float64Array) -> Float64Array:
     return matrix[np.ix_(in_plane, in_plane)]
 
 
-def _composed(options: Namespace) -> Float64Array:
+def composed(options: Namespace) -> Float64Array:
+    """Return the matrix (4, 4) of the transforms typed."""
     return matrices.chain(matrices.identity(), *options.steps)
 
 
-def _device(options: Namespace) -> "Device":
+def chosen_device(options: Namespace) -> "Device":
+    """Return the device of --adapter, the default one without."""
     from ..gpu.device import Device, default_device
 
     return default_device() if options.adapter is None else Device(options.adapter)
-
-
-def _require_type(path: str, known: tuple[str, ...], kind: str | None = None) -> None:
-    kind = files.kind(path) if kind is None else kind
-    if kind not in known:
-        raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {kind or 'none'}")
-
-
-def _camera(options: Namespace, points: Float64Array) -> "Camera":
-    """Return the camera of the options, for a model whose `points` (n, 3) are in the world."""
-    try:
-        return _aimed(options, points)
-    except ArgumentError as error:
-        raise ArgumentError(f"camera options: {error}") from None
-
-
-def _aimed(options: Namespace, points: Float64Array) -> "Camera":
-    from ..cameras import DEFAULT_DIRECTION, Camera
-
-    up = options.up if options.camera_view_up is None else options.camera_view_up
-    lens = {"fov_y": options.camera_view_angle, "orthographic": options.camera_orthographic}
-    if options.camera_position is None:
-        if options.camera_focal_point is not None:
-            raise ArgumentError("--camera-focal-point must come with --camera-position")
-        direction = options.camera_direction
-        if direction is None:
-            direction = _turn_up(options.up) @ DEFAULT_DIRECTION
-        return Camera.fit(points, direction=direction, up=up, **lens)
-    if options.camera_direction is not None:
-        raise ArgumentError("--camera-direction cannot go with --camera-position: give --camera-focal-point")
-    target = options.camera_focal_point
-    if target is None:
-        target = Mesh(points).center
-    return Camera.look_at(options.camera_position, target, up, **lens)
-
-
-def _turn_up(up: Float64Array) -> Float64Array:
-    """Return the smallest rotation (3, 3) that takes +y to `up`."""
-    axis = np.cross((0.0, 1.0, 0.0), up)
-    if not axis.any():
-        axis = np.array([1.0, 0.0, 0.0])
-    angle = math.atan2(math.hypot(up[0], up[2]), up[1])
-    return matrices.rotate(axis, angle)[:3, :3]

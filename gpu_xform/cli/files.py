@@ -2,12 +2,13 @@
 
 import contextlib
 import errno
+import glob
 import io
 import os
 import sys
 import tokenize
 import warnings
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -31,6 +32,23 @@ def kind(path: str, file_type: str | None = None) -> str:
     if file_type is None and path == STANDARD:
         raise ArgumentError("--file-type must say what standard input holds")
     return (Path(path).suffix if file_type is None else file_type).lower().lstrip(".")
+
+
+def require_type(path: str, known: Collection[str], file_type: str | None = None) -> None:
+    """Raise `ArgumentError` where the type of `path`, or `file_type`, is not among `known`."""
+    found = kind(path, file_type)
+    if found not in known:
+        raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {found or 'none'}")
+
+
+def matching(path: str) -> list[str]:
+    """Return the files that `path` means: itself, or, where there is none of the name, what a pattern with * matches.
+
+    Shells expand patterns before; the one of Windows does not, and others refuse to where there are too many files.
+    """
+    if path == STANDARD or os.path.lexists(path):
+        return [path]
+    return sorted(glob.glob(path, recursive=True)) or [path]  # noqa: PTH207 - Path.glob takes no absolute pattern
 
 
 def read_mesh(path: str, file_type: str | None) -> Mesh:
@@ -82,10 +100,12 @@ def read_matrix(path: str) -> npt.NDArray[Any]:
         raise ArgumentError(f"{path}: expected a text of 16 numbers, row by row, or an .npy file") from None
 
 
-def write_picture(image: "Image", path: str) -> None:
+def write_picture(image: "Image", path: str, *, make_folders: bool) -> None:
     """Write a picture as PNG."""
     png = io.BytesIO()
     image.save(png, "PNG")
+    if make_folders:
+        Path(path).parent.mkdir(parents=True, exist_ok=True)
     with _output(path) as file:
         # Not by Pillow, which calls every failure to write an encoder's error.
         file.write(png.getvalue())

@@ -8,13 +8,13 @@ APPEARS_AFTER_S = 1.0
 
 
 @contextlib.contextmanager
-def bar(label: str, unit: str) -> Iterator[Callable[[int, int], None]]:
-    """Give a function of what is done and of the whole that moves a bar on standard error."""
+def bar(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[int, int], None]]:
+    """Give a function of what is done and of the whole that moves a bar on standard error; `scaled` writes 5k, 8M."""
     from tqdm import tqdm
 
     silent = sys.stderr is None or not sys.stderr.isatty()
     with tqdm(
-        desc=label, unit=unit, unit_scale=True, delay=APPEARS_AFTER_S, disable=silent, leave=False, dynamic_ncols=True
+        desc=label, unit=unit, unit_scale=scaled, delay=APPEARS_AFTER_S, disable=silent, leave=False, dynamic_ncols=True
     ) as shown:
 
         def move(done: int, whole: int) -> None:
@@ -22,3 +22,10 @@ def bar(label: str, unit: str) -> Iterator[Callable[[int, int], None]]:
             shown.update(done - shown.n)
 
         yield move
+
+
+def write(text: str) -> None:
+    """Write whole lines to standard error; a bar makes way for them."""
+    from tqdm import tqdm
+
+    tqdm.write(text, file=sys.stderr, end="")

@@ -13,6 +13,7 @@ from .._arguments import Float64Array, nonzero_vector, number, square_matrix, ve
 from ..colors import ColorLike, rgba
 from ..errors import GpuXformError
 from . import files
+from .templates import Template
 
 Value = TypeVar("Value")
 
@@ -196,6 +197,29 @@ def counts(text: str) -> list[int]:
     if not all(1 <= size <= 1e12 and size.is_integer() for size in sizes):
         raise ValueError(f"expected positive whole numbers N,N,..., got {shortened(text)}")
     return [int(size) for size in sizes]
+
+
+@option_value
+def template(text: str) -> Template:
+    """Read a path, with or without {model} or {folder}."""
+    return Template(text)
+
+
+@option_value
+def threshold(text: str) -> float:
+    """Read a number from 0 to 255."""
+    (value,) = numbers(text, "a number from 0 to 255", 1)
+    if not 0.0 <= value <= 255.0:
+        raise ValueError(f"expected a number from 0 to 255, got {shortened(text)}")
+    return value
+
+
+@option_value
+def count(text: str) -> int:
+    """Read a whole number, 0 included."""
+    if not re.fullmatch(r"\d{1,15}", text.strip(), re.ASCII):
+        raise ValueError(f"expected a whole number, got {shortened(text)}")
+    return int(text)
 
 
 EDGE_SETS = ("all", "feature", "boundary")

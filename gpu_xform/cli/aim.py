@@ -1,0 +1,59 @@
+"""From the camera options to a camera."""
+
+import math
+from argparse import Namespace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .. import matrices
+from .._arguments import Float64Array
+from ..errors import ArgumentError
+from ..mesh import Mesh
+
+if TYPE_CHECKING:
+    from ..cameras import Camera
+
+
+def require_one_aim(options: Namespace) -> None:
+    """Raise `ArgumentError` where the options aim the camera twice, or not at all."""
+    if options.camera_position is None:
+        if options.camera_focal_point is not None:
+            raise ArgumentError("camera options: --camera-focal-point must come with --camera-position")
+    elif options.camera_direction is not None:
+        raise ArgumentError(
+            "camera options: --camera-direction cannot go with --camera-position: give --camera-focal-point"
+        )
+
+
+def camera(options: Namespace, points: Float64Array) -> "Camera":
+    """Return the camera of the options, for models whose `points` (n, 3) are in the world."""
+    try:
+        return _aimed(options, points)
+    except ArgumentError as error:
+        raise ArgumentError(f"camera options: {error}") from None
+
+
+def _aimed(options: Namespace, points: Float64Array) -> "Camera":
+    from ..cameras import DEFAULT_DIRECTION, Camera
+
+    up = options.up if options.camera_view_up is None else options.camera_view_up
+    lens = {"fov_y": options.camera_view_angle, "orthographic": options.camera_orthographic}
+    if options.camera_position is None:
+        direction = options.camera_direction
+        if direction is None:
+            direction = _turn_up(options.up) @ DEFAULT_DIRECTION
+        return Camera.fit(points, direction=direction, up=up, **lens)
+    target = options.camera_focal_point
+    if target is None:
+        target = Mesh(points).center
+    return Camera.look_at(options.camera_position, target, up, **lens)
+
+
+def _turn_up(up: Float64Array) -> Float64Array:
+    """Return the smallest rotation (3, 3) that takes +y to `up`."""
+    axis = np.cross((0.0, 1.0, 0.0), up)
+    if not axis.any():
+        axis = np.array([1.0, 0.0, 0.0])
+    angle = math.atan2(math.hypot(up[0], up[2]), up[1])
+    return matrices.rotate(axis, angle)[:3, :3]

@@ -1,0 +1,66 @@
+"""Which models go into which pictures, and which paths belong to these."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..errors import ArgumentError
+from . import files
+from .templates import Template
+
+PICTURE_TYPES = ("png",)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """The model files that are drawn together, where to, and what the result is compared with."""
+
+    models: Sequence[str]
+    output: str | None
+    reference: str | None
+    difference: str | None
+
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+        first, *others = self.models
+        return f"{first} and {len(others)} more" if others else first
+
+    @property
+    def written(self) -> list[str]:
+        """The paths that may be written."""
+        return [path for path in (self.output, self.difference) if path is not None]
+
+
+def planned(
+    models: Sequence[str], output: Template | None, reference: Template | None, difference: Template | None
+) -> list[Picture]:
+    """Return one picture for each model where one of the paths says so, else one for all of them.
+
+    Raises `ArgumentError` where a path has no type that can be written, or belongs to two things.
+    """
+    if models.count(files.STANDARD) > 1:
+        raise ArgumentError("standard input can be read only once")
+    templates = (output, reference, difference)
+    one_for_each = any(template.one_for_each for template in templates if template is not None)
+    pictures = [
+        Picture(group, *(None if template is None else template.path(group[0]) for template in templates))
+        for group in ([[model] for model in models] if one_for_each else [models])
+    ]
+    for path in (path for picture in pictures for path in picture.written if path != files.STANDARD):
+        files.require_type(path, PICTURE_TYPES)
+    _require_apart(pictures)
+    return pictures
+
+
+def _require_apart(pictures: Sequence[Picture]) -> None:
+    owners: dict[str, str] = {}
+    for picture in pictures:
+        for path in picture.written:
+            place = os.path.normcase(os.path.realpath(path))
+            if place in owners:
+                raise ArgumentError(f"{path}: two pictures would go there, of {owners[place]} and of {picture.name}")
+            owners[place] = picture.name
+    for picture in pictures:
+        if picture.reference is not None and os.path.normcase(os.path.realpath(picture.reference)) in owners:
+            raise ArgumentError(f"{picture.reference}: a picture cannot take the place of a reference")
