@@ -48,7 +48,7 @@ from .scene import Scene
 if TYPE_CHECKING:
     from .cameras import Camera
     from .comparison import compare_images
-    from .formats import load_mesh, save_mesh
+    from .formats import load_mesh, load_scene, save_mesh
     from .gpu.adapters import adapters
     from .gpu.device import Device
     from .point_buffer import PointBuffer, bounds
@@ -85,6 +85,7 @@ __all__ = [
     "identity",
     "inverse",
     "load_mesh",
+    "load_scene",
     "look_at",
     "matrices",
     "orthographic",
@@ -119,6 +120,7 @@ _LATE = {
     "bounds": ".point_buffer",
     "compare_images": ".comparison",
     "load_mesh": ".formats",
+    "load_scene": ".formats",
     "project_points": ".transform",
     "render": ".wireframe",
     "render_array": ".wireframe",

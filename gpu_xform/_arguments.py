@@ -90,7 +90,7 @@ def square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
 
 def square_matrices(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
     """Return `value` as finite float64 matrices (..., s, s), s one of `sizes`; as `square_matrix` otherwise."""
-    if isinstance(value, SupportsAsMatrix):
+    if not isinstance(value, np.ndarray) and isinstance(value, SupportsAsMatrix):  # asking a protocol is slow
         matrices = real_array(value.as_matrix(), name)
         if matrices.shape[-2:] == (3, 3):
             linear = matrices

@@ -28,7 +28,7 @@ DOCUMENTED = {
     *ERRORS,
     *("matrices", "planar", "samples", "Mesh", "load_mesh", "save_mesh", "Camera", "render", "render_array"),
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
-    *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "compare_images"),
+    *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
 }
 
 

@@ -7,9 +7,10 @@ import numpy as np
 
 from ..errors import MeshError
 from ..mesh import Mesh
+from ._joining import joined
 
 
-def load_scene(data: bytes, file_type: str) -> Mesh:
+def load(data: bytes, file_type: str) -> Mesh:
     """Return all triangles of a file that trimesh reads, each geometry where the scene's nodes put it."""
     import trimesh
 
@@ -23,12 +24,7 @@ def load_scene(data: bytes, file_type: str) -> Mesh:
     parts = [part for part in parts if len(part[1])]
     if not parts:
         raise MeshError(f"this {file_type.upper()} has no triangles")
-    counts = np.cumsum([0, *(len(points) for points, _ in parts)])
-    meshes = [Mesh(points, triangles) for points, triangles in parts]  # checks the indices before they are shifted
-    if len(meshes) == 1:
-        return meshes[0]
-    triangles = [mesh.indices + start for mesh, start in zip(meshes, counts, strict=False)]
-    return Mesh(np.concatenate([mesh.positions for mesh in meshes]), np.concatenate(triangles).reshape(-1, 3))
+    return joined([Mesh(points, triangles) for points, triangles in parts])
 
 
 def _placed(scene: Any, node: str) -> tuple[Any, Any]:

@@ -2,21 +2,28 @@
 
 import os
 from collections.abc import Callable, Collection
+from functools import partial
 from pathlib import Path
-from typing import BinaryIO, TypeAlias
+from typing import BinaryIO, TypeAlias, TypeVar
 
 from .._files import atomic_write
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..mesh import Mesh
-from . import glb, obj, off, ply, stl, vrml, zipped
+from ..scene import Scene
+from . import glb, gltf, obj, off, ply, stl, vrml, zipped
+
+Model = TypeVar("Model", Mesh, Scene)
 
 Reader: TypeAlias = Callable[[bytes], Mesh]
 Writer: TypeAlias = Callable[[Mesh, BinaryIO], None]
 PathOrFile: TypeAlias = str | os.PathLike[str] | BinaryIO
 
+_NAMELESS = "<file>"
+
 READERS: dict[str, Reader] = {
     "3mf": zipped.read,
     "glb": glb.read,
+    "gltf": gltf.read,
     "obj": obj.read,
     "off": off.read,
     "ply": ply.read,
@@ -44,18 +51,30 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
     ArgumentError for a nameless file object without `file_type`; OSError from the operating system unchanged.
     """
     name, kind = _identify(source, file_type, READERS)
-    data = Path(source).read_bytes() if isinstance(source, str | os.PathLike) else source.read()
-    if not isinstance(data, bytes | bytearray | memoryview):
-        raise ArgumentTypeError(f"source must be a binary file, its read() gave {type(data).__name__}")
-    try:
-        if len(data) == 0:
-            raise MeshError("the file is empty")
-        mesh = READERS[kind](bytes(data))
-        if mesh.n_points == 0:
-            raise MeshError("the file holds no points")
-        return mesh
-    except MeshError as error:
-        raise MeshError(f"{name}: {error}") from error.__cause__
+    mesh = _read(source, name, partial(gltf.read, folder=_folder(source)) if kind == "gltf" else READERS[kind])
+    if mesh.n_points == 0:
+        raise MeshError(f"{name}: the file holds no points")
+    return mesh
+
+
+def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
+    """Return the scene in a model file.
+
+    source : a path, or a binary file object
+    file_type : "glb", ".GLTF", ...; from the file's name where not given
+
+    GLB and glTF keep their nodes, and a mesh that several nodes show is one. A node of a name that one before it has
+    gets a number, such as "wheel 2", and node 7 without a name is "node 7". Any other file becomes one node.
+    Raises as `load_mesh` does.
+    """
+    name, kind = _identify(source, file_type, READERS)
+    if kind == "glb":
+        return _read(source, name, glb.read_scene)
+    if kind == "gltf":
+        return _read(source, name, partial(gltf.read_scene, folder=_folder(source)))
+    scene = Scene()
+    scene.add(load_mesh(source, file_type=kind), name=None if name == _NAMELESS else Path(name).stem)
+    return scene
 
 
 def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -> None:
@@ -81,6 +100,24 @@ def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -
         raise MeshError(f"{name}: {error}") from error.__cause__
 
 
+def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Model:
+    """Return what `reader` makes of a file; errors in the file name it."""
+    data = Path(source).read_bytes() if isinstance(source, str | os.PathLike) else source.read()
+    if not isinstance(data, bytes | bytearray | memoryview):
+        raise ArgumentTypeError(f"source must be a binary file, its read() gave {type(data).__name__}")
+    try:
+        if len(data) == 0:
+            raise MeshError("the file is empty")
+        return reader(bytes(data))
+    except MeshError as error:
+        raise MeshError(f"{name}: {error}") from error.__cause__
+
+
+def _folder(source: PathOrFile) -> Path | None:
+    """Return where other files of the model may lie."""
+    return Path(source).parent if isinstance(source, str | os.PathLike) else None
+
+
 def _identify(source: PathOrFile, file_type: str | None, known: Collection[str]) -> tuple[str, str]:
     """Return a name for messages and a member of `known`."""
     path = source if isinstance(source, str | os.PathLike) else getattr(source, "name", None)
@@ -92,5 +129,5 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
     if kind not in known:
         got = repr(kind) if kind else "no suffix"
-        raise MeshError(f"{name or '<file>'}: the type must be one of {', '.join(sorted(known))}, got {got}")
-    return name or "<file>", kind
+        raise MeshError(f"{name or _NAMELESS}: the type must be one of {', '.join(sorted(known))}, got {got}")
+    return name or _NAMELESS, kind

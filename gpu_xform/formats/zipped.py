@@ -21,4 +21,4 @@ def read(data: bytes) -> Mesh:
     most = min(_MOST_BYTES, _MOST_RATIO * len(data))
     if unpacked > most:
         raise MeshError(f"unpacks to {unpacked} bytes, more than the {most} that are allowed")
-    return _trimesh.load_scene(data, "3mf")
+    return _trimesh.load(data, "3mf")

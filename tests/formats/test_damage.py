@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from gltf_files import BINARY, as_text, data_uri, document
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -42,6 +43,17 @@ def saved(mesh: Mesh, kind: str) -> bytes:
     return file.getvalue()
 
 
+def four_nodes() -> dict[str, Any]:
+    content = document()
+    content["nodes"] = [
+        {"name": "a", "mesh": 0, "children": [1, 2], "translation": [1, 2, 3]},
+        {"name": "b", "mesh": 0, "rotation": [0, 0.6, 0, 0.8]},
+        {"mesh": 0, "scale": [1, 2, 3], "children": [3]},
+        {"mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 5, 5, 5, 1]},
+    ]
+    return content
+
+
 TRIANGLES = HOUSE.to_trimesh()
 ASCII_PLY = TRIANGLES.export(file_type="ply", encoding="ascii")
 SEEDS: list[tuple[str, bytes]] = [
@@ -53,6 +65,7 @@ SEEDS: list[tuple[str, bytes]] = [
     ("stl", saved(HOUSE, "stl")),
     ("stl", trimesh.exchange.stl.export_stl_ascii(TRIANGLES).encode()),
     ("glb", saved(HOUSE, "glb")),
+    ("gltf", as_text(data_uri(BINARY), content=four_nodes())),
     ("wrl", VRML_1),
     ("wrl", VRML_97),
     ("wrl", gzip.compress(VRML_1)),
