@@ -329,7 +329,7 @@ def chain_of(n: int) -> Scene:
 
 
 def test_a_chain_of_ten_thousand_is_no_hazard() -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     scene = chain_of(10_000)
     assert np.array_equal(scene.world("9999"), translate(10_000, 0, 20_000))
     (layer,) = scene.layers()
@@ -345,7 +345,7 @@ def test_a_chain_of_ten_thousand_is_no_hazard() -> None:
         scene.move("0", "9999")
     scene.remove("1")
     assert len(scene) == 1
-    assert time.perf_counter() - start < 5.0
+    assert time.process_time() - start < 5.0
 
 
 def test_the_robot_arm_carries_what_is_farther_out() -> None:

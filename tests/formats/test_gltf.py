@@ -307,7 +307,7 @@ def test_a_world_that_overflows_is_an_error_of_the_file() -> None:
 
 
 def test_what_is_large_in_nodes_alone_is_read_soon() -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     n = 20_000
     crowd = scene_of(with_nodes(*[{"mesh": 0, "name": "tree"}] * n, roots=list(range(n))))
     assert len(crowd) == n
@@ -316,7 +316,7 @@ def test_what_is_large_in_nodes_alone_is_read_soon() -> None:
     assert layer.transform.shape == (n, 4, 4)
     deep = scene_of(with_nodes(*({"children": [i + 1], "translation": [1, 0, 0]} for i in range(n - 1)), {"mesh": 0}))
     assert np.array_equal(deep.world(f"node {n - 1}"), translate(n - 1, 0, 0))
-    assert time.perf_counter() - start < 10.0
+    assert time.process_time() - start < 10.0
 
 
 def test_meshes_that_use_one_array_too_often_are_refused() -> None:

@@ -73,9 +73,9 @@ def test_solids_in_the_style_of_hart(mesh: Mesh) -> None:
 def test_a_hundred_thousand_vertices_take_no_token_each() -> None:
     mesh = samples.icosphere(7)
     text = in_hart_style(mesh).encode()
-    start = time.perf_counter()
+    start = time.process_time()
     assert vrml.read(text) == mesh
-    assert time.perf_counter() - start < 10.0
+    assert time.process_time() - start < 10.0
 
 
 def test_state_of_vrml_1() -> None:
@@ -273,11 +273,11 @@ def test_no_depth_of_nesting_exhausts_a_stack(depth: int) -> None:
 
 def test_use_cannot_multiply_without_bound() -> None:
     nest = "".join(f"DEF L{i} Group {{ children [ {f'USE L{i - 1} ' * 10} ] }}\n" for i in range(1, 40))
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(MeshError, match="USE multiplies the scene beyond 262144 nodes"):
         v2(f"DEF L0 <shape>\n{nest}")
     big = with_shape("0 1 2", "0 1 2 -1 " * 50_000)
     moved = "".join(f"Transform {{ translation {i} 0 0 children USE B }}\n" for i in range(1000))
     with pytest.raises(MeshError, match="USE multiplies the scene beyond 33554432 numbers"):
         v2(f"DEF B {big}\n{moved}")
-    assert time.perf_counter() - start < 20.0
+    assert time.process_time() - start < 20.0
