@@ -15,11 +15,13 @@ from .errors import (
     DeviceMemoryError,
     GpuXformError,
     MeshError,
+    MissingExtraError,
     NoAdapterError,
     PrecisionError,
     PrecisionWarning,
     ShaderError,
     SingularMatrixError,
+    SizeWarning,
 )
 from .matrices import (
     chain,
@@ -46,6 +48,7 @@ from .mesh import Mesh
 from .scene import Scene
 
 if TYPE_CHECKING:
+    from .animation import Animation, animate, turntable
     from .cameras import Camera
     from .comparison import compare_images
     from .formats import load_mesh, load_scene, save_mesh
@@ -59,6 +62,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Animation",
     "ArgumentError",
     "ArgumentTypeError",
     "Camera",
@@ -68,6 +72,7 @@ __all__ = [
     "GpuXformError",
     "Mesh",
     "MeshError",
+    "MissingExtraError",
     "NoAdapterError",
     "PointBuffer",
     "PrecisionError",
@@ -75,7 +80,9 @@ __all__ = [
     "Scene",
     "ShaderError",
     "SingularMatrixError",
+    "SizeWarning",
     "adapters",
+    "animate",
     "bounds",
     "chain",
     "compare_images",
@@ -110,13 +117,16 @@ __all__ = [
     "transform_points",
     "transform_vectors",
     "translate",
+    "turntable",
 ]
 
 _LATE = {
+    "Animation": ".animation",
     "Camera": ".cameras",
     "Device": ".gpu.device",
     "PointBuffer": ".point_buffer",
     "adapters": ".gpu.adapters",
+    "animate": ".animation",
     "bounds": ".point_buffer",
     "compare_images": ".comparison",
     "load_mesh": ".formats",
@@ -129,6 +139,7 @@ _LATE = {
     "transform_normals": ".transform",
     "transform_points": ".transform",
     "transform_vectors": ".transform",
+    "turntable": ".animation",
 }
 
 

@@ -1,7 +1,9 @@
 """Writing a file so that it is there whole or not at all."""
 
+import errno
 import os
 import secrets
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -30,4 +32,32 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
             beside.unlink()
         if isinstance(error, OSError) and error.filename == str(beside):
             raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+        raise
+
+
+@contextmanager
+def atomic_folder(path: str | os.PathLike[str]) -> Iterator[Path]:
+    """Give an empty folder whose files move into the folder `path` when the block ends, and vanish if it raises.
+
+    `path` is made where there is none, in a folder that there must be; what else it holds stays. What the system
+    refuses names `path`.
+    """
+    target = Path(path)
+    if target.exists() and not target.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), os.fspath(path))
+    beside = (target if target.is_dir() else target.parent) / f".{secrets.token_hex(8)}.tmp"
+    try:
+        beside.mkdir()
+        yield beside
+        if target.is_dir():
+            for file in sorted(beside.iterdir()):
+                file.replace(target / file.name)
+            beside.rmdir()
+        else:
+            beside.rename(target)
+    except BaseException as error:
+        shutil.rmtree(beside, ignore_errors=True)
+        if isinstance(error, OSError) and error.filename and Path(error.filename).is_relative_to(beside):
+            named = target / Path(error.filename).relative_to(beside)
+            raise OSError(error.errno, error.strerror, str(named)) from None
         raise

@@ -13,6 +13,7 @@ from .mesh import Mesh
 
 DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)
 DEFAULT_FOV_Y = 30.0
+DEFAULT_MARGIN = 0.05
 # A depth buffer spends its precision near the eye; nothing closer than a thousandth of the way is drawn.
 NEAR_FRACTION = 1e-3
 FAR_FRACTION = 1e3
@@ -115,7 +116,7 @@ class Camera:
         *,
         direction: npt.ArrayLike = DEFAULT_DIRECTION,
         up: npt.ArrayLike = (0.0, 1.0, 0.0),
-        margin: float = 0.05,
+        margin: float = DEFAULT_MARGIN,
         fov_y: float = DEFAULT_FOV_Y,
         orthographic: bool = False,
     ) -> "Camera":
@@ -143,6 +144,30 @@ class Camera:
             return place(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
         return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r})")
+
+
+def outermost(
+    points: Float64Array,
+    aspect: float,
+    *,
+    direction: npt.ArrayLike = DEFAULT_DIRECTION,
+    up: npt.ArrayLike = (0.0, 1.0, 0.0),
+    margin: float = DEFAULT_MARGIN,
+    fov_y: float = DEFAULT_FOV_Y,
+    orthographic: bool = False,
+) -> Float64Array:
+    """Return the few of `points` (n, 3) that alone decide where `Camera.fit` stands for pictures of `aspect`.
+
+    So a motion of any length is framed, a frame at a time: only the outermost points so far have to be kept.
+    """
+    view_from_world = matrices.look_at((0.0, 0.0, 0.0), _unit(direction), up)
+    across = np.eye(3)
+    if not orthographic:
+        tangent = math.tan(math.radians(fov_y) / 2.0) * (1.0 - 2.0 * margin)
+        edges = [(1, 0, tangent * aspect), (1, 0, -tangent * aspect), (0, 1, tangent), (0, 1, -tangent)]
+        across = np.concatenate([across, edges])
+    reach = points @ (across @ view_from_world[:3, :3]).T
+    return points[np.unique([reach.argmin(axis=0), reach.argmax(axis=0)])] if len(points) else points
 
 
 def _unit(value: npt.ArrayLike) -> Float64Array:

@@ -1,4 +1,4 @@
-"""Every exception that gpu_xform raises, in one tree, and its one warning.
+"""Every exception that gpu_xform raises, in one tree, and its two warnings.
 
 `GpuXformError` is the root. Where Python users expect a `ValueError`, a `TypeError` or a `RuntimeError`, the class is
 one of those as well. Only the operating system's own refusals (`FileNotFoundError`, `PermissionError`, a full disk)
@@ -26,12 +26,20 @@ class MeshError(GpuXformError, ValueError):
     """A mesh or a model file is not what it claims to be; the message names file, line or byte, and what is wrong."""
 
 
+class MissingExtraError(GpuXformError, ImportError):
+    """An optional library is not installed; the message names the extra of this package that brings it."""
+
+
 class PrecisionError(GpuXformError, ValueError):
     """The device cannot compute in the precision asked for."""
 
 
 class PrecisionWarning(UserWarning):
     """Single precision is too coarse for the coordinates at hand."""
+
+
+class SizeWarning(UserWarning):
+    """A picture is padded to a size that its format can hold."""
 
 
 class NoAdapterError(GpuXformError, RuntimeError):

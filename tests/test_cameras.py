@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gpu_xform import Camera, Mesh, matrices, samples
+from gpu_xform.cameras import outermost
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 
 Array = npt.NDArray[np.float64]
@@ -232,3 +233,30 @@ WRONG: list[tuple[Any, type[Exception], str]] = [
 def test_a_camera_that_cannot_be_is_refused_when_it_is_made(make: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         make()
+
+
+@given(
+    points=arrays(np.float64, (300, 3), elements=st.floats(-100.0, 100.0)),
+    aspect=st.floats(0.1, 10.0),
+    direction=arrays(np.float64, 3, elements=st.floats(-1.0, 1.0)),
+    margin=st.floats(0.0, 0.45),
+    fov_y=st.floats(1.0, 150.0),
+    orthographic=st.booleans(),
+)
+def test_the_outermost_points_so_far_decide_where_a_camera_stands(
+    points: Array, aspect: float, direction: Array, margin: float, fov_y: float, orthographic: bool
+) -> None:
+    assume(np.linalg.norm(np.cross(direction, (0, 1, 0))) > 1e-2)
+    options: dict[str, Any] = {
+        "direction": direction,
+        "margin": margin,
+        "fov_y": fov_y,
+        "orthographic": orthographic,
+    }
+    held = np.empty((0, 3))
+    for part in np.split(points, 6):
+        held = outermost(np.concatenate([held, part]), aspect, **options)
+        assert len(held) <= 14
+    few, all_of_them = Camera.fit(held, **options), Camera.fit(points, **options)
+    expected = all_of_them.clip_from_world(aspect)
+    np.testing.assert_allclose(few.clip_from_world(aspect), expected, rtol=0, atol=1e-9 * np.abs(expected).max())

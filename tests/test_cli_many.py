@@ -276,7 +276,7 @@ def on_a_terminal(*typed: str) -> tuple[int, str]:
     here, there = pty.openpty()
     fcntl.ioctl(there, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
     program = "import sys, gpu_xform.cli; sys.exit(gpu_xform.cli.main())"
-    at_once = f"from gpu_xform.cli import progress; progress.APPEARS_AFTER_S = 0; {program}"
+    at_once = f"from gpu_xform import progress; progress.APPEARS_AFTER_S = 0; {program}"
     with subprocess.Popen([sys.executable, "-c", at_once, *typed], stderr=there, stdout=subprocess.PIPE) as process:
         os.close(there)
         shown = bytearray()

@@ -28,6 +28,7 @@ DOCUMENTED = {
     *ERRORS,
     *("matrices", "planar", "samples", "Mesh", "load_mesh", "save_mesh", "Camera", "render", "render_array"),
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
+    *("animate", "turntable", "Animation", "SizeWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
 }
 
@@ -64,13 +65,14 @@ def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
         "ArgumentTypeError": TypeError,
         "SingularMatrixError": errors.ArgumentError,
         "MeshError": ValueError,
+        "MissingExtraError": ImportError,
         "PrecisionError": ValueError,
         "NoAdapterError": RuntimeError,
         "DeviceError": RuntimeError,
         "DeviceMemoryError": MemoryError,
         "ShaderError": RuntimeError,
     }
-    assert {*bases, "GpuXformError", "PrecisionWarning"} == set(ERRORS)
+    assert {*bases, "GpuXformError", "PrecisionWarning", "SizeWarning"} == set(ERRORS)
     for name, base in bases.items():
         assert issubclass(getattr(errors, name), base)
         assert issubclass(getattr(errors, name), errors.GpuXformError)
@@ -85,7 +87,7 @@ def loaded_after(statement: str) -> set[str]:
     return set(result.stdout.split())
 
 
-HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib"}
+HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av"}
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
@@ -138,7 +140,7 @@ def unit(name: str) -> str:
 # Each imports only from the rows above its own.
 LAYERS = [
     {"errors"},
-    {"_arguments", "_files", "_memmap", "images"},
+    {"_arguments", "_files", "_memmap", "images", "progress"},
     {"_affine", "_points", "colors", "comparison", "triangulation"},
     {"_influences", "colormaps", "matrices", "planar", "mesh", "scene"},
     {"samples", "cameras", "edge_sets", "formats"},
@@ -147,7 +149,7 @@ LAYERS = [
     {"_rebased", "point_buffer"},
     {"subjects", "transform"},
     {"wireframe"},
-    {"bench", "streaming"},
+    {"animation", "bench", "streaming"},
     {"__init__"},
     {"cli"},
     {"__main__"},

@@ -13,7 +13,8 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 SHADERS = {path.relative_to(ROOT / "wgsl").as_posix() for path in (ROOT / "wgsl").rglob("*") if path.is_file()}
-MODULES = {path.relative_to(ROOT).as_posix() for path in (ROOT / "gpu_xform").rglob("*.py")}
+SOURCES = (ROOT / "gpu_xform").rglob("*.*")
+MODULES = {path.relative_to(ROOT).as_posix() for path in SOURCES if path.suffix in (".py", ".html")}
 
 # Nothing of the checkout is on the path: -I leaves out the working folder, -S the .pth file of an editable install.
 USE = """

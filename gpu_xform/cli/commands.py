@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .. import matrices
+from .. import matrices, progress
 from .._arguments import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..mesh import Mesh
-from . import files, progress
+from . import files
 from .failures import DEVICE_FAILED, NO_ADAPTER
 
 if TYPE_CHECKING:

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import progress
 from .._arguments import Float64Array
 from ..errors import MeshError
 from ..mesh import Mesh
-from . import aim, failures, files, option_groups, progress, references
+from . import aim, failures, files, option_groups, references
 from .commands import chosen_device, composed
 from .pictures import Picture, planned
 

@@ -1,0 +1,218 @@
+"""Models in motion: drawn frame by frame, and saved in any format that shows them moving."""
+
+import contextlib
+import io
+import os
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import images
+from .._arguments import Float64Array, MatrixLike, direction, square_matrix
+from ..cameras import Camera, outermost
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..images import Pixels
+from ..matrices import rotate, translate
+from ..progress import bar
+from ..subjects import Model
+from ..wireframe import Size, picture_size
+from . import poses
+from .encoders import html
+from .encoders.clip import Clip
+from .encoders.registry import StrPath, saver
+from .motion import Frames, Motion, described, frame_count
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+Progress: TypeAlias = Callable[[int, int], object]
+
+DEFAULT_SIZE = (640, 480)
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+def animate(
+    model: Model,
+    frames: Frames,
+    path: StrPath | None = None,
+    *,
+    n_frames: int | None = None,
+    duration: float | None = None,
+    fps: float = 20,
+    size: Size = DEFAULT_SIZE,
+    camera: Camera | Mapping[str, Any] | None = None,
+    transform: MatrixLike | None = None,
+    progress: Progress | None = None,
+    **style: Any,
+) -> "Animation":
+    """Return an animation of a model; nothing is drawn before a frame, or a file, is asked for.
+
+    model : a Mesh, the path of a model file, or a PointBuffer
+    frames : for each frame the (4, 4) matrix that moves the model, or another model in its place: several of them, a
+        stack (k, 4, 4), a stack of SciPy's rotations; or a function that gives one
+    path : where to save it at once, as `Animation.save` does
+    n_frames : for a function, which is called with the frame's number, from 0 on
+    duration : in place of n_frames, for a function that is called with the frame's time; both in seconds
+    fps : frames a second
+    size : (width, height) in pixels
+    camera : by default one `Camera.fit` for all frames, which holds the model in each of them; a dict of its keywords,
+        such as {"direction": (0, 0, -1)}, says how
+    transform : (4, 4), applied to the model before the matrix of the frame
+    progress : called with the frames drawn and the frames in all while the file is written; by default a bar appears
+        after a second, on a terminal only
+    style : further keywords of `render`, such as color and background
+
+    A function is called again for the same frame, and must give the same. Raises `ArgumentError` for no frames, for a
+    frame that is no matrix, and with the frame's number where a function raises; otherwise as `render` and
+    `Animation.save` do.
+    """
+    moving = described(frames, fps, n_frames, duration)
+    animation = Animation(poses.opened(model), moving, size, camera, transform, style)
+    if path is not None:
+        animation.save(path, progress=progress)
+    return animation
+
+
+def turntable(
+    model: Model,
+    frames: int = 100,
+    path: StrPath | None = None,
+    *,
+    axis: str | npt.ArrayLike = "y",
+    transform: MatrixLike | None = None,
+    **options: Any,
+) -> "Animation":
+    """Return an animation of a model that turns once, about an axis through the middle of its bounds.
+
+    frames : how many; the last is one step short of the first, so that it goes round without a stop
+    axis : "x", "y", "z" or a vector (3,), from whose end the turn is seen counter-clockwise
+    transform : (4, 4), applied to the model before it turns
+    options : further keywords of `animate`
+    """
+    count = frame_count(frames, "frames")
+    if isinstance(axis, str) and axis not in AXES:
+        raise ArgumentError(f"axis must be 'x', 'y', 'z' or a vector, got {axis!r}")
+    along = direction(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
+    shown = poses.opened(model)
+    points = poses.outline(poses.Posed(shown, _placed(transform)))
+    if len(points) == 0:
+        raise MeshError("a model without points cannot turn about its middle")
+    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    to_middle, from_middle = translate(*-middle), translate(*middle)
+
+    def turned(k: int) -> Float64Array:
+        return from_middle @ rotate(along, 360.0 * k / count, degrees=True) @ to_middle
+
+    return animate(shown, turned, path, n_frames=count, transform=transform, **options)
+
+
+class Animation:
+    """A model in motion, made by `animate` or `turntable`: each frame is drawn when it is asked for.
+
+    It has a length, and iteration gives the frames as Pillow images. In a notebook it shows itself in a player.
+    """
+
+    def __init__(
+        self,
+        model: poses.Opened,
+        motion: Motion,
+        size: Size,
+        camera: Camera | Mapping[str, Any] | None,
+        transform: MatrixLike | None,
+        style: Mapping[str, Any],
+    ) -> None:
+        self._model = model
+        self._motion = motion
+        self._size = picture_size(size)
+        self._placed = _placed(transform)
+        self._style = style
+        if isinstance(camera, Camera):
+            self.camera = camera
+        elif camera is None or isinstance(camera, Mapping):
+            self._fit: Mapping[str, Any] = camera or {}
+            Camera.fit(np.zeros((1, 3)), **self._fit)  # raises now, not at the first frame
+        else:
+            raise ArgumentTypeError(f"camera must be a Camera or a dict of Camera.fit's, got {type(camera).__name__}")
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) in pixels."""
+        return self._size
+
+    @property
+    def fps(self) -> float:
+        """Frames a second."""
+        return self._motion.fps
+
+    @cached_property
+    def camera(self) -> Camera:
+        """The camera of all frames."""
+        aspect = self.size[0] / self.size[1]
+        held = np.empty((0, 3))
+        for k in range(len(self)):
+            held = outermost(np.concatenate([held, poses.outline(self._posed(k))]), aspect, **self._fit)
+        return Camera.fit(held, **self._fit)
+
+    def frame(self, i: int) -> "Image":
+        """Return frame `i` as a Pillow image, mode RGBA; from the end where `i` is negative."""
+        if not -len(self) <= i < len(self):
+            raise ArgumentError(f"i must be a frame's number below {len(self)}, got {i}")
+        return images.image(self._drawn(i % len(self)))
+
+    def save(self, path: StrPath, *, progress: Progress | None = None) -> None:
+        """Write the animation, holding few frames at a time; a file is there whole or not at all.
+
+        path : its ending says how: .gif, .png or .apng (animated), .webp, .mp4, .webm, .html (a page with a player);
+            or one file a frame, "frames/{frame:04}.png", whose folder is made where there is none
+        progress : as `animate` takes it
+
+        PNG, WebP and HTML are exact, and hold transparency. A GIF holds 255 colours, a palette for all frames without
+        dithering, pixels either opaque or not, and at most 50 frames a second, timed in hundredths. MP4 and WebM are
+        lossy and opaque, and need `pip install 'gpu_xform[video]'`; an MP4's odd sides gain a pixel (`SizeWarning`).
+        All but those two play for ever.
+
+        Raises `ArgumentError` for an unknown ending and for what the format cannot hold, `MissingExtraError` where
+        PyAV is missing, and OSError from the operating system unchanged.
+        """
+        write = saver(path)
+        with contextlib.ExitStack() as stack:
+            if progress is None:
+                progress = stack.enter_context(bar(os.fspath(path), " frames"))
+            write(self._clip(progress))
+
+    def _repr_html_(self) -> str:
+        page = io.BytesIO()
+        html.write(page, self._clip())
+        return html.embedded(page.getvalue().decode(), self.size)
+
+    def _clip(self, progress: Progress | None = None) -> Clip:
+        def frames() -> Iterator[Pixels]:
+            for k in range(len(self)):
+                yield self._drawn(k)
+                if progress is not None:
+                    progress(k + 1, len(self))
+
+        return Clip(self.size, len(self), self.fps, frames(), self._drawn)
+
+    def _drawn(self, k: int) -> Pixels:
+        return poses.draw(self._posed(k), self.camera, self.size, self._style)
+
+    def _posed(self, k: int) -> poses.Posed:
+        return poses.posed(self._model, self._placed, self._motion.at(k))
+
+    def __len__(self) -> int:
+        return self._motion.n_frames
+
+    def __iter__(self) -> "Iterator[Image]":
+        return map(self.frame, range(len(self)))
+
+    def __repr__(self) -> str:
+        width, height = self.size
+        return f"<Animation: {len(self)} frames of {width} x {height}, {self.fps:g} a second>"
+
+
+def _placed(transform: MatrixLike | None) -> Float64Array:
+    return np.eye(4) if transform is None else square_matrix(transform, "transform", 4)

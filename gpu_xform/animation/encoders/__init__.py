@@ -1,0 +1,1 @@
+"""Pictures, one after another, as files: one module a format."""

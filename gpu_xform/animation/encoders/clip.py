@@ -1,0 +1,34 @@
+"""What an encoder is given: pictures, one after another, and how long each is shown."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+from ...errors import ArgumentError
+from ...images import Pixels
+
+
+@dataclass(frozen=True)
+class Clip:
+    """Pictures (height, width, 4), drawn as they are asked for.
+
+    frames : all of them in their order, to be gone through once
+    sample : draws some of them, by their numbers, at any time
+    """
+
+    size: tuple[int, int]
+    n_frames: int
+    fps: float
+    frames: Iterator[Pixels]
+    sample: Callable[[int], Pixels]
+
+    def durations(self, unit_s: float) -> Sequence[int]:
+        """Return for how many units each frame is shown; each begins within half a unit of its time."""
+        starts = [round(k / (self.fps * unit_s)) for k in range(self.n_frames + 1)]
+        return [end - start for start, end in pairwise(starts)]
+
+    def require_size_within(self, side: int, format_name: str) -> None:
+        """Raise `ArgumentError` where the pictures are larger than the format can say."""
+        if max(self.size) > side:
+            width, height = self.size
+            raise ArgumentError(f"size must be at most {side} x {side} in {format_name}, got {width} x {height}")

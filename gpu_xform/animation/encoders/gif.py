@@ -1,0 +1,61 @@
+"""GIF: for every program that shows pictures. 255 colours for the whole file, and pixels either opaque or not.
+
+Pillow writes animations itself, but holds every frame of them until the last, and gives each its own colours.
+"""
+
+import io
+import struct
+from typing import BinaryIO
+
+import numpy as np
+
+from ...errors import ArgumentError
+from ...images import Pixels
+from .clip import Clip
+from .overlap import encoded
+from .palettes import TRANSPARENT, Indices, Palette
+
+LARGEST_SIDE = 65535
+# Browsers take a delay of less than two hundredths of a second for a mistake, and make it ten.
+MOST_FPS = 50
+N_SAMPLES = 8
+FOREVER = 0
+HEADER_BYTES = 13
+TABLE_BYTES = 3 * 256
+HAS_FULL_TABLE = 0xF7
+LEAVE, CLEAR = 1 << 2, 2 << 2  # what becomes of a frame before the next
+HAS_TRANSPARENT = 1
+
+
+def write(file: BinaryIO, clip: Clip) -> None:
+    """Write a GIF; frames begin within half a hundredth of a second, its unit, of their times.
+
+    The colours are chosen from eight frames: those that cover most are kept exactly, the rest share the palette, and
+    no pixel is dithered.
+    """
+    clip.require_size_within(LARGEST_SIDE, "a GIF")
+    if clip.fps > MOST_FPS:
+        raise ArgumentError(f"fps must be at most {MOST_FPS} in a GIF, got {clip.fps:g}")
+    spread = np.unique(np.linspace(0, clip.n_frames - 1, N_SAMPLES).round().astype(int))
+    palette = Palette(np.stack([clip.sample(k) for k in spread.tolist()]))
+
+    def compressed(pixels: Pixels) -> bytes:
+        return _image_block(palette.indices(pixels))
+
+    file.write(b"GIF89a" + struct.pack("<HHBBB", *clip.size, HAS_FULL_TABLE, TRANSPARENT, 0) + palette.table())
+    file.write(b"!\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<HB", FOREVER, 0))
+    flags = HAS_TRANSPARENT | (LEAVE if palette.is_opaque else CLEAR)
+    with encoded(clip.frames, compressed, in_order=True) as blocks:
+        for duration, block in zip(clip.durations(1e-2), blocks, strict=True):
+            file.write(b"!\xf9\x04" + struct.pack("<BHBB", flags, duration, TRANSPARENT, 0) + block)
+    file.write(b";")
+
+
+def _image_block(indices: Indices) -> bytes:
+    """Return the block of a GIF that shows `indices` (height, width) by the file's own table of 256 colours."""
+    from PIL import Image
+
+    # Saved as grey, the table is as large, and nothing is renumbered.
+    still = io.BytesIO()
+    Image.fromarray(indices, "L").save(still, "GIF", optimize=False, interlace=0)
+    return still.getvalue()[HEADER_BYTES + TABLE_BYTES : -1]

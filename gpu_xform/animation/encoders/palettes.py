@@ -1,0 +1,84 @@
+"""The colours of a GIF: at most 255 for all of its frames, and none mixed from dots."""
+
+import numpy as np
+import numpy.typing as npt
+
+from ...images import Pixels
+
+Indices = npt.NDArray[np.uint8]
+Codes = npt.NDArray[np.uint32]
+
+TRANSPARENT = 0  # the number of pixels that let through what is below; colours are numbered from 1
+MOST_COLORS = 255
+# What covers much of a picture keeps its colour to the last bit; the rest, the rims of lines, shares what is left.
+MOST_KEPT = 32
+MOST_PIXELS = 1 << 15  # a choice among more is no better, only slower
+CELL = 8  # the nearest colour is looked for once for all colours that differ by less
+
+
+class Palette:
+    """At most 255 colours, chosen for the opaque pixels of `samples` (..., 4), and which of them stands for another."""
+
+    def __init__(self, samples: npt.NDArray[np.uint8]) -> None:
+        opaque = _is_opaque(samples)
+        self.is_opaque = bool(opaque.all())
+        chosen = _chosen(_codes(samples)[opaque])
+        self._colors = _rgb(chosen)
+        self._number_of = _numbers(self._colors)
+        self._number_of[chosen[::-1]] = np.arange(len(chosen), 0, -1)  # what was chosen is exact
+
+    def table(self) -> bytes:
+        """Return 256 colours of three bytes: black for what is transparent, then the chosen ones."""
+        return (bytes(3) + self._colors.tobytes()).ljust(3 * 256, b"\0")
+
+    def indices(self, pixels: Pixels) -> Indices:
+        """Return for each of the pixels (height, width, 4) its colour's number; 0 where it is less than half opaque."""
+        indices = self._number_of[_codes(pixels)]
+        indices[~_is_opaque(pixels)] = TRANSPARENT
+        return indices
+
+
+def _chosen(codes: Codes) -> Codes:
+    """Return at most 255 colours for pixels of the colours `codes` (n,)."""
+    from PIL import Image
+
+    colors, counts = np.unique(codes, return_counts=True)
+    if len(colors) <= MOST_COLORS:
+        return colors if len(colors) else np.zeros(1, np.uint32)
+    kept = colors[np.argsort(-counts, kind="stable")[:MOST_KEPT]]
+    rest = codes[~np.isin(codes, kept)]
+    rest = rest[:: -(-len(rest) // MOST_PIXELS)]
+    quantized = Image.fromarray(_rgb(rest)[np.newaxis], "RGB").quantize(
+        MOST_COLORS - MOST_KEPT, Image.Quantize.MEDIANCUT, kmeans=1
+    )
+    mixed = np.array(quantized.getpalette(), np.uint32).reshape(-1, 3)[: MOST_COLORS - MOST_KEPT]
+    return np.concatenate([kept, mixed @ np.array([1, 1 << 8, 1 << 16], np.uint32)])
+
+
+def _numbers(colors: npt.NDArray[np.uint8]) -> Indices:
+    """Return for every code the number of that of `colors` (k, 3) which is nearest to the middle of its cell."""
+    middles = np.arange(CELL / 2, 256, CELL, dtype=np.float32)
+    blue, green, red = np.meshgrid(middles, middles, middles, indexing="ij")
+    cells = np.stack([red, green, blue], axis=-1).reshape(-1, 3)
+    chosen = colors.astype(np.float32)
+    # |a - b|^2 without |a|^2, which is the same for every b.
+    distances = (chosen**2).sum(axis=1) - 2.0 * (cells @ chosen.T)
+    nearest = (1 + distances.argmin(axis=1)).astype(np.uint8).reshape(blue.shape)
+    numbers = np.empty([len(middles), CELL] * 3, np.uint8)
+    numbers[:] = nearest[:, None, :, None, :, None]
+    return numbers.reshape(-1)
+
+
+def _codes(pixels: npt.NDArray[np.uint8]) -> Codes:
+    """Return the colours of `pixels` (..., 4) as one number each, red in the lowest byte."""
+    packed: Codes = np.ascontiguousarray(pixels).view("<u4")[..., 0]
+    return packed & np.uint32(0xFFFFFF)
+
+
+def _rgb(codes: Codes) -> npt.NDArray[np.uint8]:
+    """Return `codes` (n,) as colours (n, 3)."""
+    return np.ascontiguousarray(codes, "<u4").view(np.uint8).reshape(-1, 4)[:, :3]
+
+
+def _is_opaque(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+    return np.asarray(pixels[..., 3] >= 128)

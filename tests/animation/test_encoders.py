@@ -1,0 +1,533 @@
+"""Every format, read back: how many pictures, how long each is shown, and what is in them."""
+
+import contextlib
+import io
+import signal
+import subprocess
+import sys
+import threading
+import time
+import weakref
+from collections.abc import Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import av
+import numpy as np
+import numpy.typing as npt
+import pytest
+from PIL import Image
+
+import gpu_xform as gx
+from gpu_xform.animation.encoders import stills
+from gpu_xform.animation.encoders.clip import Clip
+from gpu_xform.animation.encoders.overlap import MOST_WORKERS, encoded
+from gpu_xform.animation.encoders.registry import WRITERS, saver
+from gpu_xform.errors import ArgumentError, MissingExtraError, SizeWarning
+
+Pixels = npt.NDArray[np.uint8]
+
+EXACT = ("apng", "png", "webp")
+VIDEO = ("mp4", "webm")
+NAMES = [*(f"out.{kind}" for kind in WRITERS), "out-{frame:03}.png"]
+WIDTH, HEIGHT = 54, 36
+
+
+def pictures(n: int, *, size: tuple[int, int] = (WIDTH, HEIGHT), transparent: bool = False) -> list[Pixels]:
+    """Return pictures no two of which are alike in any part: a ramp that moves, and a corner that tells its number."""
+    width, height = size
+    y, x = np.mgrid[:height, :width]
+    made = []
+    for k in range(n):
+        red, green = 255 * x // width, 255 * y // height
+        blue = np.full_like(x, (40 * k) % 256)
+        alpha = np.where(transparent & ((x + 5 * k) % 20 < 8), 0, 255)
+        pixels = np.stack([red, green, blue, alpha], axis=-1).astype(np.uint8)
+        pixels[: height // 3, : width // 4, :3] = (-13 * k % 256, 17 * k % 256, 0)
+        pixels[pixels[..., 3] == 0] = 0
+        made.append(pixels)
+    return made
+
+
+def clip_of(made: list[Pixels], fps: float = 20) -> Clip:
+    height, width = made[0].shape[:2]
+    return Clip((width, height), len(made), fps, iter(made), made.__getitem__)
+
+
+def save(path: Path, made: list[Pixels], fps: float = 20) -> None:
+    saver(path)(clip_of(made, fps))
+
+
+def read(path: Path) -> tuple[list[Pixels], list[float], Any]:
+    """Return the pictures of a file that Pillow reads, their durations in milliseconds, and how often it plays."""
+    shown, durations = [], []
+    with Image.open(path) as image:
+        for k in range(getattr(image, "n_frames", 1)):
+            image.seek(k)
+            image.load()
+            shown.append(np.asarray(image.convert("RGBA")))
+            durations.append(image.info["duration"])
+        return shown, durations, image.info["loop"]
+
+
+def watch(path: Path) -> tuple[list[Pixels], Any]:
+    """Return the pictures of a video, and its stream's facts."""
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        shown = [np.asarray(frame.to_ndarray(format="rgb24"), np.uint8) for frame in container.decode(stream)]
+        assert container.duration is not None
+        facts = {
+            "seconds": container.duration / av.time_base,
+            "rate": stream.average_rate,
+            "codec": stream.codec_context.name,
+            "pixels": stream.codec_context.pix_fmt,
+            "color": (stream.codec_context.colorspace, stream.codec_context.color_range),
+        }
+    return shown, facts
+
+
+@pytest.mark.parametrize("kind", EXACT)
+@pytest.mark.parametrize("transparent", [False, True])
+@pytest.mark.parametrize("n", [1, 2, 12])
+def test_exact_formats_give_back_every_byte(tmp_path: Path, kind: str, transparent: bool, n: int) -> None:
+    made = pictures(n, transparent=transparent)
+    save(tmp_path / f"out.{kind}", made)
+    shown, durations, loop = read(tmp_path / f"out.{kind}")
+    assert np.array_equal(shown, made)
+    assert durations == [50] * n
+    assert loop == 0  # for ever
+
+
+@pytest.mark.parametrize(("kind", "unit_ms"), [("gif", 10), ("webp", 1), ("png", 0)])
+@pytest.mark.parametrize("fps", [30, 24, 7, 50, 0.7])
+def test_frames_begin_as_near_their_times_as_the_format_can_say(
+    tmp_path: Path, kind: str, unit_ms: float, fps: float
+) -> None:
+    save(tmp_path / f"out.{kind}", pictures(10), fps)
+    _, durations, _ = read(tmp_path / f"out.{kind}")
+    begins, exact = np.cumsum(durations), np.arange(1, 11) * 1000 / fps
+    assert np.abs(begins - exact).max() <= unit_ms / 2 + 1e-3
+    if unit_ms:
+        assert {duration % unit_ms for duration in durations} == {0}
+
+
+def test_every_ending_is_known_in_any_case(tmp_path: Path) -> None:
+    save(tmp_path / "OUT.GIF", pictures(2))
+    with Image.open(tmp_path / "OUT.GIF") as image:
+        assert (image.format, getattr(image, "n_frames", 1)) == ("GIF", 2)
+
+
+@pytest.mark.parametrize("kind", VIDEO)
+def test_videos_play_every_frame_at_its_time(tmp_path: Path, kind: str) -> None:
+    made = pictures(25)
+    save(tmp_path / f"out.{kind}", made, 12.5)
+    shown, facts = watch(tmp_path / f"out.{kind}")
+    assert len(shown) == 25
+    assert facts["seconds"] == pytest.approx(2.0, abs=1e-3)
+    assert facts["rate"] == Fraction(25, 2)
+    assert facts["codec"] in {"mp4": ("h264",), "webm": ("vp9", "libvpx-vp9")}[kind]
+    assert facts["pixels"] == "yuv420p"
+    assert facts["color"] == (1, 1)  # BT.709, 16 to 235
+    for k, picture in enumerate(shown):
+        differences = [np.abs(picture.astype(int) - other[..., :3]).mean() for other in made]
+        assert differences[k] <= 6
+        assert int(np.argmin(differences)) == k
+
+
+def test_an_mp4_begins_with_its_index(tmp_path: Path) -> None:
+    save(tmp_path / "out.mp4", pictures(3))
+    data = (tmp_path / "out.mp4").read_bytes()
+    assert 0 < data.index(b"moov") < data.index(b"mdat")
+
+
+@pytest.mark.parametrize(("size", "padded"), [((33, 21), (34, 22)), ((33, 20), (34, 20)), ((32, 21), (32, 22))])
+def test_an_mp4_of_odd_size_gains_a_pixel_and_says_so(
+    tmp_path: Path, size: tuple[int, int], padded: tuple[int, int]
+) -> None:
+    made = pictures(2, size=size)
+    message = rf"MP4 holds even sizes only: {size[0]} x {size[1]} is padded to {padded[0]} x {padded[1]}"
+    with pytest.warns(SizeWarning, match=message):
+        save(tmp_path / "out.mp4", made)
+    shown, _ = watch(tmp_path / "out.mp4")
+    assert shown[0].shape == (padded[1], padded[0], 3)
+    inside = shown[1][: size[1], : size[0]]
+    assert np.abs(inside.astype(int) - made[1][..., :3]).mean() <= 6
+    rim = shown[1][size[1] - 1 :, : size[0]]
+    assert np.abs(rim.astype(int) - made[1][-1, :, :3]).mean() <= 8
+    save(tmp_path / "out.webm", made)
+    assert watch(tmp_path / "out.webm")[0][0].shape == (size[1], size[0], 3)
+
+
+@pytest.mark.parametrize("kind", VIDEO)
+def test_videos_refuse_what_is_transparent(tmp_path: Path, kind: str) -> None:
+    with pytest.raises(ArgumentError, match=r"background must be opaque in (MP4|WebM): GIF, APNG, WebP and HTML"):
+        save(tmp_path / f"out.{kind}", pictures(3, transparent=True))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("kind", VIDEO)
+def test_a_missing_extra_is_named_before_anything_is_drawn(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(MissingExtraError, match=r"^MP4 and WebM need PyAV: pip install 'gpu_xform\[video\]'$"):
+        saver(tmp_path / f"out.{kind}")
+
+
+def n_colors(*shown: Pixels) -> int:
+    return len(np.unique(np.concatenate([np.ascontiguousarray(pixels).view(np.uint32).ravel() for pixels in shown])))
+
+
+def line_art(color: tuple[int, int, int] = (214, 39, 40)) -> Pixels:
+    """Return a picture of few flat colours with ramps between them, as lines have at their rims."""
+    pixels = np.full((120, 160, 4), 255, np.uint8)
+    ramp = np.linspace(0, 1, 60)[:, None]
+    pixels[10:40, 20:80, :3] = color
+    pixels[60:90, 20:80, :3] = np.round(np.array(color) * ramp + 255 * (1 - ramp))
+    pixels[60:90, 90:150, :3] = np.round(np.array((31, 119, 180)) * ramp + np.array(color) * (1 - ramp))
+    return pixels
+
+
+def test_a_gif_of_few_colors_is_exact(tmp_path: Path) -> None:
+    made = [line_art(), line_art()[::-1], line_art()[:, ::-1]]
+    assert 100 < n_colors(*made) < 255
+    save(tmp_path / "out.gif", made)
+    shown, durations, loop = read(tmp_path / "out.gif")
+    assert np.array_equal(shown, made)
+    assert (durations, loop) == ([50, 50, 50], 0)
+
+
+def test_a_gif_of_many_colors_keeps_flat_ones_and_dithers_none(tmp_path: Path) -> None:
+    hues = [(250 - 11 * k, 9 * k, 40 + 7 * k) for k in range(20)]
+    made = [line_art(hue) for hue in hues]
+    assert n_colors(*made) > 1000
+    save(tmp_path / "out.gif", made)
+    shown, _, _ = read(tmp_path / "out.gif")
+    assert len(shown) == 20
+    for k, (picture, original) in enumerate(zip(shown, made, strict=True)):
+        assert (picture[:10] == 255).all()
+        assert n_colors(picture[10:40, 20:80]) == 1, "one colour has become several"
+        assert np.abs(picture.astype(int) - original)[60:90, 20:150].mean() < 6, k
+        # Down a ramp every column is of one colour, and so it is shown.
+        assert (picture[60:90] == picture[60]).all()
+    assert np.array_equal(shown[0][10:40], made[0][10:40])
+
+
+def test_a_gif_has_one_palette(tmp_path: Path) -> None:
+    made = pictures(5, size=(300, 200))
+    assert n_colors(*made) > 1000
+    save(tmp_path / "out.gif", made)
+    shown, _, _ = read(tmp_path / "out.gif")
+    assert 200 < n_colors(*shown) <= 255
+
+
+def test_a_gif_is_opaque_or_not_at_each_pixel(tmp_path: Path) -> None:
+    made = pictures(4, transparent=True)
+    made[1][5:9, 30:40, 3] = 127
+    made[1][9:12, 30:40, 3] = 128
+    save(tmp_path / "out.gif", made)
+    shown, _, _ = read(tmp_path / "out.gif")
+    for picture, original in zip(shown, made, strict=True):
+        # What was there before is gone: the stripes move.
+        assert np.array_equal(picture[..., 3], np.where(original[..., 3] >= 128, 255, 0))
+
+
+def test_a_gif_s_delays_are_none_that_browsers_take_for_a_mistake(tmp_path: Path) -> None:
+    save(tmp_path / "out.gif", pictures(3), 50)
+    with pytest.raises(ArgumentError, match="fps must be at most 50 in a GIF, got 51"):
+        save(tmp_path / "faster.gif", pictures(3), 51)
+    assert [path.name for path in tmp_path.iterdir()] == ["out.gif"]
+
+
+@pytest.mark.parametrize(
+    ("name", "side"),
+    [("out.gif", 65535), ("out.webp", 16383), ("out.html", 16383), ("out.mp4", 16384), ("out.webm", 65535)],
+)
+def test_a_size_that_the_format_cannot_hold(tmp_path: Path, name: str, side: int) -> None:
+    clip = Clip((2, side + 1), 1, 20.0, failing([], after=0), [].__getitem__)
+    with pytest.raises(ArgumentError, match=rf"size must be at most {side} x {side} in .*, got 2 x {side + 1}"):
+        saver(tmp_path / name)(clip)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_size_that_the_encoder_refuses_is_an_error_of_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    from gpu_xform.animation.encoders import video
+
+    monkeypatch.setattr(video, "MP4", video.VideoFormat("MP4", "mp4", "libx264", {}, side_multiple=1))
+    with pytest.raises(ArgumentError, match="MP4: libx264 cannot encode 33 x 21 at 20 frames a second"):
+        save(tmp_path / "out.mp4", pictures(1, size=(33, 21)))
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("template", "names"),
+    [
+        ("f{frame}.png", ["f0.png", "f1.png", "f2.png"]),
+        ("{frame:04}.png", ["0000.png", "0001.png", "0002.png"]),
+        ("a-{frame:2}-b.PNG", ["a- 0-b.PNG", "a- 1-b.PNG", "a- 2-b.PNG"]),
+    ],
+)
+def test_one_file_a_frame(tmp_path: Path, template: str, names: list[str]) -> None:
+    made = pictures(3, transparent=True)
+    save(tmp_path / "frames" / template, made)
+    assert [path.name for path in tmp_path.iterdir()] == ["frames"]
+    assert sorted(path.name for path in (tmp_path / "frames").iterdir()) == names
+    for name, original in zip(names, made, strict=True):
+        with Image.open(tmp_path / "frames" / name) as image:
+            assert (image.format, getattr(image, "n_frames", 1)) == ("PNG", 1)
+            assert np.array_equal(np.asarray(image), original)
+
+
+def test_what_else_is_in_the_folder_stays(tmp_path: Path) -> None:
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "1.png").write_text("older")
+    save(tmp_path / "{frame}.png", pictures(2))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["0.png", "1.png", "notes.txt"]
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert (tmp_path / "1.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["{}.png", "{k}.png", "{frame:x}.png", "{frame:.2}.png", "{frame}{frame}.png", "{frame.png", "{frame!r}.png"],
+)
+def test_a_template_that_is_none(tmp_path: Path, name: str) -> None:
+    with pytest.raises(ArgumentError, match=r"path must hold \{frame\}, or \{frame:04\}"):
+        saver(tmp_path / name)
+
+
+def test_a_template_is_for_png(tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError, match=r"path must end in \.png where it holds \{frame\}, got '\{frame\}\.jpg'"):
+        saver(tmp_path / "{frame}.jpg")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_folder_that_there_is_not_is_said_before_anything_is_drawn(tmp_path: Path, name: str) -> None:
+    made: list[Pixels] = pictures(2)
+    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), made.__getitem__)
+    path = tmp_path / "none" / "at all" / name
+    with pytest.raises(FileNotFoundError) as caught:
+        saver(path)(clip)
+    assert str(tmp_path / "none") in str(caught.value)
+    assert "tmp'" not in str(caught.value)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_where_the_folder_should_be(tmp_path: Path) -> None:
+    (tmp_path / "frames").write_text("mine")
+    with pytest.raises(NotADirectoryError, match="frames"):
+        saver(tmp_path / "frames" / "{frame}.png")(clip_of(pictures(2)))
+    assert (tmp_path / "frames").read_text() == "mine"
+
+
+def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
+    (tmp_path / "out.gif").symlink_to("/dev/full")
+    with pytest.raises(OSError, match="No space left") as caught:
+        save(tmp_path / "out.gif", pictures(20, size=(200, 200)))
+    assert caught.value.filename == str(tmp_path / "out.gif")
+
+
+def failing(made: list[Pixels], after: int, error: BaseException | None = None) -> Iterator[Pixels]:
+    yield from made[:after]
+    raise error or RuntimeError("the device is gone")
+
+
+@contextlib.contextmanager
+def leaving_nothing(folder: Path) -> Iterator[None]:
+    """Check that a block leaves neither a file nor a thread."""
+    before = sorted(folder.rglob("*"))
+    yield
+    assert sorted(folder.rglob("*")) == before
+    assert not [thread.name for thread in threading.enumerate() if thread.name.startswith("gpu_xform")]
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("after", [0, 1, 15])
+@pytest.mark.parametrize("error", [RuntimeError("the device is gone"), KeyboardInterrupt()])
+def test_what_stops_the_drawing_leaves_nothing(tmp_path: Path, name: str, after: int, error: BaseException) -> None:
+    made = pictures(20)
+    clip = Clip((WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), made.__getitem__)
+    with leaving_nothing(tmp_path), pytest.raises(type(error)):
+        saver(tmp_path / name)(clip)
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not name.endswith(VIDEO)])
+def test_what_goes_wrong_while_encoding_stops_the_drawing(
+    tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole, calls = Image.Image.save, []
+
+    def sometimes(image: Image.Image, *args: Any, **options: Any) -> None:
+        calls.append(threading.current_thread())
+        if len(calls) > 3:
+            raise MemoryError("no room for the fourth")
+        whole(image, *args, **options)
+
+    monkeypatch.setattr(Image.Image, "save", sometimes)
+    made, drawn = pictures(100), []
+
+    def frames() -> Iterator[Pixels]:
+        for picture in made:
+            drawn.append(picture)
+            yield picture
+
+    with leaving_nothing(tmp_path), pytest.raises(MemoryError, match="no room for the fourth"):
+        saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 100, 20.0, frames(), made.__getitem__))
+    assert len(drawn) <= 4 + MOST_WORKERS + 1
+    assert threading.current_thread() not in calls
+
+
+def test_pictures_are_drawn_while_others_are_encoded() -> None:
+    """Neither waits for the other: the sixth is drawn before the first is encoded, were there workers enough."""
+    at_work, told = threading.Event(), threading.Event()
+
+    def encode(k: Any) -> Any:
+        at_work.set()
+        assert told.wait(10), "nothing is drawn meanwhile"
+        return k
+
+    def frames() -> Iterator[Any]:
+        yield 0
+        assert at_work.wait(10), "nothing is encoded meanwhile"
+        told.set()
+        yield 1
+
+    with encoded(frames(), encode, in_order=True) as results:
+        assert list(results) == [0, 1]
+
+
+def test_results_come_in_the_order_of_the_frames() -> None:
+    def slow(k: Any) -> Any:
+        time.sleep(0.02 * (k % 3 == 0))
+        return k
+
+    with encoded(iter(range(40)), slow) as results:  # type: ignore[arg-type]
+        assert list(results) == list(range(40))
+
+
+def test_one_after_another_is_encoded_where_the_order_counts() -> None:
+    inside, most = [0], [0]
+
+    def encode(k: Any) -> Any:
+        inside[0] += 1
+        most[0] = max(most[0], inside[0])
+        time.sleep(0.002)
+        inside[0] -= 1
+        return k
+
+    with encoded(iter(range(20)), encode, in_order=True) as results:  # type: ignore[arg-type]
+        assert list(results) == list(range(20))
+    assert most == [1]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_few_frames_are_held_at_a_time(tmp_path: Path, name: str) -> None:
+    alive: list[int] = []
+    living: list[weakref.ref[Any]] = []
+
+    def drawn(k: int) -> Pixels:
+        alive.append(sum(reference() is not None for reference in living))
+        picture = pictures(1)[0]
+        picture[0, 0, 0] = k
+        living.append(weakref.ref(picture))
+        return picture
+
+    saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), drawn))
+    assert len(alive) >= 50
+    assert max(alive[8:]) <= MOST_WORKERS + 3
+
+
+MEMORY = """
+import re, sys
+import gpu_xform as gx
+def peak():
+    return int(re.search(r"VmHWM:\\s+(\\d+)", open("/proc/self/status").read())[1]) / 1024
+def save(n):
+    for name in sys.argv[1:]:
+        gx.turntable(gx.samples.cube(), n, name, size=(500, 400))
+    return peak()
+save(30)
+print(save(30), save(130))
+"""
+
+
+def test_a_process_does_not_grow_with_the_frames(tmp_path: Path) -> None:
+    """Held, 100 more pictures of 0.8 MB would be 80 MB."""
+    names = [tmp_path / name for name in NAMES if name != "out.apng"]
+    ran = subprocess.run([sys.executable, "-c", MEMORY, *names], capture_output=True, text=True, check=True)
+    few, many = map(float, ran.stdout.split())
+    assert many - few < 30
+
+
+INTERRUPTED = """
+import sys, threading
+import gpu_xform as gx
+def told(done, total):
+    if done == 5:
+        print("drawing", flush=True)
+try:
+    camera = gx.Camera.look_at((0, 0, 5), (0, 0, 0))
+    gx.turntable(gx.samples.cube(), 10_000, sys.argv[1], size=(200, 200), camera=camera, progress=told)
+except KeyboardInterrupt:
+    print("interrupted", [thread.name for thread in threading.enumerate() if "encoder" in thread.name])
+"""
+
+
+@pytest.mark.parametrize("name", ["out.gif", "out.mp4"])
+def test_an_interrupt_leaves_no_file_and_no_thread(tmp_path: Path, name: str) -> None:
+    child = subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTED, tmp_path / name], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    with child:
+        assert child.stdout is not None
+        assert child.stdout.readline() == "drawing\n"
+        child.send_signal(signal.SIGINT)
+        told, complaints = child.communicate(timeout=60)
+    assert (told, complaints, child.returncode) == ("interrupted []\n", "", 0)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_animation_goes_through_all_of_it(tmp_path: Path) -> None:
+    """From matrices to the bytes of a file, exact where the format is, and near where it is not."""
+    turns = [gx.rotate((1, 2, 3), 0.5 * k) for k in range(4)]
+    animation = gx.animate(gx.samples.house(), turns, size=(120, 80), color="face", line_width=3)
+    drawn = [np.asarray(frame) for frame in animation]
+    for name in NAMES:
+        animation.save(tmp_path / name)
+    for kind in EXACT:
+        assert np.array_equal(read(tmp_path / f"out.{kind}")[0], drawn)
+    for k, picture in enumerate(drawn):
+        with Image.open(tmp_path / f"out-{k:03}.png") as image:
+            assert np.array_equal(np.asarray(image), picture)
+    for kind in VIDEO:
+        shown, _ = watch(tmp_path / f"out.{kind}")
+        assert np.abs(np.stack(shown).astype(int) - np.stack(drawn)[..., :3]).mean() <= 6
+    shown, _, _ = read(tmp_path / "out.gif")
+    assert np.abs(np.stack(shown).astype(int) - np.stack(drawn)).mean() <= 1
+
+
+def test_progress_is_told_and_a_bar_is_for_terminals(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    told: list[tuple[int, int]] = []
+    animation = gx.turntable(gx.samples.cube(), 5, size=(20, 20))
+    animation.save(tmp_path / "out.webp", progress=lambda done, total: told.append((done, total)))
+    assert told == [(k, 5) for k in range(1, 6)]
+    animation.save(tmp_path / "out.webp")
+    assert capfd.readouterr() == ("", "")
+
+
+def test_progress_that_raises_stops_it(tmp_path: Path) -> None:
+    def stop(done: int, _: int) -> None:
+        if done == 3:
+            raise ValueError("enough")
+
+    with leaving_nothing(tmp_path), pytest.raises(ValueError, match="enough"):
+        gx.turntable(gx.samples.cube(), 50, tmp_path / "out.gif", size=(20, 20), progress=stop)
+
+
+def test_stills_are_what_pillow_reads() -> None:
+    picture = pictures(1, transparent=True)[0]
+    for encode, name in [(stills.png, "PNG"), (stills.webp, "WEBP")]:
+        with Image.open(io.BytesIO(encode(picture))) as image:
+            assert image.format == name
+            assert np.array_equal(np.asarray(image), picture)
