@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from .formats import load_mesh, load_scene, save_mesh
     from .gpu.adapters import adapters
     from .gpu.device import Device
+    from .layers import Layer
     from .point_buffer import PointBuffer, bounds
     from .streaming import transform_file
     from .transform import project_points, transform_normals, transform_points, transform_vectors
@@ -70,6 +71,7 @@ __all__ = [
     "DeviceError",
     "DeviceMemoryError",
     "GpuXformError",
+    "Layer",
     "Mesh",
     "MeshError",
     "MissingExtraError",
@@ -124,6 +126,7 @@ _LATE = {
     "Animation": ".animation",
     "Camera": ".cameras",
     "Device": ".gpu.device",
+    "Layer": ".layers",
     "PointBuffer": ".point_buffer",
     "adapters": ".gpu.adapters",
     "animate": ".animation",

@@ -1,6 +1,6 @@
 """Which edges of a mesh to draw: all of them, its creases, its rims, or a list of one's own."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from functools import cache
 from typing import Any, NamedTuple, TypeAlias
 
@@ -13,7 +13,6 @@ from .mesh import IndexArray, Mesh
 from .triangulation import polygons_by_size, unit_normals
 
 EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
-EdgeFinder: TypeAlias = Callable[[Mesh], npt.ArrayLike]
 
 _BoolArray: TypeAlias = npt.NDArray[np.bool_]
 _KeyArray: TypeAlias = npt.NDArray[np.uint64]
@@ -48,7 +47,7 @@ def edge_faces(mesh: Mesh) -> EdgeFaces:
     """
     start, end = mesh.face_edges.T
     is_segment = np.diff(mesh.offsets)[mesh.face_edge_faces] == 2
-    keys, faces, forward = _packed(start, end), np.where(is_segment, -1, mesh.face_edge_faces), start < end
+    keys, faces, forward = pair_keys(start, end), np.where(is_segment, -1, mesh.face_edge_faces), start < end
     if (start == end).any():
         proper = start != end
         keys, faces, forward, is_segment = keys[proper], faces[proper], forward[proper], is_segment[proper]
@@ -63,7 +62,7 @@ def edge_faces(mesh: Mesh) -> EdgeFaces:
     faces, forward = sides.faces[lone, 0], sides.forward[lone] ^ (a > b)
     sides.n_faces[lone], sides.faces[lone] = 0, -1
     long = a != b
-    lone, keys, faces, forward = lone[long], _packed(a, b)[long], faces[long], forward[long]
+    lone, keys, faces, forward = lone[long], pair_keys(a, b)[long], faces[long], forward[long]
     by_face = np.argsort(faces, kind="stable")
     lone = lone[by_face]
     paired = _sides(keys[by_face], faces[by_face], forward[by_face])
@@ -101,14 +100,24 @@ def boundary_edges(mesh: Mesh) -> IndexArray:
     return _boundary(edge_faces(mesh))
 
 
-def resolve_edges(
-    mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0, *, others: Mapping[str, EdgeFinder] | None = None
-) -> IndexArray:
+def without_silhouette(edges: EdgesLike) -> tuple[EdgesLike | None, bool]:
+    """Return `edges` without "silhouette", None where that is all, and whether it was there: a view finds its own."""
+    parts = _parts(edges)
+    rest = [part for part in parts if not (isinstance(part, str) and part == "silhouette")]
+    return (rest[0] if len(rest) == 1 else rest or None), len(rest) < len(parts)
+
+
+def is_one_array(edges: EdgesLike) -> bool:
+    """Return whether `edges` is rows of the caller's, which keep their order."""
+    parts = _parts(edges)
+    return len(parts) == 1 and not isinstance(parts[0], str)
+
+
+def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> IndexArray:
     """Return the edges that `edges` asks for: (m, 2) int64.
 
     edges : "all", "feature", "boundary", or (m, 2) integers; or several of these, of which each edge is taken once
     feature_angle : as in `feature_edges`, degrees
-    others : further names, such as "silhouette" for one view, each with a function from the mesh to its edges
 
     One array by itself keeps its rows as they are. All else is ordered as `mesh.edges`: lower index first, sorted.
     Raises ArgumentError for an unknown name, a wrong shape, an index that names no point, an angle outside 0..180;
@@ -116,21 +125,20 @@ def resolve_edges(
     """
     angle = _angle(feature_angle, "feature_angle")
     found = cache(lambda: edge_faces(mesh))
-    finders: dict[str, EdgeFinder] = {
+    finders: dict[str, Callable[[Mesh], IndexArray]] = {
         "all": lambda mesh: mesh.edges,
         "feature": lambda mesh: _features(mesh, found(), angle),
         "boundary": lambda _: _boundary(found()),
-        **(others or {}),
     }
     pairs = []
     for part in _parts(edges):
         if isinstance(part, str) and part not in finders:
-            names = ", ".join(map(repr, finders))
+            names = ", ".join(map(repr, [*finders, "silhouette"]))
             raise ArgumentError(f"edges must be {names} or an array of shape (m, 2), got {part!r}")
         pairs.append(index_pairs(finders[part](mesh) if isinstance(part, str) else part, mesh.n_points))
     if len(pairs) == 1:
         return pairs[0]
-    keys = np.unique(_packed(*np.concatenate(pairs).T))
+    keys = np.unique(pair_keys(*np.concatenate(pairs).T))
     return np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.int64)
 
 
@@ -257,7 +265,7 @@ def _differs(sorted_: npt.NDArray[Any]) -> _BoolArray:
     return differs
 
 
-def _packed(a: IndexArray, b: IndexArray) -> _KeyArray:
+def pair_keys(a: IndexArray, b: IndexArray) -> _KeyArray:
     """Return one number a pair, the same both ways round, that sorts as the pair with its lower index first."""
     low, high = np.minimum(a, b).astype(np.uint64), np.maximum(a, b).astype(np.uint64)
     return (low << np.uint64(32)) | high

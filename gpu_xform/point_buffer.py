@@ -13,8 +13,8 @@ from .errors import ArgumentError, DeviceError
 from .gpu import reduce_pass, transform_pass
 from .gpu.buffers import Buffer
 from .gpu.device import Device, default_device
-from .gpu.line_pass import Points
 from .gpu.plans import Plan
+from .gpu.shapes import Points
 from .gpu.transform_pass import Finish
 
 

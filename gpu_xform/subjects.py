@@ -1,166 +1,282 @@
-"""What a picture shows: the edges of a mesh, or edges between points that are on the device already."""
+"""What the model of a layer holds: points, edges, faces, and how they get onto a device."""
 
-import contextlib
 import itertools
-import os
-from collections.abc import Iterator
-from typing import Protocol
+from collections.abc import Callable, Hashable
+from pathlib import Path
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
 
 from ._arguments import Float64Array
-from .colors import FACE_CYCLE, ColorLike, packed, rgba
-from .edge_sets import EdgesLike, index_pairs, resolve_edges
-from .errors import ArgumentError, ArgumentTypeError, MeshError
-from .gpu.buffers import Buffer
+from .edge_sets import (
+    edge_faces,
+    face_normals,
+    index_pairs,
+    is_one_array,
+    pair_keys,
+    resolve_edges,
+    without_silhouette,
+)
+from .errors import ArgumentError, MeshError
 from .gpu.device import Device
-from .gpu.line_pass import Points
+from .gpu.layouts import CANDIDATE
 from .gpu.plans import rounded_up
-from .mesh import Mesh
+from .gpu.shapes import Points
+from .layers import Layer
+from .line_colors import by_face
+from .mesh import IndexArray, Mesh
 from .point_buffer import PointBuffer
+from .triangulation import triangles
 
-Model = Mesh | PointBuffer | str | os.PathLike[str]
-Edges = npt.NDArray[np.uint32]
+NO_FACE = 2**32 - 1
+
+
+class Pairs(NamedTuple):
+    """Points that are joined, found when they are asked for, because a device may have them already.
+
+    find : gives (m, 2)
+    rows : gives which row of colours belongs to each of what was found, (m,); None where they are in order
+    n_rows : of colours
+    role : under which a device keeps what was found; None for what is given for one picture
+    """
+
+    find: Callable[[], IndexArray]
+    rows: Callable[[IndexArray], IndexArray] | None
+    n_rows: int
+    role: Hashable | None
+
+
+class Candidates(NamedTuple):
+    """What a view finds its silhouette among: `layouts.CANDIDATE` (m,), and the planes of the faces (f, 4) float32."""
+
+    find: Callable[[], npt.NDArray[np.void]]
+    planes: Callable[[], npt.NDArray[np.float32]]
+    rows: Callable[[IndexArray], IndexArray]
+    role: Hashable | None
 
 
 class Subject(Protocol):
     """Points in a model's frame, and which of them are joined."""
 
     @property
+    def name(self) -> str:
+        """What the model is called; may be empty."""
+        ...
+
+    @property
     def n_points(self) -> int:
         """The number of points."""
         ...
 
-    def lines(
-        self, edges: EdgesLike | None, feature_angle: float, color: ColorLike
-    ) -> tuple[Edges, npt.NDArray[np.uint32]]:
-        """Return the edges to draw (m, 2) in their order, and their packed colours (1,) or (m,)."""
+    @property
+    def n_faces(self) -> int:
+        """The number of faces."""
+        ...
+
+    @property
+    def owner(self) -> object:
+        """What the arrays that a device keeps belong to."""
+        ...
+
+    def pairs(self, layer: Layer) -> Pairs:
+        """Return the edges that `layer` draws in any view."""
+        ...
+
+    def candidates(self, layer: Layer) -> Candidates | None:
+        """Return what the silhouette is found among, where `layer` draws one."""
+        ...
+
+    def triangles(self) -> tuple[IndexArray, IndexArray]:
+        """Return the faces as triangles (t, 3), and the face of each (t,)."""
+        ...
+
+    @property
+    def mesh(self) -> Mesh | None:
+        """The mesh, where there are faces."""
         ...
 
     def outline(self, world_from_model: Float64Array) -> Float64Array:
-        """Return points of the world (k, 3) that a camera must hold to hold the subject."""
+        """Return points of the world (p, 3) that a camera must hold to hold all instances."""
         ...
 
-    def on_device(self, device: Device) -> contextlib.AbstractContextManager[tuple[Points, Float64Array]]:
-        """Lend the points on `device`, and the (4, 4) matrix from them to the model's frame."""
+    def on_device(self, device: Device) -> tuple[Points, Float64Array]:
+        """Return the points on `device`, and the (4, 4) matrix from them to the model's frame."""
         ...
 
 
-def subject(model: Model) -> Subject:
-    """Return what `model` shows; a path is loaded."""
-    if isinstance(model, str | os.PathLike):
-        from .formats import load_mesh
-
-        return MeshSubject(load_mesh(model))
-    if isinstance(model, Mesh):
-        return MeshSubject(model)
+def subject(layer: Layer) -> Subject:
+    """Return what the model of `layer` holds; a path is loaded."""
+    model = layer.model
     if isinstance(model, PointBuffer):
-        return BufferSubject(model)
-    raise ArgumentTypeError(f"model must be a Mesh, a PointBuffer or a path, got {type(model).__name__}")
+        return BufferSubject(model, layer.name or "")
+    if isinstance(model, Mesh):
+        return MeshSubject(model, layer.name or "")
+    from .formats import load_mesh
+
+    return MeshSubject(load_mesh(model), Path(model).stem if layer.name is None else layer.name)
 
 
 class MeshSubject:
     """A mesh in the host's memory."""
 
-    def __init__(self, mesh: Mesh) -> None:
-        self._mesh = mesh
+    def __init__(self, mesh: Mesh, name: str) -> None:
+        self.mesh = mesh
+        self.name = name
+        self.n_points = mesh.n_points
+        self.n_faces = mesh.n_faces
+        self.owner: object = mesh
 
-    @property
-    def n_points(self) -> int:
-        """The number of points."""
-        return self._mesh.n_points
+    def pairs(self, layer: Layer) -> Pairs:
+        """Return the mesh's own edges where `layer.edges` is None; every face's outline for colours by face."""
+        mesh, edges, angle = self.mesh, layer.edges, layer.feature_angle
+        if by_face(layer):
+            if edges is not None:
+                raise ArgumentError(
+                    "colours by face draw the outlines of faces: they cannot go with edges of one's own"
+                )
+            return Pairs(lambda: mesh.face_edges, lambda _: mesh.face_edge_faces, mesh.n_faces, "outlines")
+        if edges is None:
+            return Pairs(lambda: mesh.edges, None, len(mesh.edges), "edges")
+        rest, has_silhouette = without_silhouette(edges)
+        if rest is None:
+            return Pairs(lambda: np.empty((0, 2), np.int64), None, len(mesh.edges), "no edges")
 
-    def lines(
-        self, edges: EdgesLike | None, feature_angle: float, color: ColorLike
-    ) -> tuple[Edges, npt.NDArray[np.uint32]]:
-        """Return the mesh's own edges where `edges` is None; for the colour "face", every face's outline."""
-        mesh = self._mesh
-        by_face = isinstance(color, str) and color == "face"
-        if edges is not None:
-            if by_face:
-                raise ArgumentError("color 'face' draws the outlines of faces: it cannot go with edges of one's own")
-            chosen = resolve_edges(mesh, edges, feature_angle)
-            if len(chosen) == 0:
+        def find() -> IndexArray:
+            chosen = resolve_edges(mesh, rest, angle)
+            if len(chosen) == 0 and not has_silhouette:
                 raise MeshError(f"edges must choose at least one edge, {edges!r} chooses none of {len(mesh.edges)}")
-            return chosen.astype(np.uint32), packed([rgba(color, "color")])
-        if len(mesh.face_edges) == 0:
-            raise MeshError(f"model must have edges to draw, got {mesh.n_points} points and {mesh.n_faces} faces")
-        if len(mesh.edges) == 0:
-            raise MeshError("model must have edges to draw, got only edges from a point to itself")
-        if by_face:
-            cycle = packed([rgba(name, "color") for name in FACE_CYCLE])
-            return mesh.face_edges.astype(np.uint32), cycle[mesh.face_edge_faces % len(cycle)]
-        return mesh.edges.astype(np.uint32), packed([rgba(color, "color")])
+            return chosen
+
+        if isinstance(rest, str):
+            return Pairs(find, self._rows, len(mesh.edges), ("edges", rest, angle))
+        if is_one_array(rest):
+            return Pairs(find, None, len(find()), None)
+        return Pairs(find, self._rows, len(mesh.edges), None)
+
+    def candidates(self, layer: Layer) -> Candidates | None:
+        """Return the edges that are not drawn in any view, of which `find_silhouette` chooses."""
+        if layer.edges is None or by_face(layer):
+            return None
+        rest, has_silhouette = without_silhouette(layer.edges)
+        if not has_silhouette:
+            return None
+        mesh, angle = self.mesh, layer.feature_angle
+
+        def find() -> npt.NDArray[np.void]:
+            found = edge_faces(mesh)
+            left = np.ones(len(found.edges), np.bool_)
+            if rest is not None:
+                drawn = resolve_edges(mesh, rest, angle)
+                left = ~np.isin(pair_keys(*found.edges.T), pair_keys(*drawn.T))
+            candidates = np.zeros(int(left.sum()), CANDIDATE)
+            candidates["edge"] = found.edges[left]
+            between_two = (found.n_faces == 2) & ~found.segments
+            candidates["faces"] = np.where(between_two[:, None], found.faces, NO_FACE)[left]
+            candidates["is_turned"] = found.turned[left]
+            return candidates
+
+        role = ("silhouette", rest, angle) if rest is None or isinstance(rest, str) else None
+        return Candidates(find, self._planes, self._rows, role)
+
+    def triangles(self) -> tuple[IndexArray, IndexArray]:
+        """Return the polygons as triangles."""
+        return triangles(self.mesh)
 
     def outline(self, world_from_model: Float64Array) -> Float64Array:
-        """Return all points that lie before the eye."""
-        return world_positions(self._mesh.positions, world_from_model)
+        """Return all points that lie before the eye; of more than one instance, the corners of their boxes."""
+        positions = self.mesh.positions
+        if len(world_from_model) > 1 and self.n_points > 8:
+            positions = box_corners(self.mesh.bounds)
+        return np.concatenate([world_positions(positions, matrix) for matrix in world_from_model])
 
-    @contextlib.contextmanager
-    def on_device(self, device: Device) -> Iterator[tuple[Points, Float64Array]]:
-        """Upload the points, in single precision, for the time of the block."""
-        positions, model_from_unit = in_unit_cube(self._mesh)
-        buffer = Buffer(device, rounded_up(len(positions)) * 12)
-        try:
-            buffer.upload(positions)
-            yield Points(buffer, len(positions), positions.dtype), model_from_unit
-        finally:
-            buffer.release()
+    def on_device(self, device: Device) -> tuple[Points, Float64Array]:
+        """Return the points in single precision, moved and scaled into [-1, 1]^3.
+
+        Single precision would lose the shape of a small model far from the origin, and has no room for very large ones.
+        """
+        center, half_size = self._unit_cube()
+        model_from_unit = np.diag([half_size, half_size, half_size, 1.0])
+        model_from_unit[:3, 3] = center
+
+        def padded() -> npt.NDArray[np.float32]:
+            points = np.zeros((rounded_up(self.n_points), 3), np.float32)
+            points[: self.n_points] = self._in_unit_cube()
+            return points
+
+        buffer = device.residents.get(self.owner, "points", padded)
+        return Points(buffer, self.n_points, np.dtype(np.float32)), model_from_unit
+
+    def _unit_cube(self) -> tuple[Float64Array, float]:
+        return self.mesh.center, float((self.mesh.bounds[1] - self.mesh.center).max()) or 1.0
+
+    def _in_unit_cube(self) -> Float64Array:
+        center, half_size = self._unit_cube()
+        scaled: Float64Array = (self.mesh.positions - center) / half_size
+        return scaled
+
+    def _planes(self) -> npt.NDArray[np.float32]:
+        """Return the normal and the offset of each face, in the frame of the points on a device."""
+        normals = face_normals(self.mesh)
+        a_corner = self.mesh.indices[self.mesh.offsets[:-1]]
+        offsets = -np.einsum("ij,ij->i", normals, self._in_unit_cube()[a_corner])
+        return np.column_stack([normals, offsets]).astype(np.float32)
+
+    def _rows(self, pairs: IndexArray) -> IndexArray:
+        """Return where in `mesh.edges` each of `pairs` is."""
+        return np.searchsorted(pair_keys(*self.mesh.edges.T), pair_keys(*pairs.T))
 
 
 class BufferSubject:
     """Points on the device, joined by edges that the caller knows."""
 
-    def __init__(self, points: PointBuffer) -> None:
+    n_faces = 0
+    mesh: Mesh | None = None
+
+    def __init__(self, points: PointBuffer, name: str) -> None:
         if points.shape[1] != 3:
             raise ArgumentError(f"model must hold points of shape (n, 3), got {points.shape}")
         self._points = points
+        self.name = name
+        self.n_points = len(points)
+        self.owner: object = points
 
-    @property
-    def n_points(self) -> int:
-        """The number of points."""
-        return len(self._points)
-
-    def lines(
-        self, edges: EdgesLike | None, _feature_angle: float, color: ColorLike
-    ) -> tuple[Edges, npt.NDArray[np.uint32]]:
-        """Return `edges`, an array, checked, in one colour."""
-        if edges is None:
-            raise ArgumentError("edges must say which points of a PointBuffer are joined, got None")
-        if isinstance(color, str) and color == "face":
-            raise ArgumentError("color 'face' needs a model with faces, got a PointBuffer")
-        if isinstance(edges, str):
-            raise ArgumentError(f"edges by name need a model with faces, got {edges!r} for a PointBuffer")
-        pairs = index_pairs(edges, self.n_points)
+    def pairs(self, layer: Layer) -> Pairs:
+        """Return `layer.edges`, an array, checked."""
+        if by_face(layer):
+            raise ArgumentError("colours by face need a model with faces, got a PointBuffer")
+        if isinstance(layer.edges, str):
+            raise ArgumentError(f"edges by name need a model with faces, got {layer.edges!r} for a PointBuffer")
+        if layer.edges is None:
+            return Pairs(lambda: np.empty((0, 2), np.int64), None, 0, None)
+        pairs = index_pairs(layer.edges, self.n_points)
         if len(pairs) == 0:
             raise ArgumentError("edges must hold at least one pair of points, got none")
-        return pairs.astype(np.uint32), packed([rgba(color, "color")])
+        return Pairs(lambda: pairs, None, len(pairs), None)
+
+    def candidates(self, _layer: Layer) -> None:
+        """Return None: there are no faces."""
+
+    def triangles(self) -> tuple[IndexArray, IndexArray]:
+        """Return none."""
+        return np.empty((0, 3), np.int64), np.empty(0, np.int64)
 
     def outline(self, world_from_model: Float64Array) -> Float64Array:
         """Return the corners of the points' box, found on the device."""
-        bounds = self._points.bounds().astype(np.float64)
-        corners = np.array(list(itertools.product(*bounds.T)))
-        return world_positions(corners, world_from_model)
+        corners = box_corners(self._points.bounds().astype(np.float64))
+        return np.concatenate([world_positions(corners, matrix) for matrix in world_from_model])
 
-    @contextlib.contextmanager
-    def on_device(self, device: Device) -> Iterator[tuple[Points, Float64Array]]:
-        """Lend the points as they are; what is pending goes into the matrix."""
+    def on_device(self, device: Device) -> tuple[Points, Float64Array]:
+        """Return the points as they are; what is pending goes into the matrix."""
         if self._points.device is not device:
             raise ArgumentError(f"model is on {self._points.device!r}, device is {device!r}: they must be one")
         pending = self._points.pending
-        yield self._points.resident(), np.eye(4) if pending is None else pending
+        return self._points.resident(), np.eye(4) if pending is None else pending
 
 
-def in_unit_cube(mesh: Mesh) -> tuple[npt.NDArray[np.float32], Float64Array]:
-    """Return the points of `mesh` moved and scaled into [-1, 1]^3, and the (4, 4) matrix that puts them back.
-
-    Single precision would lose the shape of a small model far from the origin, and has no room for very large ones.
-    """
-    half_size = float((mesh.bounds[1] - mesh.center).max()) or 1.0
-    model_from_unit = np.diag([half_size, half_size, half_size, 1.0])
-    model_from_unit[:3, 3] = mesh.center
-    return ((mesh.positions - mesh.center) / half_size).astype(np.float32), model_from_unit
+def box_corners(bounds: Float64Array) -> Float64Array:
+    """Return the corners (8, 3) of the box from `bounds` (2, 3)."""
+    return np.array(list(itertools.product(*bounds.T)))
 
 
 def world_positions(positions: Float64Array, world_from_model: Float64Array) -> Float64Array:

@@ -32,7 +32,7 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """Run in a folder whose files are all the same afterwards."""
     monkeypatch.chdir(tmp_path)
     save_mesh(samples.house(), "house.obj")
-    save_mesh(Mesh([(0, 0, 0), (1, 0, 0)]), "cloud.obj")
+    save_mesh(Mesh([(0, 0, 0), (1, 0, 0)], [(1, 1)]), "dot.obj")
     np.save("points.npy", np.ones((4, 3)))
     np.save("matrix33.npy", np.eye(3))
     np.save("matrix_complex.npy", np.eye(4) * 1j)
@@ -89,7 +89,7 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         ("render house.obj/x.obj -o out.png", "house.obj/x.obj: Not a directory"),
         ("render garbage.obj -o out.png", "garbage.obj: line 2"),
         ("render binary.obj -o out.png", "binary.obj: "),
-        ("render cloud.obj -o out.png", "cloud.obj: "),
+        ("render dot.obj -o out.png", "dot.obj: "),
         ("render model.xyz -o out.png", "model.xyz: "),
         ("render house.obj -o out.png --file-type xyz", "xyz"),
         ("render house.obj -o out.png --file-type off", "house.obj: "),

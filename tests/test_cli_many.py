@@ -117,7 +117,7 @@ def test_one_path_by_two_names_is_one_path(capsys: pytest.CaptureFixture[str]) -
 
 def test_a_bad_model_does_not_stop_the_others(capsys: pytest.CaptureFixture[str]) -> None:
     Path("bad.obj").write_text("v 0 0 zero\n")
-    save_mesh(Mesh([(0, 0, 0), (1, 0, 0)]), "cloud.obj")
+    save_mesh(Mesh([(0, 0, 0), (1, 0, 0)], [(1, 1)]), "cloud.obj")
     names = ["bad.obj", "house.obj", "none.obj", "cloud.obj", "cube.off", "model.xyz"]
     assert main(["render", *names, "-o", "{model}.png", *SIZE]) == 2
     printed = capsys.readouterr()

@@ -14,7 +14,7 @@ import wgpu
 import gpu_xform
 from gpu_xform.cli import main
 from gpu_xform.errors import DeviceError
-from gpu_xform.gpu import doctor, line_pass, self_test, transform_pass
+from gpu_xform.gpu import doctor, picture, self_test, transform_pass
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.doctor import Check, Report, examine
 
@@ -132,8 +132,8 @@ def test_a_wrong_transform_is_noticed(
 def test_a_wrong_picture_is_noticed(
     mutant: Callable[[npt.NDArray[np.uint8]], npt.NDArray[np.uint8]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    draw = line_pass.draw
-    monkeypatch.setattr(line_pass, "draw", lambda *a, **k: mutant(draw(*a, **k)))
+    draw = picture.draw
+    monkeypatch.setattr(picture, "draw", lambda *a, **k: mutant(draw(*a, **k)))
     assert wrong(examine().checks) == ["picture"]
     assert main(["doctor"]) == 1
 
@@ -142,7 +142,7 @@ def test_a_device_that_fails_while_it_works_is_reported(monkeypatch: pytest.Monk
     def lost(*_: object, **__: object) -> None:
         raise DeviceError("the device is lost")
 
-    monkeypatch.setattr(line_pass, "draw", lost)
+    monkeypatch.setattr(picture, "draw", lost)
     report = examine()
     assert wrong(report.checks) == ["picture"]
     assert "WRONG  picture           the device is lost\n" in report.text()

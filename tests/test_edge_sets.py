@@ -10,7 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gpu_xform import samples
-from gpu_xform.edge_sets import boundary_edges, edge_faces, face_normals, feature_edges, resolve_edges
+from gpu_xform.edge_sets import (
+    boundary_edges,
+    edge_faces,
+    face_normals,
+    feature_edges,
+    resolve_edges,
+    without_silhouette,
+)
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.matrices import chain, rotate_x, rotate_y, rotate_z, translate
 from gpu_xform.mesh import Mesh
@@ -305,29 +312,25 @@ def test_sets_combine_to_each_edge_once_in_order() -> None:
         assert resolve_edges(mesh, nothing).shape == (0, 2)
 
 
-def test_a_caller_adds_names_of_its_own() -> None:
-    asked = []
-
-    def silhouette(mesh: Mesh) -> Any:
-        asked.append(mesh)
-        return [(3, 2)]
-
-    mesh = samples.cube()
-    assert resolve_edges(mesh, "silhouette", others={"silhouette": silhouette}).tolist() == [[3, 2]]
-    assert asked == [mesh]
-    found = resolve_edges(mesh, ["silhouette", "boundary"], others={"silhouette": silhouette})
-    assert found.tolist() == [[2, 3]]
-    with pytest.raises(ArgumentError, match=r"^edges must be 'all', 'feature', 'boundary', 'silhouette' or an array"):
-        resolve_edges(mesh, "outline", others={"silhouette": silhouette})
+def test_the_silhouette_is_taken_out_for_each_view_to_find() -> None:
+    assert without_silhouette("silhouette") == (None, True)
+    assert without_silhouette("feature") == ("feature", False)
+    assert without_silhouette(["silhouette", "boundary"]) == ("boundary", True)
+    assert without_silhouette(iter(["feature", "silhouette", "boundary"])) == (["feature", "boundary"], True)
+    pairs = np.array([(0, 1), (2, 1)])
+    rest, found = without_silhouette([pairs, "silhouette"])
+    assert rest is pairs
+    assert found
+    assert without_silhouette([[0, 1], [1, 2]]) == ([[0, 1], [1, 2]], False)
 
 
 @pytest.mark.parametrize(
     ("edges", "error", "message"),
     [
         (
-            "silhouette",
+            "outline",
             ArgumentError,
-            r"^edges must be 'all', 'feature', 'boundary' or an array of shape \(m, 2\), got",
+            r"^edges must be 'all', 'feature', 'boundary', 'silhouette' or an array of shape \(m, 2\), got",
         ),
         (["all", "Feature"], ArgumentError, "got 'Feature'"),
         ([(0, 1), (2, 8)], ArgumentError, r"^edges names point 8 in row 1, outside 0..7 \(8 points\)"),

@@ -30,6 +30,7 @@ DOCUMENTED = {
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
     *("animate", "turntable", "Animation", "SizeWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
+    *("Layer",),
 }
 
 
@@ -147,7 +148,11 @@ LAYERS = [
     {"gpu"},
     {"_precision"},
     {"_rebased", "point_buffer"},
-    {"subjects", "transform"},
+    {"layers", "transform", "views"},
+    {"line_colors"},
+    {"subjects"},
+    {"shaping"},
+    {"staging"},
     {"wireframe"},
     {"animation", "bench", "streaming"},
     {"__init__"},

@@ -1,80 +1,58 @@
-// Edges to anti-aliased lines of any width: a quad around each, its pixels lit by how much of them the line covers.
+// Anti-aliased lines of any width and many colours, each over those before it: a quad around each edge, its pixels lit by
+// how much of them the line covers.
 #import coverage
-#import picture
+#import strength
+#import colors
 
 struct Corner {
     @builtin(position) position: vec4<f32>,
     @location(0) @interpolate(flat) ends: vec4<f32>, // pixels
-    @location(1) @interpolate(flat) color: vec4<f32>, // straight alpha
+    @location(1) @interpolate(flat) depth_and_w: vec4<f32>, // depths at the ends, inverses of w there
+    @location(2) @interpolate(flat) part: vec2<f32>, // of the edge
+    @location(3) @interpolate(flat) index: u32,
 }
 
 const PIXEL_RADIUS = 0.7072; // of a pixel's circumscribed circle
 
-// The part [t0, t1] of the segment from `a` to `b` for which a coordinate that goes from `at_a` to `at_b` is not negative.
-fn clipped(range: vec2<f32>, at_a: f32, at_b: f32) -> vec2<f32> {
-    if at_a < 0.0 && at_b < 0.0 {
-        return vec2(1.0, 0.0);
-    }
-    let t = at_a / (at_a - at_b);
-    if at_a < 0.0 {
-        return vec2(max(range.x, t), range.y);
-    }
-    if at_b < 0.0 {
-        return vec2(range.x, min(range.y, t));
-    }
-    return range;
-}
-
-fn to_pixels(clip: vec4<f32>) -> vec2<f32> {
-    return (clip.xy / clip.w * vec2(0.5, -0.5) + 0.5) * picture.size;
-}
-
 @vertex
-fn vs_main(@builtin(vertex_index) corner: u32, @builtin(instance_index) index: u32) -> Corner {
-    let edge = edges[index];
-    let a = projected[edge.x];
-    let b = projected[edge.y];
-    let reach = 0.5 * picture.line_width + PIXEL_RADIUS;
-
-    // Cut at the near and the far plane, so that nothing folds through the eye, and at the picture's sides with room for
-    // the line's width, so that the distances below stay small enough for single precision. The sides let no negative w
-    // pass.
-    let side = 1.0 + 4.0 * reach / picture.size;
-    var range = clipped(vec2(0.0, 1.0), a.z, b.z);
-    range = clipped(range, a.w - a.z, b.w - b.z);
-    range = clipped(range, side.x * a.w - a.x, side.x * b.w - b.x);
-    range = clipped(range, side.x * a.w + a.x, side.x * b.w + b.x);
-    range = clipped(range, side.y * a.w - a.y, side.y * b.w - b.y);
-    range = clipped(range, side.y * a.w + a.y, side.y * b.w + b.y);
-    let start = mix(a, b, range.x);
-    let end = mix(a, b, range.y);
-
+fn vs_main(@builtin(vertex_index) corner: u32, @builtin(instance_index) copy: u32) -> Corner {
     var out: Corner;
-    if range.x > range.y || start.w <= 0.0 || end.w <= 0.0 {
+    let index = copy % style.n_edges;
+    let reach = 0.5 * style.line_width + PIXEL_RADIUS;
+    let line = segment(edges[index], copy / style.n_edges, reach);
+    if !line.exists {
         out.position = vec4(2.0, 2.0, 0.0, 1.0); // all four corners in one place, outside: no pixel
         return out;
     }
-    let p = to_pixels(start);
-    let q = to_pixels(end);
-    let length_px = distance(p, q);
-    let tangent = select(vec2(1.0, 0.0), (q - p) / length_px, length_px > 0.0);
+    let length_px = distance(line.p, line.q);
+    let tangent = select(vec2(1.0, 0.0), (line.q - line.p) / length_px, length_px > 0.0);
     let normal = vec2(-tangent.y, tangent.x);
     let at_end = (corner & 1u) == 1u;
     let above = (corner & 2u) == 2u;
-    let base = select(p - tangent * reach, q + tangent * reach, at_end);
-    let pixel = base + normal * select(-reach, reach, above);
-    out.position = vec4((pixel / picture.size - 0.5) * vec2(2.0, -2.0), 0.0, 1.0);
-    out.ends = vec4(p, q);
-    out.color = edge_color(index);
+    let base = select(line.p - tangent * reach, line.q + tangent * reach, at_end);
+    let pixel = base + normal * select(-reach, reach, above) - vec2<f32>(tile.origin);
+    out.position = vec4((pixel / vec2<f32>(tile.extent) - 0.5) * vec2(2.0, -2.0), 0.0, 1.0);
+    out.ends = vec4(line.p, line.q);
+    out.depth_and_w = vec4(line.depth, line.inverse_w);
+    out.part = line.part;
+    out.index = index;
     return out;
 }
 
 @fragment
 fn fs_main(in: Corner) -> @location(0) vec4<f32> {
-    let coverage = capsule_coverage(in.position.xy, in.ends.xy, in.ends.zw, 0.5 * picture.line_width);
+    let pixel = in.position.xy + vec2<f32>(tile.origin);
+    let line = Segment(in.ends.xy, in.ends.zw, in.depth_and_w.xy, in.depth_and_w.zw, in.part, true);
+    let half_width = 0.5 * style.line_width;
+    let way = walk(line);
+    let middle = select(pixel, pixel.yx, way.is_steep) - way.start;
+    let coverage = capsule_coverage(way, half_width, rim_lean(way, half_width), middle);
     if coverage <= 0.0 {
         discard;
     }
-    let alpha = in.color.a * coverage;
-    return vec4(in.color.rgb * alpha, alpha); // premultiplied, as the blending expects
+    let span = line.q - line.p;
+    let t = select(0.0, clamp(dot(pixel - line.p, span) / dot(span, span), 0.0, 1.0), dot(span, span) > 0.0);
+    let color = color_at(in.index, line, t);
+    let alpha = color.a * coverage * strength_at(line, t);
+    return vec4(color.rgb * alpha, alpha); // premultiplied, as the blending expects
 }

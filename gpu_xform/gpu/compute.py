@@ -1,6 +1,6 @@
 """One compute dispatch: a pipeline, its buffers, a grid of workgroups."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import wgpu
@@ -23,28 +23,30 @@ class Binding(NamedTuple):
 def bind(
     device: "Device",
     pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline,
-    bindings: Sequence[Buffer | Binding],
+    bindings: Sequence[Buffer | Binding] | Mapping[int, Buffer | Binding | wgpu.GPUTextureView],
 ) -> wgpu.GPUBindGroup:
-    """Bind whole buffers or parts of them to bindings 0, 1, ... of group 0."""
-    parts = [part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes) for part in bindings]
-    for part in parts:
-        part.buffer.require_submittable(device)
+    """Bind whole buffers, parts of them and textures to bindings 0, 1, ... of group 0, or to those that are named."""
+    numbered = bindings.items() if isinstance(bindings, Mapping) else enumerate(bindings)
     with device_errors("bind the buffers"):
         return device.handle.create_bind_group(
             layout=pipeline.get_bind_group_layout(0),
-            entries=[
-                {"binding": index, "resource": {"buffer": buffer.handle, "offset": offset_bytes, "size": n_bytes}}
-                for index, (buffer, offset_bytes, n_bytes) in enumerate(parts)
-            ],
+            entries=[{"binding": number, "resource": _resource(device, part)} for number, part in numbered],
         )
+
+
+def _resource(device: "Device", part: Buffer | Binding | wgpu.GPUTextureView) -> object:
+    if isinstance(part, wgpu.GPUTextureView):
+        return part
+    buffer, offset_bytes, n_bytes = part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)
+    buffer.require_submittable(device)
+    return {"buffer": buffer.handle, "offset": offset_bytes, "size": n_bytes}
 
 
 def dispatch(
     encoder: wgpu.GPUCommandEncoder,
     pipeline: wgpu.GPUComputePipeline,
     bindings: wgpu.GPUBindGroup,
-    n_workgroups: int,
-    *,
+    *n_workgroups: int,
     timestamps: wgpu.GPUQuerySet | None = None,
 ) -> None:
     """Record one compute pass; its begin and end go into queries 0 and 1 of `timestamps`."""
@@ -52,5 +54,5 @@ def dispatch(
     compute = encoder.begin_compute_pass(timestamp_writes=writes if timestamps else None)
     compute.set_pipeline(pipeline)
     compute.set_bind_group(0, bindings)
-    compute.dispatch_workgroups(n_workgroups)
+    compute.dispatch_workgroups(*n_workgroups)
     compute.end()

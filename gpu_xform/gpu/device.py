@@ -13,6 +13,7 @@ from ..errors import DeviceError
 from . import buffers, self_test
 from .adapters import Adapter, Limits, described, find_adapter, quiet_runtime_dir
 from .faults import device_errors
+from .residents import Residents
 from .shaders import Pipelines
 
 # Memory that the host can map is the device's own on these kinds; on the others a copy over the bus is faster.
@@ -63,6 +64,7 @@ class Device:
         self.lock = threading.RLock()
         self.pipelines = Pipelines(self)
         self.pool = buffers.Pool(self)
+        self.residents = Residents(self)
         self._closed = False
         self_test.require(self)
 
@@ -104,6 +106,7 @@ class Device:
             if not self._closed:
                 self._closed = True
                 self.pool.clear()
+                self.residents.clear()
                 self.handle.destroy()
 
     def __enter__(self) -> Self:

@@ -13,7 +13,7 @@ import numpy as np
 
 from .. import __version__
 from ..errors import GpuXformError, NoAdapterError
-from . import line_pass, plans, self_test, transform_pass
+from . import frame, picture, plans, self_test, shapes, transform_pass
 from .adapters import Adapter, adapters, described, find_adapter
 from .buffers import Buffer
 from .device import HOST_MAPPABLE_KINDS, Device
@@ -137,16 +137,18 @@ def _transform(device: Device, dtype: np.dtype[Any]) -> tuple[bool, str]:
 def _picture(device: Device) -> tuple[bool, str]:
     """Draw a line two pixels wide, left of and above the middle, and look at the pixels on it and away from it."""
     ends = np.array([(-0.75, 0.5, 0.5), (0.25, 0.5, 0.5)], np.float32)
-    edges, white = np.array([(0, 1)], np.uint32), np.array([0xFFFFFFFF], np.uint32)
     buffer = Buffer(device, plans.rounded_up(len(ends)) * 12)
+    edges = Buffer(device, 8)
     try:
         buffer.upload(ends)
-        points = line_pass.Points(buffer, len(ends), ends.dtype)
-        pixels = line_pass.draw(
-            device, points, np.eye(4), edges, white, size=(32, 32), line_width=2.0, background=(0.0, 0.0, 0.0, 1.0)
-        )
+        edges.upload(np.array([0, 1], np.uint32))
+        lines = shapes.Lines(edges, 1, line_width=2.0, color=(1.0, 1.0, 1.0, 1.0))
+        shape = shapes.Shape(shapes.Points(buffer, len(ends), ends.dtype), np.eye(4)[None], None, (lines,))
+        view = frame.View((32, 32), (0.0, 0.0))
+        pixels = picture.draw(device, [shape], np.empty(0, np.uint32), view, (0.0, 0.0, 0.0, 1.0))
     finally:
         buffer.release()
+        edges.release()
     on_line = np.zeros((32, 32), bool)
     on_line[7:9, 4:20] = True
     near_line = np.zeros((32, 32), bool)

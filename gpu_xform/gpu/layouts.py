@@ -36,7 +36,46 @@ SIXTEEN = np.dtype(
     }
 )
 
-PICTURE = np.dtype([("size", "<f4", (2,)), ("line_width", "<f4"), ("n_colors", "<u4")])
+TILE = np.dtype(
+    [
+        ("size", "<f4", (2,)),
+        ("origin", "<i4", (2,)),
+        ("extent", "<i4", (2,)),
+        ("depth_origin", "<i4", (2,)),
+        ("depth_extent", "<i4", (2,)),
+        ("pixel_depth", "<f4", (2,)),
+        ("background", "<f4", (4,)),
+    ]
+)
+
+STYLE = np.dtype(
+    {
+        "names": ["cue", "color", "line_width", "strength", "color_mode", "hidden", "n_edges", "n_points"],
+        "formats": [("<f4", (4,)), ("<f4", (4,)), "<f4", "<f4", "<u4", "<u4", "<u4", "<u4"],
+        "offsets": [0, 16, 32, 36, 40, 44, 48, 52],
+        "itemsize": 64,
+    }
+)
+
+FACES = np.dtype([("n_triangles", "<u4"), ("n_points", "<u4"), ("n_instances", "<u4"), ("first_color", "<u4")])
+
+CANDIDATE = np.dtype([("edge", "<u4", (2,)), ("faces", "<u4", (2,)), ("is_turned", "<u4"), ("padding", "<u4")])
+
+VIEW = np.dtype(
+    {"names": ["eye", "n_candidates"], "formats": [("<f4", (4,)), "<u4"], "offsets": [0, 16], "itemsize": 32}
+)
+
+PIECE = np.dtype(
+    [
+        ("ends", "<f4", (4,)),
+        ("part", "<f4", (2,)),
+        ("edge", "<u4"),
+        ("is_hidden", "<u4"),
+        ("along", "<f4", (2,)),
+        ("start", "<f4"),
+        ("padding", "<u4"),
+    ]
+)
 
 
 def columns(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
@@ -67,8 +106,3 @@ def matrix_array(matrices: npt.NDArray[np.float64], dtype: np.dtype[Any]) -> npt
 def as_bytes(struct: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
     """Return the bytes of a struct, or of an array of structs, in memory's order."""
     return struct.reshape(-1).view(np.uint8)
-
-
-def picture_struct(size: tuple[int, int], line_width: float, n_colors: int) -> npt.NDArray[np.uint8]:
-    """Return the bytes of a `Picture` struct."""
-    return as_bytes(np.array((size, line_width, n_colors), PICTURE))

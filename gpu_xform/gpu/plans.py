@@ -85,6 +85,11 @@ def workgroup_size(device: Device) -> int:
     return min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
 
 
+def n_workgroups(device: Device, n: int) -> int:
+    """Return how many workgroups a stage takes that goes on from `n` things to the next by what one dispatch holds."""
+    return max(1, min(-(-n // workgroup_size(device)), device.limits.max_workgroups))
+
+
 def precision_name(dtype: np.dtype[Any]) -> str:
     """Return how the shader files name a number type."""
     return "f64" if dtype == np.float64 else "f32"

@@ -1,59 +1,75 @@
-"""The texture that a picture is drawn on, and its way back to the host."""
+"""The picture of a tile on its device, and what is drawn apart before it goes over the picture."""
 
+import contextlib
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 import wgpu
 
-from .buffers import READBACK, Buffer
+from .buffers import Buffer
+from .compute import Binding, bind, dispatch
 from .faults import device_errors
+from .plans import n_workgroups, workgroup_size
 
 if TYPE_CHECKING:
     from .device import Device
 
+PIXELS_PER_INVOCATION = 64
 FORMAT = "rgba8unorm"  # not -srgb: colours mix as the bytes of the file do, like other plotting programs' lines
-ROW_ALIGNMENT = 256
 
 
 class Target:
-    """A texture of `size` = (width, height) pixels, and the buffer that its rows are read back through."""
+    """The premultiplied picture of one tile after another, each of at most `extent` = (width, height) pixels."""
 
-    def __init__(self, device: "Device", size: tuple[int, int]) -> None:
-        width, height = size
-        self.size = size
-        self.row_bytes = -(-4 * width // ROW_ALIGNMENT) * ROW_ALIGNMENT
-        usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
-        with device_errors(f"allocate a picture of {width} x {height} pixels"):
-            self.texture = device.handle.create_texture(size=(width, height, 1), format=FORMAT, usage=usage)
-            self.rows = Buffer(device, self.row_bytes * height, READBACK)
+    def __init__(self, device: "Device", extent: tuple[int, int], *, apart: bool) -> None:
+        self._device = device
+        self.pixels: Buffer = device.pool.get("picture", 4 * extent[0] * extent[1])
+        self._texture: wgpu.GPUTexture | None = None
+        if apart:
+            usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
+            with device_errors(f"allocate a picture of {extent[0]} x {extent[1]} pixels"):
+                self._texture = device.handle.create_texture(size=(*extent, 1), format=FORMAT, usage=usage)
+                self._view = self._texture.create_view()
 
-    def attachment(self, background: tuple[float, float, float, float]) -> dict[str, object]:
-        """Return the color attachment that begins with `background`, premultiplied."""
-        red, green, blue, alpha = background
-        return {
-            "view": self.texture.create_view(),
-            "load_op": "clear",
-            "store_op": "store",
-            "clear_value": (red * alpha, green * alpha, blue * alpha, alpha),
-        }
+    def blend(
+        self,
+        encoder: wgpu.GPUCommandEncoder,
+        stage: str,
+        bindings: Mapping[int, Buffer | Binding | wgpu.GPUTextureView],
+        extent: tuple[int, int],
+        **constants: float,
+    ) -> None:
+        """Record a stage that goes through the pixels, with its `override` constants."""
+        size = workgroup_size(self._device)
+        pipeline = self._device.pipelines.compute(stage, workgroup_size=size, **constants)
+        n = -(-extent[0] * extent[1] // PIXELS_PER_INVOCATION)
+        bound = bind(self._device, pipeline, {**bindings, 7: self.pixels})
+        dispatch(encoder, pipeline, bound, n_workgroups(self._device, n))
 
-    def copy_rows(self, encoder: wgpu.GPUCommandEncoder) -> None:
-        """Record the copy of the finished picture into the read-back buffer."""
-        width, height = self.size
-        encoder.copy_texture_to_buffer(
-            {"texture": self.texture},
-            {"buffer": self.rows.handle, "bytes_per_row": self.row_bytes, "rows_per_image": height},
-            (width, height, 1),
-        )
+    @contextlib.contextmanager
+    def apart(
+        self, encoder: wgpu.GPUCommandEncoder, tile: Binding, extent: tuple[int, int]
+    ) -> Iterator[wgpu.GPURenderPassEncoder]:
+        """Record a render pass whose result goes over the picture."""
+        nothing = (0.0, 0.0, 0.0, 0.0)
+        attachment = {"view": self._view, "load_op": "clear", "clear_value": nothing, "store_op": "store"}
+        render = encoder.begin_render_pass(color_attachments=[attachment])
+        render.set_viewport(0, 0, *extent, 0, 1)
+        render.set_scissor_rect(0, 0, *extent)
+        yield render
+        render.end()
+        self.blend(encoder, "blend_lines", {0: tile, 5: self._view}, extent)
 
-    def pixels(self) -> npt.NDArray[np.uint8]:
-        """Return the picture, premultiplied: (height, width, 4)."""
-        width, height = self.size
-        with self.rows.downloaded(self.row_bytes * height) as view:
-            return view.reshape(height, self.row_bytes)[:, : 4 * width].reshape(height, width, 4).copy()
+    @contextlib.contextmanager
+    def downloaded(self, extent: tuple[int, int]) -> Iterator[npt.NDArray[np.uint8]]:
+        """Lend the picture: (height, width, 4), valid inside the block only."""
+        width, height = extent
+        with self.pixels.downloaded(4 * width * height) as view:
+            yield view.reshape(height, width, 4)
 
     def release(self) -> None:
-        """Give the memory back."""
-        self.texture.destroy()
-        self.rows.release()
+        """Give the texture back."""
+        if self._texture is not None:
+            self._texture.destroy()

@@ -314,20 +314,13 @@ def test_exhausted_memory_is_a_device_memory_error(device: Device) -> None:
         device = gpu_xform.Device()
         used = int(pathlib.Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + (200 << 20), -1))
-        for attempt in (
-            lambda: Buffer(device, 1 << 30),
-            lambda: gpu_xform.render_array(gpu_xform.samples.cube(), size=(8192, 8192), device=device),
-        ):
-            try:
-                attempt()
-            except gpu_xform.DeviceMemoryError as error:
-                print(error)
+        try:
+            Buffer(device, 1 << 30)
+        except gpu_xform.DeviceMemoryError as error:
+            print(error)
         gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity(), device=device)
     """
-    assert output(code).splitlines() == [
-        "the device has not enough memory to allocate 1,073,741,824 bytes",
-        "the device has not enough memory to allocate a picture of 8192 x 8192 pixels",
-    ]
+    assert output(code) == "the device has not enough memory to allocate 1,073,741,824 bytes\n"
 
 
 @pytest.mark.parametrize(

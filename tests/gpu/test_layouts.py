@@ -68,15 +68,31 @@ def test_every_member_of_transform_lies_where_the_dtype_says(device: Device, dty
     assert set(mirror.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
 
 
-def test_every_member_of_picture_lies_where_the_dtype_says(device: Device) -> None:
-    struct = np.zeros((), layouts.PICTURE)
-    struct["size"] = 1.0, 2.0
-    struct["line_width"] = 3.0
-    struct["n_colors"] = 4
-    declaration = wgsl_struct("draw_lines", "Picture")
-    members = ["given.size.x", "given.size.y", "given.line_width", "given.n_colors"]
-    assert members_seen(device, declaration, "Picture", members, struct) == [1, 2, 3, 4]
-    assert set(layouts.PICTURE.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
+@pytest.mark.parametrize(
+    ("mirror", "stage", "name"),
+    [
+        (layouts.TILE, "ink_lines", "Tile"),
+        (layouts.STYLE, "ink_lines", "Style"),
+        (layouts.FACES, "lay_faces", "Faces"),
+        (layouts.CANDIDATE, "find_silhouette", "Candidate"),
+        (layouts.VIEW, "find_silhouette", "View"),
+        (layouts.PIECE, "cut_lines", "Piece"),
+    ],
+)
+def test_every_member_lies_where_the_dtype_says(
+    mirror: np.dtype[np.void], stage: str, name: str, device: Device
+) -> None:
+    struct: npt.NDArray[Any] = np.zeros((), mirror)
+    members, number = [], 0
+    for field in mirror.names or ():
+        n_components = int(np.prod(mirror[field].shape))
+        numbers = np.arange(number + 1, number + n_components + 1)
+        struct[field] = numbers.reshape(mirror[field].shape)
+        members += [f"given.{field}{f'[{i}]' if n_components > 1 else ''}" for i in range(n_components)]
+        number += n_components
+    declaration = wgsl_struct(stage, name)
+    assert members_seen(device, declaration, name, members, struct) == list(range(1, number + 1))
+    assert set(mirror.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
 
 
 @pytest.mark.parametrize(
@@ -108,4 +124,3 @@ def test_a_matrix_is_rounded_once() -> None:
 def test_the_structs_are_as_large_as_wgsl_makes_them() -> None:
     assert layouts.TRANSFORM[np.dtype(np.float32)].itemsize % 16 == 0
     assert layouts.TRANSFORM[np.dtype(np.float64)].itemsize % 32 == 0
-    assert layouts.PICTURE.itemsize == 16

@@ -1,0 +1,117 @@
+"""Edges to pieces in the picture, wholly visible or wholly hidden: what vector pictures are made of."""
+
+import contextlib
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from . import uniforms
+from .buffers import Buffer
+from .compute import Binding, bind, dispatch
+from .device import Device
+from .face_pass import FacePass
+from .frame import View, in_bindings, project
+from .layouts import PIECE
+from .line_pass import Batch, batches, style_struct
+from .picture import tile_struct
+from .plans import n_workgroups, workgroup_size
+from .shapes import Lines, Shape
+from .tiles import Tile
+
+
+class Cut(NamedTuple):
+    """One batch of lines in the picture.
+
+    pieces : `layouts.PIECE` (s,), in the order of the edges
+    edges : (n_edges, 2) uint32 of the batch
+    colors : packed, one an edge or one a point; empty where all have one
+    """
+
+    batch: Batch
+    pieces: npt.NDArray[np.void]
+    edges: npt.NDArray[np.uint32]
+    colors: npt.NDArray[np.uint32]
+
+
+def cut(
+    device: Device,
+    shapes: Sequence[Shape],
+    palette: npt.NDArray[np.uint32],
+    view: View,
+    longest: Callable[[Lines], float],
+) -> tuple[list[Cut], npt.NDArray[np.bool_]]:
+    """Return what each batch of lines is in the picture, and which colours of `palette` are seen in it.
+
+    longest : gives the pixels that a piece of lines may have along the axis that it advances most on
+    """
+    whole = Tile((0, 0), view.size, margin=2)
+    with device.lock, contextlib.ExitStack() as stack:
+        colors = _uploaded(device, palette, stack) if len(palette) else None
+        projected = project(device, [part for shape in shapes for part in in_bindings(device, shape)])
+        faces = FacePass(device, projected, math.prod(whole.depth_extent), colors)
+        drawn = batches(device, projected)
+        structs = [style_struct(batch, nothing_hides=faces.is_empty) for batch in drawn]
+        (tile,) = uniforms.upload(device, "tile", [tile_struct(whole, view)])
+        styles = uniforms.upload(device, "styles", structs)
+        with device.recording(tile.buffer, *faces.buffers) as encoder:
+            faces.lay(encoder, tile)
+        results = []
+        for batch, style in zip(drawn, styles, strict=True):
+            buffers = (tile, style, batch.shape.positions, batch.edges, faces.depths)
+            pieces = _pieces(device, batch, buffers, longest(batch.lines))
+            own = _downloaded(batch.colors) if batch.colors else np.empty(0, np.uint32)
+            results.append(Cut(batch, pieces, _downloaded(batch.edges).reshape(-1, 2), own))
+        seen = np.zeros(len(palette) + 1, np.bool_)
+        if len(palette):
+            seen[faces.marks()] = True
+        return results, seen[1:]
+
+
+def _uploaded(device: Device, array: npt.NDArray[np.uint32], stack: contextlib.ExitStack) -> Buffer:
+    buffer = Buffer(device, array.nbytes)
+    stack.callback(buffer.release)
+    buffer.upload(array)
+    return buffer
+
+
+def _downloaded(part: Binding) -> npt.NDArray[np.uint32]:
+    first = part.offset_bytes
+    with part.buffer.downloaded(first + part.n_bytes) as view:
+        return view[first:].view(np.uint32).copy()
+
+
+def _pieces(
+    device: Device, batch: Batch, buffers: tuple[Buffer | Binding, ...], longest: float
+) -> npt.NDArray[np.void]:
+    n_edges = batch.n_edges * batch.shape.n_instances
+    grid = n_workgroups(device, batch.n_edges), batch.shape.n_instances
+
+    def run(writing: bool, counts: Buffer, pieces: Buffer) -> None:
+        pipeline = device.pipelines.compute(
+            "cut_lines", workgroup_size=workgroup_size(device), writing=writing, longest=longest
+        )
+        bound = (*buffers, counts, pieces)
+        used = [part.buffer if isinstance(part, Binding) else part for part in bound]
+        with device.recording(*used) as encoder:
+            dispatch(encoder, pipeline, bind(device, pipeline, bound), *grid)
+
+    with contextlib.ExitStack() as stack:
+        counts = Buffer(device, 4 * n_edges)
+        stack.callback(counts.release)
+        nothing = Buffer(device, PIECE.itemsize)
+        stack.callback(nothing.release)
+        run(False, counts, nothing)
+        with counts.downloaded(4 * n_edges) as view:
+            numbers = view.view(np.uint32).astype(np.int64)
+        total = int(numbers.sum())
+        if total == 0:
+            return np.empty(0, PIECE)
+        counts.upload((np.cumsum(numbers) - numbers).astype(np.uint32))
+        pieces = Buffer(device, PIECE.itemsize * total)
+        stack.callback(pieces.release)
+        run(True, counts, pieces)
+        with pieces.downloaded(PIECE.itemsize * total) as view:
+            return view.view(PIECE).copy()

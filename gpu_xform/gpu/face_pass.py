@@ -1,0 +1,131 @@
+"""Triangles to depths, and to marks of which colour is nearest: what hides lines, and what is painted."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+import wgpu
+
+from . import layouts, uniforms
+from .buffers import Buffer
+from .compute import Binding, bind, dispatch
+from .device import Device
+from .frame import Projected, binding_bytes
+from .plans import n_workgroups, workgroup_size
+from .targets import Target
+
+TRIANGLE_BYTES = 12
+PLACE_BYTES = 4
+GROUP = 64  # triangles whose bindings begin where any adapter lets them
+LARGE_GRID = (64, 16)  # workgroups, over triangles and over a triangle's rows
+
+
+@dataclass(frozen=True)
+class _Batch:
+    """Triangles that one binding holds."""
+
+    shape: Projected
+    n_triangles: int
+    triangles: Binding
+    color_places: Binding | None
+    first_color: int
+
+    def struct(self) -> npt.NDArray[np.void]:
+        fields = (self.n_triangles, self.shape.stride, self.shape.n_instances, self.first_color)
+        return np.array(fields, layouts.FACES)
+
+
+class FacePass:
+    """The faces of one picture.
+
+    depths : a float's bits a pixel of the tile and the margin around it; 0 where there is no face
+    """
+
+    def __init__(
+        self, device: Device, shapes: Sequence[Projected], n_depths: int, palette: Buffer | None = None
+    ) -> None:
+        self._device = device
+        self._batches = [batch for shape in shapes for batch in _cut(device, shape)]
+        self._palette = palette
+        self._n_depths = n_depths
+        pool = device.pool
+        self.depths: Buffer = pool.get("face depths", 4 * n_depths if self._batches else 4)
+        self._marks: Buffer = pool.get("face marks", 4 * n_depths if palette else 4)
+        self._no_places = pool.get("no places", PLACE_BYTES)
+        most = max((batch.n_triangles * batch.shape.n_instances for batch in self._batches), default=0)
+        self._large = pool.get("large triangles", 4 * (1 + most))
+        self._structs = uniforms.upload(device, "faces", [batch.struct() for batch in self._batches])
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing hides anything."""
+        return not self._batches
+
+    @property
+    def buffers(self) -> list[Buffer]:
+        """All that a submission of these passes uses."""
+        own = [self.depths, self._marks, self._no_places, self._large, *(part.buffer for part in self._structs)]
+        own += [self._palette] if self._palette else []
+        for batch in self._batches:
+            own += [batch.shape.positions, batch.triangles.buffer]
+            own += [batch.color_places.buffer] if batch.color_places else []
+        return own
+
+    def lay(self, encoder: wgpu.GPUCommandEncoder, tile: Binding) -> None:
+        """Record the depths of all faces, then the marks of those that are painted."""
+        if self.is_empty:
+            return
+        encoder.clear_buffer(self.depths.handle)
+        self._go_through(encoder, tile, painting=False)
+        if self._palette:
+            encoder.clear_buffer(self._marks.handle)
+            self._go_through(encoder, tile, painting=True)
+
+    def _go_through(self, encoder: wgpu.GPUCommandEncoder, tile: Binding, *, painting: bool) -> None:
+        constants = {"workgroup_size": workgroup_size(self._device), "painting": painting}
+        small_ones = self._device.pipelines.compute("lay_faces", **constants)
+        large_ones = self._device.pipelines.compute("lay_large_faces", **constants)
+        for batch, struct in zip(self._batches, self._structs, strict=True):
+            if painting and batch.color_places is None:
+                continue
+            buffers = (
+                tile,
+                struct,
+                batch.shape.positions,
+                batch.triangles,
+                self.depths,
+                self._marks,
+                batch.color_places or self._no_places,
+                self._large,
+            )
+            encoder.clear_buffer(self._large.handle, 0, 4)
+            grid = n_workgroups(self._device, batch.n_triangles), batch.shape.n_instances
+            dispatch(encoder, small_ones, bind(self._device, small_ones, buffers), *grid)
+            dispatch(encoder, large_ones, bind(self._device, large_ones, buffers), *LARGE_GRID)
+
+    def marks(self) -> npt.NDArray[np.uint32]:
+        """Return the marks that were laid: the places of the nearest colours, counted from 1."""
+        with self._marks.downloaded(4 * self._n_depths) as view:
+            return np.unique(view.view(np.uint32))
+
+    def paint(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding, extent: tuple[int, int]) -> None:
+        """Record the painted faces, if there are any."""
+        if self._palette:
+            target.blend(encoder, "blend_faces", {0: tile, 5: self._marks, 6: self._palette}, extent)
+
+
+def _cut(device: Device, shape: Projected) -> Iterator[_Batch]:
+    faces = shape.shape.faces
+    if faces is None:
+        return
+    most = max(binding_bytes(device) // TRIANGLE_BYTES // GROUP, 1) * GROUP
+    for start in range(0, faces.n_triangles, most):
+        n_triangles = min(most, faces.n_triangles - start)
+        places = None
+        if faces.color_places is not None:
+            is_one = faces.color_places.n_bytes == PLACE_BYTES
+            first, n_places = (0, 1) if is_one else (start, n_triangles)
+            places = Binding(faces.color_places, first * PLACE_BYTES, n_places * PLACE_BYTES)
+        triangles = Binding(faces.triangles, start * TRIANGLE_BYTES, n_triangles * TRIANGLE_BYTES)
+        yield _Batch(shape, n_triangles, triangles, places, faces.first_color)

@@ -1,0 +1,89 @@
+"""What a picture is drawn from on the device: projected shapes, and the memory of one tile."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from . import layouts, uniforms
+from .buffers import Buffer
+from .compute import bind, dispatch
+from .device import Device
+from .plans import POINTS_PER_INVOCATION, precision_name, rounded_up, workgroup_size
+from .shapes import Shape
+
+CLIP_POSITION_BYTES = 16
+
+
+@dataclass(frozen=True)
+class View:
+    """What all shapes of a picture share.
+
+    size : pixels
+    pixel_depth : (x, y); over a pixel's width along the view, the depth d changes by x * d + y
+    """
+
+    size: tuple[int, int]
+    pixel_depth: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Projected:
+    """A shape, and its points in clip space: (k, n_points padded to quads, 4) float32."""
+
+    shape: Shape
+    positions: Buffer
+
+    @property
+    def n_instances(self) -> int:
+        """How often the points are there."""
+        return len(self.shape.clip_from_points)
+
+    @property
+    def stride(self) -> int:
+        """The number of points from one instance to the next."""
+        return rounded_up(self.shape.points.n_points)
+
+
+def max_points(device: Device) -> int:
+    """Return how many points a shape may have on `device`."""
+    in_binding = binding_bytes(device) // CLIP_POSITION_BYTES
+    in_dispatch = device.limits.max_workgroups * workgroup_size(device) * POINTS_PER_INVOCATION
+    return min(in_binding, in_dispatch) // POINTS_PER_INVOCATION * POINTS_PER_INVOCATION
+
+
+def binding_bytes(device: Device) -> int:
+    """Return the largest buffer that one binding can show."""
+    return min(device.limits.max_binding_bytes, device.limits.max_buffer_bytes)
+
+
+def in_bindings(device: Device, shape: Shape) -> Iterator[Shape]:
+    """Cut the instances of a shape into as many shapes as bindings need."""
+    stride = rounded_up(shape.points.n_points) * CLIP_POSITION_BYTES
+    most = max(1, min(binding_bytes(device) // stride, device.limits.max_workgroups))
+    for start in range(0, len(shape.clip_from_points), most):
+        yield replace(shape, clip_from_points=shape.clip_from_points[start : start + most])
+
+
+def project(device: Device, shapes: Sequence[Shape]) -> list[Projected]:
+    """Dispatch the projection of every point of every instance of `shapes`."""
+    projected = []
+    for number, shape in enumerate(shapes):
+        points = shape.points
+        n_padded = rounded_up(points.n_points)
+        n_instances = len(shape.clip_from_points)
+        positions = device.pool.get(f"positions {number}", n_instances * n_padded * CLIP_POSITION_BYTES)
+        stack = layouts.matrix_array(shape.clip_from_points, points.dtype)
+        matrices = device.pool.get(f"projections {number}", stack.nbytes)
+        matrices.upload(stack)
+        n_quads = n_padded // POINTS_PER_INVOCATION
+        (struct,) = uniforms.upload(device, f"quads {number}", [np.array([n_quads, 0, 0, 0], np.uint32)])
+        pipeline = device.pipelines.compute(
+            f"project_vertices_{precision_name(points.dtype)}", workgroup_size=workgroup_size(device)
+        )
+        used = (struct, matrices, points.buffer, positions)
+        with device.recording(struct.buffer, *used[1:]) as encoder:
+            n_workgroups = -(-n_quads // workgroup_size(device))
+            dispatch(encoder, pipeline, bind(device, pipeline, used), n_workgroups, n_instances)
+        projected.append(Projected(shape, positions))
+    return projected

@@ -1,0 +1,40 @@
+"""A picture cut into tiles, each of which the device draws at once."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+TILE_SIDE = 2048  # pixels; sixteen bytes each, beside the models
+WIDEST_MARGIN = 256  # pixels around a tile whose depths are known, for what a line's axis is tested by
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A rectangle of a picture, and the larger one of which depths are known: (x, y) and (width, height) in pixels."""
+
+    origin: tuple[int, int]
+    extent: tuple[int, int]
+    margin: int
+
+    @property
+    def depth_origin(self) -> tuple[int, int]:
+        """Where the known depths begin; may lie outside the picture."""
+        return self.origin[0] - self.margin, self.origin[1] - self.margin
+
+    @property
+    def depth_extent(self) -> tuple[int, int]:
+        """How far the known depths reach."""
+        return self.extent[0] + 2 * self.margin, self.extent[1] + 2 * self.margin
+
+    @property
+    def place(self) -> tuple[slice, slice]:
+        """The tile's rows and columns in the picture."""
+        (x, y), (width, height) = self.origin, self.extent
+        return slice(y, y + height), slice(x, x + width)
+
+
+def tiles(size: tuple[int, int], side: int, margin: int) -> Iterator[Tile]:
+    """Cut a picture of `size` into tiles of at most `side` pixels each way, row by row."""
+    width, height = size
+    for y in range(0, height, side):
+        for x in range(0, width, side):
+            yield Tile((x, y), (min(side, width - x), min(side, height - y)), margin)

@@ -1,0 +1,26 @@
+"""Many small structs in one uniform buffer."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .buffers import UNIFORM
+from .compute import Binding
+from .device import Device
+from .layouts import as_bytes
+
+ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
+
+
+def upload(device: Device, role: str, structs: Sequence[npt.NDArray[Any]]) -> list[Binding]:
+    """Put the structs, one after the other, into the device's buffer for `role`; return where each lies."""
+    if not structs:
+        return []
+    slots = np.zeros((len(structs), ALIGNMENT), np.uint8)
+    for slot, struct in zip(slots, structs, strict=True):
+        slot[: struct.nbytes] = as_bytes(struct)
+    buffer = device.pool.get(role, slots.nbytes, UNIFORM)
+    buffer.upload(slots)
+    return [Binding(buffer, i * ALIGNMENT, struct.nbytes) for i, struct in enumerate(structs)]

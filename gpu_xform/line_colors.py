@@ -1,0 +1,74 @@
+"""Which colours the lines and the faces of a layer have."""
+
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .colormaps import mapped
+from .colors import FACE_CYCLE, FloatColor, color_rows, packed, rgba
+from .errors import ArgumentError
+from .gpu.shapes import ColorMode
+from .layers import Layer
+
+PackedColors: TypeAlias = npt.NDArray[np.uint32]
+
+BLACK: FloatColor = (0.0, 0.0, 0.0, 1.0)
+NO_ROWS: PackedColors = np.empty(0, np.uint32)
+
+
+class LineColors(NamedTuple):
+    """The colours of lines: `one` where the mode says so, else packed rows, one an edge or one a point."""
+
+    mode: ColorMode
+    one: FloatColor
+    rows: PackedColors
+
+
+def by_face(layer: Layer) -> bool:
+    """Whether the outline of each face has its own colour."""
+    return layer.face_colors is not None or _is_cycle(layer.color)
+
+
+def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> LineColors:
+    """Return the colours that `layer` asks for; for `by_face`, a row for each face.
+
+    n_edges : of the rows that edge_colors must have
+    """
+    if layer.face_colors is not None:
+        return LineColors(
+            ColorMode.AN_EDGE, BLACK, packed(color_rows(layer.face_colors, "face_colors", n_faces, "faces"))
+        )
+    if layer.edge_colors is not None:
+        return LineColors(
+            ColorMode.AN_EDGE, BLACK, packed(color_rows(layer.edge_colors, "edge_colors", n_edges, "edges"))
+        )
+    if layer.vertex_colors is not None:
+        return LineColors(
+            ColorMode.A_POINT, BLACK, packed(color_rows(layer.vertex_colors, "vertex_colors", n_points, "points"))
+        )
+    if layer.scalars is not None:
+        return LineColors(ColorMode.A_POINT, BLACK, packed(mapped(layer.scalars, layer.cmap, layer.clim, n_points)))
+    if _is_cycle(layer.color):
+        return LineColors(ColorMode.AN_EDGE, BLACK, packed(_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)])
+    return LineColors(ColorMode.ONE, rgba(layer.color, "color"), NO_ROWS)
+
+
+def fill_colors(layer: Layer, n_faces: int) -> npt.NDArray[np.float64]:
+    """Return the colours of `layer.fill`: (n_faces, 4), or (1, 4) for all faces."""
+    fill = layer.fill
+    if _is_cycle(fill):
+        return _cycle("fill")[np.arange(n_faces) % len(FACE_CYCLE)]
+    if isinstance(fill, str) or np.ndim(fill) == 1:
+        return np.array([rgba(fill, "fill")])
+    if np.ndim(fill) != 2:
+        raise ArgumentError(f"fill must be a colour, 'face', or one colour for each face, got {fill!r}")
+    return color_rows(fill, "fill", n_faces, "faces")
+
+
+def _is_cycle(color: object) -> bool:
+    return isinstance(color, str) and color == "face"
+
+
+def _cycle(name: str) -> npt.NDArray[np.float64]:
+    return np.array([rgba(color, name) for color in FACE_CYCLE])

@@ -1,0 +1,101 @@
+"""What every picture begins with: models checked, framed, and put on a device."""
+
+import contextlib
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import TypeAlias
+
+import numpy as np
+
+from ._arguments import Float64Array
+from .cameras import Camera
+from .errors import ArgumentError, ArgumentTypeError, MeshError
+from .gpu import frame
+from .gpu.device import Device, default_device
+from .gpu.frame import View
+from .layers import Layer, Model, Style, as_layers
+from .point_buffer import PointBuffer
+from .shaping import Shaped, shaped
+from .subjects import Subject, subject
+from .views import depth_cue, pixel_depth, with_depth
+
+LONGEST_SIDE = 1 << 16  # there single precision still places lines within a hundredth of a pixel
+MOST_PIXELS = 1 << 30
+
+Models: TypeAlias = Model | Layer | Sequence[Model | Layer]
+Size: TypeAlias = Sequence[int]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What is drawn, and how it is seen.
+
+    subjects : of the layers, in their order
+    clip_from_world : (4, 4), depth turned round
+    """
+
+    device: Device
+    view: View
+    shaped: Shaped
+    layers: Sequence[Layer]
+    subjects: Sequence[Subject]
+    clip_from_world: Float64Array
+
+
+@contextlib.contextmanager
+def staged(models: Models, camera: Camera | None, size: Size, device: Device | None, style: Style) -> Iterator[Stage]:
+    """Lend everything that a picture needs, on its device, for the time of the block. Raises as `render` does."""
+    width, height = picture_size(size)
+    layers = as_layers(models, style)
+    subjects = [subject(layer) for layer in layers]
+    for model in subjects:
+        if model.n_points == 0:
+            raise MeshError("model must have edges to draw, got 0 points and 0 faces")
+    outline = cache(lambda: _outline(layers, subjects))
+    if camera is None:
+        camera = Camera.fit(outline())
+    elif not isinstance(camera, Camera):
+        raise ArgumentTypeError(f"camera must be a Camera, got {type(camera).__name__}")
+    device = device or _own_device(layers) or default_device()
+    for model in subjects:
+        _require_room(model, device)
+    clip_from_world = with_depth(camera.clip_from_world(width / height), outline)
+    view = View((width, height), pixel_depth(clip_from_world, width))
+    cues = [depth_cue(clip_from_world, outline, layer.depth_cue) for layer in layers]
+    with device.lock, contextlib.ExitStack() as stack:
+        device.residents.trim()
+        shapes = shaped(layers, subjects, clip_from_world, cues, device, stack)
+        yield Stage(device, view, shapes, layers, subjects, clip_from_world)
+
+
+def picture_size(size: Size) -> tuple[int, int]:
+    """Return `size` as two positive integers."""
+    try:
+        width, height = (int(side) for side in size)
+        whole = [width, height] == list(size)
+    except (TypeError, ValueError, OverflowError):
+        raise ArgumentError(f"size must be (width, height), got {size!r}") from None
+    if not whole or width < 1 or height < 1:
+        raise ArgumentError(f"size must be two positive whole numbers, got {size!r}")
+    if max(width, height) > LONGEST_SIDE or width * height > MOST_PIXELS:
+        raise ArgumentError(
+            f"size must be at most {LONGEST_SIDE} pixels a side and {MOST_PIXELS:,} in all, got {width} x {height}"
+        )
+    return width, height
+
+
+def _outline(layers: Sequence[Layer], subjects: Sequence[Subject]) -> Float64Array:
+    return np.concatenate(
+        [model.outline(layer.world_from_model) for layer, model in zip(layers, subjects, strict=True)]
+    )
+
+
+def _own_device(layers: Sequence[Layer]) -> Device | None:
+    return next((layer.model.device for layer in layers if isinstance(layer.model, PointBuffer)), None)
+
+
+def _require_room(model: Subject, device: Device) -> None:
+    most = frame.max_points(device)
+    if model.n_points > most:
+        raise ArgumentError(f"model must have at most {most:,} points on {device.name!r}, got {model.n_points:,}")

@@ -1,0 +1,77 @@
+// Edges into pieces that are wholly visible or wholly hidden, for vector pictures: counted first, then written.
+#import across
+#import strength
+
+struct Piece {
+    ends: vec4<f32>, // pixels, in the edge's direction
+    part: vec2<f32>, // of the segment that the edge is in the picture
+    edge: u32, // counted over all instances
+    is_hidden: u32,
+    along: vec2<f32>, // of the edge in clip space, at the piece's middle; and what distance leaves of its strength there
+    start: f32, // pixels along the segment, where the piece begins
+    padding: u32,
+}
+
+@group(0) @binding(5) var<storage, read_write> counts: array<u32>; // of pieces, an edge; when writing, of those before
+@group(0) @binding(6) var<storage, read_write> pieces: array<Piece>;
+override writing: bool;
+override longest: f32; // pixels a piece may have along the axis it advances most on
+override workgroup_size: u32;
+
+fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, hidden: bool) {
+    if !writing {
+        return;
+    }
+    let part = select(vec2(begin, end), vec2(1.0 - end, 1.0 - begin), way.is_backward);
+    let middle = 0.5 * (part.x + part.y);
+    let weights = vec2(1.0 - middle, middle) * line.inverse_w;
+    let along = mix(line.part.x, line.part.y, weights.y / (weights.x + weights.y));
+    pieces[counts[edge] + place] = Piece(
+        vec4(mix(line.p, line.q, part.x), mix(line.p, line.q, part.y)),
+        part,
+        edge,
+        u32(hidden),
+        vec2(along, strength_in_sight(line, middle)),
+        part.x * distance(line.p, line.q),
+        0u,
+    );
+}
+
+fn cut(index: u32, instance: u32) {
+    let edge = instance * style.n_edges + index;
+    let line = segment(edges[index], instance, 0.5 * style.line_width + 1.0);
+    var n_pieces = 0u;
+    if line.exists {
+        let way = walk(line);
+        let first = i32(floor(way.start.x));
+        let last = max(i32(ceil(way.start.x + way.run)) - 1, first);
+        var begin = 0.0;
+        var state = false;
+        for (var x = first; x <= last; x++) {
+            let t = part_at(way, x);
+            let hidden = style.hidden != SHOWN && is_hidden(mix(line.p, line.q, t), mix(line.depth.x, line.depth.y, t));
+            if x == first {
+                state = hidden;
+            }
+            let at = (f32(x) - way.start.x) / way.run;
+            if x > first && (hidden != state || (at - begin) * way.run >= longest) {
+                put(line, way, edge, n_pieces, begin, at, state);
+                n_pieces++;
+                begin = at;
+                state = hidden;
+            }
+        }
+        put(line, way, edge, n_pieces, begin, 1.0, state);
+        n_pieces++;
+    }
+    if !writing {
+        counts[edge] = n_pieces;
+    }
+}
+
+@compute @workgroup_size(workgroup_size)
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>) {
+    for (var index = invocation.x; index < style.n_edges; index += n_groups.x * workgroup_size) {
+        cut(index, invocation.y);
+    }
+}

@@ -1,0 +1,54 @@
+// Narrow anti-aliased lines of one colour, an edge an invocation. Where lines of one colour overlap, their order does not
+// matter: what shines through all is the product of what shines through each, so logarithms are summed.
+#import coverage
+#import across
+#import strength
+#import ink
+
+@group(0) @binding(5) var<storage, read_write> ink: array<atomic<u32>>;
+override workgroup_size: u32;
+
+fn lay_ink(place: u32, amount: u32) {
+    // Kept far from the largest number, as there may be any number of lines.
+    if atomicAdd(&ink[place], amount) > OVERFULL_INK {
+        atomicStore(&ink[place], OPAQUE_INK);
+    }
+}
+
+fn lay(index: u32, instance: u32) {
+    let half_width = 0.5 * style.line_width;
+    let line = segment(edges[index], instance, half_width + 1.0);
+    if !line.exists {
+        return;
+    }
+    let way = walk(line);
+    let lean = rim_lean(way, half_width);
+    let bounds = bounds_in_tile(way);
+    let first = max(i32(floor(way.start.x - half_width)), bounds.x);
+    let last = min(i32(floor(way.start.x + way.run + half_width)), bounds.y);
+    let reach = half_width * sqrt(1.0 + way.slope * way.slope) + 0.5 * abs(way.slope);
+    for (var x = first; x <= last; x++) {
+        let t = part_at(way, x);
+        let strength = style.color.a * strength_at(line, t);
+        if strength <= 0.0 {
+            continue;
+        }
+        let along = f32(x) + 0.5 - way.start.x;
+        let axis = way.start.y + way.slope * clamp(along, 0.0, way.run);
+        let lowest = max(i32(floor(axis - reach)), bounds.z);
+        let highest = min(i32(floor(axis + reach)), bounds.w);
+        for (var y = lowest; y <= highest; y++) {
+            let coverage = capsule_coverage(way, half_width, lean, vec2(along, f32(y) + 0.5 - way.start.y));
+            if coverage > 0.0 {
+                lay_ink(tile_index(pixel_at(way, x, y)), ink_of(coverage * strength));
+            }
+        }
+    }
+}
+
+@compute @workgroup_size(workgroup_size)
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>) {
+    for (var index = invocation.x; index < style.n_edges; index += n_groups.x * workgroup_size) {
+        lay(index, invocation.y);
+    }
+}

@@ -1,0 +1,18 @@
+// What colour a place of an edge has.
+#import edge
+
+@group(0) @binding(6) var<storage, read> colors: array<u32>; // as style.color_mode says
+
+// The colour at the part t of a segment of the edge number `index`, straight alpha.
+fn color_at(index: u32, line: Segment, t: f32) -> vec4<f32> {
+    if style.color_mode == ONE_COLOR {
+        return style.color;
+    }
+    if style.color_mode == COLOR_AN_EDGE {
+        return unpack4x8unorm(colors[index]);
+    }
+    // Even steps in the picture are not even along the edge: nearer parts look longer.
+    let weights = vec2(1.0 - t, t) * line.inverse_w;
+    let along = mix(line.part.x, line.part.y, weights.y / (weights.x + weights.y));
+    return mix(unpack4x8unorm(colors[edges[index].x]), unpack4x8unorm(colors[edges[index].y]), along);
+}

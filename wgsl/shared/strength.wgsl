@@ -1,0 +1,40 @@
+// How strongly a place of an edge is drawn: faces before it hide it, and distance pales it.
+#import edge
+
+@group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
+
+const PALE = 0.25; // what hidden edges keep of their strength where they fade
+const DASH = vec2(4.0, 3.0); // on and off, in line widths
+
+fn is_hidden(at: vec2<f32>, depth: f32) -> bool {
+    return depth < bitcast<f32>(face_depths[depth_index(vec2<i32>(floor(at)))]);
+}
+
+// How much of a pixel's length at `along` pixels from the edge's start lies on a dash.
+fn dash_at(along: f32) -> f32 {
+    let pattern = DASH * max(style.line_width, 1.5);
+    let place = along - floor(along / (pattern.x + pattern.y)) * (pattern.x + pattern.y);
+    return clamp(min(place, pattern.x - place) + 0.5, 0.0, 1.0);
+}
+
+// The strength that distance leaves at the part t of a segment, from 0 to 1.
+fn strength_in_sight(line: Segment, t: f32) -> f32 {
+    if style.cue.w <= 0.0 {
+        return style.strength;
+    }
+    let depth = mix(line.depth.x, line.depth.y, t);
+    let w = 1.0 / mix(line.inverse_w.x, line.inverse_w.y, t);
+    return style.strength * (1.0 - style.cue.w * clamp(style.cue.x * depth + style.cue.y * w + style.cue.z, 0.0, 1.0));
+}
+
+// The strength at the part t of a segment, from 0 to 1, less where a face hides it.
+fn strength_at(line: Segment, t: f32) -> f32 {
+    let strength = strength_in_sight(line, t);
+    if style.hidden == SHOWN || !is_hidden(mix(line.p, line.q, t), mix(line.depth.x, line.depth.y, t)) {
+        return strength;
+    }
+    if style.hidden == DASHED {
+        return strength * dash_at(t * distance(line.p, line.q));
+    }
+    return select(0.0, PALE * strength, style.hidden == FADED);
+}

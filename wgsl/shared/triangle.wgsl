@@ -1,0 +1,99 @@
+// A triangle in the picture, by homogeneous edge functions: nothing is cut at the eye's plane, and pixels are the same
+// however the picture is tiled. Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997.
+#import tile
+
+struct Faces {
+    n_triangles: u32,
+    n_points: u32, // of one instance in `projected`, padding included
+    n_instances: u32,
+    first_color: u32,
+}
+
+@group(0) @binding(1) var<uniform> faces: Faces;
+@group(0) @binding(2) var<storage, read> projected: array<vec4<f32>>; // clip space, depth 1 at the near plane
+@group(0) @binding(3) var<storage, read> triangles: array<u32>; // three points each
+@group(0) @binding(4) var<storage, read_write> face_depths: array<atomic<u32>>; // the nearest, as a float's bits
+@group(0) @binding(5) var<storage, read_write> face_marks: array<atomic<u32>>; // the colour's place, from 1
+@group(0) @binding(6) var<storage, read> triangle_colors: array<u32>; // the colour's place, one a triangle or one for all
+override painting: bool; // the second time round, when all depths are known
+override workgroup_size: u32;
+
+const RIM = 0.01; // pixels by which a triangle is larger, so that none falls between two
+const NEARLY = 1.0 + 1e-6; // two pipelines may round differently
+const BIAS = 0.25; // of a pixel's width along the view: for other faces about a corner
+
+struct Triangle {
+    inside: mat3x3<f32>, // columns: each edge's function of (x, y, 1) less `anchor`
+    rim: vec3<f32>,
+    depth: vec3<f32>,
+    bias: f32,
+    anchor: vec2<i32>,
+    low: vec2<i32>, // pixels
+    high: vec2<i32>,
+    exists: bool,
+}
+
+fn in_picture(clip: vec4<f32>) -> vec3<f32> {
+    return vec3((clip.xy * vec2(0.5, -0.5) + 0.5 * clip.w) * tile.size, clip.w);
+}
+
+fn triangle(index: u32) -> Triangle {
+    var out: Triangle;
+    let corner = 3u * (index % faces.n_triangles);
+    let first = faces.n_points * (index / faces.n_triangles);
+    let a = projected[first + triangles[corner]];
+    let b = projected[first + triangles[corner + 1u]];
+    let c = projected[first + triangles[corner + 2u]];
+    let w = vec3(a.w, b.w, c.w);
+    if all(w <= vec3(0.0)) {
+        return out;
+    }
+    out.low = tile.depth_origin;
+    out.high = tile.depth_origin + tile.depth_extent - 1;
+    if all(w > vec3(0.0)) {
+        let p = to_pixels(a);
+        let q = to_pixels(b);
+        let r = to_pixels(c);
+        let lowest = clamp(floor(min(min(p, q), r) - RIM), vec2(-1.0), tile.size);
+        let highest = clamp(floor(max(max(p, q), r) + RIM), vec2(-1.0), tile.size);
+        out.anchor = vec2<i32>(lowest);
+        out.low = max(out.low, vec2<i32>(lowest));
+        out.high = min(out.high, vec2<i32>(highest));
+    }
+    if any(out.high < out.low) {
+        return out;
+    }
+    // Relative to a pixel close by, because single precision squares coordinates here.
+    let anchor = vec3(vec2<f32>(out.anchor), 0.0);
+    let u = in_picture(a) - anchor * a.w;
+    let v = in_picture(b) - anchor * b.w;
+    let t = in_picture(c) - anchor * c.w;
+    let inside = mat3x3(cross(v, t), cross(t, u), cross(u, v));
+    let volume = dot(u, inside[0]);
+    if volume == 0.0 {
+        return out;
+    }
+    out.inside = inside * (1.0 / volume);
+    out.rim = RIM * vec3(length(out.inside[0].xy), length(out.inside[1].xy), length(out.inside[2].xy));
+    out.depth = out.inside * vec3(a.z, b.z, c.z);
+    // A line is tested up to half a pixel beside the pixel's middle.
+    out.bias = 0.5 * (abs(out.depth.x) + abs(out.depth.y));
+    out.exists = true;
+    return out;
+}
+
+fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
+    let middle = vec3(vec2<f32>(pixel - face.anchor) + 0.5, 1.0);
+    let depth = dot(face.depth, middle);
+    if any(middle * face.inside < -face.rim) || depth < 0.0 || depth > 1.0 {
+        return;
+    }
+    let slot = depth_index(pixel);
+    let pushed = max(depth - face.bias - BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y), 0.0);
+    if !painting {
+        atomicMax(&face_depths[slot], bitcast<u32>(pushed));
+    } else if pushed * NEARLY >= bitcast<f32>(atomicLoad(&face_depths[slot])) {
+        let color = triangle_colors[min(index % faces.n_triangles, arrayLength(&triangle_colors) - 1u)];
+        atomicMax(&face_marks[slot], faces.first_color + color + 1u);
+    }
+}
