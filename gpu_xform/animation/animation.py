@@ -15,10 +15,10 @@ from .._arguments import Float64Array, MatrixLike, direction, square_matrix
 from ..cameras import Camera, outermost
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..images import Pixels
+from ..layers import Model
 from ..matrices import rotate, translate
 from ..progress import bar
-from ..subjects import Model
-from ..wireframe import Size, picture_size
+from ..staging import Size, picture_size
 from . import poses
 from .encoders import html
 from .encoders.clip import Clip

@@ -9,10 +9,12 @@ from ..cameras import Camera
 from ..errors import ArgumentTypeError
 from ..formats import load_mesh
 from ..images import Pixels
+from ..layers import Layer, Model
 from ..mesh import Mesh
 from ..point_buffer import PointBuffer
-from ..subjects import Model, subject
-from ..wireframe import Size, render_array
+from ..staging import Size
+from ..subjects import subject
+from ..wireframe import render_array
 
 Opened: TypeAlias = Mesh | PointBuffer
 Frame: TypeAlias = MatrixLike | Model
@@ -51,7 +53,8 @@ def posed(model: Opened, placed: Float64Array, own: Pose) -> Posed:
 
 def outline(shown: Posed) -> Float64Array:
     """Return points of the world (k, 3) that a camera must hold."""
-    return subject(shown.model).outline(shown.world_from_model)
+    layer = Layer(shown.model, transform=shown.world_from_model)
+    return subject(layer).outline(layer.world_from_model)
 
 
 def draw(shown: Posed, camera: Camera, size: Size, style: Mapping[str, Any]) -> Pixels:
