@@ -88,7 +88,7 @@ def loaded_after(statement: str) -> set[str]:
     return set(result.stdout.split())
 
 
-HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av"}
+HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av", "pydyf"}
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
@@ -143,7 +143,7 @@ LAYERS = [
     {"errors"},
     {"_arguments", "_files", "_memmap", "images", "progress"},
     {"_affine", "_points", "colors", "comparison", "triangulation"},
-    {"_influences", "colormaps", "matrices", "planar", "mesh", "scene"},
+    {"_influences", "colormaps", "matrices", "planar", "mesh", "scene", "vector"},
     {"samples", "cameras", "edge_sets", "formats"},
     {"gpu"},
     {"_precision"},
@@ -181,13 +181,14 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
 
 PURE = [
     *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "scene"),
-    *("samples", "cameras", "comparison", "edge_sets", "colormaps"),
+    *("samples", "cameras", "comparison", "edge_sets", "colormaps", "vector"),
 ]
 IMPORTED_LATE = {
     "mesh": {"trimesh"},
     "images": {"PIL"},
     "colors": {"PIL"},
     "colormaps": {"cmap"},
+    "vector": {"pydyf"},
     "triangulation": {"mapbox_earcut"},
 }
 
