@@ -26,8 +26,11 @@ def astray(picture: Pixels, other: Pixels) -> float:
     return float(np.mean(~near[lit(picture)]))
 
 
-def difference(ours: Pixels, theirs: Pixels) -> str | None:
-    """Return in words why two pictures do not show the same lines; None where they do."""
+def difference(ours: Pixels, theirs: Pixels, width_ratio: float = 1.0) -> str | None:
+    """Return in words why two pictures do not show the same lines; None where they do.
+
+    width_ratio : how many times as wide as our lines theirs are
+    """
     if theirs.shape[:2] != ours.shape[:2]:
         return f"it draws {theirs.shape[1]} x {theirs.shape[0]} pixels"
     if not (lit(ours).any() and lit(theirs).any()):
@@ -36,7 +39,7 @@ def difference(ours: Pixels, theirs: Pixels) -> str | None:
     if max(lacking, added) > MOST_ASTRAY:
         return f"{100 * lacking:.2g} % of our lit pixels are far from theirs, {100 * added:.2g} % of theirs from ours"
     ink = float((255.0 - theirs[..., :3]).sum() / (255.0 - ours[..., :3]).sum())
-    if not 1 / MOST_INK <= ink <= MOST_INK:
+    if not 1 / MOST_INK <= ink / width_ratio <= MOST_INK:
         return f"it takes {ink:.2f} of our ink"
     return None
 

@@ -63,11 +63,13 @@ SHIFT = 3  # pixels
 def stands_up(comparison: Comparison, pictures: dict[str, Pixels]) -> bool:
     """Tell whether both draw the same, each as it says; print why not."""
     ours, theirs = pictures[comparison.ours], pictures[comparison.theirs]
-    reason = difference(ours, theirs)
+    width_ours, width_theirs = (1.0 if name in ALIASED else LINE_WIDTH for name in (comparison.ours, comparison.theirs))
+    width_ratio = width_theirs / width_ours
+    reason = difference(ours, theirs, width_ratio)
     for name in (comparison.ours, comparison.theirs):
         if reason is None and (n_shades(pictures[name]) == 2) != (name in ALIASED):
             reason = f"{name} draws in {n_shades(pictures[name])} shades"
-    if reason is None and difference(ours, np.roll(theirs, SHIFT, axis=1)) is None:
+    if reason is None and difference(ours, np.roll(theirs, SHIFT, axis=1), width_ratio) is None:
         raise SystemExit(f"{comparison}: the same picture moved by {SHIFT} pixels would pass")
     if reason is not None:
         print(f"- {comparison}: NOT COMPARED, {reason}")
