@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from .animation import Animation, animate, turntable
     from .cameras import Camera
     from .comparison import compare_images
+    from .drawing import render_pdf, render_svg
     from .formats import load_mesh, load_scene, save_mesh
     from .gpu.adapters import adapters
     from .gpu.device import Device
@@ -106,6 +107,8 @@ __all__ = [
     "reflect",
     "render",
     "render_array",
+    "render_pdf",
+    "render_svg",
     "rotate",
     "rotate_x",
     "rotate_y",
@@ -137,6 +140,8 @@ _LATE = {
     "project_points": ".transform",
     "render": ".wireframe",
     "render_array": ".wireframe",
+    "render_pdf": ".drawing",
+    "render_svg": ".drawing",
     "save_mesh": ".formats",
     "transform_file": ".streaming",
     "transform_normals": ".transform",

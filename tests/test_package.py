@@ -30,7 +30,7 @@ DOCUMENTED = {
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
     *("animate", "turntable", "Animation", "SizeWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
-    *("Layer",),
+    *("Layer", "render_svg", "render_pdf"),
 }
 
 
@@ -88,7 +88,20 @@ def loaded_after(statement: str) -> set[str]:
     return set(result.stdout.split())
 
 
-HEAVY = {"wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av", "pydyf"}
+HEAVY = {
+    "wgpu",
+    "trimesh",
+    "PIL",
+    "lark",
+    "plyfile",
+    "scipy",
+    "cffi",
+    "mapbox_earcut",
+    "cmap",
+    "matplotlib",
+    "av",
+    "pydyf",
+}
 
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
@@ -153,7 +166,9 @@ LAYERS = [
     {"subjects"},
     {"shaping"},
     {"staging"},
-    {"wireframe"},
+    {"painting"},
+    {"strokes"},
+    {"drawing", "wireframe"},
     {"animation", "bench", "streaming"},
     {"__init__"},
     {"cli"},

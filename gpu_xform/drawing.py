@@ -1,0 +1,70 @@
+"""Vector pictures: the same models and styles as in `wireframe`, as lines that stay sharp."""
+
+from typing import Unpack
+
+from .cameras import Camera
+from .colors import ColorLike, FloatColor, rgba
+from .errors import ArgumentError
+from .gpu.device import Device
+from .layers import Style
+from .staging import Models, Size, Stage, staged
+from .strokes import strokes
+from .vector import Strokes, pdf, svg
+
+
+def render_svg(
+    models: Models,
+    *,
+    camera: Camera | None = None,
+    size: Size = (1024, 1024),
+    background: ColorLike | None = "white",
+    device: Device | None = None,
+    **style: Unpack[Style],
+) -> str:
+    """Draw as `render` does, as an SVG document: a group a model, hidden parts of edges left out or apart.
+
+    Which parts are hidden is found by the same passes as for pixels, to about a pixel. Faces are painted from the
+    farthest to the nearest, which is right for faces that do not cross. Lines that are not anti-aliased become lines of
+    one pixel.
+    """
+    layers, backdrop, extent = _drawn(models, camera, size, background, device, style)
+    return svg(extent, backdrop, layers)
+
+
+def render_pdf(
+    models: Models,
+    *,
+    camera: Camera | None = None,
+    size: Size = (1024, 1024),
+    background: ColorLike | None = "white",
+    device: Device | None = None,
+    **style: Unpack[Style],
+) -> bytes:
+    """Draw as `render_svg` does, as a PDF document of one page; a pixel of `size` is 1/96 inch.
+
+    Raises `MissingExtraError` where the extra `pdf` is not installed.
+    """
+    layers, backdrop, extent = _drawn(models, camera, size, background, device, style)
+    return pdf(extent, backdrop, layers)
+
+
+def _drawn(
+    models: Models,
+    camera: Camera | None,
+    size: Size,
+    background: ColorLike | None,
+    device: Device | None,
+    style: Style,
+) -> tuple[list[Strokes], FloatColor, tuple[int, int]]:
+    backdrop = (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
+    with staged(models, camera, size, device, style) as stage:
+        _require_depths(stage)
+        return strokes(stage), backdrop, stage.view.size
+
+
+def _require_depths(stage: Stage) -> None:
+    """Raise where one binding cannot hold a depth for each pixel, which edges are cut by."""
+    width, height = stage.view.size
+    most = min(stage.device.limits.max_binding_bytes, stage.device.limits.max_buffer_bytes) // 4
+    if (width + 4) * (height + 4) > most:
+        raise ArgumentError(f"size must be at most {most:,} pixels in a vector picture, got {width} x {height}")

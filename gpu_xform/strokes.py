@@ -1,0 +1,108 @@
+"""What a device has cut into pieces, as the strokes that vector files are written from."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ._arguments import Float64Array
+from .gpu.cut_pass import Cut, cut
+from .gpu.shapes import ColorMode, Hidden, Lines
+from .painting import joined, painted, polygons
+from .staging import Stage
+from .vector import Dots, Polygons, Strokes
+
+PALE = 0.25  # what hidden edges keep of their strength where they fade; as in the shaders
+GRADIENT_STEP = 8.0  # pixels; pieces of changing colour are no longer
+UNCUT = 1e9
+
+
+def strokes(stage: Stage) -> list[Strokes]:
+    """Return each layer's picture; where several are painted, the faces of all before them."""
+    shaped = stage.shaped
+    lines_of = [
+        (owner, lines) for owner, shape in zip(shaped.layers, shaped.shapes, strict=True) for lines in shape.lines
+    ]
+    cuts, seen = cut(stage.device, shaped.shapes, shaped.palette, stage.view, _longest)
+    owners = {id(lines): owner for owner, lines in lines_of}
+    faces = painted(stage, seen)
+    pictures = []
+    if len(faces) > 1:
+        pictures.append(_strokes("faces", 1.0, [], polygons(joined(list(faces.values())))))
+    for number, (layer, subject) in enumerate(zip(stage.layers, stage.subjects, strict=True)):
+        own = [one for one in cuts if owners[id(one.batch.lines)] == number]
+        filled = polygons(joined([faces[number]])) if number in faces and len(faces) == 1 else None
+        line_width = layer.line_width if layer.antialias else 1.0
+        pictures.append(_strokes(subject.name, line_width, own, filled))
+    return pictures
+
+
+def _longest(lines: Lines) -> float:
+    """Return how many pixels a piece may have: few where colours change along it, as it has one colour.
+
+    Pale pieces are not cut further, because their ends would be darker where they overlap.
+    """
+    is_pale = lines.strength < 1.0 or lines.cue[3] > 0.0 or lines.hidden is Hidden.FADED
+    return GRADIENT_STEP if lines.color_mode is ColorMode.A_POINT and not is_pale else UNCUT
+
+
+def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons | None) -> Strokes:
+    """Return one layer's strokes; hidden parts that are removed, and hidden dots, are left out."""
+    segments, hidden, starts, colors, circles, dot_colors = [], [], [], [], [], []
+    fades = False
+    for one in cuts:
+        lines = one.batch.lines
+        fades |= lines.hidden is Hidden.FADED
+        is_hidden = one.pieces["is_hidden"] == 1
+        keeps_hidden = lines.hidden is Hidden.FADED or (lines.hidden is Hidden.DASHED and not lines.are_dots)
+        kept = slice(None) if keeps_hidden else ~is_hidden
+        pieces, is_hidden = one.pieces[kept], is_hidden[kept]
+        own = _colors(one, pieces)
+        if lines.hidden is Hidden.FADED:
+            own[is_hidden, 3] *= PALE
+        if lines.are_dots:
+            width = np.full((len(pieces), 1), lines.line_width)
+            circles.append(np.column_stack([pieces["ends"][:, :2], width]))
+            dot_colors.append(own)
+            continue
+        segments.append(pieces["ends"])
+        hidden.append(is_hidden)
+        starts.append(pieces["start"])
+        colors.append(own)
+    return Strokes(
+        name=name,
+        segments=np.concatenate(segments) if segments else np.empty((0, 4), np.float32),
+        hidden=np.concatenate(hidden) if hidden else np.empty(0, np.bool_),
+        dash_start=np.concatenate(starts) if starts else np.empty(0, np.float32),
+        colors=_in_one(np.concatenate(colors)) if colors else np.zeros((1, 4)),
+        line_width=line_width,
+        hidden_style="fade" if fades else "dash",
+        polygons=filled,
+        dots=Dots(np.concatenate(circles), np.concatenate(dot_colors)) if circles else None,
+    )
+
+
+def _colors(one: Cut, pieces: npt.NDArray[np.void]) -> Float64Array:
+    """Return the colour of each piece, straight alpha: (s, 4)."""
+    lines = one.batch.lines
+    index = pieces["edge"] % one.batch.n_edges
+    if lines.color_mode is ColorMode.ONE:
+        colors = np.tile(np.array(lines.color), (len(pieces), 1))
+    elif lines.color_mode is ColorMode.AN_EDGE:
+        colors = _unpacked(one.colors[index])
+    else:
+        first, second = one.edges[index].T
+        along = pieces["along"][:, :1].astype(np.float64)
+        colors = (1.0 - along) * _unpacked(one.colors[first]) + along * _unpacked(one.colors[second])
+    colors[:, 3] *= np.clip(pieces["along"][:, 1], 0.0, 1.0)
+    return colors
+
+
+def _unpacked(colors: npt.NDArray[np.uint32]) -> Float64Array:
+    octets: Float64Array = np.ascontiguousarray(colors).view(np.uint8).reshape(-1, 4) / 255.0
+    return octets
+
+
+def _in_one(colors: Float64Array) -> Float64Array:
+    """Return the one colour where all are the same."""
+    return colors[:1] if len(colors) and (colors == colors[0]).all() else colors

@@ -1,0 +1,160 @@
+"""Vector pictures of models, beside the pixels of the same, and beside geometry."""
+
+import dataclasses
+import re
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, Unpack
+
+import numpy as np
+import pypdfium2
+import pytest
+from browser import Browser
+
+import gpu_xform as gx
+from gpu_xform.drawing import render_pdf, render_svg
+from gpu_xform.errors import ArgumentError
+from gpu_xform.gpu.device import Device, default_device
+from gpu_xform.layers import Style
+from gpu_xform.staging import staged
+from gpu_xform.strokes import strokes
+from gpu_xform.vector import Strokes
+
+SIZE = (301, 240)
+HOUSE, CUBE = gx.samples.house(), gx.samples.cube()
+BALL = gx.samples.snub_dodecahedron().transformed(gx.scale(0.5))
+CAMERA = gx.Camera.look_at((3, 2.2, 6), (0, 0.1, 0))
+ASIDE = [gx.translate(x, 0.2, -2.4) @ gx.scale(0.4) for x in (-1.2, 1.2)]
+
+
+def layers(models: Any, **style: Unpack[Style]) -> list[Strokes]:
+    with staged(models, CAMERA, SIZE, None, style) as stage:
+        return strokes(stage)
+
+
+PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {
+    "all edges": (HOUSE, {"line_width": 2}),
+    "removed": (BALL, {"hidden": "remove", "color": "#1f3a5f"}),
+    "dashed": (HOUSE, {"hidden": "dash", "line_width": 2.5}),
+    "faded": (CUBE, {"hidden": "fade", "line_width": 3, "color": "crimson"}),
+    "filled": (BALL, {"fill": "face"}),
+    "filled and pale": (HOUSE, {"fill": "gold", "alpha": 0.6}),
+    "by face": (CUBE, {"color": "face", "line_width": 4}),
+    "by number": (BALL, {"scalars": BALL.positions[:, 1], "hidden": "remove", "line_width": 3, "point_size": 7}),
+    "depth cue": (BALL, {"depth_cue": 0.9, "line_width": 2}),
+    "silhouette": (BALL, {"edges": "silhouette", "line_width": 3}),
+    "several": (
+        [
+            gx.Layer(HOUSE, hidden="remove", fill="white", line_width=2),
+            gx.Layer(CUBE, transform=ASIDE, fill="#88c", hidden="dash"),
+        ],
+        {},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PICTURES)
+def test_a_browser_shows_what_the_pixels_are(name: str, tmp_path: Path, browser: Browser) -> None:
+    models, style = PICTURES[name]
+    pixels = gx.render_array(models, camera=CAMERA, size=SIZE, **style)[..., :3].astype(int)
+    file = tmp_path / "picture.svg"
+    file.write_text(render_svg(models, camera=CAMERA, size=SIZE, **style), "utf-8")
+    browser.open(file, SIZE)
+    shown = browser.picture()[..., :3].astype(int)
+    assert (pixels != 255).any(axis=2).sum() > 500
+    assert np.abs(shown - pixels).mean() <= 1.5  # of 255; 4 are asked for
+    touched = (pixels != 255).any(axis=2) | (shown != 255).any(axis=2)
+    assert np.abs(shown - pixels)[touched].mean() <= 12
+
+
+@pytest.mark.parametrize("name", ["removed", "dashed", "filled", "by number", "several"])
+def test_a_pdf_shows_what_the_pixels_are(name: str) -> None:
+    models, style = PICTURES[name]
+    pixels = gx.render_array(models, camera=CAMERA, size=SIZE, **style)[..., :3].astype(int)
+    [page] = pypdfium2.PdfDocument(render_pdf(models, camera=CAMERA, size=SIZE, **style))
+    shown = page.render(scale=96 / 72).to_numpy()[..., [2, 1, 0]].astype(int)
+    assert shown.shape == pixels.shape
+    assert np.abs(shown - pixels).mean() <= 1.5
+
+
+def in_pixels(points: Any) -> Any:
+    clip = np.column_stack([points, np.ones(len(points))]) @ CAMERA.clip_from_world(SIZE[0] / SIZE[1]).T
+    return (clip[:, :2] / clip[:, 3:] * (0.5, -0.5) + 0.5) * SIZE
+
+
+@pytest.mark.parametrize("mesh", [CUBE, HOUSE, BALL], ids=["cube", "house", "ball"])
+def test_of_a_convex_solid_the_edges_of_faces_that_look_at_the_eye_are_there(mesh: gx.Mesh) -> None:
+    found = gx.edge_sets.edge_faces(mesh)
+    normals = gx.edge_sets.face_normals(mesh)
+    corners = mesh.positions[mesh.indices[mesh.offsets[:-1]]]
+    looks = np.einsum("ij,ij->i", normals, np.array((3, 2.2, 6)) - corners) > 0
+    visible = looks[found.faces].any(axis=1)
+    ends = in_pixels(mesh.positions)[found.edges]
+    lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
+    [shown] = layers(mesh, hidden="dash")
+    drawn = np.linalg.norm(shown.segments[:, 2:] - shown.segments[:, :2], axis=1)
+    assert abs(drawn.sum() - lengths.sum()) <= 1e-3 * lengths.sum()
+    for hidden, asked in ((False, lengths[visible].sum()), (True, lengths[~visible].sum())):
+        # About a pixel an edge at most: where hidden edges reach the outline.
+        assert abs(drawn[shown.hidden == hidden].sum() - asked) <= 0.7 * len(mesh.edges)
+    assert (~visible).any()
+
+
+def test_dashes_start_where_their_edge_does_and_go_on_where_it_is_hidden_again() -> None:
+    line = gx.Mesh([(-2.0, -0.3, 0.0), (2.0, 0.5, 0.2)], [(0, 1)])
+    walls = gx.Mesh(
+        [(x, y, 1.0) for left in (-1.0, 0.6) for x, y in ((left, -1), (left + 0.5, -1), (left + 0.5, 1), (left, 1))],
+        [(0, 1, 2, 3), (4, 5, 6, 7)],
+    )
+    shown, _ = layers([gx.Layer(line, hidden="dash"), gx.Layer(walls, hidden="remove")])
+    assert shown.hidden.tolist() == [False, True, False, True, False]
+    start, end = in_pixels(line.positions)
+    along = [0.0, *np.linalg.norm(shown.segments[:, 2:] - start, axis=1)]
+    np.testing.assert_allclose(shown.dash_start, along[:-1], atol=0.01)
+    np.testing.assert_allclose(shown.segments[0, :2], start, atol=0.01)
+    np.testing.assert_allclose(shown.segments[-1, 2:], end, atol=0.01)
+    for before, after in pairwise(shown.segments):
+        np.testing.assert_allclose(before[2:], after[:2], atol=1e-3)
+    backwards = gx.Mesh(line.positions[::-1], [(0, 1)])
+    turned, _ = layers([gx.Layer(backwards, hidden="dash"), gx.Layer(walls, hidden="remove")])
+    np.testing.assert_allclose(turned.segments, shown.segments[:, [2, 3, 0, 1]], atol=1e-3)
+    np.testing.assert_allclose(turned.dash_start[-1], 0.0)
+
+
+def test_removed_parts_are_not_in_the_file_and_groups_bear_the_names_of_models(tmp_path: Path) -> None:
+    gx.save_mesh(HOUSE, tmp_path / "my house.obj")
+    document = render_svg([tmp_path / "my house.obj", gx.Layer(CUBE, name="a <box>")], hidden="remove", size=SIZE)
+    assert "<title>my house</title>" in document
+    assert "<title>a &lt;box&gt;</title>" in document
+    assert 'class="hidden"' not in document
+    assert 'class="hidden"' in render_svg(HOUSE, hidden="dash", size=SIZE)
+    assert len(re.findall(r'<g id="[\w-]+">', document)) >= 2
+
+
+def test_colours_change_along_the_edges() -> None:
+    line = gx.Mesh([(-1.0, 0, 0), (1.0, 0.2, 0)], [(0, 1)])
+    [shown] = layers(line, vertex_colors=[(1, 0, 0), (0, 0, 1)])
+    assert len(shown.colors) == len(shown.segments) > 8
+    assert (np.diff(shown.colors[:, 0]) < 0).all()
+    np.testing.assert_allclose(shown.colors[:, 0] + shown.colors[:, 2], 1.0, atol=0.01)
+
+
+def test_faces_of_several_models_are_painted_together_the_farthest_first() -> None:
+    near, far = (
+        gx.Layer(gx.samples.grid(1), fill=color, transform=gx.translate(0, 0, z))
+        for color, z in (("red", 1), ("blue", -1))
+    )
+    for order in ((near, far), (far, near)):
+        faces = layers(list(order))[0].polygons
+        assert faces is not None
+        np.testing.assert_allclose(faces.colors, [(0, 0, 1, 1), (1, 0, 0, 1)])
+
+
+def test_a_picture_of_more_pixels_than_a_binding_holds_depths_for_is_refused(device: Device) -> None:
+    limits = dataclasses.replace(device.limits, max_binding_bytes=1 << 16)
+    with (
+        Device(limits=limits) as small,
+        pytest.raises(ArgumentError, match=r"^size must be at most 16,384 pixels in a"),
+    ):
+        render_svg(CUBE, size=(200, 100), device=small)
+    assert default_device() is device
