@@ -51,6 +51,9 @@ def assert_what_python_made(place: Path, names: dict[str, Any]) -> None:
     np.testing.assert_allclose([names["low"], names["high"]], [turned.min(axis=0), turned.max(axis=0)], atol=5e-6)
     assert gx.load_mesh(place / "house.obj").n_faces == gx.samples.house().n_faces
     assert colors_in(place / "house.png") >= 4
+    with Image.open(place / "dashed.png") as dashed:
+        assert (np.asarray(dashed)[..., 0] < 128).sum() > 3000
+    assert re.search(r'(?s)<title>house</title>.*#ffd700.*<g id="[^"]+">', names["drawing"])
 
 
 def colors_in(picture: Path) -> int:
