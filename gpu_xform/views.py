@@ -11,20 +11,26 @@ REVERSED_DEPTH: Float64Array = np.array([[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 
 
 
 def with_depth(clip_from_world: Float64Array, outline: Callable[[], Float64Array]) -> Float64Array:
-    """Return the matrix (4, 4), its depth turned round; where it drops depth, with that of `outline` (n, 3) put in.
+    """Return the matrix (4, 4), its depth turned round.
 
-    A camera that shows x and y as they are has no near and no far plane: here they enclose the points.
+    In parallel views all depths are as exact as the nearest, of which floating point has few: near and far plane move
+    in on `outline` (n, 3), and never out. A camera that shows x and y as they are has neither, and gets both.
     """
-    if clip_from_world[2, :3].any():
-        return REVERSED_DEPTH @ clip_from_world
-    matrix = clip_from_world.copy()
-    towards_eye = _cross(matrix[0, :3], matrix[1, :3])
-    height = outline() @ towards_eye
-    low, high = (float(height.min()), float(height.max())) if len(height) else (0.0, 0.0)
-    room = (high - low) or max(abs(high), 1.0)
+    matrix: Float64Array = REVERSED_DEPTH @ clip_from_world
+    if matrix[3, :3].any():
+        return matrix
+    has_planes = clip_from_world[2, :3].any()
+    if not has_planes:
+        matrix[2] = np.append(_cross(matrix[0, :3], matrix[1, :3]), 0.0)
+    depth = (outline() @ matrix[2, :3] + matrix[2, 3]) / matrix[3, 3]
+    low, high = (float(depth.min()), float(depth.max())) if len(depth) else (0.0, 0.0)
     # From a quarter to three quarters, so that nothing is cut off.
-    matrix[2, :3] = towards_eye * (0.5 * matrix[3, 3] / room)
-    matrix[2, 3] = matrix[3, 3] * (0.25 - 0.5 * low / room)
+    room = 0.5 * (high - low) or max(abs(high), 1.0)
+    low, high = low - room, high + room
+    if has_planes:
+        low, high = max(low, 0.0), min(high, 1.0)
+    if low < high:
+        matrix[2] = (matrix[2] - low * matrix[3]) / (high - low)
     return matrix
 
 
