@@ -43,12 +43,10 @@ def star_prism() -> Mesh:
     return prism(np.array(STAR_RADII)[:, np.newaxis] * np.stack([np.cos(angles), np.sin(angles)], axis=1), 0.6)
 
 
-def interlocked_boxes() -> Mesh:
+def interlocking() -> tuple[Mesh, Mesh]:
     """Return two boxes, each of which goes through the other; no edge of one lies in a face of the other."""
-    return together(
-        box((-1.5, -0.5, -0.4), (1.6, 0.6, 0.5)),
-        box((-0.4, -1.3, -0.9), (0.5, 1.2, 0.2)).transformed(rotate_y(0.3) @ rotate_x(0.2)),
-    )
+    upright = box((-0.4, -1.3, -0.9), (0.5, 1.2, 0.2)).transformed(rotate_y(0.3) @ rotate_x(0.2))
+    return box((-1.5, -0.5, -0.4), (1.6, 0.6, 0.5)), upright
 
 
 def thin_plates(gap: float = 0.01) -> Mesh:

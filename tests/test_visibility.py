@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from solids import box, centred, interlocked_boxes, l_prism, staircase, star_prism, thin_plates, together
+from solids import box, centred, interlocking, l_prism, staircase, star_prism, thin_plates, together
 from visibility import SLIVER, Array, gaps, in_pixels, in_view, visible_intervals
 
 from gpu_xform import (
@@ -228,7 +228,7 @@ EYES = {"askew": (4.1, 2.7, 5.3), "below": (-1.3, -4.9, 3.1), "grazing": (6.0, 0
 CONCAVE = {
     "L": centred(l_prism()),
     "star": star_prism(),
-    "boxes": interlocked_boxes(),
+    "boxes": together(*interlocking()),
     "plates": thin_plates(),
     "stairs": centred(staircase(), 0.5),
     "torus": samples.torus(13, 8),
