@@ -1,10 +1,11 @@
 """Layers: a model of a picture, where it stands, and how it is drawn."""
 
 import os
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, TypeAlias, TypedDict, get_args
 
+import numpy as np
 import numpy.typing as npt
 
 from ._arguments import Float64Array, MatrixLike, number, square_matrices
@@ -13,6 +14,7 @@ from .edge_sets import EdgesLike
 from .errors import ArgumentError, ArgumentTypeError
 from .mesh import Mesh
 from .point_buffer import PointBuffer
+from .scene import Instances, Scene
 
 Model: TypeAlias = Mesh | PointBuffer | str | os.PathLike[str]
 HiddenStyle: TypeAlias = Literal["show", "remove", "dash", "fade"]
@@ -119,12 +121,14 @@ class Layer:
         return matrices
 
 
+Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]
+
 _IDENTITY = [[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]]
 _COLORS_OF_THEIR_OWN = ("face_colors", "edge_colors", "vertex_colors", "scalars")
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
 
 
-def as_layers(models: Model | Layer | Iterable[Model | Layer], style: Style) -> list[Layer]:
+def as_layers(models: Models, style: Style) -> list[Layer]:
     """Return the layers of a picture; `style` goes for the models that bring none of their own.
 
     Raises `ArgumentError` for no models, TypeError for a keyword that is not in `Style`.
@@ -132,16 +136,30 @@ def as_layers(models: Model | Layer | Iterable[Model | Layer], style: Style) -> 
     unknown = style.keys() - _STYLE_NAMES
     if unknown:
         raise TypeError(f"render() got an unexpected keyword argument {min(unknown)!r}")
-    if isinstance(models, Layer):
-        if style:
-            raise ArgumentError(f"{min(style)} must be given to the Layer itself")
-        return [models]
-    if isinstance(models, _MODEL_TYPES) or not isinstance(models, Sequence):
-        return [Layer(models, **style)]  # type: ignore[arg-type]
-    layers = [model if isinstance(model, Layer) else Layer(model, **style) for model in models]
+    if isinstance(models, Layer) and style:
+        raise ArgumentError(f"{min(style)} must be given to the Layer itself")
+    several = [models] if isinstance(models, str) or not isinstance(models, Sequence) else models
+    layers = [layer for model in several for layer in _layers(model, style)]
     if not layers:
         raise ArgumentError("models must hold at least one model, got none")
     return layers
+
+
+def _layers(model: Model | Layer | Scene, style: Style) -> list[Layer]:
+    if isinstance(model, Layer):
+        return [model]
+    if isinstance(model, Scene):
+        return [_instances(shown, style) for shown in model.layers()]
+    return [Layer(model, **style)]
+
+
+def _instances(shown: Instances, style: Style) -> Layer:
+    """Return the layer of a scene's model: in its own style first; what `style` transforms is the whole scene."""
+    unknown = shown.style.keys() - _STYLE_NAMES
+    if unknown:
+        raise ArgumentTypeError(f"{shown.node!r} shows a model with an unexpected keyword argument {min(unknown)!r}")
+    layer = Layer(shown.model, **{"name": shown.node, **style, **shown.style})
+    return replace(layer, transform=(layer.world_from_model[:, np.newaxis] @ shown.transform).reshape(-1, 4, 4))
 
 
 def _require_width(value: float, name: str) -> None:

@@ -5,8 +5,10 @@ All are oriented: counter-clockwise from outside.
 
 import math
 import operator
+from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from ._arguments import Float64Array
 from .errors import ArgumentError, ArgumentTypeError
@@ -26,10 +28,7 @@ def cube() -> Mesh:
 
 def house() -> Mesh:
     """Return a house in [-1, 1]^3, 10 points: walls, a gable roof along z, y up; the front (z = 1) is a pentagon."""
-    gable = [(-1.0, -1.0), (1.0, -1.0), (1.0, 0.25), (0.0, 1.0), (-1.0, 0.25)]
-    points = [(x, y, z) for z in (1.0, -1.0) for x, y in gable]
-    sides = [(i, i + 5, (i + 1) % 5 + 5, (i + 1) % 5) for i in range(5)]
-    return Mesh(points, [(0, 1, 2, 3, 4), (9, 8, 7, 6, 5), *sides])
+    return _prism([(-1.0, -1.0), (1.0, -1.0), (1.0, 0.25), (0.0, 1.0), (-1.0, 0.25)], -1.0, 1.0)
 
 
 def snub_dodecahedron() -> Mesh:
@@ -91,25 +90,35 @@ def torus(n: int, m: int) -> Mesh:
 def robot_arm() -> Scene:
     """Return a robot arm that stands on the xz-plane: "base" > "upper arm" > "forearm" > "hand", straight up along y.
 
-    Each part's joint is its own origin: `arm["forearm"].transform @ rotate_z(angle)` bends the elbow. The shoulder is
-    at y = 0.5, the elbow at 2.5, the wrist at 4.
+    Every part turns about the z-axis of its own frame: `arm["forearm"].transform @ rotate_z(angle)` bends the elbow.
+    The shoulder is at y = 0.9, the elbow at 2.9, the wrist at 4.5.
     """
+    half_turn = np.linspace(0.0, math.pi, 7)
+    above = 0.3 * np.column_stack([np.cos(half_turn), np.sin(half_turn)])
+    below = -above
+    # What turns lies between two plates of what it turns in.
+    inside, plates = (-0.14, 0.14), ((-0.3, -0.16), (0.16, 0.3))
     arm = Scene()
-    arm.add(_box((-1, 0, -1), (1, 0.5, 1)), name="base")
-    arm.add(_box((-0.25, 0, -0.25), (0.25, 2, 0.25)), name="upper arm", parent="base", transform=translate(0, 0.5, 0))
-    arm.add(_box((-0.2, 0, -0.2), (0.2, 1.5, 0.2)), name="forearm", parent="upper arm", transform=translate(0, 2, 0))
-    hand = arm.add(
-        _box((-0.3, 0, -0.15), (0.3, 0.2, 0.15)), name="hand", parent="forearm", transform=translate(0, 1.5, 0)
-    )
-    hand.show(_box((-0.3, 0.2, -0.15), (-0.2, 0.6, 0.15)))
-    hand.show(_box((0.2, 0.2, -0.15), (0.3, 0.6, 0.15)))
+    base = arm.add(_prism([(-1.0, 0.0), (1.0, 0.0), (1.0, 0.3), (-1.0, 0.3)], -1.0, 1.0), name="base")
+    for plate in plates:
+        base.show(_prism([(-0.3, 0.3), (0.3, 0.3), *np.add(above, (0.0, 0.9))], *plate))
+    upper_arm = arm.add(name="upper arm", parent=base, transform=translate(0.0, 0.9, 0.0))
+    upper_arm.show(_prism([*below, *np.add(above, (0.0, 2.0))], *inside))
+    forearm = arm.add(name="forearm", parent=upper_arm, transform=translate(0.0, 2.0, 0.0))
+    for plate in plates:
+        forearm.show(_prism([*below, *np.add(above, (0.0, 1.6))], *plate))
+    hand = arm.add(name="hand", parent=forearm, transform=translate(0.0, 1.6, 0.0))
+    right = [(0.3, 0.4), (0.45, 0.5), (0.45, 1.1), (0.3, 1.1), (0.3, 0.6)]
+    hand.show(_prism([*below, *right, *((-x, y) for x, y in reversed(right))], *inside))
     return arm
 
 
-def _box(low: tuple[float, float, float], high: tuple[float, float, float]) -> Mesh:
-    """Return the box between two corners."""
-    corners = np.where(cube().positions < 0.0, low, high)
-    return Mesh(corners, cube().faces)
+def _prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Mesh:
+    """Return the solid from z = `low` to `high` whose ends are the polygon `profile` (n, 2), counter-clockwise."""
+    n = len(profile)
+    points = [(x, y, z) for z in (high, low) for x, y in np.asarray(profile)]
+    sides = [(i, i + n, (i + 1) % n + n, (i + 1) % n) for i in range(n)]
+    return Mesh(points, [range(n), range(2 * n - 1, n - 1, -1), *sides])
 
 
 def _count(value: int, name: str, least: int, most: int | None = None) -> int:

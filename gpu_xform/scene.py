@@ -28,6 +28,8 @@ class Shown(NamedTuple):
 class Instances(NamedTuple):
     """A model wherever it is shown in one style."""
 
+    node: str
+    """The name of the first node that shows it."""
     model: "Model"
     style: Mapping[str, Any]
     transform: Float64Array
@@ -73,6 +75,8 @@ class Node:
 
     def show(self, model: "Model", **style: Any) -> None:
         """Show one more model here, drawn in the style that keywords of `render` describe."""
+        if "transform" in style:
+            raise ArgumentError("transform must be that of a node: a model stands where its node is")
         self._models = (*self._models, Shown(model, style))
 
     def __repr__(self) -> str:
@@ -162,14 +166,14 @@ class Scene:
         They come in the order in which they first appear. Models and arrays are the same where they are one object.
         """
         worlds: dict[str | None, Float64Array] = {None: np.eye(4)}
-        shown_in: dict[Any, tuple[Shown, list[Float64Array]]] = {}
+        found: dict[Any, tuple[Node, Shown, list[Float64Array]]] = {}
         with np.errstate(over="ignore", invalid="ignore"):
             for node in self:
                 worlds[node.name] = worlds[node.parent] @ node.transform
                 for shown in node.models:
-                    _, places = shown_in.setdefault(_key(shown), (shown, []))
+                    *_, places = found.setdefault(_key(shown), (node, shown, []))
                     places.append(_finite_world(worlds[node.name], node))
-        return [Instances(*shown, np.stack(places)) for shown, places in shown_in.values()]
+        return [Instances(node.name, *shown, np.stack(places)) for node, shown, places in found.values()]
 
     def _new_name(self, name: object) -> str:
         """Return `name`, or one that is free; raise an error for one that is taken."""

@@ -14,7 +14,7 @@ from .errors import ArgumentError, ArgumentTypeError, MeshError
 from .gpu import frame
 from .gpu.device import Device, default_device
 from .gpu.frame import View
-from .layers import Layer, Model, Style, as_layers
+from .layers import Layer, Models, Style, as_layers
 from .point_buffer import PointBuffer
 from .shaping import Shaped, shaped
 from .subjects import Subject, subject
@@ -23,7 +23,6 @@ from .views import depth_cue, pixel_depth, with_depth
 LONGEST_SIDE = 1 << 16  # there single precision still places lines within a hundredth of a pixel
 MOST_PIXELS = 1 << 30
 
-Models: TypeAlias = Model | Layer | Sequence[Model | Layer]
 Size: TypeAlias = Sequence[int]
 
 

@@ -7,8 +7,8 @@ from .cameras import Camera
 from .colors import ColorLike, rgba
 from .gpu import picture
 from .gpu.device import Device
-from .layers import Style
-from .staging import Models, Size, staged
+from .layers import Models, Style
+from .staging import Size, staged
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -26,7 +26,7 @@ def render(
     """Draw the edges of models; return a Pillow image, mode RGBA.
 
     models : a Mesh, the path of a model file, or a PointBuffer (n, 3); a `Layer`, which is one of these with a style of
-        its own; or several of all these, of which later ones are drawn over earlier ones
+        its own; a `Scene` of these; or several of all these, of which later ones are drawn over earlier ones
     camera : `Camera.fit` of all models by default
     size : (width, height) in pixels
     background : a colour, or None for transparent

@@ -16,12 +16,22 @@ def torus_volume(n: int, m: int) -> float:
     return n * math.sin(math.tau / n) * m * math.sin(math.tau / m) * 0.4**2 / 2
 
 
+def part(name: str) -> Mesh:
+    """Return what a node of the robot arm shows first."""
+    model = samples.robot_arm()[name].models[0].model
+    assert isinstance(model, Mesh)
+    return model
+
+
 SOLIDS: list[tuple[Mesh, tuple[int, int, int], int, float]] = [
     (samples.cube(), (8, 12, 6), 2, 8.0),
     (samples.house(), (10, 15, 7), 2, 6.5),
     (samples.snub_dodecahedron(), (60, 150, 92), 2, 37.61664996273336),  # MathWorld: 37.6166...
     (samples.icosphere(0), (12, 30, 20), 2, 2.536150710120439),
     (samples.icosphere(3), (642, 1920, 1280), 2, 4.152740817093056),
+    (part("base"), (8, 12, 6), 2, 1.2),
+    (part("upper arm"), (28, 42, 16), 2, (2.0 * 0.6 + 0.27) * 0.28),  # 0.27: a regular dodecagon of radius 0.3
+    (part("hand"), (34, 51, 19), 2, (0.27 / 2 + 0.24 + 0.075 + 0.09 + 0.15) * 0.28),
     (samples.torus(12, 7), (84, 168, 84), 0, torus_volume(12, 7)),
     (samples.torus(3, 3), (9, 18, 9), 0, torus_volume(3, 3)),
 ]

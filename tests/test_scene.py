@@ -252,6 +252,7 @@ def test_layers_hold_each_model_once_for_every_style() -> None:
     scene["houses"].show(CUBE, color="red", edges=chosen)
     scene.add(samples.cube(), transform=matrices[5])
     cubes, houses, red, other = scene.layers()
+    assert [layer.node for layer in (cubes, houses, red, other)] == ["node 1", "houses", "houses", "node 6"]
     assert cubes.model is CUBE
     assert cubes.style == {}
     assert np.array_equal(cubes.transform, [matrices[0], matrices[1] @ matrices[2]])
@@ -282,6 +283,9 @@ def test_a_node_shows_any_number_of_models() -> None:
     assert [shown.style for shown in node.models] == [{"color": "red"}, {}, {"line_width": 3}]
     with pytest.raises(ArgumentError, match=r"^model must be given where a style is, got color, alpha alone$"):
         Scene().add(color="red", alpha=0.5)
+    with pytest.raises(ArgumentError, match=r"^transform must be that of a node: a model stands where its node is$"):
+        node.show(HOUSE, transform=np.eye(4))
+    assert len(node.models) == 3
 
 
 def test_a_posed_scene_shares_models_and_nothing_else() -> None:
@@ -356,17 +360,9 @@ def test_the_robot_arm_carries_what_is_farther_out() -> None:
         ("forearm", "upper arm"),
         ("hand", "forearm"),
     ]
-    joints = {"base": 0.0, "upper arm": 0.5, "forearm": 2.5, "hand": 4.0}
+    joints = {"base": 0.0, "upper arm": 0.9, "forearm": 2.9, "hand": 4.5}
     for name, height in joints.items():
         assert np.array_equal(arm.world(name), translate(0, height, 0))
-        models = [shown.model for shown in arm[name].models]
-        assert {(model.n_points, model.n_faces) for model in models if isinstance(model, Mesh)} == {(8, 6)}
-        assert np.min([model.bounds[0, 1] for model in models if isinstance(model, Mesh)]) == 0.0
-    # What a limb ends with is the next joint.
-    for name, length in (("base", 0.5), ("upper arm", 2.0), ("forearm", 1.5)):
-        model = arm[name].models[0].model
-        assert isinstance(model, Mesh)
-        assert model.bounds[1, 1] == length
     shoulder, elbow, wrist = (rotate_z(0.3) @ rotate_y(0.2), rotate_x(-0.7), rotate_z(1.1))
     posed = arm.posed(
         {
@@ -375,12 +371,27 @@ def test_the_robot_arm_carries_what_is_farther_out() -> None:
         }
     )
     before, after = arm.world("hand"), posed.world("hand")
-    expected = translate(0, 0.5, 0) @ shoulder @ translate(0, 2, 0) @ elbow @ translate(0, 1.5, 0) @ wrist
+    expected = translate(0, 0.9, 0) @ shoulder @ translate(0, 2, 0) @ elbow @ translate(0, 1.6, 0) @ wrist
     assert np.allclose(after, expected, rtol=0, atol=1e-14)
     # Turning the upper arm alone turns all that it carries about the shoulder, as one.
     turned = arm.posed({"upper arm": arm["upper arm"].transform @ shoulder})
-    about_shoulder = translate(0, 0.5, 0) @ shoulder @ translate(0, -0.5, 0)
+    about_shoulder = translate(0, 0.9, 0) @ shoulder @ translate(0, -0.9, 0)
     for name in ("upper arm", "forearm", "hand"):
         assert np.allclose(turned.world(name) @ inverse(arm.world(name)), about_shoulder, rtol=0, atol=1e-14)
     assert np.array_equal(turned.world("base"), np.eye(4))
     assert not np.allclose(before, after)
+
+
+def test_the_parts_of_the_robot_arm_turn_between_plates_and_touch_nothing() -> None:
+    arm = samples.robot_arm()
+    parts = [[shown.model for shown in arm[name].models] for name in ("base", "upper arm", "forearm", "hand")]
+    assert [len(models) for models in parts] == [3, 1, 2, 1]
+    for length, models in ((2.0, parts[1]), (1.6, parts[2])):
+        for model in models:
+            assert isinstance(model, Mesh)
+            # Both ends are round, about this joint and the next.
+            ends = np.where(model.positions[:, 1:2] > length / 2, (0.0, length, 0.0), 0.0)
+            assert np.linalg.norm((model.positions - ends)[:, :2], axis=1) == pytest.approx(0.3)
+    for outer, inner in ((parts[0][1:], parts[1]), (parts[2], parts[1]), (parts[2], parts[3])):
+        depths = [np.abs(model.positions[:, 2]) for model in (*outer, *inner) if isinstance(model, Mesh)]
+        assert min(depth.min() for depth in depths[:2]) > depths[2].max()
