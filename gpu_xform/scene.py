@@ -2,7 +2,7 @@
 
 import copy
 from collections import defaultdict
-from collections.abc import Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -159,6 +159,13 @@ class Scene:
         for name, matrix in poses.items():
             posed._node(name, "each key of poses")._transform = _local(matrix, f"poses[{name!r}]")
         return posed
+
+    def with_models(self, change: Callable[["Model"], "Model"]) -> "Scene":
+        """Return a scene of the same nodes, where `change` gives the model in place of each."""
+        changed = self.posed({})
+        for node in changed:
+            node._models = tuple(Shown(change(shown.model), shown.style) for shown in node._models)
+        return changed
 
     def layers(self) -> list[Instances]:
         """Return each model once for every style that it is shown in, with the places where it is.

@@ -18,6 +18,7 @@ from ..images import Pixels
 from ..layers import Model
 from ..matrices import rotate, translate
 from ..progress import bar
+from ..scene import Scene
 from ..staging import Size, picture_size
 from . import poses
 from .encoders import html
@@ -35,7 +36,7 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def animate(
-    model: Model,
+    model: Model | Scene,
     frames: Frames,
     path: StrPath | None = None,
     *,
@@ -50,9 +51,10 @@ def animate(
 ) -> "Animation":
     """Return an animation of a model; nothing is drawn before a frame, or a file, is asked for.
 
-    model : a Mesh, the path of a model file, or a PointBuffer
-    frames : for each frame the (4, 4) matrix that moves the model, or another model in its place: several of them, a
-        stack (k, 4, 4), a stack of SciPy's rotations; or a function that gives one
+    model : a Mesh, the path of a model file, a PointBuffer, or a Scene
+    frames : for each frame the (4, 4) matrix that moves the model, or a dict from names of a scene's nodes to their
+        matrices, or another model in its place: several of them, a stack (k, 4, 4), a stack of SciPy's rotations; or a
+        function that gives one
     path : where to save it at once, as `Animation.save` does
     n_frames : for a function, which is called with the frame's number, from 0 on
     duration : in place of n_frames, for a function that is called with the frame's time; both in seconds
@@ -77,7 +79,7 @@ def animate(
 
 
 def turntable(
-    model: Model,
+    model: Model | Scene,
     frames: int = 100,
     path: StrPath | None = None,
     *,

@@ -9,6 +9,7 @@ import numpy as np
 
 from .._arguments import MatrixLike, SupportsAsMatrix, number, square_matrices
 from ..errors import ArgumentError, ArgumentTypeError
+from ..scene import Scene
 from .poses import Frame, Pose, checked_pose
 
 Frames: TypeAlias = MatrixLike | Iterable[Frame] | Callable[[int], Frame] | Callable[[float], Frame]
@@ -82,7 +83,7 @@ def _listed(frames: Any) -> Iterable[Any]:
         frames = square_matrices(frames, "frames", 4)
     if isinstance(frames, np.ndarray) and (frames.ndim != 3 or frames.shape[1:] != (4, 4)):
         raise ArgumentError(f"frames must have shape (k, 4, 4), got {frames.shape}")
-    if isinstance(frames, str | bytes | Mapping) or not isinstance(frames, Iterable):
+    if isinstance(frames, str | bytes | Mapping | Scene) or not isinstance(frames, Iterable):
         raise ArgumentTypeError(
             f"frames must be matrices, one a frame, or a function that gives them, got {type(frames).__name__}"
         )
