@@ -47,8 +47,9 @@ def test_a_matrix_moves_the_scene_after_its_transform() -> None:
 def test_another_scene_may_take_its_place() -> None:
     other = Scene()
     other.add(samples.house(), transform=gx.translate(0, 2, 0))
-    frames = [frame.tobytes() for frame in animate(ARM, [np.eye(4), other], size=SIZE, camera=CAMERA)]
-    assert frames == [render(scene, size=SIZE, camera=CAMERA).tobytes() for scene in (ARM, other)]
+    placed = gx.rotate_y(0.4)
+    frames = [frame.tobytes() for frame in animate(ARM, [np.eye(4), other], size=SIZE, camera=CAMERA, transform=placed)]
+    assert frames == [render(scene, transform=placed, size=SIZE, camera=CAMERA).tobytes() for scene in (ARM, other)]
 
 
 def points_of(scene: Scene) -> Any:
