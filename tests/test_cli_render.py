@@ -1,4 +1,4 @@
-import inspect
+import dataclasses
 import io
 import re
 import subprocess
@@ -15,6 +15,7 @@ from gpu_xform import Camera, Mesh, matrices, render_array, samples, save_mesh
 from gpu_xform.cli import main, option_groups
 from gpu_xform.colors import FACE_CYCLE
 from gpu_xform.gpu.device import Device
+from gpu_xform.layers import Layer
 
 Pixels = npt.NDArray[np.uint8]
 SIZE = ("--resolution", "120,80")
@@ -69,6 +70,22 @@ def test_the_corners_of_the_model_are_lit_and_the_frame_is_not() -> None:
         (["--color", "face"], {"color": "face"}),
         (["--color", "tomato"], {"color": "tomato"}),
         (["--color", "1,0.5,0"], {"color": (1, 0.5, 0)}),
+        (["--color", "1 0.5 0"], {"color": (1, 0.5, 0)}),
+        (["--color", "0.5"], {"color": "0.5"}),
+        (["--color", "rgb(255, 0, 0)"], {"color": "#ff0000"}),
+        (["--edges", "silhouette"], {"edges": "silhouette"}),
+        (["--edges", "silhouette, boundary"], {"edges": ["silhouette", "boundary"]}),
+        (["--edges", "feature", "--feature-angle", "60"], {"edges": "feature", "feature_angle": 60}),
+        (["--hidden", "remove"], {"hidden": "remove"}),
+        (["--hidden", "dash"], {"hidden": "dash"}),
+        (["--hidden", "fade"], {"hidden": "fade"}),
+        (["--fill", "khaki"], {"fill": "khaki"}),
+        (["--fill", "face"], {"fill": "face"}),
+        (["--fill", "0.9,0.9,1", "--hidden", "show"], {"fill": (0.9, 0.9, 1), "hidden": "show"}),
+        (["--alpha", "0.25"], {"alpha": 0.25}),
+        (["--depth-cue", "0.75"], {"depth_cue": 0.75}),
+        (["--point-size", "6.5"], {"point_size": 6.5}),
+        (["--no-antialias"], {"antialias": False}),
         (["--background-color", "#123456"], {"background": "#123456"}),
         (["--no-background"], {"background": None}),
         (["--camera-direction", "-Z"], {"camera": Camera.fit(samples.house(), direction=(0, 0, -1))}),
@@ -201,9 +218,101 @@ def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.Capt
 
 
 def test_the_help_names_the_library_s_defaults() -> None:
-    defaults = {name: parameter.default for name, parameter in inspect.signature(render_array).parameters.items()}
-    said = {flag: re.search(r"\(default: (.*)\)", text) for flag, _, _, text in option_groups.STYLE}
-    for flag, default in said.items():
-        value = defaults[flag.removeprefix("--").replace("-", "_")]
-        assert default is not None
-        assert default[1] == ("all" if flag == "--edges" else f"{value:g}" if isinstance(value, float) else value)
+    defaults = {field.name: field.default for field in dataclasses.fields(Layer)}
+    in_words = {"edges": "all", "hidden": "show, with --fill remove", "clim": "the least and largest"}
+    in_words |= {"point_size": "none; 2 where nothing joins the points"}
+    for flag, _, _, text in option_groups.STYLE:
+        name = flag.removeprefix("--").replace("-", "_")
+        said = re.search(r"\(default: (.*)\)", text)
+        if name in in_words:
+            assert defaults[name] is None
+            assert said is not None
+            assert said[1] == in_words[name]
+        elif said is None:
+            assert defaults[name] is None
+        else:
+            assert said[1] == (f"{defaults[name]:g}" if isinstance(defaults[name], float) else defaults[name])
+
+
+def test_every_keyword_that_is_no_array_is_an_option() -> None:
+    options = {flag.removeprefix("--").replace("-", "_") for flag, *_ in option_groups.STYLE}
+    arrays = {"face_colors", "edge_colors", "vertex_colors"}
+    elsewhere = {"model", "transform", "name", "antialias"}
+    assert options | arrays | elsewhere == {field.name for field in dataclasses.fields(Layer)}
+
+
+HEIGHTS = np.sin(np.arange(10.0))
+
+
+@pytest.mark.parametrize(
+    ("options", "arguments"),
+    [
+        (["--scalars", "y"], {"scalars": samples.house().positions[:, 1]}),
+        (["--scalars", "x", "--rotate-y", "90"], {"scalars": samples.house().positions[:, 0]}),
+        (["--scalars", "heights.npy"], {"scalars": HEIGHTS}),
+        (["--scalars", "{folder}/{model}.npy"], {"scalars": -HEIGHTS}),
+        (["--scalars", "heights.npy", "--cmap", "plasma_r"], {"scalars": HEIGHTS, "cmap": "plasma_r"}),
+        (["--scalars", "heights.npy", "--clim", "-2,0.5"], {"scalars": HEIGHTS, "clim": (-2, 0.5)}),
+    ],
+)
+def test_colours_by_number(options: list[str], arguments: dict[str, Any]) -> None:
+    np.save("heights.npy", HEIGHTS.astype(">f8"))
+    np.save("house.npy", -HEIGHTS)
+    if "--rotate-y" in options:
+        arguments = arguments | {"transform": matrices.rotate_y(90, degrees=True)}
+    pixels = drawn(*SIZE, *options)
+    assert np.array_equal(pixels, expected(**arguments))
+    plain = {name: value for name, value in arguments.items() if name in {"transform", "scalars"}}
+    assert len(arguments) == len(plain) or not np.array_equal(pixels, expected(**plain))
+
+
+def test_one_colour_means_one_number_in_a_picture_of_two_models() -> None:
+    house, tower = samples.house(), samples.house().transformed(matrices.scale(1, 3, 1))
+    save_mesh(tower, "tower.obj")
+    assert main(["render", "house.obj", "tower.obj", "-o", "out.png", *SIZE, "--scalars", "y"]) == 0
+    y = [mesh.positions[:, 1] for mesh in (house, tower)]
+    ends = min(y[0].min(), y[1].min()), max(y[0].max(), y[1].max())
+    together = [Layer(house, scalars=y[0], clim=ends), Layer(tower, scalars=y[1], clim=ends)]
+    with Image.open("out.png") as image:
+        assert np.array_equal(np.asarray(image), render_array(together, size=(120, 80)))
+    apart = [Layer(house, scalars=y[0]), Layer(tower, scalars=y[1])]
+    assert not np.array_equal(render_array(together, size=(120, 80)), render_array(apart, size=(120, 80)))
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--scalars", "w"], "--scalars: expected x, y, z or an .npy file, got 'w'"),
+        (["--scalars", "none.npy"], "none.npy: No such file"),
+        (
+            ["--scalars", "nine.npy"],
+            "nine.npy: expected one number for each of the 10 points of house.obj, got shape (9,)",
+        ),
+        (["--scalars", "words.npy"], "words.npy must hold real numbers"),
+        (["--scalars", "infinite.npy"], "scalars must be finite"),
+        (["--scalars", "{name}.npy"], "expected {model} or {folder}"),
+        (["--scalars", "x", "--color", "red"], "not allowed with"),
+        (["--scalars", "x", "--cmap", "nonesuch"], "--cmap: cmap must be a colormap's name"),
+        (["--scalars", "x", "--clim", "2,1"], "--clim: expected two numbers, the lower before"),
+        (["--scalars", "x", "--clim", "nan,1"], "--clim: expected two numbers, the lower before"),
+        (["--scalars", "x", "--clim", "0,inf"], "--clim: expected two numbers, the lower before"),
+        (["--scalars", "x", "--clim", "0"], "--clim: expected two numbers"),
+        (["--cmap", "viridis"], "--cmap must come with --scalars"),
+        (["--clim", "0,1"], "--clim must come with --scalars"),
+        (["--hidden", "blur"], "--hidden: expected show, remove, dash, fade, got 'blur'"),
+        (["--alpha", "1.1"], "--alpha: expected a number from 0 to 1"),
+        (["--depth-cue", "nan"], "--depth-cue: expected a number from 0 to 1"),
+        (["--point-size", "0"], "--point-size: expected a positive number of pixels"),
+        (["--fill", "blurple"], "--fill"),
+        (["--color", "face", "--edges", "feature"], "colours by face"),
+    ],
+)
+def test_styles_that_cannot_be(options: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("nine.npy", np.zeros(9))
+    np.save("words.npy", np.full(10, "a"))
+    np.save("infinite.npy", np.full(10, np.inf))
+    assert main(["render", "house.obj", "-o", "out.png", *options]) == 2
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
+    assert not Path("out.png").exists()

@@ -36,7 +36,7 @@ def add_reference(parser: argparse.ArgumentParser) -> None:
         "--reference-pixels", metavar="N", type=values.count, help="so many pixels may differ more (default: 0)"
     )
     group.add_argument(
-        "--reference-diff", metavar="PNG", type=values.template, help="draw here in red which pixels differ, if any"
+        "--reference-diff", metavar="PNG", type=values.template, help="draw here which pixels differ, if any do"
     )
 
 
@@ -110,20 +110,46 @@ def add_picture(parser: argparse.ArgumentParser) -> None:
     either.add_argument("--no-background", action="store_const", const=None, dest="background", help="transparent")
 
 
-# Each is a keyword of `render`'s own: the flag, what it takes, how that is read, and what the help says.
+# Each is a keyword of the library's own: the flag, what it takes, how that is read, and what the help says.
 STYLE = [
-    ("--edges", "SET[,...]", values.edge_sets, "all, feature (creases and rims) or boundary (default: all)"),
+    ("--edges", "SET[,...]", values.edge_sets, "all, feature (creases and rims), boundary, silhouette (default: all)"),
     ("--feature-angle", "DEG", values.feature_angle, "the least turn at a crease (default: 30)"),
-    ("--color", "COLOR", values.line_color, "or 'face', one for each (default: black)"),
+    (
+        "--hidden",
+        "HOW",
+        values.hidden,
+        "show, remove, dash or fade edges behind faces (default: show, with --fill remove)",
+    ),
     ("--line-width", "PIXELS", values.line_width, "(default: 1.5)"),
+    (
+        "--point-size",
+        "PIXELS",
+        values.line_width,
+        "a dot at each point (default: none; 2 where nothing joins the points)",
+    ),
+    ("--fill", "COLOR", values.line_color, "paint the faces; 'face' for one each"),
+    ("--color", "COLOR", values.line_color, "of lines and dots; 'face' for one each (default: black)"),
+    (
+        "--scalars",
+        "S",
+        values.scalars,
+        "colour by the x, y or z of the file, or by an .npy file of a number for each point",
+    ),
+    ("--cmap", "NAME", values.cmap, "the colours of --scalars, as in matplotlib (default: viridis)"),
+    ("--clim", "LOW,HIGH", values.limits, "the numbers at their ends (default: the least and largest)"),
+    ("--alpha", "A", values.fraction, "opacity, from 0 to 1 (default: 1)"),
+    ("--depth-cue", "D", values.fraction, "what of it the farthest point loses (default: 0)"),
 ]
+EITHER = ("--color", "--scalars")
 
 
 def add_style(parser: argparse.ArgumentParser) -> None:
     """Add how models are drawn; what is not typed is not among the parsed options, but the library's default."""
     group = parser.add_argument_group("style")
+    either = group.add_mutually_exclusive_group()
     for flag, metavar, value, text in STYLE:
-        group.add_argument(flag, metavar=metavar, type=value, default=argparse.SUPPRESS, help=text)
+        to = either if flag in EITHER else group
+        to.add_argument(flag, metavar=metavar, type=value, default=argparse.SUPPRESS, help=text)
     group.add_argument(
         "--no-antialias",
         action="store_false",
@@ -134,7 +160,7 @@ def add_style(parser: argparse.ArgumentParser) -> None:
 
 
 def style(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the keywords of `render` that the options of the style give."""
+    """Return the keywords of the library that the options of the style give."""
     names = [flag.removeprefix("--").replace("-", "_") for flag, *_ in STYLE]
     return {name: getattr(options, name) for name in [*names, "antialias"] if name in options}
 

@@ -45,9 +45,12 @@ position. Colours are names, #rrggbb, or R,G,B from 0 to 1.
 examples:
   # one picture
   gpu-xform render ball.wrl -o ball.png --color face --no-background
-  gpu-xform render part.stl -o part.png --up +Z --edges feature
+  gpu-xform render part.stl -o part.png --up +Z --edges feature --hidden dash
   gpu-xform render house.obj -o top.png --camera-direction -Y \\
       --camera-view-up -Z --camera-orthographic
+  # painted faces; heights in colours
+  gpu-xform render ball.wrl -o ball.png --fill face
+  gpu-xform render hills.ply -o hills.png --up +Z --scalars z --cmap terrain
   # two models in one picture; each of many in its own
   gpu-xform render house.obj garden.ply -o both.png
   gpu-xform render *.obj -o "thumbs/{{model}}.png" --resolution 256,256

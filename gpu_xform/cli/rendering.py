@@ -11,9 +11,9 @@ import numpy as np
 from .. import progress
 from .._arguments import Float64Array
 from ..errors import MeshError
-from ..mesh import Mesh
-from . import aim, failures, files, option_groups, references
+from . import aim, failures, files, references
 from .commands import chosen_device, composed
+from .layers import layers, require_scalars
 from .pictures import Picture, planned
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 def render(options: Namespace) -> int:
     """Draw models, all into one picture or each into its own, and compare what was drawn with references."""
     aim.require_one_aim(options)
+    require_scalars(options)
     references.require_options_together(options)
     models = [path for typed in options.models for path in files.matching(typed)]
     pictures = planned(models, options.output, options.reference, options.reference_diff)
@@ -66,30 +67,15 @@ def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device",
     from .. import wireframe
     from ..subjects import world_positions
 
-    mesh = _together([files.read_mesh(path, options.file_type) for path in picture.models])
+    meshes = [files.read_mesh(path, options.file_type) for path in picture.models]
+    points = [world_positions(mesh.positions, world_from_model) for mesh in meshes]
     try:
         return wireframe.render(
-            mesh,
-            transform=world_from_model,
-            camera=aim.camera(options, world_positions(mesh.positions, world_from_model)),
+            layers(options, picture.models, meshes, world_from_model),
+            camera=aim.camera(options, np.concatenate(points)),
             size=options.resolution,
             background=options.background,
             device=device,
-            **option_groups.style(options),
         )
     except MeshError as error:
         raise MeshError(f"{picture.name}: {error}") from None
-
-
-def _together(meshes: Sequence[Mesh]) -> Mesh:
-    """Return one mesh of several: their points and their faces, one mesh after the other."""
-    if len(meshes) == 1:
-        return meshes[0]
-    before = np.cumsum([0, *(mesh.n_points for mesh in meshes[:-1])])
-    indices = [mesh.indices + first for mesh, first in zip(meshes, before, strict=True)]
-    sizes = np.concatenate([np.diff(mesh.offsets) for mesh in meshes])
-    return Mesh.from_offsets(
-        np.concatenate([mesh.positions for mesh in meshes]),
-        np.concatenate([[0], np.cumsum(sizes)]),
-        np.concatenate(indices),
-    )

@@ -2,6 +2,7 @@
 
 import argparse
 import functools
+import math
 import re
 from collections.abc import Callable
 from typing import TypeVar
@@ -178,7 +179,7 @@ def view_angle(text: str) -> float:
 def color(text: str) -> ColorLike:
     """Read a colour's name, #rrggbb, or R,G,B from 0 to 1."""
     value: ColorLike = text
-    if re.match(r"\s*[-+.\d]", text):
+    if re.match(r"\s*[-+.\d]+[^,\s]*[,\s]", text):
         value = numbers(text, "three or four numbers from 0 to 1", 3, 4)
     rgba(value, "the value")
     return value
@@ -222,7 +223,7 @@ def count(text: str) -> int:
     return int(text)
 
 
-EDGE_SETS = ("all", "feature", "boundary")
+EDGE_SETS = ("all", "feature", "boundary", "silhouette")
 
 
 @option_value
@@ -232,6 +233,57 @@ def edge_sets(text: str) -> list[str]:
     if not set(names) <= set(EDGE_SETS):
         raise ValueError(f"expected {', '.join(EDGE_SETS)}, or several of these, got {shortened(text)}")
     return names
+
+
+HIDDEN = ("show", "remove", "dash", "fade")
+
+
+@option_value
+def hidden(text: str) -> str:
+    """Read what is done with hidden edges."""
+    if text not in HIDDEN:
+        raise ValueError(f"expected {', '.join(HIDDEN)}, got {shortened(text)}")
+    return text
+
+
+@option_value
+def fraction(text: str) -> float:
+    """Read a number from 0 to 1."""
+    (value,) = numbers(text, "a number from 0 to 1", 1)
+    if not 0.0 <= value <= 1.0:
+        raise ValueError(f"expected a number from 0 to 1, got {shortened(text)}")
+    return value
+
+
+AXES = ("x", "y", "z")
+
+
+@option_value
+def scalars(text: str) -> str | Template:
+    """Read the name of an axis or of an .npy file."""
+    if text in AXES:
+        return text
+    if files.kind(text) != "npy":
+        raise ValueError(f"expected x, y, z or an .npy file, got {shortened(text)}")
+    return Template(text)
+
+
+@option_value
+def cmap(text: str) -> str:
+    """Read the name of a colormap."""
+    from ..colormaps import mapped
+
+    mapped([0.0], text, None, 1)
+    return text
+
+
+@option_value
+def limits(text: str) -> list[float]:
+    """Read two numbers, the lower before."""
+    low, high = numbers(text, "two numbers, LOW,HIGH", 2)
+    if not -math.inf < low <= high < math.inf:
+        raise ValueError(f"expected two numbers, the lower before, got {shortened(text)}")
+    return [low, high]
 
 
 @option_value

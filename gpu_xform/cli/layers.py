@@ -1,0 +1,62 @@
+"""From models and the options of the style to layers."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._arguments import Float64Array, real_array
+from ..errors import ArgumentError
+from ..mesh import Mesh
+from . import files, option_groups
+from .templates import Template
+from .values import AXES
+
+if TYPE_CHECKING:
+    from ..layers import Layer
+
+
+def require_scalars(options: Namespace) -> None:
+    """Raise `ArgumentError` for options that mean nothing without --scalars."""
+    for name in ("cmap", "clim"):
+        if name in options and "scalars" not in options:
+            raise ArgumentError(f"--{name} must come with --scalars")
+
+
+def layers(
+    options: Namespace, paths: Sequence[str], meshes: Sequence[Mesh], world_from_model: Float64Array
+) -> list["Layer"]:
+    """Return a layer for each model; where `scalars` colour them, one colour means one number in all of them."""
+    from ..layers import Layer
+
+    style = option_groups.style(options) | {"transform": world_from_model}
+    source = style.pop("scalars", None)
+    if source is None:
+        return [Layer(mesh, name=Path(path).stem, **style) for path, mesh in zip(paths, meshes, strict=True)]
+    scalars = [_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
+    style.setdefault("clim", _limits(np.concatenate(scalars)))
+    return [
+        Layer(mesh, name=Path(path).stem, scalars=numbers, **style)
+        for path, mesh, numbers in zip(paths, meshes, scalars, strict=True)
+    ]
+
+
+def _scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array:
+    """Return a number for each point: a coordinate, as the file has it, or what is in an .npy file."""
+    if not isinstance(source, Template):
+        return mesh.positions[:, AXES.index(source)]
+    array_path = source.path(path)
+    scalars = real_array(files.read_array(array_path), array_path, finite=False)
+    if scalars.shape != (mesh.n_points,):
+        raise ArgumentError(
+            f"{array_path}: expected one number for each of the {mesh.n_points} points of {path}, "
+            f"got shape {scalars.shape}"
+        )
+    return scalars
+
+
+def _limits(scalars: Float64Array) -> tuple[float, float] | None:
+    finite = scalars[np.isfinite(scalars)]
+    return (float(finite.min()), float(finite.max())) if len(finite) else None
