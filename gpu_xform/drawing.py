@@ -6,8 +6,8 @@ from .cameras import Camera
 from .colors import ColorLike, FloatColor, rgba
 from .errors import ArgumentError
 from .gpu.device import Device
-from .layers import Style
-from .staging import Models, Size, Stage, staged
+from .layers import Models, Style
+from .staging import Size, Stage, staged
 from .strokes import strokes
 from .vector import Strokes, pdf, svg
 
