@@ -13,10 +13,10 @@ import numpy as np
 import numpy.typing as npt
 from PIL import Image
 from selenium import webdriver
+from selenium.common.exceptions import TimeoutException
 from selenium.webdriver.chrome.options import Options
 from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
-from selenium.webdriver.support.wait import WebDriverWait
 
 FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"),
@@ -24,6 +24,15 @@ FLAGS = (
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic"),
     "--host-resolver-rules=MAP * ~NOTFOUND",  # a page that needs the network fails here as it would without one
 )
+
+WATCH = """
+const [milliseconds, done] = arguments, end = performance.now() + milliseconds;
+(function look() {
+    if (%s) done(true);
+    else if (performance.now() > end) done(false);
+    else requestAnimationFrame(look);
+})();
+"""
 
 
 class Browser:
@@ -68,9 +77,13 @@ class Browser:
         return self.driver.execute_script(f"return {expression}")
 
     def wait_for(self, expression: str, seconds: float = 10.0) -> None:
-        """Wait until a JavaScript expression is true in the page; raise `TimeoutException` where it stays false."""
-        waiting = WebDriverWait(self.driver, seconds, poll_frequency=0.02)
-        waiting.until(lambda _: self.value(expression), f"still false: {expression}")
+        """Wait until a JavaScript expression is true in the page; raise `TimeoutException` where it stays false.
+
+        The page itself looks, before each frame it paints: nothing is missed that is true for one frame only.
+        """
+        self.driver.set_script_timeout(seconds + 60.0)
+        if not self.driver.execute_async_script(WATCH % expression, 1000.0 * seconds):
+            raise TimeoutException(f"still false: {expression}")
 
     def click(self, selector: str) -> None:
         """Click the middle of the first element that a CSS selector finds, as a mouse does."""

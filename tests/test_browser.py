@@ -40,6 +40,20 @@ def test_a_click_does_what_a_hand_would_and_the_page_is_waited_for(browser: Brow
     assert browser.complaints() == []
 
 
+def test_what_is_true_for_one_frame_is_not_missed(browser: Browser, tmp_path: Path) -> None:
+    path = tmp_path / "flash.html"
+    path.write_text(
+        """<!doctype html><script>let flash = false
+        const once = () => requestAnimationFrame(() => { flash = true; requestAnimationFrame(() => { flash = false }) })
+        </script><button onclick="setTimeout(once, 200)">flash</button>""",
+        "utf-8",
+    )
+    browser.open(path, (50, 50))
+    for _ in range(5):
+        browser.click("button")
+        browser.wait_for("flash", seconds=5.0)
+
+
 def test_what_never_comes_is_an_error(browser: Browser, page: Path) -> None:
     browser.open(page, (301, 77))
     with pytest.raises(TimeoutException, match="still false: turned"):

@@ -89,17 +89,7 @@ def loaded_after(statement: str) -> set[str]:
 
 
 HEAVY = {
-    "wgpu",
-    "trimesh",
-    "PIL",
-    "lark",
-    "plyfile",
-    "scipy",
-    "cffi",
-    "mapbox_earcut",
-    "cmap",
-    "matplotlib",
-    "av",
+    *("wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av"),
     "pydyf",
 }
 
