@@ -1,6 +1,7 @@
 """Pictures of scenes: every model where its nodes put it, uploaded once."""
 
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -143,6 +144,12 @@ def test_models_of_every_kind_stand_in_a_scene(tmp_path: Any) -> None:
         scene.add(points, transform=place, edges=HOUSE.edges)
         other = render_array(scene, size=SIZE, camera=camera)
     assert compare_images(picture, other).n_pixels <= 20
+
+
+def test_a_vector_picture_has_a_group_for_each_model_named_after_its_node() -> None:
+    document = ElementTree.fromstring(gx.render_svg(some_scene(), size=SIZE))  # noqa: S314 - our own text
+    groups = [element.get("id") for element in document.iter() if element.tag.endswith("}g") and element.get("id")]
+    assert groups == ["low", "middle"]
 
 
 def test_what_cannot_be_drawn_is_named() -> None:
