@@ -97,7 +97,7 @@ class Layer:
     def __post_init__(self) -> None:
         if not isinstance(self.model, _MODEL_TYPES):
             raise ArgumentTypeError(f"model must be a Mesh, a PointBuffer or a path, got {type(self.model).__name__}")
-        if self.hidden not in {None, *get_args(HiddenStyle)}:
+        if self.hidden not in (None, *get_args(HiddenStyle)):
             names = ", ".join(map(repr, get_args(HiddenStyle)))
             raise ArgumentError(f"hidden must be one of {names}, got {self.hidden!r}")
         _require_width(self.line_width, "line_width")

@@ -1,5 +1,7 @@
 """Which colours the lines and the faces of a layer have."""
 
+from collections.abc import Sequence
+from numbers import Real
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -7,7 +9,6 @@ import numpy.typing as npt
 
 from .colormaps import mapped
 from .colors import FACE_CYCLE, FloatColor, color_rows, packed, rgba
-from .errors import ArgumentError
 from .gpu.shapes import ColorMode
 from .layers import Layer
 
@@ -59,11 +60,16 @@ def fill_colors(layer: Layer, n_faces: int) -> npt.NDArray[np.float64]:
     fill = layer.fill
     if _is_cycle(fill):
         return _cycle("fill")[np.arange(n_faces) % len(FACE_CYCLE)]
-    if isinstance(fill, str) or np.ndim(fill) == 1:
+    if _is_one(fill):
         return np.array([rgba(fill, "fill")])
-    if np.ndim(fill) != 2:
-        raise ArgumentError(f"fill must be a colour, 'face', or one colour for each face, got {fill!r}")
     return color_rows(fill, "fill", n_faces, "faces")
+
+
+def _is_one(color: object) -> bool:
+    """Whether `color` is one, not several: then it is a name, or a number stands last in it."""
+    if isinstance(color, Sequence | np.ndarray) and not isinstance(color, str):
+        return len(color) > 0 and isinstance(color[-1], Real)
+    return isinstance(color, str)
 
 
 def _is_cycle(color: object) -> bool:

@@ -93,9 +93,12 @@ class _Shaper:
         pairs, candidates, point_size = subject.pairs(layer), subject.candidates(layer), layer.point_size
         edges = self._kept(pairs.role, lambda: pairs.find().astype(np.uint32))
         n_edges = edges.n_bytes // EDGE_BYTES
-        if n_edges == 0 and candidates is None and layer.fill is None and point_size is None:
-            self._require_cloud()
-            point_size = CLOUD_POINT_SIZE
+        if n_edges == 0 and point_size is None:
+            if subject.n_faces == 0:
+                point_size = CLOUD_POINT_SIZE
+            elif candidates is None and layer.fill is None:
+                what = f"{subject.n_points} points and {subject.n_faces} faces"
+                raise MeshError(f"model must have edges to draw, got {what}")
         points, model_from_points = subject.on_device(self._device)
         clip_from_points = clip_from_world @ layer.world_from_model @ model_from_points
         scale = float(np.abs(clip_from_points).max()) or 1.0  # homogeneous: a factor changes nothing
@@ -121,11 +124,6 @@ class _Shaper:
                 seen = self._silhouette(style, candidates, colors, matrix)
                 shapes.append(Shape(points, matrix[None], None, seen))
         return shapes
-
-    def _require_cloud(self) -> None:
-        subject = self._subject
-        if subject.n_faces:
-            raise MeshError(f"model must have edges to draw, got {subject.n_points} points and {subject.n_faces} faces")
 
     def _colored(self, style: Lines, colors: LineColors, rows: npt.NDArray[np.int64] | None) -> Lines:
         """Return `style` in `colors`, of which `rows` picks one an edge."""

@@ -47,11 +47,11 @@ class FacePass:
     ) -> None:
         self._device = device
         self._batches = [batch for shape in shapes for batch in _cut(device, shape)]
-        self._palette = palette
+        self._palette = palette if self._batches else None
         self._n_depths = n_depths
         pool = device.pool
         self.depths: Buffer = pool.get("face depths", 4 * n_depths if self._batches else 4)
-        self._marks: Buffer = pool.get("face marks", 4 * n_depths if palette else 4)
+        self._marks: Buffer = pool.get("face marks", 4 * n_depths if self._palette else 4)
         self._no_places = pool.get("no places", PLACE_BYTES)
         most = max((batch.n_triangles * batch.shape.n_instances for batch in self._batches), default=0)
         self._large = pool.get("large triangles", 4 * (1 + most))
@@ -106,6 +106,8 @@ class FacePass:
 
     def marks(self) -> npt.NDArray[np.uint32]:
         """Return the marks that were laid: the places of the nearest colours, counted from 1."""
+        if self._palette is None:
+            return np.empty(0, np.uint32)
         with self._marks.downloaded(4 * self._n_depths) as view:
             return np.unique(view.view(np.uint32))
 

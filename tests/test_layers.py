@@ -1,0 +1,185 @@
+"""What a layer may be given, and what a picture of several layers is."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from gpu_xform.layers import HiddenStyle
+
+CUBE = samples.cube()
+SIZE = (90, 70)
+CAMERA = Camera.look_at((3.0, 2.0, 5.0), (0.1, 0.0, 0.0))
+
+BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
+    ({"hidden": "dotted"}, ArgumentError, r"^hidden must be one of 'show', 'remove', 'dash', 'fade', got 'dotted'$"),
+    ({"hidden": ["show"]}, ArgumentError, r"^hidden must be one of 'show', 'remove', 'dash', 'fade', got \['show'\]$"),
+    ({"hidden": True}, ArgumentError, "^hidden must be one of"),
+    ({"alpha": 1.01}, ArgumentError, r"^alpha must lie in \[0, 1\], got 1.01$"),
+    ({"alpha": -0.1}, ArgumentError, r"^alpha must lie in \[0, 1\], got -0.1$"),
+    ({"alpha": float("nan")}, ArgumentError, "^alpha must"),
+    ({"alpha": "half"}, ArgumentTypeError, "^alpha must"),
+    ({"depth_cue": 2.0}, ArgumentError, r"^depth_cue must lie in \[0, 1\], got 2$"),
+    ({"depth_cue": None}, ArgumentTypeError, "^depth_cue must"),
+    ({"point_size": 0.0}, ArgumentError, "^point_size must be positive"),
+    ({"point_size": 1e7}, ArgumentError, r"^point_size must be positive and at most 1e\+06, got 1e\+07$"),
+    ({"point_size": "big"}, ArgumentTypeError, "^point_size must"),
+    ({"face_colors": np.zeros((5, 3))}, ArgumentError, "^face_colors must have one row for each of the 6 faces, got 5"),
+    ({"face_colors": np.zeros(6)}, ArgumentError, r"^face_colors must have shape \(6, 3\) or \(6, 4\), got \(6,\)$"),
+    ({"edge_colors": np.zeros((8, 3))}, ArgumentError, "^edge_colors must have one row for each of the 12 edges"),
+    (
+        {"edge_colors": np.zeros((12, 3)), "edges": [(0, 1), (1, 2)]},
+        ArgumentError,
+        "^edge_colors must have one row for each of the 2 edges, got 12$",
+    ),
+    ({"vertex_colors": np.zeros((12, 4))}, ArgumentError, "^vertex_colors must have one row for each of the 8 points"),
+    ({"vertex_colors": np.full((8, 3), 1.5)}, ArgumentError, r"^vertex_colors must hold numbers from 0 to 1, or uint8"),
+    ({"scalars": np.zeros(7)}, ArgumentError, "^scalars must have one number for each of the 8 points, got 7$"),
+    ({"scalars": np.zeros(8), "cmap": "rainbowish"}, ArgumentError, "^cmap must be a colormap's name"),
+    ({"scalars": np.zeros(8), "clim": (2, 1)}, ArgumentError, "^clim must be"),
+    (
+        {"scalars": np.zeros(8), "edge_colors": np.zeros((12, 3))},
+        ArgumentError,
+        "^of colours, one kind can be given, got edge_colors and scalars$",
+    ),
+    (
+        {"vertex_colors": np.zeros((8, 3)), "face_colors": np.zeros((6, 3))},
+        ArgumentError,
+        "^of colours, one kind can be given, got face_colors and vertex_colors$",
+    ),
+    ({"face_colors": np.zeros((6, 3)), "edges": "feature"}, ArgumentError, "^colours by face draw the outlines"),
+    ({"fill": "blurple"}, ArgumentError, "^fill must be a colour's name"),
+    ({"fill": 5}, ArgumentError, "^fill must have shape"),
+    ({"fill": np.zeros((5, 3))}, ArgumentError, "^fill must have one row for each of the 6 faces, got 5$"),
+    ({"fill": np.zeros((6, 2))}, ArgumentError, r"^fill must have shape \(6, 3\) or \(6, 4\), got \(6, 2\)$"),
+    ({"fill": [(1, 0, 0), (1, 0)]}, ArgumentError, r"^fill\[1\] must be a colour's name"),
+    ({"fill": (0.5, 2.0, 0.0)}, ArgumentError, "^fill must be a colour's name"),
+    ({"transform": np.zeros((0, 4, 4))}, ArgumentError, "^transform must hold at least one matrix, got none$"),
+    ({"transform": np.zeros((2, 3, 4))}, ArgumentError, r"^transform must have shape \(4, 4\), got \(2, 3, 4\)$"),
+    ({"edges": "silhouettes"}, ArgumentError, "^edges must be 'all', 'feature', 'boundary', 'silhouette' or an array"),
+    ({"edges": []}, MeshError, r"^edges must choose at least one edge"),
+    ({"edges": "feature", "feature_angle": 200.0}, ArgumentError, "^feature_angle must be in"),
+    ({"colour": "red"}, TypeError, r"^render\(\) got an unexpected keyword argument 'colour'$"),
+    ({"model": CUBE}, TypeError, r"^render\(\) got an unexpected keyword argument 'model'$"),
+]
+
+
+@pytest.mark.parametrize(("style", "error", "message"), BAD_STYLES, ids=lambda value: str(value)[:40])
+def test_a_style_that_cannot_be_taken_is_named(style: dict[str, Any], error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
+        gx.render_array(CUBE, size=SIZE, **style)
+
+
+def test_a_layer_takes_no_style_beside_its_own_and_a_list_gives_it_to_the_others() -> None:
+    with pytest.raises(ArgumentError, match=r"^alpha must be given to the Layer itself$"):
+        gx.render_array(Layer(CUBE), size=SIZE, alpha=0.5)
+    with pytest.raises(ArgumentError, match=r"^models must hold at least one model, got none$"):
+        gx.render_array([], size=SIZE)
+    house = samples.house()
+    mixed = gx.render_array([Layer(CUBE, color="red"), house], camera=CAMERA, size=SIZE, color="blue", line_width=3.0)
+    named = [Layer(CUBE, color="red"), Layer(house, color="blue", line_width=3.0)]
+    assert mixed.tobytes() == gx.render_array(named, camera=CAMERA, size=SIZE).tobytes()
+
+
+@pytest.mark.parametrize("name", ["face_colors", "fill"])
+def test_a_points_buffer_has_no_faces_to_colour(name: str) -> None:
+    with PointBuffer(CUBE.positions) as points, pytest.raises(ArgumentError, match=r"(?i)colours by face|^fill must"):
+        gx.render_array(points, size=SIZE, **{name: np.zeros((6, 3))})  # type: ignore[arg-type]
+
+
+def test_later_layers_lie_over_earlier_ones() -> None:
+    bar = Mesh([(-1, 0, 0), (1, 0, 0)], [(0, 1)])
+    across = Layer(bar, transform=matrices.rotate_z(90, degrees=True), color="#00ff00", line_width=9.0)
+    along = Layer(bar, color="#ff0000", line_width=5.0)
+    for layers, middle in (([across, along], [255, 0, 0, 255]), ([along, across], [0, 255, 0, 255])):
+        shown = gx.render_array(layers, camera=Camera.window((-1, 1), (-1, 1)), size=(60, 60))
+        assert shown[30, 30].tolist() == middle
+        assert shown[30, 5].tolist() == [255, 0, 0, 255]
+        assert shown[5, 30].tolist() == [0, 255, 0, 255]
+
+
+OPAQUE: dict[str, dict[str, Any]] = {
+    "plain": {},
+    "wide": {"line_width": 11.0},
+    "on or off": {"antialias": False},
+    "removed": {"hidden": "remove"},
+    "dots": {"point_size": 6.0},
+    "filled": {"fill": "#ffcc00", "line_width": 2.0},
+    "silhouette": {"edges": "silhouette"},
+}
+PLACES = np.stack(
+    [
+        matrices.chain(matrices.rotate((1, 2, 3), 0.7 * i), matrices.translate(1.3 * i - 3, 0.3 * i, -0.8 * i))
+        for i in range(6)
+    ]
+)
+WIDE_VIEW = Camera.look_at((1.0, 2.0, 11.0), (0.0, 0.5, 0.0))
+
+
+@pytest.mark.parametrize("style", OPAQUE)
+@pytest.mark.parametrize("binding_bytes", [None, 512])
+def test_instances_are_layers_of_their_own(style: str, binding_bytes: int | None, limited: Any, device: Any) -> None:
+    used = device if binding_bytes is None else limited(max_binding_bytes=binding_bytes)
+    options: dict[str, Any] = {"camera": WIDE_VIEW, "size": (160, 110), "device": used}
+    house = samples.house()
+    together = gx.render_array(house, transform=PLACES, color="#204080", **OPAQUE[style], **options)
+    apart = gx.render_array(
+        [Layer(house, transform=place, color="#204080", **OPAQUE[style]) for place in PLACES], **options
+    )
+    assert np.abs(together.astype(int) - apart).max() <= (2 if OPAQUE[style].get("line_width", 1.5) > 8 else 1)
+    one = gx.render_array(house, transform=PLACES[0], color="#204080", **OPAQUE[style], **options)
+    assert (one != together).any(axis=-1).sum() > 1000
+
+
+def test_instances_of_one_matrix_are_that_one() -> None:
+    once = gx.render_array(CUBE, transform=PLACES[2], camera=WIDE_VIEW, size=SIZE)
+    assert gx.render_array(CUBE, transform=PLACES[2:3], camera=WIDE_VIEW, size=SIZE).tobytes() == once.tobytes()
+
+
+def test_the_default_camera_holds_all_instances_and_all_models() -> None:
+    layers = [
+        Layer(CUBE, transform=PLACES, point_size=3.0),
+        Layer(samples.house(), transform=matrices.translate(0, 7, 0)),
+    ]
+    drawn = gx.render_array(layers, size=(200, 200), background=None)[..., 3] > 0
+    assert not drawn[[0, -1]].any()
+    assert not drawn[:, [0, -1]].any()
+    rows, columns = np.nonzero(drawn)
+    assert max(np.ptp(rows), np.ptp(columns)) > 160
+
+
+def area(picture: Any) -> float:
+    """Return how many pixels' worth of black there is."""
+    return float((255.0 - picture[..., 0]).sum() / 255.0)
+
+
+@pytest.mark.parametrize("diameter", [1.0, 2.0, 5.5, 8.0, 13.0, 31.0])
+def test_a_dot_has_the_area_of_its_disc(diameter: float) -> None:
+    point = Mesh([(0.013, -0.021, 0.0)])
+    shown = gx.render_array(point, camera=Camera.window((-1, 1), (-1, 1)), size=(50, 50), point_size=diameter)
+    assert area(shown) == pytest.approx(np.pi / 4 * diameter**2, rel=0.03)
+
+
+def test_points_alone_are_drawn_two_pixels_wide_however_they_are_given() -> None:
+    cloud = Mesh(np.random.default_rng(3).uniform(-1, 1, (20, 3)))
+    view = {"camera": Camera.fit(cloud), "size": (300, 200)}
+    shown = gx.render_array(cloud, **view)  # type: ignore[arg-type]
+    assert area(shown) == pytest.approx(20 * np.pi, rel=0.05)
+    assert shown.tobytes() == gx.render_array(cloud, point_size=2.0, **view).tobytes()  # type: ignore[arg-type]
+    with PointBuffer(cloud.positions) as points:
+        assert area(gx.render_array(points, **view)) == pytest.approx(20 * np.pi, rel=0.05)  # type: ignore[arg-type]
+        assert area(gx.render_array(points, fill="red", **view)) == pytest.approx(20 * np.pi, rel=0.05)  # type: ignore[arg-type]
+    for style in ({"fill": "red"}, {"edges": "silhouette"}, {"hidden": "remove"}, {"color": "face"}):
+        assert area(gx.render_array(cloud, **style, **view)) == pytest.approx(20 * np.pi, rel=0.05)  # type: ignore[arg-type]
+
+
+def test_dots_behind_faces_are_hidden() -> None:
+    # Seen from beside a corner, a cube shows seven of its eight.
+    seen: dict[HiddenStyle, float] = {"show": 8, "fade": 7.25, "remove": 7}
+    camera = Camera.look_at((4.0, 1.7, 5.0), (0.0, 0.0, 0.0))
+    for hidden, n_seen in seen.items():
+        shown = gx.render_array(CUBE, camera=camera, size=(300, 250), edges=[(0, 0)], point_size=6.0, hidden=hidden)
+        assert area(shown) == pytest.approx(n_seen * np.pi * 9, rel=0.02)
