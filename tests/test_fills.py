@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from solids import STAR_RADII, interlocked_boxes, star_prism
+from solids import STAR_RADII, interlocking, star_prism, together
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
@@ -77,7 +77,7 @@ def test_a_pixel_has_the_colour_of_the_nearest_face(solid: str, view: str) -> No
 
 
 def test_faces_that_go_through_one_another_meet_where_they_cross() -> None:
-    mesh = interlocked_boxes()
+    mesh = together(*interlocking())
     camera = Camera.fit(mesh, direction=(-0.5, -0.3, -0.9))
     found, _ = nearest_faces(mesh, camera.clip_from_world(SIZE[0] / SIZE[1]), SIZE)
     shown = gx.render_array(mesh, camera=camera, size=SIZE, color="none", fill="face")
