@@ -225,7 +225,7 @@ def test_other_braces_are_a_usage_error(option: str, text: str, capsys: pytest.C
         (["-", "-o", "{model}.png", "--file-type", "obj"], "{model}.png: standard input has no name to put there"),
         (["-", "-", "-o", "x.png", "--file-type", "obj"], "standard input can be read only once"),
         (["house.obj", "cube.off", "-o", "{model}.bmp"], "house.bmp: the type must be one of png"),
-        (["house.obj", "cube.off", "-o", "{model}"], "house: the type must be one of png, got none"),
+        (["house.obj", "cube.off", "-o", "{model}"], "house: the type must be one of png, svg, pdf, got none"),
         (["house.obj", "cube.off", "-o", "x.png", "--reference", "{model}.png"], "x.png: two pictures would go there"),
         (["house.obj", "cube.off", "-o", "-", "--reference", "{model}.png"], "-: two pictures would go there"),
         (["house.obj", "none.obj", "-o", "x.png"], "none.obj: No such file"),

@@ -11,7 +11,7 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 
-from gpu_xform import Camera, Mesh, matrices, render_array, samples, save_mesh
+from gpu_xform import Camera, Mesh, matrices, render_array, render_pdf, render_svg, samples, save_mesh
 from gpu_xform.cli import main, option_groups
 from gpu_xform.colors import FACE_CYCLE
 from gpu_xform.gpu.device import Device
@@ -239,6 +239,61 @@ def test_every_keyword_that_is_no_array_is_an_option() -> None:
     arrays = {"face_colors", "edge_colors", "vertex_colors"}
     elsewhere = {"model", "transform", "name", "antialias"}
     assert options | arrays | elsewhere == {field.name for field in dataclasses.fields(Layer)}
+
+
+STYLED = ["--edges", "feature", "--hidden", "dash", "--fill", "khaki", "--rotate-y", "20", "--background-color", "snow"]
+
+
+@pytest.mark.parametrize("kind", ["svg", "pdf", "SVG"])
+@pytest.mark.parametrize("to", ["house.{}", "drawn/{{model}}.{}"])
+def test_a_document_by_its_name(kind: str, to: str) -> None:
+    path = to.format(kind)
+    assert main(["render", "house.obj", "-o", path, *SIZE, *STYLED]) == 0
+    draw = {"svg": render_svg, "pdf": render_pdf}[kind.lower()]
+    document = draw(
+        Layer(
+            samples.house(),
+            name="house",
+            transform=matrices.rotate_y(20, degrees=True),
+            edges="feature",
+            hidden="dash",
+            fill="khaki",
+        ),
+        size=(120, 80),
+        background="snow",
+    )
+    written = Path(path.format(model="house")).read_bytes()
+    assert written == (document.encode() if isinstance(document, str) else document)
+    assert written.startswith(b"<svg" if kind.lower() == "svg" else b"%PDF")
+
+
+def test_a_document_of_two_models_has_a_group_of_each() -> None:
+    save_mesh(samples.cube(), "box.obj")
+    assert main(["render", "house.obj", "box.obj", "-o", "both.svg"]) == 0
+    assert re.findall(r'<g[^>]*id="([^"]*)"', Path("both.svg").read_text("utf-8"))[:2] == ["house", "box"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["-o", "x.svg", "--reference", "out.png"], "x.svg: only a .png can be compared with a --reference"),
+        (["-o", "x.png", "--reference", "out.png", "--reference-diff", "d.svg"], "d.svg: the type must be one of png"),
+        (["-o", "x.bmp"], "x.bmp: the type must be one of png, svg, pdf, got bmp"),
+    ],
+)
+def test_documents_are_not_compared(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "house.obj", *typed]) == 2
+    assert words in capsys.readouterr().err
+    assert sorted(path.name for path in Path().iterdir()) == ["house.obj"]
+
+
+def test_without_the_extra_a_pdf_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setitem(sys.modules, "pydyf", None)
+    assert main(["render", "house.obj", "-o", "house.pdf", *SIZE]) == 2
+    assert "pip install 'gpu_xform[pdf]'" in capsys.readouterr().err
+    assert not Path("house.pdf").exists()
 
 
 HEIGHTS = np.sin(np.arange(10.0))

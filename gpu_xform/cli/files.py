@@ -100,15 +100,24 @@ def read_matrix(path: str) -> npt.NDArray[Any]:
         raise ArgumentError(f"{path}: expected a text of 16 numbers, row by row, or an .npy file") from None
 
 
-def write_picture(image: "Image", path: str, *, make_folders: bool) -> None:
-    """Write a picture as PNG."""
-    png = io.BytesIO()
-    image.save(png, "PNG")
+def write_picture(picture: "Image | str | bytes", path: str, *, make_folders: bool) -> None:
+    """Write an image as PNG, and documents as they are."""
+    data = _encoded(picture)
     if make_folders:
         Path(path).parent.mkdir(parents=True, exist_ok=True)
     with _output(path) as file:
         # Not by Pillow, which calls every failure to write an encoder's error.
-        file.write(png.getvalue())
+        file.write(data)
+
+
+def _encoded(picture: "Image | str | bytes") -> bytes:
+    if isinstance(picture, bytes):
+        return picture
+    if isinstance(picture, str):
+        return picture.encode()
+    png = io.BytesIO()
+    picture.save(png, "PNG")
+    return png.getvalue()
 
 
 @contextlib.contextmanager

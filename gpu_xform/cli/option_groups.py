@@ -13,9 +13,9 @@ def add_render_files(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "-o",
         "--output",
-        metavar="PNG",
+        metavar="OUT",
         type=values.template,
-        help="the picture, with {model} in it one of each; - for standard output",
+        help="the picture: a .png, .svg or .pdf, with {model} in it one of each; - for standard output, as PNG",
     )
     add_file_type(group)
 

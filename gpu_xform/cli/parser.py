@@ -32,15 +32,16 @@ exit codes:
 gpu-xform COMMAND --help says more of each command.
 """
 RENDER = """\
-Draw the edges of models, transformed, as a PNG picture: all models in one, or,
-where the path of the picture holds {model}, each in its own."""
+Draw the edges of models, transformed, as a PNG, SVG or PDF picture: all models
+in one, or, where the path of the picture holds {model}, each in its own."""
 RENDER_EPILOG = f"""\
 In the paths of pictures, {{model}} stands for a model's name without folder and
 type, and {{folder}} for its folder; the folders of such a path are made. A model
 that fails does not stop the rest.
 
 The camera stands where everything fits the picture, unless it is given a
-position. Colours are names, #rrggbb, or R,G,B from 0 to 1.
+position. Colours are names, #rrggbb, or R,G,B from 0 to 1. PDF needs pydyf:
+pip install 'gpu_xform[pdf]'.
 
 examples:
   # one picture
@@ -48,6 +49,8 @@ examples:
   gpu-xform render part.stl -o part.png --up +Z --edges feature --hidden dash
   gpu-xform render house.obj -o top.png --camera-direction -Y \\
       --camera-view-up -Z --camera-orthographic
+  # the same in lines that stay sharp, for papers and plotters
+  gpu-xform render part.stl -o part.svg --up +Z --edges feature --hidden dash
   # painted faces; heights in colours
   gpu-xform render ball.wrl -o ball.png --fill face
   gpu-xform render hills.ply -o hills.png --up +Z --scalars z --cmap terrain
@@ -169,7 +172,7 @@ def make_parser() -> Parser:
         return new
 
     render = command(
-        "render", rendering.render, "draw models as PNG pictures", "MODEL... -o PNG [options]", RENDER, RENDER_EPILOG
+        "render", rendering.render, "draw models as PNG, SVG or PDF", "MODEL... -o OUT [options]", RENDER, RENDER_EPILOG
     )
     option_groups.add_render_files(render)
     option_groups.add_transforms(render)

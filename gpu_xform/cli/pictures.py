@@ -8,7 +8,7 @@ from ..errors import ArgumentError
 from . import files
 from .templates import Template
 
-PICTURE_TYPES = ("png",)
+PICTURE_TYPES = ("png", "svg", "pdf")
 
 
 @dataclass(frozen=True)
@@ -25,6 +25,11 @@ class Picture:
         """What messages call it."""
         first, *others = self.models
         return f"{first} and {len(others)} more" if others else first
+
+    @property
+    def kind(self) -> str:
+        """One of PICTURE_TYPES: "png" where no path says otherwise."""
+        return "png" if self.output is None or self.output == files.STANDARD else files.kind(self.output)
 
     @property
     def written(self) -> list[str]:
@@ -47,10 +52,19 @@ def planned(
         Picture(group, *(None if template is None else template.path(group[0]) for template in templates))
         for group in ([[model] for model in models] if one_for_each else [models])
     ]
-    for path in (path for picture in pictures for path in picture.written if path != files.STANDARD):
-        files.require_type(path, PICTURE_TYPES)
+    for picture in pictures:
+        _require_types(picture)
     _require_apart(pictures)
     return pictures
+
+
+def _require_types(picture: Picture) -> None:
+    if picture.output is not None and picture.output != files.STANDARD:
+        files.require_type(picture.output, PICTURE_TYPES)
+    if picture.difference is not None:
+        files.require_type(picture.difference, ("png",))
+    if picture.reference is not None and picture.kind != "png":
+        raise ArgumentError(f"{picture.output}: only a .png can be compared with a --reference")
 
 
 def _require_apart(pictures: Sequence[Picture]) -> None:

@@ -4,7 +4,7 @@ import functools
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,8 +17,6 @@ from .layers import layers, require_scalars
 from .pictures import Picture, planned
 
 if TYPE_CHECKING:
-    from PIL.Image import Image
-
     from ..gpu.device import Device
 
 
@@ -56,21 +54,21 @@ def _finish_each(pictures: Sequence[Picture], finish: Callable[[Picture], None])
 
 def _finish(options: Namespace, world_from_model: Float64Array, device: "Device", picture: Picture) -> None:
     """Draw a picture, write it, and compare it with its reference."""
-    image = _drawn(options, world_from_model, device, picture)
+    drawn = _drawn(options, world_from_model, device, picture)
     if picture.output is not None:
-        files.write_picture(image, picture.output, make_folders=options.output.one_for_each)
+        files.write_picture(drawn, picture.output, make_folders=options.output.one_for_each)
     if picture.reference is not None:
-        references.require_like(picture.reference, image, picture.difference, options)
+        references.require_like(picture.reference, drawn, picture.difference, options)
 
 
-def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device", picture: Picture) -> "Image":
-    from .. import wireframe
+def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device", picture: Picture) -> Any:
+    """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
     from ..subjects import world_positions
 
     meshes = [files.read_mesh(path, options.file_type) for path in picture.models]
     points = [world_positions(mesh.positions, world_from_model) for mesh in meshes]
     try:
-        return wireframe.render(
+        return _renderer(picture.kind)(
             layers(options, picture.models, meshes, world_from_model),
             camera=aim.camera(options, np.concatenate(points)),
             size=options.resolution,
@@ -79,3 +77,9 @@ def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device",
         )
     except MeshError as error:
         raise MeshError(f"{picture.name}: {error}") from None
+
+
+def _renderer(kind: str) -> Callable[..., Any]:
+    from .. import drawing, wireframe
+
+    return {"png": wireframe.render, "svg": drawing.render_svg, "pdf": drawing.render_pdf}[kind]
