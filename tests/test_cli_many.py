@@ -1,6 +1,5 @@
 """Many models on one command line: into one picture, or each into its own."""
 
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from PIL import Image
+from terminals import on_a_terminal
 
 from gpu_xform import Camera, Mesh, load_mesh, matrices, render_array, samples, save_mesh, wireframe
 from gpu_xform.cli import files, main
@@ -262,29 +262,6 @@ def test_standard_input_among_others() -> None:
     Path("piped.png").write_bytes(result.stdout)
     assert main(["render", "house.obj", "lines.obj", "-o", "plain.png", *SIZE]) == 0
     assert np.array_equal(png("piped.png"), png("plain.png"))
-
-
-def on_a_terminal(*typed: str) -> tuple[int, str]:
-    """Return the exit code of a command, and what it shows on a terminal 80 columns wide."""
-    import fcntl
-    import pty
-    import struct
-    import termios
-
-    here, there = pty.openpty()
-    fcntl.ioctl(there, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
-    program = "import sys, gpu_xform.cli; sys.exit(gpu_xform.cli.main())"
-    at_once = f"from gpu_xform import progress; progress.APPEARS_AFTER_S = 0; {program}"
-    with subprocess.Popen([sys.executable, "-c", at_once, *typed], stderr=there, stdout=subprocess.PIPE) as process:
-        os.close(there)
-        shown = bytearray()
-        try:
-            while data := os.read(here, 4096):
-                shown += data
-        except OSError:  # how Linux says that the other end is closed
-            pass
-    os.close(here)
-    return process.returncode, shown.decode()
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")

@@ -84,6 +84,9 @@ def test_a_command_line(line: str, folder: Path) -> None:
             assert colors_in(folder / picture) >= (4 if "face" in words else 1)
         case "render":
             assert "--reference" in words
+        case "animate":
+            with Image.open(folder / words[words.index("-o") + 1]) as image:
+                assert getattr(image, "n_frames", 1) == 100
         case "transform":
             moved = gx.load_mesh(folder / words[3])
             assert moved.n_faces == house.n_faces
@@ -99,7 +102,7 @@ def test_a_command_line(line: str, folder: Path) -> None:
 
 def test_there_are_commands_to_run() -> None:
     assert [line.split()[1] for line in command_lines()] == [
-        *("render", "render", "render", "transform", "transform", "explain", "doctor")
+        *("render", "render", "render", "animate", "transform", "transform", "explain", "doctor")
     ]
 
 

@@ -2,7 +2,7 @@
 
 import math
 from argparse import Namespace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -34,20 +34,39 @@ def camera(options: Namespace, points: Float64Array) -> "Camera":
         raise ArgumentError(f"camera options: {error}") from None
 
 
-def _aimed(options: Namespace, points: Float64Array) -> "Camera":
-    from ..cameras import DEFAULT_DIRECTION, Camera
+def steady_camera(options: Namespace, points: Float64Array) -> "Camera | dict[str, Any]":
+    """Return the camera for models that move, or how to fit it; their `points` (n, 3) are in the world as it begins."""
+    return _fit(options) if options.camera_position is None else camera(options, points)
 
-    up = options.up if options.camera_view_up is None else options.camera_view_up
-    lens = {"fov_y": options.camera_view_angle, "orthographic": options.camera_orthographic}
+
+def _aimed(options: Namespace, points: Float64Array) -> "Camera":
+    from ..cameras import Camera
+
     if options.camera_position is None:
-        direction = options.camera_direction
-        if direction is None:
-            direction = _turn_up(options.up) @ DEFAULT_DIRECTION
-        return Camera.fit(points, direction=direction, up=up, **lens)
+        return Camera.fit(points, **_fit(options))
     target = options.camera_focal_point
     if target is None:
         target = Mesh(points).center
-    return Camera.look_at(options.camera_position, target, up, **lens)
+    return Camera.look_at(options.camera_position, target, **_lens(options))
+
+
+def _fit(options: Namespace) -> dict[str, Any]:
+    """Return the keywords of `Camera.fit`."""
+    from ..cameras import DEFAULT_DIRECTION
+
+    direction = options.camera_direction
+    if direction is None:
+        direction = _turn_up(options.up) @ DEFAULT_DIRECTION
+    return {"direction": direction, **_lens(options)}
+
+
+def _lens(options: Namespace) -> dict[str, Any]:
+    """Return the keywords that all cameras share."""
+    return {
+        "up": options.up if options.camera_view_up is None else options.camera_view_up,
+        "fov_y": options.camera_view_angle,
+        "orthographic": options.camera_orthographic,
+    }
 
 
 def _turn_up(up: Float64Array) -> Float64Array:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from .. import __version__
-from . import commands, option_groups, rendering, values
+from . import animating, commands, option_groups, rendering, values
 from .failures import DEVICE_FAILED, DIFFERENT, NO_ADAPTER, WRONG_INPUT
 
 HELP_COLUMN = 31
@@ -17,6 +17,7 @@ EPILOG = f"""\
 examples:
   gpu-xform render house.obj -o house.png --rotate-y 30 --color face
   gpu-xform render *.obj -o "thumbs/{{model}}.png"
+  gpu-xform animate house.obj -o house.gif --color face
   gpu-xform transform scan.ply moved.ply --scale 0.001 --translate -0.5,2,0
   gpu-xform explain --scale 0.3 --rotate-z 90 --translate -0.5,2,0 --point 1,1,0
   gpu-xform doctor
@@ -138,7 +139,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     elif rest:
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     if options.command is None:
-        parser.error("a command is needed: render, transform, explain, doctor or bench; see gpu-xform --help")
+        parser.error("a command is needed: render, animate, transform, explain, doctor or bench; see gpu-xform --help")
     return options
 
 
@@ -181,6 +182,16 @@ def make_parser() -> Parser:
     option_groups.add_camera(render)
     option_groups.add_reference(render)
     option_groups.add_rest(render, adapter=True)
+
+    animate = command(
+        "animate",
+        animating.animate,
+        animating.SUMMARY,
+        animating.USAGE,
+        animating.DESCRIPTION,
+        animating.EPILOG,
+    )
+    animating.add_options(animate)
 
     transform = command(
         "transform",

@@ -223,6 +223,13 @@ def count(text: str) -> int:
     return int(text)
 
 
+@option_value
+def rate(text: str) -> float:
+    """Read frames a second."""
+    (fps,) = numbers(text, "one number", 1)
+    return fps
+
+
 EDGE_SETS = ("all", "feature", "boundary", "silhouette")
 
 

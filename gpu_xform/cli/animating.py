@@ -1,0 +1,99 @@
+"""`gpu-xform animate`: from a model file to one that shows it moving."""
+
+import argparse
+import sys
+import warnings
+from typing import Any
+
+import numpy as np
+
+from .._arguments import Float64Array
+from ..errors import ArgumentError, MeshError, SizeWarning
+from . import aim, files, option_groups, values
+from .commands import chosen_device, composed
+
+SUMMARY = "draw a model in motion, as a GIF, MP4 or page"
+USAGE = "MODEL -o OUT [options]"
+DESCRIPTION = """\
+Draw a model that turns once, or that a matrix moves in each frame, as a file
+that shows it moving."""
+EPILOG = """\
+The name of OUT says what is written: .gif, .png or .apng (animated), .webp,
+.mp4, .webm, .html (a page with a player); with {frame} in it, or {frame:04} for
+four digits, one PNG a frame. MP4 and WebM need PyAV: pip install
+'gpu_xform[video]'. The camera stands where every frame fits the picture.
+
+examples:
+  gpu-xform animate ball.wrl -o ball.gif --turntable --color face
+  gpu-xform animate part.stl -o part.mp4 --up +Z --edges feature --frames 200 \\
+      --fps 30 --resolution 1280x720
+  gpu-xform animate house.obj -o "frames/{frame:04}.png" --rotate-x 20
+  gpu-xform animate arm.ply -o arm.html --matrices poses.npy --no-background
+"""
+DEFAULT_FRAMES = 100
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `animate` to its parser."""
+    group = parser.add_argument_group("files")
+    group.add_argument("model", metavar="MODEL", help="a model file; - for standard input")
+    group.add_argument("-o", "--output", metavar="OUT", required=True, help="where to; its name says what is written")
+    option_groups.add_file_type(group)
+    group = parser.add_argument_group("motion, after the transforms")
+    either = group.add_mutually_exclusive_group()
+    either.add_argument("--turntable", action="store_true", help="turn once, about the middle (the default)")
+    either.add_argument("--matrices", metavar="NPY", help="an array (frames, 4, 4), one matrix a frame")
+    group.add_argument(
+        "--axis", metavar="DIR", type=values.direction, help="of the turn: X,Y,Z, +Z, ... (default: --up)"
+    )
+    group.add_argument("--frames", metavar="N", type=values.count, help=f"in a turn (default: {DEFAULT_FRAMES})")
+    group.add_argument("--fps", metavar="N", type=values.rate, default="20", help="frames a second (default: 20)")
+    option_groups.add_transforms(parser)
+    option_groups.add_picture(parser)
+    parser.set_defaults(resolution="640,480")
+    option_groups.add_style(parser)
+    option_groups.add_camera(parser)
+    option_groups.add_rest(parser, adapter=True)
+
+
+def animate(options: argparse.Namespace) -> int:
+    """Draw a model in motion."""
+    aim.require_one_aim(options)
+    if options.matrices is not None and (options.axis is not None or options.frames is not None):
+        raise ArgumentError("--axis and --frames are for --turntable: there is one frame for each of the --matrices")
+    from .. import animation
+    from ..subjects import world_positions
+
+    mesh = files.read_mesh(options.model, options.file_type)
+    placed = composed(options)
+    arguments: dict[str, Any] = {
+        "fps": options.fps,
+        "size": options.resolution,
+        "camera": aim.steady_camera(options, world_positions(mesh.positions, placed)),
+        "transform": placed,
+        "background": options.background,
+        "device": chosen_device(options),
+        **option_groups.style(options),
+    }
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SizeWarning)
+        try:
+            if options.matrices is None:
+                axis = options.up if options.axis is None else options.axis
+                n_frames = DEFAULT_FRAMES if options.frames is None else options.frames
+                animation.turntable(mesh, n_frames, options.output, axis=axis, **arguments)
+            else:
+                animation.animate(mesh, _stack(options.matrices), options.output, **arguments)
+        except MeshError as error:
+            raise MeshError(f"{options.model}: {error}") from None
+    for warning in caught:
+        sys.stderr.write(f"gpu-xform: warning: {warning.message}\n")
+    return 0
+
+
+def _stack(path: str) -> Float64Array:
+    """Return the matrices in a file: (k, 4, 4)."""
+    stack = np.asarray(files.read_array(path))
+    if stack.ndim != 3 or stack.shape[1:] != (4, 4):
+        raise ArgumentError(f"{path}: expected an array of shape (frames, 4, 4), got {stack.shape}")
+    return stack
