@@ -12,7 +12,7 @@ TRANSPARENT = 0  # the number of pixels that let through what is below; colours 
 MOST_COLORS = 255
 # What covers much of a picture keeps its colour to the last bit; the rest, the rims of lines, shares what is left.
 MOST_KEPT = 32
-MOST_PIXELS = 1 << 15  # a choice among more is no better, only slower
+MOST_PIXELS = 1 << 14  # a choice among more is no better, only slower
 CELL = 8  # the nearest colour is looked for once for all colours that differ by less
 
 
@@ -42,11 +42,16 @@ def _chosen(codes: Codes) -> Codes:
     """Return at most 255 colours for pixels of the colours `codes` (n,)."""
     from PIL import Image
 
-    colors, counts = np.unique(codes, return_counts=True)
+    if len(codes) == 0:
+        return np.zeros(1, np.uint32)
+    # Most pixels are background, and so, most likely, is the first: what need not be sorted takes no time.
+    others = codes[codes != codes[0]]
+    colors, counts = np.unique(others, return_counts=True)
+    colors, counts = np.append(colors, codes[0]), np.append(counts, len(codes) - len(others))
     if len(colors) <= MOST_COLORS:
-        return colors if len(colors) else np.zeros(1, np.uint32)
+        return colors
     kept = colors[np.argsort(-counts, kind="stable")[:MOST_KEPT]]
-    rest = codes[~np.isin(codes, kept)]
+    rest = others[~np.isin(others, kept)]
     rest = rest[:: -(-len(rest) // MOST_PIXELS)]
     quantized = Image.fromarray(_rgb(rest)[np.newaxis], "RGB").quantize(
         MOST_COLORS - MOST_KEPT, Image.Quantize.MEDIANCUT, kmeans=1
