@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 from terminals import on_a_terminal
 
-from gpu_xform import Camera, animate, matrices, samples, save_mesh, turntable
+from gpu_xform import Camera, Layer, animate, matrices, samples, save_mesh, turntable
 from gpu_xform.cli import main
 
 Pixels = npt.NDArray[np.uint8]
@@ -74,6 +74,18 @@ def test_options_are_the_library_s_arguments(options: list[str], arguments: dict
     frames = written(*options)
     assert np.array_equal(frames, expected(**arguments))
     assert options in ([], ["--turntable"]) or not np.array_equal(frames, expected())
+
+
+def test_several_models_turn_together_about_their_common_middle() -> None:
+    save_mesh(samples.cube().transformed(matrices.translate(4, 0, 0)), "cube.off")
+    assert main(["animate", "house.obj", "--color", "red", "cube.off", "-o", "out.webp", *SMALL]) == 0
+    scene = [Layer(HOUSE, color="red"), Layer(samples.cube(), color="red", transform=matrices.translate(4, 0, 0))]
+    assert np.array_equal(shown(), [np.asarray(frame) for frame in turntable(scene, 4, size=(60, 40))])
+
+
+def test_numbers_color_what_moves() -> None:
+    frames = written("--scalars", "y", "--cmap", "magma")
+    assert np.array_equal(frames, expected(scalars=HOUSE.positions[:, 1], cmap="magma"))
 
 
 def test_the_turn_is_about_the_model_s_up() -> None:
@@ -142,6 +154,7 @@ def test_a_padded_video_is_a_warning_of_one_line(capfd: pytest.CaptureFixture[st
         (["-o", "out.gif", "--matrices", "nan.npy", "--turntable"], "not allowed with argument --matrices"),
         (["-o", "out.gif", "--matrices", "nan.npy", "--frames", "3"], "--axis and --frames are for --turntable"),
         (["-o", "out.gif", "--camera-focal-point", "0,0,0"], "--camera-focal-point must come with --camera-position"),
+        (["-o", "out.gif", "--cmap", "magma"], "--cmap must come with --scalars"),
         ([], "the following arguments are required: -o/--output"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
@@ -161,10 +174,13 @@ def test_what_is_wrong_is_one_line_and_leaves_no_file(
     assert sorted(Path().iterdir()) == before
 
 
-def test_a_model_without_edges_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("dot.obj").write_text("v 1 2 3\n")
-    assert main(["animate", "dot.obj", "-o", "out.gif"]) == 2
-    assert "gpu-xform: error: dot.obj: model must have edges" in capsys.readouterr().err
+def test_models_with_nothing_to_draw_are_named(capsys: pytest.CaptureFixture[str]) -> None:
+    typed = ["-o", "out.gif", "--edges", "boundary", "--resolution", "40,40"]
+    assert main(["animate", "house.obj", *typed]) == 2
+    assert "gpu-xform: error: house.obj: edges must choose at least one edge" in capsys.readouterr().err
+    assert main(["animate", "house.obj", "house.obj", *typed]) == 2
+    assert "gpu-xform: error: house.obj and 1 more: edges must" in capsys.readouterr().err
+    assert list(Path().iterdir()) == [Path("house.obj")]
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")

@@ -5,21 +5,23 @@ import io
 import os
 from collections.abc import Callable, Iterator, Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import images
-from .._arguments import Float64Array, MatrixLike, direction, square_matrix
+from .._arguments import Float64Array, MatrixLike, direction
 from ..cameras import Camera, outermost
+from ..colors import ColorLike, rgba
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..gpu.device import Device
 from ..images import Pixels
-from ..layers import Model
+from ..layers import Layer, Models, Style
 from ..matrices import rotate, translate
 from ..progress import bar
-from ..scene import Scene
 from ..staging import Size, picture_size
+from ..wireframe import render_array
 from . import poses
 from .encoders import html
 from .encoders.clip import Clip
@@ -36,7 +38,7 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def animate(
-    model: Model | Scene,
+    models: Models,
     frames: Frames,
     path: StrPath | None = None,
     *,
@@ -45,41 +47,43 @@ def animate(
     fps: float = 20,
     size: Size = DEFAULT_SIZE,
     camera: Camera | Mapping[str, Any] | None = None,
-    transform: MatrixLike | None = None,
+    background: ColorLike | None = "white",
+    device: Device | None = None,
     progress: Progress | None = None,
-    **style: Any,
+    **style: Unpack[Style],
 ) -> "Animation":
-    """Return an animation of a model; nothing is drawn before a frame, or a file, is asked for.
+    """Return an animation of models; nothing is drawn before a frame, or a file, is asked for.
 
-    model : a Mesh, the path of a model file, a PointBuffer, or a Scene
-    frames : for each frame the (4, 4) matrix that moves the model, or a dict from names of a scene's nodes to their
-        matrices, or another model in its place: several of them, a stack (k, 4, 4), a stack of SciPy's rotations; or a
-        function that gives one
+    models : as `render` takes them: a Mesh, the path of a model file, a PointBuffer, a Layer, a Scene, or several
+    frames : for each frame the (4, 4) matrix that moves the models, or a dict from names of a scene's nodes to their
+        matrices, or another model in their place: several of them, a stack (k, 4, 4), a stack of SciPy's rotations; or
+        a function that gives one
     path : where to save it at once, as `Animation.save` does
     n_frames : for a function, which is called with the frame's number, from 0 on
     duration : in place of n_frames, for a function that is called with the frame's time; both in seconds
     fps : frames a second
     size : (width, height) in pixels
-    camera : by default one `Camera.fit` for all frames, which holds the model in each of them; a dict of its keywords,
-        such as {"direction": (0, 0, -1)}, says how
-    transform : (4, 4), applied to the model before the matrix of the frame
+    camera : by default one `Camera.fit` for all frames, which holds the models in each of them; a dict of its
+        keywords, such as {"direction": (0, 0, -1)}, says how
+    background : a colour, or None for transparent
+    device : by default the process's own
     progress : called with the frames drawn and the frames in all while the file is written; by default a bar appears
         after a second, on a terminal only
-    style : further keywords of `render`, such as color and background
+    style : as `render` takes it; the matrix of a frame comes after `transform`
 
     A function is called again for the same frame, and must give the same. Raises `ArgumentError` for no frames, for a
     frame that is no matrix, and with the frame's number where a function raises; otherwise as `render` and
     `Animation.save` do.
     """
     moving = described(frames, fps, n_frames, duration)
-    animation = Animation(poses.opened(model), moving, size, camera, transform, style)
+    animation = Animation(poses.opened(models), moving, size, camera, background, device, style)
     if path is not None:
         animation.save(path, progress=progress)
     return animation
 
 
 def turntable(
-    model: Model | Scene,
+    models: Models,
     frames: int = 100,
     path: StrPath | None = None,
     *,
@@ -87,19 +91,21 @@ def turntable(
     transform: MatrixLike | None = None,
     **options: Any,
 ) -> "Animation":
-    """Return an animation of a model that turns once, about an axis through the middle of its bounds.
+    """Return an animation of models that turn once, about an axis through the middle of their bounds.
 
+    models : as `animate` takes them
     frames : how many; the last is one step short of the first, so that it goes round without a stop
     axis : "x", "y", "z" or a vector (3,), from whose end the turn is seen counter-clockwise
-    transform : (4, 4), applied to the model before it turns
+    transform : (4, 4), applied to the models before they turn
     options : further keywords of `animate`
     """
     count = frame_count(frames, "frames")
     if isinstance(axis, str) and axis not in AXES:
         raise ArgumentError(f"axis must be 'x', 'y', 'z' or a vector, got {axis!r}")
     along = direction(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
-    shown = poses.opened(model)
-    points = poses.outline(poses.Posed(shown, _placed(transform)))
+    shown = poses.opened(models)
+    placed: Style = {} if transform is None else {"transform": transform}
+    points = poses.outline(poses.posed(shown, np.eye(4), placed))
     if len(points) == 0:
         raise MeshError("a model without points cannot turn about its middle")
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
@@ -108,7 +114,7 @@ def turntable(
     def turned(k: int) -> Float64Array:
         return from_middle @ rotate(along, 360.0 * k / count, degrees=True) @ to_middle
 
-    return animate(shown, turned, path, n_frames=count, transform=transform, **options)
+    return animate(shown, turned, path, n_frames=count, **placed, **options)
 
 
 class Animation:
@@ -119,23 +125,28 @@ class Animation:
 
     def __init__(
         self,
-        model: poses.Opened,
+        models: Models,
         motion: Motion,
         size: Size,
         camera: Camera | Mapping[str, Any] | None,
-        transform: MatrixLike | None,
-        style: Mapping[str, Any],
+        background: ColorLike | None,
+        device: Device | None,
+        style: Style,
     ) -> None:
-        self._model = model
+        self._models = models
         self._motion = motion
         self._size = picture_size(size)
-        self._placed = _placed(transform)
+        self._background = background
+        self._device = device
         self._style = style
+        poses.posed(models, np.eye(4), style)
+        if background is not None:
+            rgba(background, "background")
         if isinstance(camera, Camera):
             self.camera = camera
         elif camera is None or isinstance(camera, Mapping):
             self._fit: Mapping[str, Any] = camera or {}
-            Camera.fit(np.zeros((1, 3)), **self._fit)  # raises now, not at the first frame
+            Camera.fit(np.zeros((1, 3)), **self._fit)  # raises now, not at the first frame, as do the lines above
         else:
             raise ArgumentTypeError(f"camera must be a Camera or a dict of Camera.fit's, got {type(camera).__name__}")
 
@@ -200,10 +211,12 @@ class Animation:
         return Clip(self.size, len(self), self.fps, frames(), self._drawn)
 
     def _drawn(self, k: int) -> Pixels:
-        return poses.draw(self._posed(k), self.camera, self.size, self._style)
+        return render_array(
+            self._posed(k), camera=self.camera, size=self.size, background=self._background, device=self._device
+        )
 
-    def _posed(self, k: int) -> poses.Posed:
-        return poses.posed(self._model, self._placed, self._motion.at(k))
+    def _posed(self, k: int) -> list[Layer]:
+        return poses.posed(self._models, self._motion.at(k), self._style)
 
     def __len__(self) -> int:
         return self._motion.n_frames
@@ -214,7 +227,3 @@ class Animation:
     def __repr__(self) -> str:
         width, height = self.size
         return f"<Animation: {len(self)} frames of {width} x {height}, {self.fps:g} a second>"
-
-
-def _placed(transform: MatrixLike | None) -> Float64Array:
-    return np.eye(4) if transform is None else square_matrix(transform, "transform", 4)

@@ -11,12 +11,13 @@ from .._arguments import Float64Array
 from ..errors import ArgumentError, MeshError, SizeWarning
 from . import aim, files, option_groups, values
 from .commands import chosen_device, composed
+from .layers import layers, require_scalars
 
-SUMMARY = "draw a model in motion, as a GIF, MP4 or page"
-USAGE = "MODEL -o OUT [options]"
+SUMMARY = "draw models in motion, as a GIF, MP4 or page"
+USAGE = "MODEL... -o OUT [options]"
 DESCRIPTION = """\
-Draw a model that turns once, or that a matrix moves in each frame, as a file
-that shows it moving."""
+Draw models that turn once, or that a matrix moves in each frame, as a file that
+shows them moving."""
 EPILOG = """\
 The name of OUT says what is written: .gif, .png or .apng (animated), .webp,
 .mp4, .webm, .html (a page with a player); with {frame} in it, or {frame:04} for
@@ -36,7 +37,7 @@ DEFAULT_FRAMES = 100
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `animate` to its parser."""
     group = parser.add_argument_group("files")
-    group.add_argument("model", metavar="MODEL", help="a model file; - for standard input")
+    group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
     group.add_argument("-o", "--output", metavar="OUT", required=True, help="where to; its name says what is written")
     option_groups.add_file_type(group)
     group = parser.add_argument_group("motion, after the transforms")
@@ -57,23 +58,25 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 
 def animate(options: argparse.Namespace) -> int:
-    """Draw a model in motion."""
+    """Draw models in motion."""
     aim.require_one_aim(options)
+    require_scalars(options)
     if options.matrices is not None and (options.axis is not None or options.frames is not None):
         raise ArgumentError("--axis and --frames are for --turntable: there is one frame for each of the --matrices")
     from .. import animation
     from ..subjects import world_positions
 
-    mesh = files.read_mesh(options.model, options.file_type)
+    paths = [path for typed in options.models for path in files.matching(typed)]
+    meshes = [files.read_mesh(path, options.file_type) for path in paths]
     placed = composed(options)
+    shown = layers(options, paths, meshes, placed)
+    points = np.concatenate([world_positions(mesh.positions, placed) for mesh in meshes])
     arguments: dict[str, Any] = {
         "fps": options.fps,
         "size": options.resolution,
-        "camera": aim.steady_camera(options, world_positions(mesh.positions, placed)),
-        "transform": placed,
+        "camera": aim.steady_camera(options, points),
         "background": options.background,
         "device": chosen_device(options),
-        **option_groups.style(options),
     }
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SizeWarning)
@@ -81,11 +84,12 @@ def animate(options: argparse.Namespace) -> int:
             if options.matrices is None:
                 axis = options.up if options.axis is None else options.axis
                 n_frames = DEFAULT_FRAMES if options.frames is None else options.frames
-                animation.turntable(mesh, n_frames, options.output, axis=axis, **arguments)
+                animation.turntable(shown, n_frames, options.output, axis=axis, **arguments)
             else:
-                animation.animate(mesh, _stack(options.matrices), options.output, **arguments)
+                animation.animate(shown, _stack(options.matrices), options.output, **arguments)
         except MeshError as error:
-            raise MeshError(f"{options.model}: {error}") from None
+            name = paths[0] if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
+            raise MeshError(f"{name}: {error}") from None
     for warning in caught:
         sys.stderr.write(f"gpu-xform: warning: {warning.message}\n")
     return 0

@@ -134,7 +134,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command line; where it asks for help or is wrong, print and raise SystemExit."""
     parser = make_parser()
     options, rest = parser.parse_known_args(attach_values(argv))
-    if options.command == "render" and not any(re.match("-.", word) for word in rest):
+    if options.command in ("render", "animate") and not any(re.match("-.", word) for word in rest):
         options.models += rest  # argparse takes models only as far as the first option between them
     elif rest:
         parser.error(f"unrecognized arguments: {' '.join(rest)}")

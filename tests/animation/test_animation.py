@@ -95,6 +95,22 @@ def test_frames_may_be_models_and_the_model_a_file(tmp_path: Path) -> None:
     assert np.array_equal(pixels(from_file, 1), pixels(animate(HOUSE, TURNS, camera=CAMERA, size=SIZE), 1))
 
 
+def test_several_models_move_together_each_in_its_own_style(tmp_path: Path) -> None:
+    gx.save_mesh(samples.cube(), tmp_path / "cube.obj")
+    fixed = gx.translate(0, 2, 0)
+    layers: list[gx.Layer | Path] = [gx.Layer(HOUSE, color="red", transform=AFFINE), tmp_path / "cube.obj"]
+    animation = animate(layers, TURNS, size=SIZE, camera=CAMERA, transform=fixed, line_width=3)
+    (tmp_path / "cube.obj").unlink()
+    moved = [
+        gx.Layer(HOUSE, color="red", transform=TURNS[3] @ AFFINE),
+        gx.Layer(samples.cube(), transform=TURNS[3] @ fixed, line_width=3),
+    ]
+    assert np.array_equal(pixels(animation, 3), render_array(moved, camera=CAMERA, size=SIZE))
+    in_a_row = animate(HOUSE, TURNS, size=SIZE, camera=CAMERA, transform=[fixed, AFFINE])
+    expected = render_array(HOUSE, transform=[TURNS[1] @ fixed, TURNS[1] @ AFFINE], camera=CAMERA, size=SIZE)
+    assert np.array_equal(pixels(in_a_row, 1), expected)
+
+
 def test_points_on_the_device_move_as_well() -> None:
     with PointBuffer(HOUSE.positions) as buffer:
         animation = animate(buffer, TURNS, size=SIZE, camera=CAMERA, edges=HOUSE.edges)
@@ -183,7 +199,7 @@ def test_a_turntable_takes_what_animate_takes(tmp_path: Path) -> None:
         (call(animate, HOUSE, TURNS, size=(10, 0)), "size must be two positive whole numbers"),
         (call(animate, HOUSE, TURNS, camera="front"), "camera must be a Camera or a dict of Camera.fit's, got str"),
         (call(animate, HOUSE, TURNS, camera={"margin": 0.5}), r"margin must lie in \[0, 0.5\)"),
-        (call(animate, 5, TURNS), "model must be a Mesh, a PointBuffer, a path or a Scene, got int"),
+        (call(animate, 5, TURNS), "model must be a Mesh, a PointBuffer, a path, a Layer or a Scene, got int"),
         (call(animate, HOUSE, TURNS, transform=np.eye(3)), "transform must have shape"),
         (call(animate, HOUSE, TURNS, "out.avi"), r"path must end in one of .*\.gif, .*\.mp4.*, got 'out.avi'"),
         (call(animate, HOUSE, TURNS, "out"), r"path must end in one of .*, got 'out'"),
@@ -197,4 +213,4 @@ def test_what_cannot_be_is_said_at_once(made: Any, message: str) -> None:
 
 def test_a_keyword_that_render_does_not_know() -> None:
     with pytest.raises(TypeError, match="colour"):
-        animate(HOUSE, TURNS, size=SIZE, colour="red").frame(0)
+        call(animate, HOUSE, TURNS, colour="red")()
