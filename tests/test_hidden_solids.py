@@ -1,0 +1,132 @@
+"""Hidden lines of solids, of one model behind another, and of what crosses the eye's plane."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+import gpu_xform as gx
+from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
+from gpu_xform.edge_sets import edge_faces, face_normals
+
+Array = npt.NDArray[Any]
+SIZE = (400, 320)
+EYE = np.array([2.7, 1.9, 4.4])
+CONVEX = {"cube": samples.cube(), "snub dodecahedron": samples.snub_dodecahedron(), "icosphere": samples.icosphere(2)}
+VIEWS = {
+    "perspective": (Camera.look_at(EYE, (0, 0, 0), fov_y=40.0), np.append(EYE, 1.0)),
+    "parallel": (Camera.look_at(EYE, (0, 0, 0), fov_y=40.0, orthographic=True), np.append(EYE, 0.0)),
+    "window": (Camera.window((-1.6, 1.6), (-1.6, 1.6)), np.array([0.0, 0, 1, 0])),
+}
+TURN = matrices.rotate((1, 2, 3), 0.6)  # the window looks along no face
+
+
+def in_pixels(positions: Array, camera: Camera, size: tuple[int, int] = SIZE) -> Array:
+    clip = np.column_stack([positions, np.ones(len(positions))]) @ camera.clip_from_world(size[0] / size[1]).T
+    pixels: Array = (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * size
+    return pixels
+
+
+def ink_around(picture: Array, place: Array) -> float:
+    x, y = np.floor(place).astype(int)
+    return float((1.0 - picture[y - 1 : y + 2, x - 1 : x + 2, 0] / 255.0).sum())
+
+
+def distance_to(point: Array, ends: Array) -> Array:
+    """Return how far a point (2,) is from segments (k, 2, 2)."""
+    along = ends[:, 1] - ends[:, 0]
+    t = np.clip(np.einsum("ki,ki->k", point - ends[:, 0], along) / np.einsum("ki,ki->k", along, along), 0, 1)
+    distances: Array = np.linalg.norm(point - ends[:, 0] - t[:, None] * along, axis=1)
+    return distances
+
+
+@pytest.mark.parametrize("view", VIEWS)
+@pytest.mark.parametrize("name", CONVEX)
+def test_an_edge_of_a_convex_solid_is_seen_where_one_of_its_faces_looks_at_the_eye(name: str, view: str) -> None:
+    radius = np.linalg.norm(CONVEX[name].positions, axis=1).max()
+    mesh = CONVEX[name].transformed(matrices.chain(TURN, matrices.scale(1.45 / radius)))
+    camera, eye = VIEWS[view]
+    corner = mesh.positions[mesh.indices[mesh.offsets[:-1]]]
+    normals = face_normals(mesh)
+    looks = normals @ eye[:3] - eye[3] * np.einsum("ij,ij->i", normals, corner)
+    found = edge_faces(mesh)
+    is_seen = (looks[found.faces] > 0).any(axis=1)
+    ends = in_pixels(mesh.positions, camera)[found.edges]
+    dark = gx.render_array(mesh, camera=camera, size=SIZE, hidden="remove")
+    faded = gx.render_array(mesh, camera=camera, size=SIZE, hidden="fade")
+    n_judged = np.zeros(2, int)
+    for edge, seen in enumerate(is_seen):
+        length = np.linalg.norm(ends[edge, 1] - ends[edge, 0])
+        if length < 8.0:
+            continue
+        middle = ends[edge].mean(axis=0)
+        others = distance_to(middle, np.delete(ends, edge, axis=0))
+        if seen:
+            assert ink_around(dark, middle) > 3.0
+        elif others.min() > 4.0:
+            assert ink_around(dark, middle) == 0.0
+            assert 0.8 < ink_around(faded, middle) < 2.0
+        n_judged[int(seen)] += seen or others.min() > 4.0
+    assert n_judged[1] > 0.3 * len(is_seen)
+    assert n_judged[0] >= 3
+
+
+def test_dashes_are_drawn_where_an_edge_is_hidden_and_lines_where_it_is_not() -> None:
+    wall = Layer(
+        Mesh([(-0.5, -1, 1), (0.5, -1, 1), (0.5, 1, 1), (-0.5, 1, 1)], [(0, 1, 2, 3)]), hidden="remove", color="none"
+    )
+    bar = Mesh([(-0.95, 0.01, 0), (0.95, 0.01, 0)], [(0, 1)])
+    for width in (2.0, 12.0):
+        layers = [wall, Layer(bar, hidden="dash", line_width=width)]
+        row = gx.render_array(layers, camera=Camera.window((-1, 1), (-1, 1)), size=(400, 400))[198, :, 0] < 128
+        assert row[12:99].all()
+        assert row[301:388].all()
+        dashes = row[101:299]
+        assert dashes.mean() == pytest.approx(4 / 7, abs=0.12)
+        starts = np.flatnonzero(np.diff(dashes.astype(int)) == 1)
+        assert np.diff(starts) == pytest.approx(7 * width, abs=1.01)
+
+
+def test_one_model_hides_anothers_edges_unless_it_shows_all_its_own() -> None:
+    square = Mesh([(-0.5, -0.5, 1), (0.5, -0.5, 1), (0.5, 0.5, 1), (-0.5, 0.5, 1)], [(0, 1, 2, 3)])
+    bar = Mesh([(-0.9, 0.01, 0), (0.9, 0.01, 0)], [(0, 1)])
+    camera = Camera.window((-1, 1), (-1, 1))
+
+    def middle(*layers: Layer) -> int:
+        picture = gx.render_array(list(layers), camera=camera, size=(81, 81))
+        assert picture[40, 8, 0] < 128
+        return int(picture[40, 40, 0])
+
+    for hider in (Layer(square, hidden="remove"), Layer(square, hidden="fade"), Layer(square, fill="white")):
+        assert middle(Layer(bar, hidden="remove"), hider) == 255
+        assert middle(hider, Layer(bar, hidden="remove")) == 255
+        assert middle(hider, Layer(bar, hidden="show")) < 128
+        assert middle(hider, Layer(bar)) < 128
+        behind = Layer(hider.model, transform=matrices.translate(0, 0, -3), hidden=hider.hidden, fill=hider.fill)
+        assert middle(behind, Layer(bar, hidden="remove")) < 128
+    assert middle(Layer(square), Layer(bar, hidden="remove")) < 128
+
+
+def test_points_on_the_device_are_hidden_behind_a_mesh() -> None:
+    solid = samples.icosphere(3)
+    bar = np.array([(-2.2, 0.02, -3.0), (2.2, 0.02, -3.0)])
+    camera = Camera.look_at((0, 0, 6), (0, 0, 0))
+    with PointBuffer(bar) as points:
+        line = Layer(points, edges=[(0, 1)], hidden="remove", line_width=3.0)
+        picture = gx.render_array([Layer(solid, hidden="remove", color="none"), line], camera=camera, size=(100, 100))
+    row = picture[48:52, :, 0].min(axis=0) < 128
+    radius = 50 * np.tan(np.arcsin(1.0 / 6.0)) / np.tan(np.radians(15.0))
+    assert not row[int(51 - radius) + 1 : int(49 + radius) - 1].any()
+    assert row[int(50 - radius) - 3]
+    assert row[int(50 + radius) + 3]
+
+
+def test_a_face_across_the_eyes_plane_hides_what_is_under_it() -> None:
+    floor = Mesh([(-50, -1, 50), (50, -1, 50), (50, -1, -50), (-50, -1, -50)], [(0, 1, 2, 3)])
+    camera = Camera.look_at((0, 0, 0), (0, 0, -1), fov_y=60.0, near=0.01, far=1000.0)
+    for height, is_seen in ((-2.0, False), (-0.5, True)):
+        rod = Mesh([(-3, height, -8), (3, height, -8)], [(0, 1)])
+        layers = [Layer(floor, hidden="remove", color="none"), Layer(rod, hidden="remove", line_width=3.0)]
+        picture = gx.render_array(layers, camera=camera, size=(100, 100))
+        assert (picture[..., 0] < 128).any() == is_seen

@@ -1,0 +1,183 @@
+"""Lines in many colours: whose colour each line has, and how two blend along an edge."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform import Camera, Mesh, samples
+from gpu_xform.colormaps import mapped
+from gpu_xform.edge_sets import feature_edges
+
+CUBE = samples.cube()
+SIZE = (260, 200)
+CAMERA = Camera.look_at((4.1, 2.8, 6.2), (0.1, 0, 0))
+RNG = np.random.default_rng(5)
+EDGE_ROWS = RNG.uniform(0, 1, (12, 3))
+
+
+def in_pixels(positions: Any, camera: Camera = CAMERA, size: tuple[int, int] = SIZE) -> tuple[Any, Any]:
+    """Return where points (n, 3) are in the picture, and their w."""
+    clip = np.column_stack([positions, np.ones(len(positions))]) @ camera.clip_from_world(size[0] / size[1]).T
+    return (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * size, clip[:, 3]
+
+
+def at(picture: Any, place: Any) -> Any:
+    x, y = np.floor(place).astype(int)
+    return picture[y, x]
+
+
+def assert_rows(picture: Any, edges: Any, rows: Any) -> None:
+    """Hold what is drawn along each edge, somewhere that no other crosses it, against its own colour."""
+    ends, _ = in_pixels(CUBE.positions)
+    for (a, b), row in zip(edges, rows, strict=True):
+        seen = np.array([at(picture, ends[a] + part * (ends[b] - ends[a])) for part in (0.23, 0.37, 0.59, 0.8)])
+        off = np.abs(seen[:, :3] / 255 - row[:3]).max(axis=1)
+        assert (off <= 1.01 / 255).sum() >= 2
+
+
+def test_each_edge_has_the_colour_in_its_row() -> None:
+    style: dict[str, Any] = {"camera": CAMERA, "size": SIZE, "line_width": 5.0}
+    assert_rows(gx.render_array(CUBE, edge_colors=EDGE_ROWS, **style), CUBE.edges, EDGE_ROWS)
+    own = CUBE.edges[[7, 2, 10]][:, ::-1]
+    assert_rows(gx.render_array(CUBE, edges=own, edge_colors=EDGE_ROWS[:3], **style), own, EDGE_ROWS[:3])
+
+
+def test_edges_by_name_keep_the_colours_of_their_own_rows() -> None:
+    # Two faces in one plane: the edge between them is no crease, and the rows after it must not move up.
+    roof = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)], [(0, 1, 2, 3), (1, 4, 5, 2)])
+    rows = RNG.uniform(0, 1, (7, 4))
+    rows[:, 3] = 1.0
+    camera = Camera.window((-0.3, 2.3), (-0.3, 1.3))
+    chosen = feature_edges(roof)
+    assert len(chosen) == 6
+    style: dict[str, Any] = {"camera": camera, "size": SIZE, "line_width": 4.0, "edge_colors": rows}
+    ends, _ = in_pixels(roof.positions, camera)
+    row_of = {tuple(edge): row for edge, row in zip(roof.edges.tolist(), rows, strict=True)}
+    for edges in ("feature", "boundary", "silhouette", ["silhouette", "feature"], None, "all"):
+        shown = gx.render_array(roof, edges=edges, **style)
+        for (a, b), row in row_of.items():
+            seen = at(shown, ends[a] + 0.37 * (ends[b] - ends[a])) / 255
+            is_drawn = edges in (None, "all") or [a, b] in chosen.tolist()
+            assert np.abs(seen - (row if is_drawn else 1.0)).max() <= 1.01 / 255
+
+
+def test_the_silhouette_of_a_solid_keeps_its_rows() -> None:
+    shown = gx.render_array(
+        CUBE, edges="silhouette", edge_colors=EDGE_ROWS, camera=CAMERA, size=SIZE, line_width=5.0, background="white"
+    )
+    ends, _ = in_pixels(CUBE.positions)
+    n_drawn = 0
+    for (a, b), row in zip(CUBE.edges, EDGE_ROWS, strict=True):
+        seen = at(shown, ends[a] + 0.37 * (ends[b] - ends[a])) / 255
+        if (seen < 1.0).any():
+            n_drawn += 1
+            assert np.abs(seen[:3] - row).max() <= 1.01 / 255
+    assert n_drawn == 6
+
+
+@pytest.mark.parametrize("antialias", [True, False])
+@pytest.mark.parametrize("orthographic", [True, False])
+def test_colours_of_points_blend_along_the_edge_in_space(antialias: bool, orthographic: bool) -> None:
+    near_and_far = Mesh([(-0.4, -0.3, 3.0), (0.9, 0.5, -9.0), (-0.4, 0.35, 3.0)], [(0, 1), (2, 1)])
+    camera = Camera.look_at((0.1, 0.0, 5.0), (0.1, 0.1, 0.0), fov_y=40.0, orthographic=orthographic)
+    colors = np.array([(1.0, 0.0, 0.2), (0.0, 1.0, 0.4), (0.3, 0.1, 0.9)])
+    shown = gx.render_array(
+        near_and_far, vertex_colors=colors, camera=camera, size=SIZE, line_width=3.0, antialias=antialias
+    )
+    ends, w = in_pixels(near_and_far.positions, camera)
+    n_seen = 0
+    for a, b in near_and_far.edges:
+        length = np.linalg.norm(ends[b] - ends[a])
+        for t in np.linspace(0.05, 0.9, 25):
+            along = (t / w[b]) / ((1 - t) / w[a] + t / w[b])
+            expected = (1 - along) * colors[a] + along * colors[b]
+            nearby = t + np.array([-1.0, 1.0]) / length  # the pixel's middle lies up to a pixel off
+            slack = np.ptp((nearby / w[b]) / ((1 - nearby) / w[a] + nearby / w[b]))
+            seen = at(shown, ends[a] + t * (ends[b] - ends[a]))[:3] / 255
+            is_beside = not antialias and (seen == 1.0).all()
+            assert is_beside or np.abs(seen - expected).max() <= slack + 1.5 / 255
+            n_seen += not is_beside
+    assert n_seen >= 35
+
+
+def test_scalars_are_the_colours_of_their_map() -> None:
+    heights = CUBE.positions @ [0.3, 1.0, -0.2]
+    style: dict[str, Any] = {"camera": CAMERA, "size": SIZE, "line_width": 4.0}
+    for clim in (None, (-0.5, 2.0)):
+        colors = mapped(heights, "magma", clim, 8)
+        expected = gx.render_array(CUBE, vertex_colors=colors, **style)
+        assert gx.render_array(CUBE, scalars=heights, cmap="magma", clim=clim, **style).tobytes() == expected.tobytes()
+    ends, _ = in_pixels(CUBE.positions)
+    for place, color in zip(ends, colors, strict=True):
+        # Three edges meet there, in nearly the colour of the corner.
+        assert np.abs(at(expected, place) / 255 - color).max() < 0.1
+
+
+def test_face_colors_take_the_place_of_the_cycle() -> None:
+    rows = RNG.uniform(0, 1, (6, 3))
+    style: dict[str, Any] = {"camera": CAMERA, "size": SIZE, "line_width": 5.0}
+    shown = gx.render_array(CUBE, face_colors=rows, **style)
+    last = dict(zip(map(frozenset, CUBE.face_edges.tolist()), CUBE.face_edge_faces.tolist(), strict=True))
+    assert_rows(shown, [tuple(edge) for edge in last], rows[list(last.values())])
+
+
+@pytest.mark.parametrize("line_width", [2.0, 12.0])
+def test_opacities_multiply(line_width: float) -> None:
+    line = Mesh([(-1, 0, 0), (1, 0, 0)], [(0, 1)])
+    style: dict[str, Any] = {"camera": Camera.window((-1, 1), (-1, 1)), "size": (40, 40), "line_width": line_width}
+    for colors in (
+        {"color": "#ff000080"},
+        {"edge_colors": [(1, 0, 0, 0.502)]},
+        {"vertex_colors": [(1, 0, 0, 0.502)] * 2},
+    ):
+        shown = gx.render_array(line, alpha=0.5, **colors, **style)
+        assert np.abs(shown[20, 20] / 255 - [1, 0.749, 0.749, 1]).max() <= 1.5 / 255
+        clear = gx.render_array(line, alpha=0.5, background=None, **colors, **style)
+        assert np.abs(clear[20, 20] / 255 - [1, 0, 0, 0.251]).max() <= 2 / 255
+
+
+@pytest.mark.parametrize(
+    "style",
+    [{"color": "none"}, {"alpha": 0.0}, {"color": "none", "line_width": 12.0}, {"color": "none", "antialias": False}],
+)
+def test_what_is_transparent_leaves_no_trace(style: dict[str, Any]) -> None:
+    shown = gx.render_array(CUBE, background=None, size=(60, 50), **style)
+    assert not shown.any()
+
+
+@pytest.mark.parametrize("alpha", [0.5, 0.1, 0.02])
+@pytest.mark.parametrize("n", [2, 7, 40])
+def test_lines_over_one_another_let_through_the_product(n: int, alpha: float) -> None:
+    edges = np.tile([(0, 1)], (n, 1))
+    line = Mesh([(-1, 0, 0), (1, 0, 0)])
+    shown = gx.render_array(
+        line, edges=edges, alpha=alpha, camera=Camera.window((-1, 1), (-1, 1)), size=(40, 40), line_width=4.0
+    )
+    assert abs(shown[20, 20, 0] / 255 - (1 - alpha) ** n) <= 1 / 255
+
+
+@pytest.mark.parametrize("alpha", [1.0, 0.6])
+def test_any_number_of_lines_stays_opaque(alpha: float) -> None:
+    # Ink is counted in 32 bits, of which one opaque line takes 14.
+    n = 300_000
+    shown = gx.render_array(
+        Mesh([(0, 0, 0), (0.05, 0, 0)]),
+        edges=np.tile([(0, 1)], (n, 1)),
+        alpha=alpha,
+        camera=Camera.window((-1, 1), (-1, 1)),
+        size=(8, 8),
+        line_width=3.0,
+    )
+    assert (shown[3:5, 3:5, 0] == 0).all()
+
+
+@pytest.mark.parametrize("style", [{}, {"hidden": "fade"}, {"antialias": False}, {"line_width": 8.0}])
+def test_the_order_of_edges_of_one_colour_does_not_matter(style: dict[str, Any]) -> None:
+    mesh = samples.snub_dodecahedron()
+    options: dict[str, Any] = {"camera": Camera.fit(mesh), "size": (120, 100), "color": "#2040a080", **style}
+    shown = gx.render_array(mesh, edges=mesh.edges, **options)
+    for seed in range(2):
+        shuffled = np.random.default_rng(seed).permutation(mesh.edges)
+        assert gx.render_array(mesh, edges=shuffled, **options).tobytes() == shown.tobytes()

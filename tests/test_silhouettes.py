@@ -1,0 +1,117 @@
+"""Silhouettes, held against which faces look at the eye in double precision."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from solids import star_prism
+
+import gpu_xform as gx
+from gpu_xform import Camera, Layer, Mesh, matrices, samples
+from gpu_xform.edge_sets import edge_faces, face_normals, feature_edges, pair_keys, resolve_edges
+
+Array = npt.NDArray[Any]
+SIZE = (150, 120)
+EYE = np.array([2.9, 2.1, 4.3])
+
+
+def turned(mesh: Mesh, *faces: int) -> Mesh:
+    """Wind some faces the other way round."""
+    return Mesh(mesh.positions, [face[::-1] if i in faces else face for i, face in enumerate(mesh.faces)])
+
+
+def opened(mesh: Mesh, *faces: int) -> Mesh:
+    return Mesh(mesh.positions, [face for i, face in enumerate(mesh.faces) if i not in faces])
+
+
+MESHES = {
+    "cube": samples.cube(),
+    "snub dodecahedron": samples.snub_dodecahedron(),
+    "icosphere": samples.icosphere(2),
+    "torus": samples.torus(13, 9),
+    "star": star_prism(),
+    "open": opened(samples.icosphere(1), 3, 4, 50),
+    "wound anyhow": turned(samples.icosphere(1), 0, 1, 2, 7, 30, 31, 55, 79),
+    "unwelded": Mesh(
+        samples.icosphere(1).positions[samples.icosphere(1).indices],
+        np.arange(len(samples.icosphere(1).indices)).reshape(-1, 3),
+    ),
+}
+CAMERAS = {
+    "perspective": (Camera.look_at(EYE, (0, 0, 0)), np.append(EYE, 1.0)),
+    "parallel": (Camera.look_at(EYE, (0, 0, 0), orthographic=True), np.append(EYE, 0.0)),
+    "window": (Camera.window((-1.3, 1.3), (-1.3, 1.3)), np.array([0.0, 0, 1, 0])),
+}
+TRANSFORMS = {
+    "as it is": np.eye(4),
+    "stretched": matrices.chain(matrices.rotate((1, 2, 3), 0.5), matrices.scale(1.0, 0.6, 1.3)),
+    "mirrored": matrices.chain(matrices.rotate((2, -1, 1), 0.8), matrices.reflect((1, 0.2, 0.1))),
+}
+
+
+def seen_edge_on(mesh: Mesh, eye: Array) -> Array:
+    """Return the edges between a face that looks at the eye (4,) and one that looks away, and the rims: (m, 2)."""
+    found = edge_faces(mesh)
+    normals = face_normals(mesh)
+    corner = mesh.positions[mesh.indices[mesh.offsets[:-1]]]
+    looks = normals @ eye[:3] - eye[3] * np.einsum("ij,ij->i", normals, corner) > 0.0
+    one, other = looks[found.faces].T
+    between_two = found.n_faces == 2
+    chosen: Array = found.edges[~between_two | ((one != other) ^ found.turned)]
+    return chosen
+
+
+@pytest.mark.parametrize("transform", TRANSFORMS)
+@pytest.mark.parametrize("view", CAMERAS)
+@pytest.mark.parametrize("name", MESHES)
+def test_the_edges_between_faces_towards_and_away_are_drawn_and_no_others(name: str, view: str, transform: str) -> None:
+    mesh, (camera, eye), matrix = MESHES[name], CAMERAS[view], TRANSFORMS[transform]
+    options: dict[str, Any] = {"camera": camera, "transform": matrix, "size": SIZE}
+    expected = seen_edge_on(mesh, np.linalg.inv(matrix) @ eye)
+    assert 3 < len(expected) < len(mesh.edges)
+    shown = gx.render_array(mesh, edges="silhouette", **options)
+    assert shown.tobytes() == gx.render_array(mesh, edges=expected, **options).tobytes()
+
+
+@pytest.mark.parametrize("other", ["feature", "boundary", "all"])
+@pytest.mark.parametrize("name", ["cube", "star", "open", "wound anyhow"])
+def test_edges_that_are_chosen_twice_are_drawn_once(name: str, other: str) -> None:
+    mesh = MESHES[name]
+    camera, eye = CAMERAS["perspective"]
+    options: dict[str, Any] = {"camera": camera, "size": SIZE, "alpha": 0.5, "feature_angle": 20.0}
+    drawn = resolve_edges(mesh, other, 20.0)
+    also = seen_edge_on(mesh, eye)
+    also = also[~np.isin(pair_keys(*also.T), pair_keys(*drawn.T))]
+    shown = gx.render_array(mesh, edges=["silhouette", other], **options)
+    layers = [Layer(mesh, edges=part, alpha=0.5) for part in (drawn, also) if len(part)]
+    apart = gx.render_array(layers, camera=camera, size=SIZE)
+    assert np.abs(shown.astype(int) - apart).max() <= 1
+    if len(feature_edges(mesh, 20.0)) and other == "feature":
+        twice = gx.render_array(
+            [Layer(mesh, edges=part, alpha=0.5) for part in (drawn, "silhouette")], camera=camera, size=SIZE
+        )
+        assert np.abs(shown.astype(int) - twice).max() > 30
+
+
+def test_each_instance_has_its_own_silhouette() -> None:
+    mesh = samples.icosphere(2)
+    places = np.stack(
+        [matrices.chain(matrices.rotate((1, 2, 3), i), matrices.translate(2.2 * i - 3.3, 0, 0)) for i in range(4)]
+    )
+    camera = Camera.look_at((1.0, 2.0, 12.0), (0, 0, 0))
+    shown = gx.render_array(mesh, edges="silhouette", transform=places, camera=camera, size=(300, 100))
+    eyes = [np.linalg.inv(place) @ [1.0, 2.0, 12.0, 1.0] for place in places]
+    layers = [
+        Layer(mesh, edges=seen_edge_on(mesh, eye), transform=place) for eye, place in zip(eyes, places, strict=True)
+    ]
+    assert np.abs(shown.astype(int) - gx.render_array(layers, camera=camera, size=(300, 100))).max() <= 1
+
+
+def test_a_solid_has_no_silhouette_left_where_all_faces_look_away_or_none() -> None:
+    flat = Mesh(
+        [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (0, 0, 0)], [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
+    )
+    camera = CAMERAS["perspective"][0]
+    rim = gx.render_array(flat, edges="boundary", camera=camera, size=SIZE)
+    assert gx.render_array(flat, edges="silhouette", camera=camera, size=SIZE).tobytes() == rim.tobytes()
