@@ -1,6 +1,7 @@
 """The lecture's homework: a house turns about its own axis, and a ball rolls by in front of it without slipping.
 
 The eye is at (0, 0, 100), the picture lies in the xy-plane, and all that moves is placed by composed matrices alone.
+The MP4 needs `pip install 'gpu_xform[video]'`.
 """
 
 from pathlib import Path
