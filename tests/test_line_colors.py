@@ -63,18 +63,19 @@ def test_edges_by_name_keep_the_colours_of_their_own_rows() -> None:
             assert np.abs(seen - (row if is_drawn else 1.0)).max() <= 1.01 / 255
 
 
-def test_the_silhouette_of_a_solid_keeps_its_rows() -> None:
-    shown = gx.render_array(
-        CUBE, edges="silhouette", edge_colors=EDGE_ROWS, camera=CAMERA, size=SIZE, line_width=5.0, background="white"
-    )
+@pytest.mark.parametrize("edges", ["silhouette", ["silhouette", "boundary"]], ids=["alone", "beside others"])
+def test_the_silhouette_keeps_the_colours_of_its_own_rows(edges: Any) -> None:
+    box = Mesh(CUBE.positions, CUBE.faces[1:])  # without a lid, whose rim is drawn in any view
+    assert (box.edges == CUBE.edges).all()
+    shown = gx.render_array(box, edges=edges, edge_colors=EDGE_ROWS, camera=CAMERA, size=SIZE, line_width=5.0)
     ends, _ = in_pixels(CUBE.positions)
     n_drawn = 0
-    for (a, b), row in zip(CUBE.edges, EDGE_ROWS, strict=True):
+    for (a, b), row in zip(box.edges, EDGE_ROWS, strict=True):
         seen = at(shown, ends[a] + 0.37 * (ends[b] - ends[a])) / 255
         if (seen < 1.0).any():
             n_drawn += 1
             assert np.abs(seen[:3] - row).max() <= 1.01 / 255
-    assert n_drawn == 6
+    assert 6 < n_drawn < 12
 
 
 @pytest.mark.parametrize("antialias", [True, False])
@@ -158,14 +159,13 @@ def test_lines_over_one_another_let_through_the_product(n: int, alpha: float) ->
     assert abs(shown[20, 20, 0] / 255 - (1 - alpha) ** n) <= 1 / 255
 
 
-@pytest.mark.parametrize("alpha", [1.0, 0.6])
-def test_any_number_of_lines_stays_opaque(alpha: float) -> None:
-    # Ink is counted in 32 bits, of which one opaque line takes 14.
-    n = 300_000
+@pytest.mark.parametrize("n", [200_000, 268_034])
+def test_any_number_of_lines_stays_opaque(n: int) -> None:
+    # Ink is counted in 32 bits, and an opaque line lays 16,024: left alone, the larger number would come round to few.
+    assert n == 200_000 or n * 16_024 % 2**32 < 10_000
     shown = gx.render_array(
         Mesh([(0, 0, 0), (0.05, 0, 0)]),
         edges=np.tile([(0, 1)], (n, 1)),
-        alpha=alpha,
         camera=Camera.window((-1, 1), (-1, 1)),
         size=(8, 8),
         line_width=3.0,
