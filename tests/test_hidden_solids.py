@@ -9,6 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.edge_sets import edge_faces, face_normals
+from gpu_xform.gpu.device import Device
 
 Array = npt.NDArray[Any]
 SIZE = (400, 320)
@@ -130,3 +131,18 @@ def test_a_face_across_the_eyes_plane_hides_what_is_under_it() -> None:
         layers = [Layer(floor, hidden="remove", color="none"), Layer(rod, hidden="remove", line_width=3.0)]
         picture = gx.render_array(layers, camera=camera, size=(100, 100))
         assert (picture[..., 0] < 128).any() == is_seen
+
+
+def test_any_number_of_large_faces_hides(limited: Any) -> None:
+    # Drivers stop a loop after so and so many rounds, without a word: here lavapipe, after 65,535.
+    n = 64 * 12
+    depths = 20.0 * np.arange(n) / n
+    corners = np.array([(-2, -2), (2, -2), (0, 3)])
+    points = np.concatenate([np.column_stack([corners, np.full(3, z)]) for z in depths])
+    sheets = Layer(Mesh(points, np.arange(3 * n).reshape(-1, 3)), hidden="remove", color="none")
+    bar = Layer(
+        Mesh([(-1, 0.01, 20.0 - 30.0 / n), (1, 0.01, 20.0 - 30.0 / n)], [(0, 1)]), hidden="remove", line_width=3.0
+    )
+    device: Device = limited(max_workgroup_size=1)
+    picture = gx.render_array([sheets, bar], camera=Camera.window((-1, 1), (-0.8, 0.8)), size=(500, 400), device=device)
+    assert (picture[..., 0] == 255).all()

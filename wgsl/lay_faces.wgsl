@@ -1,9 +1,28 @@
 // Depths of small triangles, one an invocation; large ones are left to `lay_large_faces`.
 #import triangle
 
-@group(0) @binding(7) var<storage, read_write> large: array<atomic<u32>>; // how many, and which
+@group(0) @binding(7) var<storage, read_write> large: array<atomic<u32>>; // workgroups (x, y, z), how many, and which
 
 const LARGE = 256; // pixels of the box around
+const LEAST_GROUPS = 64u; // side by side, where there are as many triangles
+const MOST_GROUPS = 65535u; // that WebGPU lets a dispatch have
+const MOST_ROUNDS = 32768u; // of an invocation: lavapipe stops loops after twice as many, without a word
+
+// How many workgroups take `n` large triangles, each of which may be as large as the tile.
+fn groups_of(n: u32) -> u32 {
+    let extent = vec2<u32>(tile.depth_extent);
+    let rounds = ((extent.y + LARGE_ROWS - 1u) / LARGE_ROWS) * (extent.x / workgroup_size + 2u) + 1u;
+    let together = max(MOST_ROUNDS / rounds, 1u);
+    return min(max(min(n, LEAST_GROUPS), (n + together - 1u) / together), MOST_GROUPS);
+}
+
+fn leave(index: u32) {
+    let place = atomicAdd(&large[3], 1u);
+    atomicStore(&large[4u + place], index);
+    atomicMax(&large[0], groups_of(place + 1u));
+    atomicStore(&large[1], LARGE_ROWS);
+    atomicStore(&large[2], 1u);
+}
 
 fn lay(index: u32) {
     let face = triangle(index);
@@ -12,7 +31,7 @@ fn lay(index: u32) {
     }
     let extent = face.high - face.low + 1;
     if extent.x * extent.y > LARGE {
-        atomicStore(&large[atomicAdd(&large[0], 1u) + 1u], index);
+        leave(index);
         return;
     }
     for (var y = face.low.y; y <= face.high.y; y++) {

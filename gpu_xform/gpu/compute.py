@@ -46,13 +46,19 @@ def dispatch(
     encoder: wgpu.GPUCommandEncoder,
     pipeline: wgpu.GPUComputePipeline,
     bindings: wgpu.GPUBindGroup,
-    *n_workgroups: int,
+    *n_workgroups: int | Buffer,
     timestamps: wgpu.GPUQuerySet | None = None,
 ) -> None:
-    """Record one compute pass; its begin and end go into queries 0 and 1 of `timestamps`."""
+    """Record one compute pass; its begin and end go into queries 0 and 1 of `timestamps`.
+
+    n_workgroups : up to three numbers, or the one buffer that begins with three
+    """
     writes = {"query_set": timestamps, "beginning_of_pass_write_index": 0, "end_of_pass_write_index": 1}
     compute = encoder.begin_compute_pass(timestamp_writes=writes if timestamps else None)
     compute.set_pipeline(pipeline)
     compute.set_bind_group(0, bindings)
-    compute.dispatch_workgroups(*n_workgroups)
+    if isinstance(n_workgroups[0], Buffer):
+        compute.dispatch_workgroups_indirect(n_workgroups[0].handle, 0)
+    else:
+        compute.dispatch_workgroups(*n_workgroups)
     compute.end()

@@ -8,7 +8,7 @@ import numpy.typing as npt
 import wgpu
 
 from . import layouts, uniforms
-from .buffers import Buffer
+from .buffers import STORAGE, Buffer
 from .compute import Binding, bind, dispatch
 from .device import Device
 from .frame import Projected, binding_bytes
@@ -18,7 +18,7 @@ from .targets import Target
 TRIANGLE_BYTES = 12
 PLACE_BYTES = 4
 GROUP = 64  # triangles whose bindings begin where any adapter lets them
-LARGE_GRID = (64, 16)  # workgroups, over triangles and over a triangle's rows
+LARGE_HEAD = 16  # bytes: three numbers of workgroups, and how many triangles they take
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class FacePass:
         self._marks: Buffer = pool.get("face marks", 4 * n_depths if self._palette else 4)
         self._no_places = pool.get("no places", PLACE_BYTES)
         most = max((batch.n_triangles * batch.shape.n_instances for batch in self._batches), default=0)
-        self._large = pool.get("large triangles", 4 * (1 + most))
+        self._large = pool.get("large triangles", LARGE_HEAD + 4 * most, STORAGE | wgpu.BufferUsage.INDIRECT)
         self._structs = uniforms.upload(device, "faces", [batch.struct() for batch in self._batches])
 
     @property
@@ -99,10 +99,10 @@ class FacePass:
                 batch.color_places or self._no_places,
                 self._large,
             )
-            encoder.clear_buffer(self._large.handle, 0, 4)
+            encoder.clear_buffer(self._large.handle, 0, LARGE_HEAD)
             grid = n_workgroups(self._device, batch.n_triangles), batch.shape.n_instances
             dispatch(encoder, small_ones, bind(self._device, small_ones, buffers), *grid)
-            dispatch(encoder, large_ones, bind(self._device, large_ones, buffers), *LARGE_GRID)
+            dispatch(encoder, large_ones, bind(self._device, large_ones, buffers), self._large)
 
     def marks(self) -> npt.NDArray[np.uint32]:
         """Return the marks that were laid: the places of the nearest colours, counted from 1."""

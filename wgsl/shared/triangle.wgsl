@@ -18,6 +18,7 @@ struct Faces {
 override painting: bool; // the second time round, when all depths are known
 override workgroup_size: u32;
 
+const LARGE_ROWS = 16u; // of a large triangle that are gone through side by side
 const RIM = 0.01; // pixels by which a triangle is larger, so that none falls between two
 const NEARLY = 1.0 + 1e-6; // two pipelines may round differently
 const BIAS = 0.25; // of a pixel's width along the view: for other faces about a corner
