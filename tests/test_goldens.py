@@ -11,7 +11,7 @@ from goldens import FOLDER, MOST_PIXELS, Goldens, Pixels, driver_of
 from PIL import Image
 
 import gpu_xform as gx
-from gpu_xform import Camera, Mesh, samples
+from gpu_xform import Camera, Layer, Mesh, samples
 from gpu_xform.gpu.device import Device
 
 SIZE = (240, 180)
@@ -41,18 +41,52 @@ PICTURES: dict[str, tuple[Mesh, dict[str, Any]]] = {
 }
 
 
+BLOCKS = np.stack([gx.chain(gx.rotate_y(0.3 * i), gx.scale(0.6), gx.translate(1.7 * i - 2.6, 0, -i)) for i in range(4)])
+
+STYLED: dict[str, tuple[Any, dict[str, Any]]] = {
+    "house_with_dashes": (
+        samples.house(),
+        {
+            "camera": Camera.look_at((2.7, 2.0, 5.0), (0.0, -0.08, 0.0), fov_y=40.0),
+            "color": "#208040",
+            "hidden": "dash",
+            "line_width": 2.0,
+        },
+    ),
+    "snub_dodecahedron_filled": (samples.snub_dodecahedron(), {"fill": "face", "depth_cue": 0.8}),
+    "instances_that_fade": (
+        [
+            Layer(samples.cube(), transform=BLOCKS, hidden="fade", color="#204080"),
+            Layer(
+                samples.icosphere(2),
+                transform=gx.translate(0, 1.2, -1.5),
+                hidden="fade",
+                color="#c04020",
+                line_width=1.0,
+            ),
+        ],
+        {"camera": Camera.look_at((1.5, 3.0, 9.5), (-0.2, 0.3, -1.5))},
+    ),
+    "scalars_with_dots": (
+        samples.torus(24, 12),
+        {"scalars": samples.torus(24, 12).positions @ [0.2, 1.0, 0.4], "point_size": 5.0, "hidden": "remove"},
+    ),
+}
+ALL: dict[str, tuple[Any, dict[str, Any]]] = {**PICTURES, **STYLED}
+
+
 def drawn(name: str, mesh: Mesh | None = None) -> Pixels:
-    own, style = PICTURES[name]
+    own, style = ALL[name]
     return gx.render_array(mesh or own, size=SIZE, **style)
 
 
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("name", ALL)
 def test_the_picture_is_the_golden_one(name: str, assert_golden: Callable[[Pixels, str], None]) -> None:
     assert_golden(drawn(name), name)
 
 
 def test_every_golden_is_still_drawn() -> None:
-    assert {path.stem for path in FOLDER.glob("*.png")} == set(PICTURES)
+    assert {path.stem for path in FOLDER.glob("*.png")} == set(ALL)
 
 
 HOME, ELSEWHERE = "llvmpipe, Mesa 22", "llvmpipe, Mesa 25"
@@ -83,7 +117,7 @@ CHANGES: dict[str, Callable[[Pixels], Pixels]] = {
 
 
 @pytest.mark.parametrize("change", CHANGES)
-@pytest.mark.parametrize("name", PICTURES)
+@pytest.mark.parametrize("name", ALL)
 def test_a_changed_picture_fails(name: str, change: str, goldens: Goldens) -> None:
     picture = drawn(name)
     keep(goldens, picture)
