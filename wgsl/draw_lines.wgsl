@@ -45,14 +45,14 @@ fn fs_main(in: Corner) -> @location(0) vec4<f32> {
     let line = Segment(in.ends.xy, in.ends.zw, in.depth_and_w.xy, in.depth_and_w.zw, in.part, true);
     let half_width = 0.5 * style.line_width;
     let way = walk(line);
-    let middle = select(pixel, pixel.yx, way.is_steep) - way.start;
-    let coverage = capsule_coverage(way, half_width, rim_lean(way, half_width), middle);
-    if coverage <= 0.0 {
+    let step = vec2<i32>(floor(select(pixel, pixel.yx, way.is_steep)));
+    let covered = coverage(strips_at(way, half_width, rim_lean(way, half_width), step.x), step.y);
+    if covered <= 0.0 {
         discard;
     }
     let span = line.q - line.p;
     let t = select(0.0, clamp(dot(pixel - line.p, span) / dot(span, span), 0.0, 1.0), dot(span, span) > 0.0);
     let color = color_at(in.index, line, t);
-    let alpha = color.a * coverage * strength_at(line, t);
+    let alpha = color.a * covered * strength_at(line, t);
     return vec4(color.rgb * alpha, alpha); // premultiplied, as the blending expects
 }

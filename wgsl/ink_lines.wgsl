@@ -1,7 +1,6 @@
 // Narrow anti-aliased lines of one colour, an edge an invocation. Where lines of one colour overlap, their order does not
 // matter: what shines through all is the product of what shines through each, so logarithms are summed.
 #import coverage
-#import across
 #import strength
 #import ink
 
@@ -26,21 +25,18 @@ fn lay(index: u32, instance: u32) {
     let bounds = bounds_in_tile(way);
     let first = max(i32(floor(way.start.x - half_width)), bounds.x);
     let last = min(i32(floor(way.start.x + way.run + half_width)), bounds.y);
-    let reach = half_width * sqrt(1.0 + way.slope * way.slope) + 0.5 * abs(way.slope);
     for (var x = first; x <= last; x++) {
-        let t = part_at(way, x);
-        let strength = style.color.a * strength_at(line, t);
+        let strength = style.color.a * strength_at(line, part_at(way, x));
         if strength <= 0.0 {
             continue;
         }
-        let along = f32(x) + 0.5 - way.start.x;
-        let axis = way.start.y + way.slope * clamp(along, 0.0, way.run);
-        let lowest = max(i32(floor(axis - reach)), bounds.z);
-        let highest = min(i32(floor(axis + reach)), bounds.w);
-        for (var y = lowest; y <= highest; y++) {
-            let coverage = capsule_coverage(way, half_width, lean, vec2(along, f32(y) + 0.5 - way.start.y));
-            if coverage > 0.0 {
-                lay_ink(tile_index(pixel_at(way, x, y)), ink_of(coverage * strength));
+        let strips = strips_at(way, half_width, lean, x);
+        let rows = rows_of(strips);
+        let highest = min(rows.y, bounds.w);
+        for (var y = max(rows.x, bounds.z); y <= highest; y++) {
+            let alpha = strength * coverage(strips, y);
+            if alpha > 0.0 {
+                lay_ink(tile_index(pixel_at(way, x, y)), ink_of(alpha));
             }
         }
     }

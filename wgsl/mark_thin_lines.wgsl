@@ -24,7 +24,7 @@ fn mark_pixels(index: u32, instance: u32) {
             continue;
         }
         let place = tile_index(pixel_at(way, x, y));
-        if is_plain && style.hidden == SHOWN {
+        if is_plain && hidden == SHOWN {
             atomicStore(&marks[place], 1u);
         } else if strength_at(line, part_at(way, x)) >= 0.5 / 255.0 {
             atomicMax(&marks[place], mark);

@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from .device import Device
 from .face_pass import FacePass
 from .frame import View, in_bindings, project
 from .layouts import PIECE
-from .line_pass import Batch, batches, style_struct
+from .line_batches import Batch, batches, strength_constants, style_struct
 from .picture import tile_struct
 from .plans import n_workgroups, workgroup_size
 from .shapes import Lines, Shape
@@ -53,7 +53,7 @@ def cut(
         projected = project(device, [part for shape in shapes for part in in_bindings(device, shape)])
         faces = FacePass(device, projected, math.prod(whole.depth_extent), colors)
         drawn = batches(device, projected)
-        structs = [style_struct(batch, nothing_hides=faces.is_empty) for batch in drawn]
+        structs = [style_struct(batch) for batch in drawn]
         (tile,) = uniforms.upload(device, "tile", [tile_struct(whole, view)])
         styles = uniforms.upload(device, "styles", structs)
         with device.recording(tile.buffer, *faces.buffers) as encoder:
@@ -61,7 +61,8 @@ def cut(
         results = []
         for batch, style in zip(drawn, styles, strict=True):
             buffers = (tile, style, batch.shape.positions, batch.edges, faces.depths)
-            pieces = _pieces(device, batch, buffers, longest(batch.lines))
+            constants = strength_constants(batch, nothing_hides=faces.is_empty) | {"longest": longest(batch.lines)}
+            pieces = _pieces(device, batch, buffers, constants)
             own = _downloaded(batch.colors) if batch.colors else np.empty(0, np.uint32)
             results.append(Cut(batch, pieces, _downloaded(batch.edges).reshape(-1, 2), own))
         seen = np.zeros(len(palette) + 1, np.bool_)
@@ -84,14 +85,14 @@ def _downloaded(part: Binding) -> npt.NDArray[np.uint32]:
 
 
 def _pieces(
-    device: Device, batch: Batch, buffers: tuple[Buffer | Binding, ...], longest: float
+    device: Device, batch: Batch, buffers: tuple[Buffer | Binding, ...], constants: Mapping[str, float]
 ) -> npt.NDArray[np.void]:
     n_edges = batch.n_edges * batch.shape.n_instances
     grid = n_workgroups(device, batch.n_edges), batch.shape.n_instances
 
     def run(writing: bool, counts: Buffer, pieces: Buffer) -> None:
         pipeline = device.pipelines.compute(
-            "cut_lines", workgroup_size=workgroup_size(device), writing=writing, longest=longest
+            "cut_lines", workgroup_size=workgroup_size(device), writing=writing, **constants
         )
         bound = (*buffers, counts, pieces)
         used = [part.buffer if isinstance(part, Binding) else part for part in bound]

@@ -38,7 +38,6 @@ def draw(
     side = min(TILE_SIDE, device.limits.max_texture_size)
     parts = list(tiles(view.size, side, _margin(shapes)))
     n_depths = max(math.prod(part.depth_extent) for part in parts)
-    n_pixels = max(math.prod(part.extent) for part in parts)
     with device.lock, contextlib.ExitStack() as stack:
         colors = None
         if len(palette):
@@ -47,7 +46,7 @@ def draw(
             colors.upload(palette)
         projected = project(device, [part for shape in shapes for part in in_bindings(device, shape)])
         faces = FacePass(device, projected, n_depths, colors)
-        lines = LinePass(device, projected, faces, n_pixels)
+        lines = LinePass(device, projected, faces, parts[0].extent)
         target = Target(device, parts[0].extent, apart=lines.needs_texture)
         stack.callback(target.release)
         for part in parts:

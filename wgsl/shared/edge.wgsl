@@ -7,15 +7,9 @@ struct Style {
     line_width: f32, // pixels
     strength: f32, // of all edges, from 0 to 1
     color_mode: u32,
-    hidden: u32, // what is done with an edge behind a face
     n_edges: u32,
     n_points: u32, // of one instance in `projected`, padding included
 }
-
-const SHOWN = 0u;
-const REMOVED = 1u;
-const DASHED = 2u;
-const FADED = 3u;
 
 const ONE_COLOR = 0u;
 const COLOR_AN_EDGE = 1u;

@@ -3,6 +3,14 @@
 
 @group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
 
+override hidden: u32; // what is done with an edge behind a face
+override is_cued: bool; // distance pales it
+
+const SHOWN = 0u;
+const REMOVED = 1u;
+const DASHED = 2u;
+const FADED = 3u;
+
 const PALE = 0.25; // what hidden edges keep of their strength where they fade
 const DASH = vec2(4.0, 3.0); // on and off, in line widths
 
@@ -19,7 +27,7 @@ fn dash_at(along: f32) -> f32 {
 
 // The strength that distance leaves at the part t of a segment, from 0 to 1.
 fn strength_in_sight(line: Segment, t: f32) -> f32 {
-    if style.cue.w <= 0.0 {
+    if !is_cued {
         return style.strength;
     }
     let depth = mix(line.depth.x, line.depth.y, t);
@@ -30,11 +38,11 @@ fn strength_in_sight(line: Segment, t: f32) -> f32 {
 // The strength at the part t of a segment, from 0 to 1, less where a face hides it.
 fn strength_at(line: Segment, t: f32) -> f32 {
     let strength = strength_in_sight(line, t);
-    if style.hidden == SHOWN || !is_hidden(mix(line.p, line.q, t), mix(line.depth.x, line.depth.y, t)) {
+    if hidden == SHOWN || !is_hidden(mix(line.p, line.q, t), mix(line.depth.x, line.depth.y, t)) {
         return strength;
     }
-    if style.hidden == DASHED {
+    if hidden == DASHED {
         return strength * dash_at(t * distance(line.p, line.q));
     }
-    return select(0.0, PALE * strength, style.hidden == FADED);
+    return select(0.0, PALE * strength, hidden == FADED);
 }

@@ -1,0 +1,87 @@
+"""Lines of projected shapes, cut into what one binding holds."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import wgpu
+
+from . import layouts
+from .buffers import Buffer
+from .compute import Binding, bind, dispatch
+from .device import Device
+from .frame import Projected, binding_bytes
+from .plans import n_workgroups, workgroup_size
+from .shapes import ColorMode, Hidden, Lines
+
+EDGE_BYTES = 8
+COLOR_BYTES = 4
+GROUP = 64  # edges whose bindings begin where any adapter lets them
+
+Bindings: TypeAlias = dict[int, Buffer | Binding]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Lines whose edges, and whose colours where each has its own, are what one binding holds."""
+
+    shape: Projected
+    lines: Lines
+    first: int
+    n_edges: int
+    edges: Binding
+    colors: Binding | None
+
+
+def batches(device: Device, shapes: Sequence[Projected]) -> list[Batch]:
+    """Return what is drawn, in order."""
+    return [batch for shape in shapes for lines in shape.shape.lines for batch in _cut(device, shape, lines)]
+
+
+def _cut(device: Device, shape: Projected, lines: Lines) -> Iterator[Batch]:
+    most = max(binding_bytes(device) // EDGE_BYTES // GROUP, 1) * GROUP
+    for start in range(0, lines.n_edges, most):
+        n_edges = min(most, lines.n_edges - start)
+        colors = None
+        if lines.colors is not None:
+            colors = Binding(lines.colors, 0, lines.colors.n_bytes)
+            if lines.color_mode is ColorMode.AN_EDGE:
+                colors = Binding(lines.colors, start * COLOR_BYTES, n_edges * COLOR_BYTES)
+        edges = Binding(lines.edges, start * EDGE_BYTES, n_edges * EDGE_BYTES)
+        yield Batch(shape, lines, start, n_edges, edges, colors)
+
+
+def style_struct(batch: Batch) -> npt.NDArray[np.void]:
+    """Return the WGSL struct of a batch."""
+    lines = batch.lines
+    struct = np.zeros((), layouts.STYLE)
+    struct["cue"] = lines.cue
+    struct["color"] = lines.color
+    struct["line_width"] = 1.0 if lines.line_width is None else lines.line_width
+    struct["strength"] = lines.strength
+    struct["color_mode"] = lines.color_mode
+    struct["n_edges"] = batch.n_edges
+    struct["n_points"] = batch.shape.stride
+    return struct
+
+
+def strength_constants(batch: Batch, *, nothing_hides: bool) -> dict[str, float]:
+    """Return what strength.wgsl is compiled for."""
+    hidden = Hidden.SHOWN if nothing_hides else batch.lines.hidden
+    return {"hidden": hidden, "is_cued": batch.lines.cue[3] > 0.0}
+
+
+def over_edges(
+    encoder: wgpu.GPUCommandEncoder,
+    stage: str,
+    batch: Batch,
+    bindings: Bindings,
+    **constants: float,
+) -> None:
+    """Record a stage that goes through the edges of a batch, an edge an invocation."""
+    device = batch.shape.positions.device
+    pipeline = device.pipelines.compute(stage, workgroup_size=workgroup_size(device), **constants)
+    grid = n_workgroups(device, batch.n_edges), batch.shape.n_instances
+    dispatch(encoder, pipeline, bind(device, pipeline, bindings), *grid)
