@@ -7,6 +7,7 @@ from .cameras import Camera
 from .colors import ColorLike, rgba
 from .gpu import picture
 from .gpu.device import Device
+from .gpu.picture import Drawn
 from .layers import Models, Style
 from .staging import Size, staged
 
@@ -48,6 +49,23 @@ def render_array(
     **style: Unpack[Style],
 ) -> images.Pixels:
     """Draw as `render` does; return (height, width, 4) uint8, straight alpha, row 0 at the top."""
+    return begun(models, camera=camera, size=size, background=background, device=device, **style).pixels()
+
+
+def begun(
+    models: Models,
+    *,
+    camera: Camera | None = None,
+    size: Size = (1024, 1024),
+    background: ColorLike | None = "white",
+    device: Device | None = None,
+    after: Drawn | None = None,
+    **style: Unpack[Style],
+) -> Drawn:
+    """Begin to draw as `render` does; return what gives the pixels as `render_array` does, once they are there.
+
+    after : a picture that was begun before, and can be read while this one is drawn
+    """
     backdrop = (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
     with staged(models, camera, size, device, style) as stage:
-        return picture.draw(stage.device, stage.shaped.shapes, stage.shaped.palette, stage.view, backdrop)
+        return picture.draw(stage.device, stage.shaped.shapes, stage.shaped.palette, stage.view, backdrop, after)

@@ -132,8 +132,8 @@ def test_a_wrong_transform_is_noticed(
 def test_a_wrong_picture_is_noticed(
     mutant: Callable[[npt.NDArray[np.uint8]], npt.NDArray[np.uint8]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    draw = picture.draw
-    monkeypatch.setattr(picture, "draw", lambda *a, **k: mutant(draw(*a, **k)))
+    pixels = picture.Drawn.pixels
+    monkeypatch.setattr(picture.Drawn, "pixels", lambda drawn: mutant(pixels(drawn)))
     assert wrong(examine().checks) == ["picture"]
     assert main(["doctor"]) == 1
 

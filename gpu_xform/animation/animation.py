@@ -16,12 +16,13 @@ from ..cameras import Camera, outermost
 from ..colors import ColorLike, rgba
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu.device import Device
+from ..gpu.picture import Drawn
 from ..images import Pixels
 from ..layers import Layer, Models, Style
 from ..matrices import rotate, translate
 from ..progress import bar
 from ..staging import Size, picture_size
-from ..wireframe import render_array
+from ..wireframe import begun
 from . import poses
 from .encoders import html
 from .encoders.clip import Clip
@@ -203,16 +204,28 @@ class Animation:
 
     def _clip(self, progress: Progress | None = None) -> Clip:
         def frames() -> Iterator[Pixels]:
+            following = self._begun(0)
             for k in range(len(self)):
-                yield self._drawn(k)
+                drawn = following
+                if k + 1 < len(self):
+                    following = self._begun(k + 1, drawn)  # is drawn while this one is read and encoded
+                yield drawn.pixels()
                 if progress is not None:
                     progress(k + 1, len(self))
 
         return Clip(self.size, len(self), self.fps, frames(), self._drawn)
 
     def _drawn(self, k: int) -> Pixels:
-        return render_array(
-            self._posed(k), camera=self.camera, size=self.size, background=self._background, device=self._device
+        return self._begun(k).pixels()
+
+    def _begun(self, k: int, after: Drawn | None = None) -> Drawn:
+        return begun(
+            self._posed(k),
+            camera=self.camera,
+            size=self.size,
+            background=self._background,
+            device=self._device,
+            after=after,
         )
 
     def _posed(self, k: int) -> list[Layer]:

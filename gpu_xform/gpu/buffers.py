@@ -5,6 +5,7 @@ elsewhere the queue stages it.
 """
 
 import contextlib
+import itertools
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ UNIFORM = Usage.UNIFORM | Usage.COPY_DST
 READBACK = Usage.MAP_READ | Usage.COPY_DST
 MAPPED = Usage.MAP_READ | Usage.MAP_WRITE
 
+MOST_SPARE = 2  # of a role
 QUEUED_BYTES = 1 << 18  # up to here the queue's own copy costs less than mapping and unmapping
 
 
@@ -40,6 +42,7 @@ class Buffer:
         with device_errors(f"allocate {n_bytes:,} bytes"):
             self.handle: wgpu.GPUBuffer = device.handle.create_buffer(size=n_bytes, usage=usage)
         self._released = False
+        self._has_arrived = False
 
     def upload(self, array: npt.NDArray[Any]) -> None:
         """Copy `array` (C-ordered) to the buffer's start."""
@@ -54,11 +57,21 @@ class Buffer:
             else:
                 self.device.handle.queue.write_buffer(self.handle, 0, array)
 
+    def arrive(self, n_bytes: int) -> None:
+        """Wait until the device is done with the first `n_bytes`; `downloaded` then lends them without waiting.
+
+        Only where the host can map the buffer. Till it has been downloaded, no submission may use it.
+        """
+        with self.device.lock, device_errors(f"read {n_bytes:,} bytes back"):
+            self.require_submittable(self.device)
+            self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
+            self._has_arrived = True
+
     @contextlib.contextmanager
     def downloaded(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the first `n_bytes` as an array, valid inside the block only."""
         with self.device.lock:
-            if self._host_mappable or self.handle.usage & Usage.MAP_READ:
+            if self.can_map:
                 with self._mapped(n_bytes) as view:
                     yield view
             else:
@@ -73,13 +86,18 @@ class Buffer:
 
     @contextlib.contextmanager
     def _mapped(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
-        self.require_submittable(self.device)
-        with device_errors(f"read {n_bytes:,} bytes back"):
-            self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
+        if not self._has_arrived:
+            self.arrive(n_bytes)
+        self._has_arrived = False
         try:
             yield np.frombuffer(self.handle.read_mapped(0, n_bytes, copy=False), np.uint8)
         finally:
             self.handle.unmap()
+
+    @property
+    def can_map(self) -> bool:
+        """Whether the host can read it where it lies."""
+        return self._host_mappable or bool(self.handle.usage & Usage.MAP_READ)
 
     def require_submittable(self, device: "Device") -> None:
         """Raise `DeviceError` where a submission that uses this buffer on `device` would abort the process."""
@@ -99,11 +117,13 @@ class Buffer:
 
 
 class Pool:
-    """One buffer a role, kept for the next call: allocating and first touching memory costs as much as filling it."""
+    """Memory kept for the next call: allocating and first touching memory costs as much as filling it."""
 
     def __init__(self, device: "Device") -> None:
         self._device = device
         self._kept: dict[str, Buffer] = {}
+        self._spare: dict[str, list[Buffer]] = {}
+        self._texture: wgpu.GPUTexture | None = None
 
     def get(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
         """Return the buffer kept for `role`, made anew where it is smaller than `n_bytes`; what it holds is undefined.
@@ -119,8 +139,42 @@ class Pool:
         self._kept[role] = Buffer(self._device, n_bytes, usage)
         return self._kept[role]
 
+    def texture(self, extent: tuple[int, int], texture_format: str) -> wgpu.GPUTexture:
+        """Return the texture kept for drawing on, made anew where it is not of `extent`; what it holds is undefined."""
+        if self._texture is None or self._texture.size[:2] != extent or self._texture.format != texture_format:
+            self._drop_texture()
+            usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
+            with device_errors(f"allocate a picture of {extent[0]} x {extent[1]} pixels"):
+                self._texture = self._device.handle.create_texture(
+                    size=(*extent, 1), format=texture_format, usage=usage
+                )
+        return self._texture
+
+    def _drop_texture(self) -> None:
+        if self._texture is not None:
+            self._texture.destroy()
+            self._texture = None
+
+    def take(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
+        """Return a buffer that is the caller's alone until it is given back."""
+        for buffer in self._spare.get(role, []):
+            if buffer.n_bytes >= n_bytes:
+                self._spare[role].remove(buffer)
+                return buffer
+        return Buffer(self._device, n_bytes, usage)
+
+    def give_back(self, role: str, buffer: Buffer) -> None:
+        """Keep a buffer that was taken for the next who takes one; of the smallest ones, all but a few are released."""
+        spare = self._spare.setdefault(role, [])
+        spare.append(buffer)
+        spare.sort(key=lambda each: each.n_bytes)
+        if len(spare) > MOST_SPARE:
+            spare.pop(0).release()
+
     def clear(self) -> None:
         """Release every kept buffer."""
-        for buffer in self._kept.values():
+        for buffer in [*self._kept.values(), *itertools.chain(*self._spare.values())]:
             buffer.release()
         self._kept.clear()
+        self._spare.clear()
+        self._drop_texture()

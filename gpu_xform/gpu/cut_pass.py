@@ -13,7 +13,7 @@ from .buffers import Buffer
 from .compute import Binding, bind, dispatch
 from .device import Device
 from .face_pass import FacePass
-from .frame import View, in_bindings, project
+from .frame import Projection, View, in_bindings
 from .layouts import PIECE
 from .line_batches import Batch, batches, strength_constants, style_struct
 from .picture import tile_struct
@@ -50,13 +50,14 @@ def cut(
     whole = Tile((0, 0), view.size, margin=2)
     with device.lock, contextlib.ExitStack() as stack:
         colors = _uploaded(device, palette, stack) if len(palette) else None
-        projected = project(device, [part for shape in shapes for part in in_bindings(device, shape)])
-        faces = FacePass(device, projected, math.prod(whole.depth_extent), colors)
-        drawn = batches(device, projected)
+        projection = Projection(device, [part for shape in shapes for part in in_bindings(device, shape)])
+        faces = FacePass(device, projection.shapes, math.prod(whole.depth_extent), colors)
+        drawn = batches(device, projection.shapes)
         structs = [style_struct(batch) for batch in drawn]
         (tile,) = uniforms.upload(device, "tile", [tile_struct(whole, view)])
         styles = uniforms.upload(device, "styles", structs)
-        with device.recording(tile.buffer, *faces.buffers) as encoder:
+        with device.recording(tile.buffer, *projection.buffers, *faces.buffers) as encoder:
+            projection.record(encoder)
             faces.lay(encoder, tile)
         results = []
         for batch, style in zip(drawn, styles, strict=True):

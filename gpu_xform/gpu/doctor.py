@@ -145,7 +145,7 @@ def _picture(device: Device) -> tuple[bool, str]:
         lines = shapes.Lines(edges, 1, line_width=2.0, color=(1.0, 1.0, 1.0, 1.0))
         shape = shapes.Shape(shapes.Points(buffer, len(ends), ends.dtype), np.eye(4)[None], None, (lines,))
         view = frame.View((32, 32), (0.0, 0.0))
-        pixels = picture.draw(device, [shape], np.empty(0, np.uint32), view, (0.0, 0.0, 0.0, 1.0))
+        pixels = picture.draw(device, [shape], np.empty(0, np.uint32), view, (0.0, 0.0, 0.0, 1.0)).pixels()
     finally:
         buffer.release()
         edges.release()

@@ -111,10 +111,10 @@ class FacePass:
         with self._marks.downloaded(4 * self._n_depths) as view:
             return np.unique(view.view(np.uint32))
 
-    def paint(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding, extent: tuple[int, int]) -> None:
+    def paint(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding) -> None:
         """Record the painted faces, if there are any."""
         if self._palette:
-            target.blend(encoder, "blend_faces", {0: tile, 5: self._marks, 6: self._palette}, extent)
+            target.blend(encoder, "blend_faces", {0: tile, 5: self._marks, 6: self._palette})
 
 
 def _cut(device: Device, shape: Projected) -> Iterator[_Batch]:

@@ -4,10 +4,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import wgpu
 
 from . import layouts, uniforms
 from .buffers import Buffer
-from .compute import bind, dispatch
+from .compute import Binding, bind, dispatch
 from .device import Device
 from .plans import POINTS_PER_INVOCATION, precision_name, rounded_up, workgroup_size
 from .shapes import Shape
@@ -65,25 +66,36 @@ def in_bindings(device: Device, shape: Shape) -> Iterator[Shape]:
         yield replace(shape, clip_from_points=shape.clip_from_points[start : start + most])
 
 
-def project(device: Device, shapes: Sequence[Shape]) -> list[Projected]:
-    """Dispatch the projection of every point of every instance of `shapes`."""
-    projected = []
-    for number, shape in enumerate(shapes):
-        points = shape.points
-        n_padded = rounded_up(points.n_points)
-        n_instances = len(shape.clip_from_points)
-        positions = device.pool.get(f"positions {number}", n_instances * n_padded * CLIP_POSITION_BYTES)
-        stack = layouts.matrix_array(shape.clip_from_points, points.dtype)
-        matrices = device.pool.get(f"projections {number}", stack.nbytes)
-        matrices.upload(stack)
-        n_quads = n_padded // POINTS_PER_INVOCATION
-        (struct,) = uniforms.upload(device, f"quads {number}", [np.array([n_quads, 0, 0, 0], np.uint32)])
-        pipeline = device.pipelines.compute(
-            f"project_vertices_{precision_name(points.dtype)}", workgroup_size=workgroup_size(device)
-        )
-        used = (struct, matrices, points.buffer, positions)
-        with device.recording(struct.buffer, *used[1:]) as encoder:
-            n_workgroups = -(-n_quads // workgroup_size(device))
-            dispatch(encoder, pipeline, bind(device, pipeline, used), n_workgroups, n_instances)
-        projected.append(Projected(shape, positions))
-    return projected
+class Projection:
+    """The projection of every point of every instance of `shapes`, to be recorded once before what is drawn from it."""
+
+    def __init__(self, device: Device, shapes: Sequence[Shape]) -> None:
+        self._device = device
+        self._bindings: list[tuple[Binding, Buffer, Buffer, Buffer]] = []
+        self.shapes: list[Projected] = []
+        for number, shape in enumerate(shapes):
+            points = shape.points
+            n_padded = rounded_up(points.n_points)
+            n_bytes = len(shape.clip_from_points) * n_padded * CLIP_POSITION_BYTES
+            positions = device.pool.get(f"positions {number}", n_bytes)
+            stack = layouts.matrix_array(shape.clip_from_points, points.dtype)
+            matrices = device.pool.get(f"projections {number}", stack.nbytes)
+            matrices.upload(stack)
+            n_quads = np.array([n_padded // POINTS_PER_INVOCATION, 0, 0, 0], np.uint32)
+            (struct,) = uniforms.upload(device, f"quads {number}", [n_quads])
+            self._bindings.append((struct, matrices, points.buffer, positions))
+            self.shapes.append(Projected(shape, positions))
+
+    @property
+    def buffers(self) -> list[Buffer]:
+        """All that a submission of the projection uses."""
+        return [buffer for struct, *others in self._bindings for buffer in (struct.buffer, *others)]
+
+    def record(self, encoder: wgpu.GPUCommandEncoder) -> None:
+        """Record a dispatch for each shape."""
+        size = workgroup_size(self._device)
+        for projected, bindings in zip(self.shapes, self._bindings, strict=True):
+            stage = f"project_vertices_{precision_name(projected.shape.points.dtype)}"
+            pipeline = self._device.pipelines.compute(stage, workgroup_size=size)
+            n_workgroups = -(-projected.stride // (POINTS_PER_INVOCATION * size))
+            dispatch(encoder, pipeline, bind(self._device, pipeline, bindings), n_workgroups, projected.n_instances)

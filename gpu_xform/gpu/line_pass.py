@@ -53,17 +53,17 @@ class LinePass:
         """Whether anything is drawn as quads."""
         return any(_is_quads(batch.lines) for batch in self._batches)
 
-    def draw(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding, extent: tuple[int, int]) -> None:
+    def draw(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding) -> None:
         """Record all lines, each over what is there."""
         for _, alike in groupby(self._parts(tile), key=lambda part: id(part.batch.lines)):
             parts = list(alike)
             lines = parts[0].batch.lines
             if _is_quads(lines):
-                self._draw_quads(encoder, target, tile, extent, parts)
+                self._draw_quads(encoder, target, tile, parts)
             elif lines.line_width is None:
-                self._draw_thin(encoder, target, extent, parts)
+                self._draw_thin(encoder, target, parts)
             else:
-                self._draw_ink(encoder, target, extent, parts)
+                self._draw_ink(encoder, target, parts)
 
     def _parts(self, tile: Binding) -> list[_Part]:
         return [
@@ -71,34 +71,29 @@ class LinePass:
             for batch, style, constants in zip(self._batches, self._styles, self._constants, strict=True)
         ]
 
-    def _draw_ink(
-        self, encoder: wgpu.GPUCommandEncoder, target: Target, extent: tuple[int, int], parts: Sequence[_Part]
-    ) -> None:
+    def _draw_ink(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         encoder.clear_buffer(self._ink.handle)
         for batch, bindings, constants in parts:
             over_edges(encoder, "ink_lines", batch, bindings | {5: self._ink}, **constants)
         tile, style = parts[0].bindings[0], parts[0].bindings[1]
-        target.blend(encoder, "blend_ink", {0: tile, 1: style, 5: self._ink}, extent)
+        target.blend(encoder, "blend_ink", {0: tile, 1: style, 5: self._ink})
 
-    def _draw_thin(
-        self, encoder: wgpu.GPUCommandEncoder, target: Target, extent: tuple[int, int], parts: Sequence[_Part]
-    ) -> None:
+    def _draw_thin(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         for batch, bindings, constants in parts:
             marked = bindings | {5: self._ink}
             looks = {**constants, "is_plain": _is_plain(batch.lines)}
             encoder.clear_buffer(self._ink.handle)
             over_edges(encoder, "mark_thin_lines", batch, marked, **looks)
-            target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, extent, **looks)
+            target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **looks)
 
     def _draw_quads(
         self,
         encoder: wgpu.GPUCommandEncoder,
         target: Target,
         tile: Binding,
-        extent: tuple[int, int],
         parts: Sequence[_Part],
     ) -> None:
-        with target.apart(encoder, tile, extent) as render:
+        with target.apart(encoder, tile) as render:
             for batch, bindings, constants in parts:
                 pipeline = self._device.pipelines.render("draw_lines", "triangle-strip", FORMAT, **constants)
                 render.set_pipeline(pipeline)

@@ -3,6 +3,7 @@
 import contextlib
 import math
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +13,26 @@ from . import layouts, uniforms
 from .buffers import Buffer
 from .device import Device
 from .face_pass import FacePass
-from .frame import View, in_bindings, project
+from .frame import Projection, View, in_bindings
 from .line_pass import LinePass
 from .shapes import Hidden, Shape
 from .targets import Target
 from .tiles import TILE_SIDE, WIDEST_MARGIN, Tile, tiles
+
+
+class Drawn:
+    """A picture whose last tile is drawn, or being drawn, on its device."""
+
+    def __init__(self, picture: npt.NDArray[np.uint8], is_opaque: bool, last: Tile, target: Target) -> None:
+        self._picture = picture
+        self._is_opaque = is_opaque
+        self._tile = last
+        self.target = target
+
+    def pixels(self) -> npt.NDArray[np.uint8]:
+        """Return (height, width, 4), straight alpha, once all is drawn; to be called once."""
+        _collect(self._picture, self._is_opaque, self._tile, self.target)
+        return self._picture
 
 
 def draw(
@@ -25,16 +41,17 @@ def draw(
     palette: npt.NDArray[np.uint32],
     view: View,
     background: tuple[float, float, float, float],
-) -> npt.NDArray[np.uint8]:
-    """Draw painted faces, then the lines of each shape over those of the shapes before it.
+    after: Drawn | None = None,
+) -> Drawn:
+    """Have painted faces drawn, then the lines of each shape over those of the shapes before it.
 
     palette : (c,) packed colours of faces, c may be 0
     background : straight alpha
-
-    Returns (height, width, 4), straight alpha.
+    after : what is waited for when all of the first tile is recorded, so that it can be read while that is drawn
     """
     width, height = view.size
     picture = np.empty((height, width, 4), np.uint8)
+    is_opaque = background[3] == 1.0
     side = min(TILE_SIDE, device.limits.max_texture_size)
     parts = list(tiles(view.size, side, _margin(shapes)))
     n_depths = max(math.prod(part.depth_extent) for part in parts)
@@ -44,21 +61,37 @@ def draw(
             colors = Buffer(device, palette.nbytes)
             stack.callback(colors.release)
             colors.upload(palette)
-        projected = project(device, [part for shape in shapes for part in in_bindings(device, shape)])
-        faces = FacePass(device, projected, n_depths, colors)
-        lines = LinePass(device, projected, faces, parts[0].extent)
-        target = Target(device, parts[0].extent, apart=lines.needs_texture)
-        stack.callback(target.release)
-        for part in parts:
+        projection = Projection(device, [part for shape in shapes for part in in_bindings(device, shape)])
+        faces = FacePass(device, projection.shapes, n_depths, colors)
+        lines = LinePass(device, projection.shapes, faces, parts[0].extent)
+        common = [*projection.buffers, *faces.buffers, *lines.buffers]
+
+        def drawn(part: Tile, before: Target | None) -> Target:
             (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, background)])
-            with device.recording(tile.buffer, target.pixels, *faces.buffers, *lines.buffers) as encoder:
-                target.blend(encoder, "fill_picture", {0: tile}, part.extent)
+            target = Target(device, part.extent, apart=lines.needs_texture)
+            with device.recording(tile.buffer, *target.buffers, *common) as encoder:
+                if part is parts[0]:
+                    projection.record(encoder)
+                target.blend(encoder, "fill_picture", {0: tile})
                 faces.lay(encoder, tile)
-                faces.paint(encoder, target, tile, part.extent)
-                lines.draw(encoder, target, tile, part.extent)
-            with target.downloaded(part.extent) as pixels:
-                picture[part.place] = pixels if background[3] == 1.0 else straight_alpha(pixels)
-    return picture
+                faces.paint(encoder, target, tile)
+                lines.draw(encoder, target, tile)
+                target.leave(encoder)
+                if before is not None:
+                    before.arrive()
+            return target
+
+        target = drawn(parts[0], after.target if after else None)
+        for last, part in pairwise(parts):
+            following = drawn(part, target)
+            _collect(picture, is_opaque, last, target)  # while the following is drawn
+            target = following
+    return Drawn(picture, is_opaque, parts[-1], target)
+
+
+def _collect(picture: npt.NDArray[np.uint8], is_opaque: bool, tile: Tile, target: Target) -> None:
+    with target.arrived() as pixels:
+        picture[tile.place] = pixels if is_opaque else straight_alpha(pixels)
 
 
 def tile_struct(

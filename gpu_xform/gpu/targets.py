@@ -1,4 +1,4 @@
-"""The picture of a tile on its device, and what is drawn apart before it goes over the picture."""
+"""The picture of a tile on its device, what is drawn apart before it goes over it, and its way to the host."""
 
 import contextlib
 from collections.abc import Iterator, Mapping
@@ -8,68 +8,87 @@ import numpy as np
 import numpy.typing as npt
 import wgpu
 
-from .buffers import Buffer
+from .buffers import READBACK, Buffer
 from .compute import Binding, bind, dispatch
-from .faults import device_errors
 from .plans import n_workgroups, workgroup_size
 
 if TYPE_CHECKING:
     from .device import Device
 
 PIXELS_PER_INVOCATION = 64
+ROW_ALIGNMENT = 256  # bytes, of what is copied out of a texture
 FORMAT = "rgba8unorm"  # not -srgb: colours mix as the bytes of the file do, like other plotting programs' lines
 
 
 class Target:
-    """The premultiplied picture of one tile after another, each of at most `extent` = (width, height) pixels."""
+    """The premultiplied picture of one tile of `extent` = (width, height) pixels, drawn and read once.
+
+    apart : whether something will be drawn apart
+    """
 
     def __init__(self, device: "Device", extent: tuple[int, int], *, apart: bool) -> None:
         self._device = device
-        self.pixels: Buffer = device.pool.get("picture", 4 * extent[0] * extent[1])
-        self._texture: wgpu.GPUTexture | None = None
-        if apart:
-            usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.TEXTURE_BINDING
-            with device_errors(f"allocate a picture of {extent[0]} x {extent[1]} pixels"):
-                self._texture = device.handle.create_texture(size=(*extent, 1), format=FORMAT, usage=usage)
-                self._view = self._texture.create_view()
+        self._extent = width, height = extent
+        self._n_bytes = 4 * width * height
+        self._pixels = device.pool.take("picture", self._n_bytes)
+        self._arriving = self._pixels
+        if not self._pixels.can_map:
+            self._arriving = device.pool.take("readback", self._n_bytes, READBACK)
+        # As numbers in memory they are read much faster than as a texture, on a CPU.
+        self._lines = device.pool.get("lines", _row_bytes(width) * height if apart else 4)
+
+    @property
+    def buffers(self) -> list[Buffer]:
+        """All that a submission of these stages uses."""
+        return [self._pixels, self._arriving, self._lines]
 
     def blend(
         self,
         encoder: wgpu.GPUCommandEncoder,
         stage: str,
-        bindings: Mapping[int, Buffer | Binding | wgpu.GPUTextureView],
-        extent: tuple[int, int],
+        bindings: Mapping[int, Buffer | Binding],
         **constants: float,
     ) -> None:
         """Record a stage that goes through the pixels, with its `override` constants."""
         size = workgroup_size(self._device)
         pipeline = self._device.pipelines.compute(stage, workgroup_size=size, **constants)
-        n = -(-extent[0] * extent[1] // PIXELS_PER_INVOCATION)
-        bound = bind(self._device, pipeline, {**bindings, 7: self.pixels})
+        n = -(-self._n_bytes // (4 * PIXELS_PER_INVOCATION))
+        bound = bind(self._device, pipeline, {**bindings, 7: self._pixels})
         dispatch(encoder, pipeline, bound, n_workgroups(self._device, n))
 
     @contextlib.contextmanager
-    def apart(
-        self, encoder: wgpu.GPUCommandEncoder, tile: Binding, extent: tuple[int, int]
-    ) -> Iterator[wgpu.GPURenderPassEncoder]:
+    def apart(self, encoder: wgpu.GPUCommandEncoder, tile: Binding) -> Iterator[wgpu.GPURenderPassEncoder]:
         """Record a render pass whose result goes over the picture."""
+        texture = self._device.pool.texture(self._extent, FORMAT)
         nothing = (0.0, 0.0, 0.0, 0.0)
-        attachment = {"view": self._view, "load_op": "clear", "clear_value": nothing, "store_op": "store"}
+        attachment = {"view": texture.create_view(), "load_op": "clear", "clear_value": nothing, "store_op": "store"}
         render = encoder.begin_render_pass(color_attachments=[attachment])
-        render.set_viewport(0, 0, *extent, 0, 1)
-        render.set_scissor_rect(0, 0, *extent)
         yield render
         render.end()
-        self.blend(encoder, "blend_lines", {0: tile, 5: self._view}, extent)
+        rows = {"buffer": self._lines.handle, "bytes_per_row": _row_bytes(self._extent[0])}
+        encoder.copy_texture_to_buffer({"texture": texture}, rows, (*self._extent, 1))
+        self.blend(encoder, "blend_lines", {0: tile, 5: self._lines})
+
+    def leave(self, encoder: wgpu.GPUCommandEncoder) -> None:
+        """Record what brings the finished picture to where the host can map it."""
+        if self._arriving is not self._pixels:
+            encoder.copy_buffer_to_buffer(self._pixels.handle, 0, self._arriving.handle, 0, self._n_bytes)
+
+    def arrive(self) -> None:
+        """Wait until the picture is there."""
+        self._arriving.arrive(self._n_bytes)
 
     @contextlib.contextmanager
-    def downloaded(self, extent: tuple[int, int]) -> Iterator[npt.NDArray[np.uint8]]:
-        """Lend the picture: (height, width, 4), valid inside the block only."""
-        width, height = extent
-        with self.pixels.downloaded(4 * width * height) as view:
+    def arrived(self) -> Iterator[npt.NDArray[np.uint8]]:
+        """Lend the picture: (height, width, 4), valid inside the block only, after which the target can go."""
+        width, height = self._extent
+        with self._arriving.downloaded(self._n_bytes) as view:
             yield view.reshape(height, width, 4)
+        with self._device.lock:
+            self._device.pool.give_back("picture", self._pixels)
+            if self._arriving is not self._pixels:
+                self._device.pool.give_back("readback", self._arriving)
 
-    def release(self) -> None:
-        """Give the texture back."""
-        if self._texture is not None:
-            self._texture.destroy()
+
+def _row_bytes(width: int) -> int:
+    return -(-4 * width // ROW_ALIGNMENT) * ROW_ALIGNMENT
