@@ -170,6 +170,15 @@ def outermost(
     return points[np.unique([reach.argmin(axis=0), reach.argmax(axis=0)])] if len(points) else points
 
 
+def turn_up(up: Float64Array) -> Float64Array:
+    """Return the smallest rotation (3, 3) that takes +y to `up`."""
+    axis = np.cross((0.0, 1.0, 0.0), up)
+    if not axis.any():
+        axis = np.array([1.0, 0.0, 0.0])
+    angle = math.atan2(math.hypot(up[0], up[2]), up[1])
+    return matrices.rotate(axis, angle)[:3, :3]
+
+
 def _unit(value: npt.ArrayLike) -> Float64Array:
     return direction(value, "direction", 3)
 

@@ -20,6 +20,7 @@ from ..gpu.picture import Drawn
 from ..images import Pixels
 from ..layers import Layer, Models, Style
 from ..matrices import rotate, translate
+from ..opening import opened, outline
 from ..progress import bar
 from ..staging import Size, picture_size
 from ..wireframe import begun
@@ -77,7 +78,7 @@ def animate(
     `Animation.save` do.
     """
     moving = described(frames, fps, n_frames, duration)
-    animation = Animation(poses.opened(models), moving, size, camera, background, device, style)
+    animation = Animation(opened(models), moving, size, camera, background, device, style)
     if path is not None:
         animation.save(path, progress=progress)
     return animation
@@ -104,9 +105,9 @@ def turntable(
     if isinstance(axis, str) and axis not in AXES:
         raise ArgumentError(f"axis must be 'x', 'y', 'z' or a vector, got {axis!r}")
     along = direction(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
-    shown = poses.opened(models)
+    shown = opened(models)
     placed: Style = {} if transform is None else {"transform": transform}
-    points = poses.outline(poses.posed(shown, np.eye(4), placed))
+    points = outline(poses.posed(shown, np.eye(4), placed))
     if len(points) == 0:
         raise MeshError("a model without points cannot turn about its middle")
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
@@ -167,7 +168,7 @@ class Animation:
         aspect = self.size[0] / self.size[1]
         held = np.empty((0, 3))
         for k in range(len(self)):
-            held = outermost(np.concatenate([held, poses.outline(self._posed(k))]), aspect, **self._fit)
+            held = outermost(np.concatenate([held, outline(self._posed(k))]), aspect, **self._fit)
         return Camera.fit(held, **self._fit)
 
     def frame(self, i: int) -> "Image":

@@ -1,12 +1,8 @@
 """From the camera options to a camera."""
 
-import math
 from argparse import Namespace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from .. import matrices
 from .._arguments import Float64Array
 from ..errors import ArgumentError
 from ..mesh import Mesh
@@ -52,11 +48,11 @@ def _aimed(options: Namespace, points: Float64Array) -> "Camera":
 
 def _fit(options: Namespace) -> dict[str, Any]:
     """Return the keywords of `Camera.fit`."""
-    from ..cameras import DEFAULT_DIRECTION
+    from ..cameras import DEFAULT_DIRECTION, turn_up
 
     direction = options.camera_direction
     if direction is None:
-        direction = _turn_up(options.up) @ DEFAULT_DIRECTION
+        direction = turn_up(options.up) @ DEFAULT_DIRECTION
     return {"direction": direction, **_lens(options)}
 
 
@@ -67,12 +63,3 @@ def _lens(options: Namespace) -> dict[str, Any]:
         "fov_y": options.camera_view_angle,
         "orthographic": options.camera_orthographic,
     }
-
-
-def _turn_up(up: Float64Array) -> Float64Array:
-    """Return the smallest rotation (3, 3) that takes +y to `up`."""
-    axis = np.cross((0.0, 1.0, 0.0), up)
-    if not axis.any():
-        axis = np.array([1.0, 0.0, 0.0])
-    angle = math.atan2(math.hypot(up[0], up[2]), up[1])
-    return matrices.rotate(axis, angle)[:3, :3]

@@ -1,0 +1,47 @@
+"""Models in memory, and the room that they take, for what draws them more than once."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+
+from ._arguments import Float64Array
+from .errors import ArgumentTypeError
+from .formats import load_mesh
+from .layers import Layer, Model, Models
+from .mesh import Mesh
+from .point_buffer import PointBuffer
+from .scene import Scene
+from .subjects import subject
+
+FILES = (str, os.PathLike)
+
+
+def opened(models: Models) -> Models:
+    """Return models that are in memory, each file read once; of a scene, a copy."""
+    read = cache(load_mesh)
+
+    def in_memory(model: Model) -> Model:
+        return read(os.fspath(model)) if isinstance(model, FILES) else model
+
+    def one(model: Model | Layer | Scene) -> Model | Layer | Scene:
+        if isinstance(model, Scene):
+            return model.with_models(in_memory)
+        if isinstance(model, Layer):
+            return replace(model, model=in_memory(model.model))
+        if isinstance(model, (Mesh, PointBuffer, *FILES)):
+            return in_memory(model)
+        raise ArgumentTypeError(
+            f"model must be a Mesh, a PointBuffer, a path, a Layer or a Scene, got {type(model).__name__}"
+        )
+
+    if isinstance(models, Sequence) and not isinstance(models, str):
+        return [one(model) for model in models]
+    return one(models)
+
+
+def outline(layers: Sequence[Layer]) -> Float64Array:
+    """Return points of the world (k, 3) that a camera must hold."""
+    return np.concatenate([subject(layer).outline(layer.world_from_model) for layer in layers])
