@@ -1,10 +1,11 @@
 # Each target sets up what it needs on a fresh machine: a .venv here; for what draws or computes, a Vulkan driver where
-# there is none; for the tests, a browser. `make PYTHON=python3.13` picks the Python that .venv is made of.
+# there is none; for the tests, a browser and a screen. `make PYTHON=python3.13` picks the Python that .venv is made of.
 
 PYTHON ?= python3
 BIN := .venv/bin
 DRIVER_PACKAGES := mesa-vulkan-drivers libvulkan1
 BROWSER_PACKAGES := chromium-driver
+SCREEN_PACKAGES := xvfb xdotool libx11-6
 
 .DEFAULT_GOAL := help
 
@@ -17,7 +18,7 @@ demo: .venv/library driver ## draw three pictures into demo/ and measure a bulk 
 	@$(BIN)/python examples/demo.py
 
 .PHONY: test
-test: .venv/tools driver browser ## run the whole test suite
+test: .venv/tools driver browser screen ## run the whole test suite
 	@$(BIN)/pytest --numprocesses auto --maxprocesses 4
 
 .PHONY: check
@@ -73,6 +74,7 @@ endef
 SAY_NO_DRIVER = $(BIN)/python -c \
   'from gpu_xform.gpu.drivers import install_hint; print("No Vulkan driver here.", install_hint())'
 SAY_NO_BROWSER = echo "No browser here that tests can drive. Install Chromium or Chrome, and its chromedriver."
+SAY_NO_SCREEN = echo "No X server here for the tests. Install Xvfb and xdotool."
 
 # The question is put to the library itself: an installed driver may still drive nothing here.
 .PHONY: driver
@@ -84,3 +86,8 @@ driver:
 browser:
 	@command -v chromedriver >/dev/null || { \
 	  $(call install,$(BROWSER_PACKAGES),a browser for the tests,$(SAY_NO_BROWSER)); }
+
+.PHONY: screen
+screen:
+	@command -v Xvfb >/dev/null && command -v xdotool >/dev/null || { \
+	  $(call install,$(SCREEN_PACKAGES),a screen for the tests,$(SAY_NO_SCREEN)); }

@@ -13,6 +13,7 @@ from .errors import (
     ArgumentTypeError,
     DeviceError,
     DeviceMemoryError,
+    DisplayError,
     GpuXformError,
     MeshError,
     MissingExtraError,
@@ -59,6 +60,7 @@ if TYPE_CHECKING:
     from .point_buffer import PointBuffer, bounds
     from .streaming import transform_file
     from .transform import project_points, transform_normals, transform_points, transform_vectors
+    from .viewer.window import view
     from .wireframe import render, render_array
 
 __version__ = "0.1.0"
@@ -71,6 +73,7 @@ __all__ = [
     "Device",
     "DeviceError",
     "DeviceMemoryError",
+    "DisplayError",
     "GpuXformError",
     "Layer",
     "Mesh",
@@ -123,6 +126,7 @@ __all__ = [
     "transform_vectors",
     "translate",
     "turntable",
+    "view",
 ]
 
 _LATE = {
@@ -148,6 +152,7 @@ _LATE = {
     "transform_points": ".transform",
     "transform_vectors": ".transform",
     "turntable": ".animation",
+    "view": ".viewer.window",
 }
 
 

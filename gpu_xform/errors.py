@@ -30,6 +30,10 @@ class MissingExtraError(GpuXformError, ImportError):
     """An optional library is not installed; the message names the extra of this package that brings it."""
 
 
+class DisplayError(GpuXformError, RuntimeError):
+    """No window can be opened; the message says why."""
+
+
 class PrecisionError(GpuXformError, ValueError):
     """The device cannot compute in the precision asked for."""
 

@@ -10,6 +10,7 @@ import pytest
 from browser import Browser
 from goldens import FOLDER, Goldens, Pixels, driver_of
 from hypothesis import settings
+from screen import Screen
 
 from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu.device import Device, default_device
@@ -71,6 +72,13 @@ def browser() -> Iterator[Browser]:
     """A headless Chromium, started by the first test that asks for it. A machine without one is a failure."""
     with Browser() as shown:
         yield shown
+
+
+@pytest.fixture(scope="session")
+def screen() -> Iterator[Screen]:
+    """A screen for windows, started by the first test that asks for it. A machine without one is a failure."""
+    with Screen() as lit:
+        yield lit
 
 
 @pytest.fixture(scope="session")

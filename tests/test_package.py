@@ -30,7 +30,7 @@ DOCUMENTED = {
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
     *("animate", "turntable", "Animation", "SizeWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
-    *("Layer", "render_svg", "render_pdf"),
+    *("Layer", "render_svg", "render_pdf", "view"),
 }
 
 
@@ -67,6 +67,7 @@ def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
         "SingularMatrixError": errors.ArgumentError,
         "MeshError": ValueError,
         "MissingExtraError": ImportError,
+        "DisplayError": RuntimeError,
         "PrecisionError": ValueError,
         "NoAdapterError": RuntimeError,
         "DeviceError": RuntimeError,
@@ -90,7 +91,7 @@ def loaded_after(statement: str) -> set[str]:
 
 HEAVY = {
     *("wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av"),
-    "pydyf",
+    *("pydyf", "rendercanvas", "glfw"),
 }
 
 
@@ -154,12 +155,12 @@ LAYERS = [
     {"layers", "transform", "views"},
     {"line_colors"},
     {"subjects"},
-    {"shaping"},
+    {"opening", "shaping"},
     {"staging"},
     {"painting"},
     {"strokes"},
     {"drawing", "wireframe"},
-    {"animation", "bench", "streaming"},
+    {"animation", "bench", "streaming", "viewer"},
     {"__init__"},
     {"cli"},
     {"__main__"},
@@ -196,6 +197,12 @@ IMPORTED_LATE = {
     "vector": {"pydyf"},
     "triangulation": {"mapbox_earcut"},
 }
+
+
+def test_only_the_window_imports_what_opens_windows() -> None:
+    for file in FILES:
+        names = {name.split(".")[0] for name in imports(file, type_checking=True)}
+        assert bool(names & {"rendercanvas", "glfw"}) == (file == ROOT / "viewer" / "window.py"), file
 
 
 def test_the_pure_modules_need_numpy_alone() -> None:

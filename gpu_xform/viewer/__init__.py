@@ -1,0 +1,1 @@
+"""An interactive window onto models."""

@@ -1,0 +1,77 @@
+"""An X server without a monitor, for tests of windows."""
+
+import os
+import shutil
+import subprocess
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+import numpy as np
+import numpy.typing as npt
+from PIL import ImageGrab
+
+SIZE = (800, 600)
+
+
+class Screen:
+    """A screen of 800 x 600 pixels that nobody else draws on, gone at the end of a `with` block.
+
+    display : what DISPLAY must be for what is to appear here
+    """
+
+    def __init__(self) -> None:
+        server, self._xdotool = (_found(program) for program in ("Xvfb", "xdotool"))
+        reading, writing = os.pipe()
+        width, height = SIZE
+        command = [
+            server,
+            "-displayfd",
+            str(writing),
+            "-screen",
+            "0",
+            f"{width}x{height}x24",
+            "-nolisten",
+            "tcp",
+            "-noreset",
+        ]
+        self._server = subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL)
+        os.close(writing)
+        with os.fdopen(reading) as ready:
+            self.display = f":{int(ready.readline())}"
+
+    def picture(self) -> npt.NDArray[np.uint8]:
+        """Return what the screen shows (600, 800, 3)."""
+        return np.asarray(ImageGrab.grab(xdisplay=self.display).convert("RGB"))
+
+    def do(self, *words: str) -> str:
+        """Let xdotool press and move what its words say; return what it prints."""
+        environment = {**os.environ, "DISPLAY": self.display}
+        done = subprocess.run(
+            [self._xdotool, *words], env=environment, capture_output=True, text=True, timeout=60, check=True
+        )
+        return done.stdout
+
+    def wait_for(self, condition: Callable[[], bool], seconds: float = 60.0) -> None:
+        """Wait until `condition` holds; raise `TimeoutError` where it does not."""
+        end = time.monotonic() + seconds
+        while not condition():
+            if time.monotonic() > end:
+                raise TimeoutError(f"after {seconds:g} s the screen still does not show what it should")
+            time.sleep(0.05)
+
+    def __enter__(self) -> "Screen":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self._server.terminate()
+        self._server.wait()
+
+
+def _found(program: str) -> str:
+    path = shutil.which(program)
+    if path is None:
+        raise RuntimeError(f"{program} is not installed: 'make screen' installs it, or says what to do")
+    return path
