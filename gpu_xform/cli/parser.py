@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from .. import __version__
-from . import animating, commands, option_groups, rendering, values
+from . import animating, commands, option_groups, rendering, values, viewing
 from .failures import DEVICE_FAILED, DIFFERENT, NO_ADAPTER, WRONG_INPUT
 
 HELP_COLUMN = 31
@@ -18,6 +18,7 @@ examples:
   gpu-xform render house.obj -o house.png --rotate-y 30 --color face
   gpu-xform render *.obj -o "thumbs/{{model}}.png"
   gpu-xform animate house.obj -o house.gif --color face
+  gpu-xform view house.obj
   gpu-xform transform scan.ply moved.ply --scale 0.001 --translate -0.5,2,0
   gpu-xform explain --scale 0.3 --rotate-z 90 --translate -0.5,2,0 --point 1,1,0
   gpu-xform doctor
@@ -134,12 +135,14 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command line; where it asks for help or is wrong, print and raise SystemExit."""
     parser = make_parser()
     options, rest = parser.parse_known_args(attach_values(argv))
-    if options.command in ("render", "animate") and not any(re.match("-.", word) for word in rest):
+    if options.command in ("render", "animate", "view") and not any(re.match("-.", word) for word in rest):
         options.models += rest  # argparse takes models only as far as the first option between them
     elif rest:
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     if options.command is None:
-        parser.error("a command is needed: render, animate, transform, explain, doctor or bench; see gpu-xform --help")
+        parser.error(
+            "a command is needed: render, animate, view, transform, explain, doctor or bench; see gpu-xform --help"
+        )
     return options
 
 
@@ -192,6 +195,9 @@ def make_parser() -> Parser:
         animating.EPILOG,
     )
     animating.add_options(animate)
+
+    view = command("view", viewing.view, viewing.SUMMARY, viewing.USAGE, viewing.DESCRIPTION, viewing.EPILOG)
+    viewing.add_options(view)
 
     transform = command(
         "transform",

@@ -1,0 +1,65 @@
+"""`gpu-xform view`: models in a window."""
+
+import argparse
+
+import numpy as np
+
+from ..errors import MeshError
+from ..viewer.keys import HELP
+from . import aim, files, option_groups
+from .commands import chosen_device, composed
+from .layers import layers, require_scalars
+
+SUMMARY = "show models in a window, to turn and to look at closely"
+USAGE = "MODEL... [options]"
+DESCRIPTION = """\
+Show models, transformed, in a window. It needs a display, and rendercanvas and
+GLFW: pip install 'gpu_xform[viewer]'."""
+IN_THE_WINDOW = "".join(f"  {key:<19}{what}\n" for key, what in HELP)
+EPILOG = f"""\
+in the window:
+{IN_THE_WINDOW}
+examples:
+  gpu-xform view ball.wrl --color face
+  gpu-xform view part.stl --up +Z --edges feature --hidden dash
+  gpu-xform view house.obj garden.ply --resolution 1280x960 --fill gold
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `view` to its parser."""
+    group = parser.add_argument_group("files")
+    group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
+    option_groups.add_file_type(group)
+    option_groups.add_transforms(parser)
+    option_groups.add_picture(parser)
+    parser.set_defaults(resolution="960,720")
+    option_groups.add_style(parser)
+    option_groups.add_camera(parser)
+    option_groups.add_rest(parser, adapter=True)
+
+
+def view(options: argparse.Namespace) -> int:
+    """Show models until the window is closed."""
+    aim.require_one_aim(options)
+    require_scalars(options)
+    from ..subjects import world_positions
+    from ..viewer.window import view
+
+    paths = [path for typed in options.models for path in files.matching(typed)]
+    meshes = [files.read_mesh(path, options.file_type) for path in paths]
+    placed = composed(options)
+    points = np.concatenate([world_positions(mesh.positions, placed) for mesh in meshes])
+    try:
+        view(
+            layers(options, paths, meshes, placed),
+            camera=aim.camera(options, points),
+            up=options.up if options.camera_view_up is None else None,
+            size=options.resolution,
+            background=options.background,
+            device=chosen_device(options),
+        )
+    except MeshError as error:
+        name = paths[0] if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
+        raise MeshError(f"{name}: {error}") from None
+    return 0
