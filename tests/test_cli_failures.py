@@ -75,7 +75,7 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
 @pytest.mark.parametrize(
     ("typed", "words"),
     [
-        ("", "render, animate, transform, explain, doctor or bench"),
+        ("", "render, animate, view, transform, explain, doctor or bench"),
         ("rendr", "rendr"),
         ("--verison", "--verison"),
         ("render", "MODEL"),
