@@ -5,7 +5,6 @@ elsewhere the queue stages it.
 """
 
 import contextlib
-import itertools
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -25,7 +24,6 @@ UNIFORM = Usage.UNIFORM | Usage.COPY_DST
 READBACK = Usage.MAP_READ | Usage.COPY_DST
 MAPPED = Usage.MAP_READ | Usage.MAP_WRITE
 
-MOST_SPARE = 2  # of a role
 QUEUED_BYTES = 1 << 18  # up to here the queue's own copy costs less than mapping and unmapping
 
 
@@ -114,67 +112,3 @@ class Buffer:
         if not self._released:
             self._released = True
             self.handle.destroy()
-
-
-class Pool:
-    """Memory kept for the next call: allocating and first touching memory costs as much as filling it."""
-
-    def __init__(self, device: "Device") -> None:
-        self._device = device
-        self._kept: dict[str, Buffer] = {}
-        self._spare: dict[str, list[Buffer]] = {}
-        self._texture: wgpu.GPUTexture | None = None
-
-    def get(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
-        """Return the buffer kept for `role`, made anew where it is smaller than `n_bytes`; what it holds is undefined.
-
-        The caller holds the device's lock until it is done with the buffer.
-        """
-        kept = self._kept.get(role)
-        if kept is not None and kept.n_bytes >= n_bytes:
-            return kept
-        if kept is not None:
-            del self._kept[role]
-            kept.release()
-        self._kept[role] = Buffer(self._device, n_bytes, usage)
-        return self._kept[role]
-
-    def texture(self, extent: tuple[int, int], texture_format: str) -> wgpu.GPUTexture:
-        """Return the texture kept for drawing on, made anew where it is not of `extent`; what it holds is undefined."""
-        if self._texture is None or self._texture.size[:2] != extent or self._texture.format != texture_format:
-            self._drop_texture()
-            usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
-            with device_errors(f"allocate a picture of {extent[0]} x {extent[1]} pixels"):
-                self._texture = self._device.handle.create_texture(
-                    size=(*extent, 1), format=texture_format, usage=usage
-                )
-        return self._texture
-
-    def _drop_texture(self) -> None:
-        if self._texture is not None:
-            self._texture.destroy()
-            self._texture = None
-
-    def take(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
-        """Return a buffer that is the caller's alone until it is given back."""
-        for buffer in self._spare.get(role, []):
-            if buffer.n_bytes >= n_bytes:
-                self._spare[role].remove(buffer)
-                return buffer
-        return Buffer(self._device, n_bytes, usage)
-
-    def give_back(self, role: str, buffer: Buffer) -> None:
-        """Keep a buffer that was taken for the next who takes one; of the smallest ones, all but a few are released."""
-        spare = self._spare.setdefault(role, [])
-        spare.append(buffer)
-        spare.sort(key=lambda each: each.n_bytes)
-        if len(spare) > MOST_SPARE:
-            spare.pop(0).release()
-
-    def clear(self) -> None:
-        """Release every kept buffer."""
-        for buffer in [*self._kept.values(), *itertools.chain(*self._spare.values())]:
-            buffer.release()
-        self._kept.clear()
-        self._spare.clear()
-        self._drop_texture()

@@ -13,6 +13,7 @@ from ..errors import DeviceError
 from . import buffers, self_test
 from .adapters import Adapter, Limits, described, find_adapter, quiet_runtime_dir
 from .faults import device_errors
+from .pool import Pool
 from .residents import Residents
 from .shaders import Pipelines
 
@@ -63,7 +64,7 @@ class Device:
         _process_of_first_device = os.getpid()
         self.lock = threading.RLock()
         self.pipelines = Pipelines(self)
-        self.pool = buffers.Pool(self)
+        self.pool = Pool(self)
         self.residents = Residents(self)
         self._closed = False
         self_test.require(self)

@@ -7,6 +7,7 @@ from gpu_xform.errors import DeviceError
 from gpu_xform.gpu.buffers import READBACK, STORAGE, UNIFORM, Buffer
 from gpu_xform.gpu.compute import bind
 from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.targets import FORMAT
 
 DATA = np.arange(1, 1001, dtype=np.uint32)
 
@@ -167,3 +168,58 @@ def test_the_pool_survives_an_allocation_that_failed(any_device: Device) -> None
     again.upload(DATA[:16])
     assert downloaded(again, 64).tolist() == DATA[:16].tolist()
     pool.clear()
+
+
+def test_what_was_taken_is_the_takers_alone_until_it_is_given_back(any_device: Device) -> None:
+    pool = type(any_device.pool)(any_device)
+    first, second = pool.take("picture", 256), pool.take("picture", 256)
+    assert first is not second
+    pool.give_back("picture", first)
+    assert pool.take("readback", 256) is not first
+    assert pool.take("picture", 512) is not first
+    assert pool.take("picture", 64) is first
+    pool.clear()
+    second.upload(DATA[:4])  # is not the pool's
+
+
+def test_of_what_is_given_back_the_largest_is_kept(any_device: Device) -> None:
+    pool = type(any_device.pool)(any_device)
+    taken = [pool.take("picture", n_bytes) for n_bytes in (512, 64, 1024)]
+    for buffer in taken:
+        pool.give_back("picture", buffer)
+    with pytest.raises(DeviceError, match="released"):
+        taken[1].upload(DATA[:4])
+    assert pool.take("picture", 1024) is taken[2]
+    assert pool.take("picture", 64) is taken[0]
+    pool.give_back("picture", taken[0])
+    pool.clear()
+    with pytest.raises(DeviceError, match="released"):
+        taken[0].upload(DATA[:4])
+
+
+def test_a_texture_is_kept_as_long_as_its_extent_is_asked_for(any_device: Device) -> None:
+    pool = type(any_device.pool)(any_device)
+    first = pool.texture((8, 4), FORMAT)
+    assert pool.texture((8, 4), FORMAT) is first
+    other = pool.texture((4, 8), FORMAT)
+    assert other is not first
+    assert other.size == (4, 8, 1)
+    pool.clear()
+    assert pool.texture((4, 8), FORMAT) is not other
+    pool.clear()
+
+
+def test_what_has_arrived_is_lent_once_and_then_free_again(any_device: Device) -> None:
+    readback = Buffer(any_device, 16, READBACK)
+    readback.arrive(16)
+    with pytest.raises(DeviceError, match="mapped"), any_device.recording(readback):
+        pass
+    assert downloaded(readback, 16).tolist() == [0, 0, 0, 0]
+    source = Buffer(any_device, 16)
+    source.upload(DATA[:4])
+    with any_device.recording(source, readback) as encoder:
+        encoder.copy_buffer_to_buffer(source.handle, 0, readback.handle, 0, 16)
+    readback.arrive(8)
+    assert downloaded(readback, 8).tolist() == [1, 2]
+    source.release()
+    readback.release()

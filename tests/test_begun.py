@@ -1,0 +1,66 @@
+"""Pictures that are drawn while those before them are read."""
+
+from typing import Any
+
+import pytest
+
+from gpu_xform import ArgumentError, render_array, rotate, samples
+from gpu_xform.gpu import picture
+from gpu_xform.gpu.device import Device
+from gpu_xform.wireframe import begun
+
+STYLES: dict[str, dict[str, Any]] = {
+    "one colour": {},
+    "by face": {"color": "face", "line_width": 2.5},
+    "on or off": {"antialias": False},
+    "painted": {"hidden": "remove", "fill": "face"},
+}
+MOVED = [samples.cube().transformed(rotate((1, 2, 3), 0.3 * k)) for k in range(5)]
+
+
+@pytest.fixture(params=["default", "staging"])
+def options(request: pytest.FixtureRequest, device: Device, staging_device: Device) -> dict[str, Any]:
+    return {"size": (90, 70), "device": device if request.param == "default" else staging_device}
+
+
+@pytest.fixture(params=[2048, 32])
+def _cut(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(picture, "TILE_SIDE", request.param)
+
+
+@pytest.mark.usefixtures("_cut")
+@pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
+def test_each_of_a_row_of_pictures_is_itself(style: dict[str, Any], options: dict[str, Any]) -> None:
+    expected = [render_array(model, **options, **style) for model in MOVED]
+    assert len({pixels.tobytes() for pixels in expected}) == len(MOVED)
+    before = begun(MOVED[0], **options, **style)
+    for k in range(1, len(MOVED)):
+        following = begun(MOVED[k], **options, **style, after=before)
+        assert before.pixels().tobytes() == expected[k - 1].tobytes()
+        before = following
+    assert before.pixels().tobytes() == expected[-1].tobytes()
+
+
+@pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
+def test_pictures_can_be_read_in_any_order(style: dict[str, Any], options: dict[str, Any]) -> None:
+    expected = [render_array(model, **options, **style) for model in MOVED]
+    drawn = [begun(model, **options, **style) for model in MOVED]
+    other = render_array(samples.house(), **options, **style)
+    for k in (3, 0, 4, 1, 2):
+        assert drawn[k].pixels().tobytes() == expected[k].tobytes()
+    assert render_array(samples.house(), **options, **style).tobytes() == other.tobytes()
+
+
+def test_a_picture_that_fails_leaves_the_one_before_to_be_read(options: dict[str, Any]) -> None:
+    expected = render_array(MOVED[1], **options)
+    before = begun(MOVED[1], **options)
+    with pytest.raises(ArgumentError, match="line_width"):
+        begun(MOVED[2], **options, after=before, line_width=-1.0)
+    assert before.pixels().tobytes() == expected.tobytes()
+
+
+def test_a_picture_that_is_never_read_is_no_ones_trouble(options: dict[str, Any]) -> None:
+    expected = render_array(MOVED[1], **options)
+    for _ in range(4):
+        begun(MOVED[2], **options, after=begun(MOVED[3], **options))
+    assert render_array(MOVED[1], **options).tobytes() == expected.tobytes()
