@@ -55,8 +55,9 @@ fn triangle(index: u32) -> Triangle {
         let p = to_pixels(a);
         let q = to_pixels(b);
         let r = to_pixels(c);
-        let lowest = clamp(floor(min(min(p, q), r) - RIM), vec2(-1.0), tile.size);
-        let highest = clamp(floor(max(max(p, q), r) + RIM), vec2(-1.0), tile.size);
+        // Only pixels whose middle lies in the triangle are touched.
+        let lowest = clamp(ceil(min(min(p, q), r) - 0.5 - RIM), vec2(-1.0), tile.size);
+        let highest = clamp(floor(max(max(p, q), r) - 0.5 + RIM), vec2(-1.0), tile.size);
         out.anchor = vec2<i32>(lowest);
         out.low = max(out.low, vec2<i32>(lowest));
         out.high = min(out.high, vec2<i32>(highest));
