@@ -1,5 +1,6 @@
 """Pictures that are drawn while those before them are read."""
 
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
@@ -64,3 +65,12 @@ def test_a_picture_that_is_never_read_is_no_ones_trouble(options: dict[str, Any]
     for _ in range(4):
         begun(MOVED[2], **options, after=begun(MOVED[3], **options))
     assert render_array(MOVED[1], **options).tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
+def test_pictures_begun_in_several_threads_are_themselves(style: dict[str, Any], options: dict[str, Any]) -> None:
+    expected = [render_array(model, **options, **style).tobytes() for model in MOVED]
+    with ThreadPoolExecutor(len(MOVED)) as pool:
+        for _ in range(4):
+            drawn = pool.map(lambda model: render_array(model, **options, **style).tobytes(), MOVED)
+            assert list(drawn) == expected
