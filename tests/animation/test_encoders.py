@@ -1,6 +1,7 @@
 """Every format, read back: how many pictures, how long each is shown, and what is in them."""
 
 import contextlib
+import errno
 import io
 import os
 import signal
@@ -327,6 +328,17 @@ def test_a_full_disk_names_the_file(tmp_path: Path) -> None:
     with pytest.raises(OSError, match="No space left") as caught:
         save(tmp_path / "out.gif", pictures(20, size=(200, 200)))
     assert caught.value.filename == str(tmp_path / "out.gif")
+
+
+def test_a_full_disk_names_the_files_of_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(_: Path, __: bytes) -> int:
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+
+    monkeypatch.setattr(Path, "write_bytes", refuse)
+    with pytest.raises(OSError, match="No space left") as caught:
+        save(tmp_path / "{frame}.png", pictures(2))
+    assert caught.value.filename == str(tmp_path / "{frame}.png")
+    assert list(tmp_path.iterdir()) == []
 
 
 def failing(made: list[Pixels], after: int, error: BaseException | None = None) -> Iterator[Pixels]:

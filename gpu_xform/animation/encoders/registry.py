@@ -31,25 +31,32 @@ def saver(path: StrPath) -> Callable[[Clip], None]:
     """
     if not isinstance(path, str | os.PathLike):
         raise ArgumentTypeError(f"path must be a path, got {type(path).__name__}")
-    target = Path(path)
-    if folder.is_template(target):
-        folder.frame_name(target.name)
-        return lambda clip: folder.write(target, clip)
-    kind = target.suffix.lower().lstrip(".")
-    if kind not in WRITERS:
-        known = ", ".join(f".{name}" for name in WRITERS)
-        raise ArgumentError(f"path must end in one of {known}, or hold {{frame}}, got {os.fspath(path)!r}")
-    write = WRITERS[kind]
-    if kind in ("mp4", "webm"):
-        video.require_av()
+    write = _writer(Path(path))
 
     def save(clip: Clip) -> None:
         try:
-            with atomic_write(target) as file:
-                write(file, clip)
+            write(clip)
         except OSError as error:
             if error.filename is None:  # as of a full disk
                 error.filename = os.fspath(path)
             raise
 
     return save
+
+
+def _writer(path: Path) -> Callable[[Clip], None]:
+    if folder.is_template(path):
+        folder.frame_name(path.name)
+        return lambda clip: folder.write(path, clip)
+    kind = path.suffix.lower().lstrip(".")
+    if kind not in WRITERS:
+        known = ", ".join(f".{name}" for name in WRITERS)
+        raise ArgumentError(f"path must end in one of {known}, or hold {{frame}}, got {str(path)!r}")
+    if kind in ("mp4", "webm"):
+        video.require_av()
+
+    def write(clip: Clip) -> None:
+        with atomic_write(path) as file:
+            WRITERS[kind](file, clip)
+
+    return write
