@@ -130,9 +130,9 @@ def _backend() -> Any:
         raise DisplayError(
             "no display: DISPLAY and WAYLAND_DISPLAY are not set; render, or gpu-xform render, draws without one"
         )
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
+    with warnings.catch_warnings(action="ignore"):  # what GLFW warns of is in the error
         if not glfw.init():
-            reasons = "; ".join(str(warning.message) for warning in caught) or "GLFW does not say why"
-            raise DisplayError(f"no display: {reasons}; render, or gpu-xform render, draws without one")
+            reason: Any = glfw.get_error()[1]  # bytes, whatever glfw's types say
+            said = reason.decode() if reason else "GLFW does not say why"
+            raise DisplayError(f"no display: {said}; render, or gpu-xform render, draws without one")
     return backend
