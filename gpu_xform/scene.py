@@ -157,7 +157,9 @@ class Scene:
         posed = Scene()
         posed._nodes = {name: copy.copy(node) for name, node in self._nodes.items()}
         for name, matrix in poses.items():
-            posed._node(name, "each key of poses")._transform = _local(matrix, f"poses[{name!r}]")
+            if name not in posed:
+                raise ArgumentError(f"poses must name nodes of this scene, got {name!r}")
+            posed._nodes[name]._transform = _local(matrix, f"poses[{name!r}]")
         return posed
 
     def with_models(self, change: Callable[["Model"], "Model"]) -> "Scene":

@@ -230,7 +230,11 @@ class Animation:
         )
 
     def _posed(self, k: int) -> list[Layer]:
-        return poses.posed(self._models, self._motion.at(k), self._style)
+        own = self._motion.at(k)
+        try:
+            return poses.posed(self._models, own, self._style)
+        except (ArgumentError, ArgumentTypeError) as error:
+            raise type(error)(f"frame {k}: {error}") from None
 
     def __len__(self) -> int:
         return self._motion.n_frames

@@ -119,9 +119,9 @@ def frames_of(model: Any, frames: Any, **options: Any) -> list[Any]:
 @pytest.mark.parametrize(
     ("model", "frames", "message"),
     [
-        (ARM, [{"elbow": np.eye(4)}], "each key of poses must be a node of this scene, or its name, got 'elbow'"),
+        (ARM, [{}, {"elbow": np.eye(4)}], "frame 1: poses must name nodes of this scene, got 'elbow'"),
         (ARM, [{}, {"hand": np.eye(3)}], r"frames\[1\]\['hand'\] must have shape \(4, 4\), got \(3, 3\)"),
-        (samples.house(), [{"hand": np.eye(4)}], "model must be a Scene where frames move its nodes by name, got Mesh"),
+        (samples.house(), [{"hand": np.eye(4)}], "frame 0: model must be a Scene where frames move its"),
         (Scene(), [{}], "models must hold at least one model, got none"),
         (ARM, ARM, "frames must be matrices, one a frame, or a function that gives them, got Scene"),
     ],
