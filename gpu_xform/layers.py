@@ -158,7 +158,10 @@ def _instances(shown: Instances, style: Style) -> Layer:
     unknown = shown.style.keys() - _STYLE_NAMES
     if unknown:
         raise ArgumentTypeError(f"{shown.node!r} shows a model with an unexpected keyword argument {min(unknown)!r}")
-    layer = Layer(shown.model, **{"name": shown.node, **style, **shown.style})
+    try:
+        layer = Layer(shown.model, **{"name": shown.node, **style, **shown.style})
+    except (ArgumentError, ArgumentTypeError) as error:
+        raise type(error)(f"{shown.node!r}: {error}") from None
     return replace(layer, transform=(layer.world_from_model[:, np.newaxis] @ shown.transform).reshape(-1, 4, 4))
 
 

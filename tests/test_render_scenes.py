@@ -163,8 +163,12 @@ def test_what_cannot_be_drawn_is_named() -> None:
     with pytest.raises(ArgumentTypeError, match="'wrong' shows a model with an unexpected keyword argument 'colour'"):
         render_array(scene, size=SIZE)
     scene = Scene()
-    scene.add(3)  # type: ignore[arg-type]
-    with pytest.raises(ArgumentTypeError, match="model must be a Mesh, a PointBuffer or a path, got int"):
+    scene.add(3, name="wrong")  # type: ignore[arg-type]
+    with pytest.raises(ArgumentTypeError, match=r"^'wrong': model must be a Mesh, a PointBuffer or a path, got int"):
+        render_array(scene, size=SIZE)
+    scene = Scene()
+    scene.add(CUBE, name="wrong", hidden="gone")
+    with pytest.raises(ArgumentError, match=r"^'wrong': hidden must be one of"):
         render_array(scene, size=SIZE)
     scene = Scene()
     scene.add(Mesh([]), name="none")
