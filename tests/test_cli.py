@@ -232,7 +232,7 @@ def test_explaining_needs_no_device() -> None:
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
 
 
-@pytest.mark.parametrize("name", [[], ["render"], ["view"], ["transform"], ["explain"], ["doctor"]])
+@pytest.mark.parametrize("name", [[], ["render"], ["animate"], ["view"], ["transform"], ["explain"], ["doctor"]])
 def test_help_fits_a_terminal_and_its_examples_parse(
     name: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
