@@ -200,6 +200,15 @@ def test_it_fits_its_window_without_stretching_or_scrolling(
             assert 0 <= control.rect["y"] < control.rect["y"] + control.rect["height"] <= window[1]
 
 
+def test_small_pictures_of_many_frames_leave_the_slider_room(browser: Browser, page: Path, tmp_path: Path) -> None:
+    path = tmp_path / "many.html"
+    path.write_text(page.read_text("utf-8").replace(f'"nFrames": {N_FRAMES}', '"nFrames": 10000'), "utf-8")
+    browser.open(path, (800, 600))
+    browser.wait_for(f"{SHOWN} === 0")
+    assert browser.value("number.textContent").endswith("1 / 10000")
+    assert browser.value("slider.offsetWidth") > 120
+
+
 def test_a_notebook_shows_several_apart(browser: Browser, animation: gx.Animation, tmp_path: Path) -> None:
     """Each is in a frame of its own: neither names nor keys meet."""
     other = gx.turntable(gx.samples.cube(), 3, size=(300, 100), background="#ffe0c0")
@@ -219,10 +228,10 @@ def test_a_notebook_shows_several_apart(browser: Browser, animation: gx.Animatio
     browser.driver.switch_to.default_content()
     pixels = browser.picture()
     left, top = round(frames[0].rect["x"]), round(frames[0].rect["y"])
-    assert frames[0].rect["width"] == 320
-    assert np.array_equal(pixels[top : top + 150, left + 60 : left + 260], drawn(animation, 0))
+    assert frames[0].rect["width"] == 480
+    assert np.array_equal(pixels[top : top + 150, left + 140 : left + 340], drawn(animation, 0))
     left, top = round(frames[1].rect["x"]), round(frames[1].rect["y"])
-    assert np.array_equal(pixels[top : top + 100, left + 10 : left + 310], drawn(other, 1))
+    assert np.array_equal(pixels[top : top + 100, left + 90 : left + 390], drawn(other, 1))
     assert browser.complaints() == []
 
 

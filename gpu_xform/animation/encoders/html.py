@@ -11,7 +11,7 @@ from .overlap import encoded
 from .stills import webp
 
 LARGEST_SIDE = 16383  # of a WebP
-CONTROLS_HEIGHT, NARROWEST = 52, 320  # pixels, as in player.html
+CONTROLS_HEIGHT, NARROWEST = 52, 480  # pixels, as in player.html
 FACTS, FRAMES = "/* facts */", "/* frames */"
 
 
