@@ -78,6 +78,11 @@ def test_every_figure_is_drawn(cells: list[Any]) -> None:
     for section, picture in pictures.items():
         ink = (picture < 128).any(axis=2)
         assert 0.005 < ink.mean() < 0.25, section
+    # Where the projection comes last, red lies along one row; where it comes first, it rises to sin 30 degrees.
+    order = np.asarray(Image.open(io.BytesIO(base64.b64decode(outputs(cells, "image/png")[8][1]))).convert("RGB"))
+    red = (np.abs(order - np.array([214.0, 39, 40])) < 40).all(axis=2)
+    heights = [np.ptp(np.flatnonzero(half.any(axis=1))) / order.shape[0] * 2.8 for half in np.hsplit(red, 2)]
+    assert heights == pytest.approx([0, 0.5], abs=0.05)
     # The four spheres of the first figure, side by side; the four triangles of the eighth, each in its own colour.
     first = (pictures[1] < 128).any(axis=(0, 2))
     assert np.count_nonzero(np.diff(first.astype(np.int8)) == 1) == 4
