@@ -32,6 +32,7 @@ bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/load.py
 	@$(BIN)/python benchmarks/transform.py
 	@$(BIN)/python benchmarks/render.py
+	@$(BIN)/python benchmarks/animate.py
 
 .PHONY: wheel
 wheel: .venv/tools ## build dist/*.whl
