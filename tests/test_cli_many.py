@@ -244,12 +244,12 @@ def test_patterns_that_no_shell_has_expanded() -> None:
     Path("in/deep").mkdir(parents=True)
     for name in ("in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"):
         save_mesh(samples.cube(), name)
-    assert files.matching("in/*.obj") == ["in/b.obj", "in/x1.obj", "in/x[1].obj"]
-    assert files.matching("in/**/*.obj") == ["in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"]
-    assert files.matching("in/x[1].obj") == ["in/x[1].obj"]
-    assert files.matching("in/x[12].obj") == ["in/x1.obj"]
-    assert files.matching("in/*.wrl") == ["in/*.wrl"]
-    assert files.matching("-") == ["-"]
+    assert files.matching(["in/*.obj"]) == ["in/b.obj", "in/x1.obj", "in/x[1].obj"]
+    assert files.matching(["in/**/*.obj"]) == ["in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"]
+    assert files.matching(["in/x[1].obj"]) == ["in/x[1].obj"]
+    assert files.matching(["in/x[12].obj"]) == ["in/x1.obj"]
+    assert files.matching(["in/*.wrl"]) == ["in/*.wrl"]
+    assert files.matching(["-"]) == ["-"]
     assert main(["render", "in/*.obj", "-o", "{model}.png", *SIZE]) == 0
     assert pictures() == ["b.png", "x1.png", "x[1].png"]
 

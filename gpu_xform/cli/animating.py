@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from .._arguments import Float64Array
-from ..errors import ArgumentError, MeshError, SizeWarning
+from ..errors import ArgumentError, SizeWarning
 from . import aim, files, option_groups, values
 from .commands import chosen_device, composed
-from .layers import layers, require_scalars
+from .layers import naming, read_layers, require_scalars
 
 SUMMARY = "draw models in motion, as a GIF, MP4 or page"
 USAGE = "MODEL... -o OUT [options]"
@@ -64,13 +64,9 @@ def animate(options: argparse.Namespace) -> int:
     if options.matrices is not None and (options.axis is not None or options.frames is not None):
         raise ArgumentError("--axis and --frames are for --turntable: there is one frame for each of the --matrices")
     from .. import animation
-    from ..subjects import world_positions
 
-    paths = [path for typed in options.models for path in files.matching(typed)]
-    meshes = [files.read_mesh(path, options.file_type) for path in paths]
-    placed = composed(options)
-    shown = layers(options, paths, meshes, placed)
-    points = np.concatenate([world_positions(mesh.positions, placed) for mesh in meshes])
+    paths = files.matching(options.models)
+    shown, points = read_layers(options, paths, composed(options))
     arguments: dict[str, Any] = {
         "fps": options.fps,
         "size": options.resolution,
@@ -78,18 +74,14 @@ def animate(options: argparse.Namespace) -> int:
         "background": options.background,
         "device": chosen_device(options),
     }
-    with warnings.catch_warnings(record=True) as caught:
+    with warnings.catch_warnings(record=True) as caught, naming(paths):
         warnings.simplefilter("always", SizeWarning)
-        try:
-            if options.matrices is None:
-                axis = options.up if options.axis is None else options.axis
-                n_frames = DEFAULT_FRAMES if options.frames is None else options.frames
-                animation.turntable(shown, n_frames, options.output, axis=axis, **arguments)
-            else:
-                animation.animate(shown, _stack(options.matrices), options.output, **arguments)
-        except MeshError as error:
-            name = paths[0] if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
-            raise MeshError(f"{name}: {error}") from None
+        if options.matrices is None:
+            axis = options.up if options.axis is None else options.axis
+            n_frames = DEFAULT_FRAMES if options.frames is None else options.frames
+            animation.turntable(shown, n_frames, options.output, axis=axis, **arguments)
+        else:
+            animation.animate(shown, _stack(options.matrices), options.output, **arguments)
     for warning in caught:
         sys.stderr.write(f"gpu-xform: warning: {warning.message}\n")
     return 0

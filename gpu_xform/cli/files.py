@@ -8,7 +8,7 @@ import os
 import sys
 import tokenize
 import warnings
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -41,14 +41,18 @@ def require_type(path: str, known: Collection[str], file_type: str | None = None
         raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {found or 'none'}")
 
 
-def matching(path: str) -> list[str]:
-    """Return the files that `path` means: itself, or, where there is none of the name, what a pattern with * matches.
+def matching(typed: Sequence[str]) -> list[str]:
+    """Return the files that paths mean: each itself, or, where there is none of the name, what its pattern matches.
 
     Shells expand patterns before; the one of Windows does not, and others refuse to where there are too many files.
     """
-    if path == STANDARD or os.path.lexists(path):
-        return [path]
-    return sorted(glob.glob(path, recursive=True)) or [path]  # noqa: PTH207 - Path.glob takes no absolute pattern
+    return [path for each in typed for path in _matching(each)]
+
+
+def called(paths: Sequence[str]) -> str:
+    """Return what messages call several files."""
+    first, *others = paths
+    return f"{first} and {len(others)} more" if others else first
 
 
 def read_mesh(path: str, file_type: str | None) -> Mesh:
@@ -138,6 +142,12 @@ def _naming(path: str) -> Iterator[None]:
     except OSError as error:
         name = "standard output" if path == STANDARD else path
         raise OSError(error.errno, error.strerror or str(error), name) from None
+
+
+def _matching(path: str) -> list[str]:
+    if path == STANDARD or os.path.lexists(path):
+        return [path]
+    return sorted(glob.glob(path, recursive=True)) or [path]  # noqa: PTH207 - Path.glob takes no absolute pattern
 
 
 def say(text: str) -> None:

@@ -1,14 +1,15 @@
-"""From models and the options of the style to layers."""
+"""From model files and the options of the style to layers."""
 
+import contextlib
 from argparse import Namespace
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .._arguments import Float64Array, real_array
-from ..errors import ArgumentError
+from ..errors import ArgumentError, MeshError
 from ..mesh import Mesh
 from . import files, option_groups
 from .templates import Template
@@ -25,7 +26,27 @@ def require_scalars(options: Namespace) -> None:
             raise ArgumentError(f"--{name} must come with --scalars")
 
 
-def layers(
+def read_layers(
+    options: Namespace, paths: Sequence[str], world_from_model: Float64Array
+) -> tuple[list["Layer"], Float64Array]:
+    """Return a layer for each model file, and the points of all of them (n, 3) in the world."""
+    from ..subjects import world_positions
+
+    meshes = [files.read_mesh(path, options.file_type) for path in paths]
+    points = np.concatenate([world_positions(mesh.positions, world_from_model) for mesh in meshes])
+    return _layers(options, paths, meshes, world_from_model), points
+
+
+@contextlib.contextmanager
+def naming(paths: Sequence[str]) -> Iterator[None]:
+    """Put the names of model files before what is wrong with what they show."""
+    try:
+        yield
+    except MeshError as error:
+        raise MeshError(f"{files.called(paths)}: {error}") from None
+
+
+def _layers(
     options: Namespace, paths: Sequence[str], meshes: Sequence[Mesh], world_from_model: Float64Array
 ) -> list["Layer"]:
     """Return a layer for each model; where `scalars` colour them, one colour means one number in all of them."""

@@ -23,8 +23,7 @@ class Picture:
     @property
     def name(self) -> str:
         """What messages call it."""
-        first, *others = self.models
-        return f"{first} and {len(others)} more" if others else first
+        return files.called(self.models)
 
     @property
     def kind(self) -> str:

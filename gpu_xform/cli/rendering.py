@@ -6,14 +6,11 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from .. import progress
 from .._arguments import Float64Array
-from ..errors import MeshError
 from . import aim, failures, files, references
 from .commands import chosen_device, composed
-from .layers import layers, require_scalars
+from .layers import naming, read_layers, require_scalars
 from .pictures import Picture, planned
 
 if TYPE_CHECKING:
@@ -25,7 +22,7 @@ def render(options: Namespace) -> int:
     aim.require_one_aim(options)
     require_scalars(options)
     references.require_options_together(options)
-    models = [path for typed in options.models for path in files.matching(typed)]
+    models = files.matching(options.models)
     pictures = planned(models, options.output, options.reference, options.reference_diff)
     finish = functools.partial(_finish, options, composed(options), chosen_device(options))
     if len(pictures) > 1:
@@ -63,20 +60,15 @@ def _finish(options: Namespace, world_from_model: Float64Array, device: "Device"
 
 def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device", picture: Picture) -> Any:
     """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
-    from ..subjects import world_positions
-
-    meshes = [files.read_mesh(path, options.file_type) for path in picture.models]
-    points = [world_positions(mesh.positions, world_from_model) for mesh in meshes]
-    try:
+    shown, points = read_layers(options, picture.models, world_from_model)
+    with naming(picture.models):
         return _renderer(picture.kind)(
-            layers(options, picture.models, meshes, world_from_model),
-            camera=aim.camera(options, np.concatenate(points)),
+            shown,
+            camera=aim.camera(options, points),
             size=options.resolution,
             background=options.background,
             device=device,
         )
-    except MeshError as error:
-        raise MeshError(f"{picture.name}: {error}") from None
 
 
 def _renderer(kind: str) -> Callable[..., Any]:

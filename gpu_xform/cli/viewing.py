@@ -2,13 +2,10 @@
 
 import argparse
 
-import numpy as np
-
-from ..errors import MeshError
 from ..viewer.keys import HELP
 from . import aim, files, option_groups
 from .commands import chosen_device, composed
-from .layers import layers, require_scalars
+from .layers import naming, read_layers, require_scalars
 
 SUMMARY = "show models in a window, to turn and to look at closely"
 USAGE = "MODEL... [options]"
@@ -43,23 +40,17 @@ def view(options: argparse.Namespace) -> int:
     """Show models until the window is closed."""
     aim.require_one_aim(options)
     require_scalars(options)
-    from ..subjects import world_positions
     from ..viewer.window import view
 
-    paths = [path for typed in options.models for path in files.matching(typed)]
-    meshes = [files.read_mesh(path, options.file_type) for path in paths]
-    placed = composed(options)
-    points = np.concatenate([world_positions(mesh.positions, placed) for mesh in meshes])
-    try:
+    paths = files.matching(options.models)
+    shown, points = read_layers(options, paths, composed(options))
+    with naming(paths):
         view(
-            layers(options, paths, meshes, placed),
+            shown,
             camera=aim.camera(options, points),
             up=options.up if options.camera_view_up is None else None,
             size=options.resolution,
             background=options.background,
             device=chosen_device(options),
         )
-    except MeshError as error:
-        name = paths[0] if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
-        raise MeshError(f"{name}: {error}") from None
     return 0
