@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar
+from typing import Any, TypeVar, get_args
 
 from ..colors import ColorLike, rgba
 from ..layers import HiddenStyle, Layer
@@ -13,7 +13,7 @@ from ..shaping import CLOUD_POINT_SIZE
 Value = TypeVar("Value")
 
 EDGES = ("all", "feature", "boundary", "silhouette")
-HIDDEN: tuple[HiddenStyle, ...] = ("show", "remove", "dash", "fade")
+HIDDEN: tuple[HiddenStyle, ...] = get_args(HiddenStyle)
 PAINT = "lightgray"
 LIGHT, DARK = "white", "#1e1e1e"
 
