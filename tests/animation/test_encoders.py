@@ -19,6 +19,7 @@ import av
 import numpy as np
 import numpy.typing as npt
 import pytest
+from browser import Browser
 from PIL import Image
 
 import gpu_xform as gx
@@ -135,6 +136,16 @@ def test_videos_play_every_frame_at_its_time(tmp_path: Path, kind: str) -> None:
         differences = [np.abs(picture.astype(int) - other[..., :3]).mean() for other in made]
         assert differences[k] <= 6
         assert int(np.argmin(differences)) == k
+
+
+@pytest.mark.parametrize("kind", VIDEO)
+def test_videos_play_in_a_browser(browser: Browser, tmp_path: Path, kind: str) -> None:
+    save(tmp_path / f"out.{kind}", pictures(20))
+    (tmp_path / "page.html").write_text(f"<!doctype html><video muted autoplay src='out.{kind}'></video>")
+    browser.open(tmp_path / "page.html", (WIDTH, HEIGHT))
+    browser.wait_for("document.querySelector('video').ended")
+    facts = browser.value("(v => [v.videoWidth, v.videoHeight, v.duration])(document.querySelector('video'))")
+    assert facts == [WIDTH, HEIGHT, pytest.approx(1, abs=0.001)]
 
 
 def test_an_mp4_begins_with_its_index(tmp_path: Path) -> None:

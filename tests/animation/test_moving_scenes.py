@@ -10,6 +10,7 @@ import gpu_xform as gx
 from gpu_xform import Animation, Camera, Mesh, Scene, animate, render, samples, turntable
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.formats import registry
+from gpu_xform.gpu.buffers import Buffer
 
 SIZE = (96, 64)
 CAMERA = Camera.look_at((1, 4, 14), (0, 3, 0))
@@ -100,6 +101,33 @@ def test_a_file_in_a_scene_is_read_once(tmp_path: Path, monkeypatch: pytest.Monk
     assert len({frame.tobytes() for frame in animation}) == 5
     assert len(reads) == 1
     assert scene["a"].models[0].model == path
+
+
+def test_a_model_is_uploaded_once_for_all_frames(monkeypatch: pytest.MonkeyPatch) -> None:
+    ball = samples.icosphere(3)
+    scene = Scene()
+    for i in range(3):
+        scene.add(ball, name=f"ball {i}", transform=gx.translate(3 * i, 0, 0), hidden="remove")
+    animation = animate(
+        scene,
+        lambda k: {"ball 1": gx.translate(3, 0.1 * k, 0)},
+        n_frames=6,
+        size=SIZE,
+        camera={"direction": (0, 0, -1)},
+    )
+    uploads: list[int] = []
+    upload = Buffer.upload
+
+    def spy(buffer: Buffer, array: Any, *args: Any) -> None:
+        uploads.append(array.nbytes)
+        upload(buffer, array, *args)
+
+    monkeypatch.setattr(Buffer, "upload", spy)
+    list(animation)
+    first = len(uploads)
+    assert [size > 1000 for size in uploads].count(True) == 3  # points, edges, triangles
+    list(animation)
+    assert max(uploads[first:]) < 1000
 
 
 def test_what_is_done_to_the_scene_later_changes_no_frame() -> None:
