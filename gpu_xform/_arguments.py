@@ -1,6 +1,7 @@
 """Argument checks: each returns the value in its canonical form, or raises an error that names the argument."""
 
-from typing import Any, Protocol, runtime_checkable
+import operator
+from typing import Any, Protocol, SupportsIndex, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -49,6 +50,14 @@ def number(value: npt.ArrayLike, name: str) -> float:
     if array.shape != ():
         raise ArgumentError(f"{name} must be one number, got shape {array.shape}")
     return float(array)
+
+
+def whole_number(value: SupportsIndex, name: str) -> int:
+    """Return `value` as an int."""
+    try:
+        return operator.index(value)
+    except TypeError:
+        raise ArgumentTypeError(f"{name} must be a whole number, got {value!r}") from None
 
 
 def vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:

@@ -4,14 +4,13 @@ All are oriented: counter-clockwise from outside.
 """
 
 import math
-import operator
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import Float64Array
-from .errors import ArgumentError, ArgumentTypeError
+from ._arguments import Float64Array, whole_number
+from .errors import ArgumentError
 from .matrices import translate
 from .mesh import IndexArray, Mesh
 from .scene import Scene
@@ -123,10 +122,7 @@ def _prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Mesh:
 
 def _count(value: int, name: str, least: int, most: int | None = None) -> int:
     """Return `value` as an int within its bounds."""
-    try:
-        count = operator.index(value)
-    except TypeError:
-        raise ArgumentTypeError(f"{name} must be an integer, got {value!r}") from None
+    count = whole_number(value, name)
     if count < least or (most is not None and count > most):
         bounds = f"at least {least}" if most is None else f"in {least}..{most}"
         raise ArgumentError(f"{name} must be {bounds}, got {count}")

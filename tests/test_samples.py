@@ -136,5 +136,5 @@ def test_impossible_counts_are_refused(make: Callable[[], Mesh], message: str) -
 
 @pytest.mark.parametrize("n", [1.0, "3", None])
 def test_counts_are_integers(n: Any) -> None:
-    with pytest.raises(ArgumentTypeError, match="n must be an integer"):
+    with pytest.raises(ArgumentTypeError, match="n must be a whole number"):
         samples.grid(n)

@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import images
-from .._arguments import Float64Array, MatrixLike, direction
+from .._arguments import Float64Array, MatrixLike, direction, whole_number
 from ..cameras import Camera, outermost
 from ..colors import ColorLike, rgba
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -173,6 +173,7 @@ class Animation:
 
     def frame(self, i: int) -> "Image":
         """Return frame `i` as a Pillow image, mode RGBA; from the end where `i` is negative."""
+        i = whole_number(i, "i")
         if not -len(self) <= i < len(self):
             raise ArgumentError(f"i must be a frame's number below {len(self)}, got {i}")
         return images.image(self._drawn(i % len(self)))

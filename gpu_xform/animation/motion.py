@@ -1,13 +1,12 @@
 """What a model does: how many frames there are, and what each of them is."""
 
-import operator
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from .._arguments import MatrixLike, SupportsAsMatrix, number, square_matrices
+from .._arguments import MatrixLike, SupportsAsMatrix, number, square_matrices, whole_number
 from ..errors import ArgumentError, ArgumentTypeError
 from ..scene import Scene
 from .poses import Frame, Pose, checked_pose
@@ -43,10 +42,7 @@ def described(frames: Frames, fps: float, n_frames: int | None, duration: float 
 
 def frame_count(n_frames: int, name: str) -> int:
     """Return a number of frames as an int."""
-    try:
-        count = operator.index(n_frames)
-    except TypeError:
-        raise ArgumentTypeError(f"{name} must be a whole number, got {n_frames!r}") from None
+    count = whole_number(n_frames, name)
     if count < 1:
         raise ArgumentError(f"{name} must be at least 1, got {count}")
     return count

@@ -57,6 +57,12 @@ def test_a_frame_that_there_is_not(i: int) -> None:
         animate(HOUSE, TURNS).frame(i)
 
 
+@pytest.mark.parametrize("i", [1.5, "1", None])
+def test_a_frame_s_number_is_whole(i: Any) -> None:
+    with pytest.raises(ArgumentTypeError, match="i must be a whole number, got"):
+        turntable(HOUSE, 5).frame(i)
+
+
 def test_an_animation_says_what_it_is() -> None:
     animation = animate(HOUSE, TURNS, size=(30, 20), fps=12.5)
     assert (len(animation), animation.size, animation.fps) == (5, (30, 20), 12.5)
