@@ -1,7 +1,8 @@
 """Models and the view of them: what a window shows, whichever window it is."""
 
+import io
+import os
 import re
-from contextlib import suppress
 from itertools import count
 from pathlib import Path
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from .. import images
 from .._arguments import Float64Array
+from .._files import atomic_write
 from ..cameras import DEFAULT_DIRECTION, Camera, turn_up
 from ..colors import ColorLike, rgba
 from ..errors import ArgumentError, MeshError
@@ -109,15 +111,15 @@ class Session:
     def _save(self) -> str:
         """Write what is seen beside what is there already; return what to say of it."""
         stem = re.sub(r"[^\w.-]+", "_", self._name)
-        picture = images.image(self._drawn())
+        png = io.BytesIO()  # because Pillow calls every failure to write an encoder's error
+        images.image(self._drawn()).save(png, "PNG")
         try:
-            for path in (Path(f"{stem}-{number}.png") for number in count(1)):
-                with suppress(FileExistsError), path.open("xb") as file:
-                    picture.save(file, "PNG")
-                    return f"saved {path}"
+            path = next(path for number in count(1) if not os.path.lexists(path := f"{stem}-{number}.png"))
+            with atomic_write(path) as file:
+                file.write(png.getvalue())
         except OSError as error:
             return f"not saved: {error.strerror or error}"
-        raise AssertionError
+        return f"saved {path}"
 
 
 def _fit(points: Float64Array, up: Float64Array) -> Camera:

@@ -232,6 +232,21 @@ def test_what_cannot_be_saved_is_said_and_the_window_stays(tmp_path: Path) -> No
     assert not window.canvas.get_closed()
 
 
+def test_a_picture_that_does_not_fit_the_disk_leaves_no_half(tmp_path: Path) -> None:
+    import resource
+
+    window = Window()
+    window.shown()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500, hard))
+    try:
+        window.key("s")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert window.titles[-1].endswith("- not saved: File too large")
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_where_there_is_nothing_to_draw_the_background_and_the_reason_are_shown() -> None:
     window = Window(background="navy")
     window.key("e", "e")
