@@ -24,6 +24,21 @@ ZOOM_A_NOTCH = 1.2
 TURN_A_HEIGHT = math.pi  # radians, for a drag from the window's top to its bottom
 STEP = math.radians(15.0)
 
+STYLE_KEYS: dict[str, Callable[[Look, Layer], tuple[Look, str]]] = {
+    "e": looks.next_edges,
+    "d": looks.next_hidden,
+    "f": looks.other_fill,
+    "c": looks.other_face_colors,
+    "a": looks.other_antialias,
+}
+TURN_KEYS = {
+    "ArrowLeft": (-STEP, 0.0),
+    "ArrowRight": (STEP, 0.0),
+    "ArrowUp": (0.0, -STEP),
+    "ArrowDown": (0.0, STEP),
+}
+SIDE_KEYS = {"1": ("front", "back"), "2": ("right", "left"), "3": ("above", "below")}
+
 
 class Request(Enum):
     """What a key asks of the window, not of the view."""
@@ -118,13 +133,13 @@ class Controls:
             return None
         key = event["key"]
         name = key.lower() if len(key) == 1 else key
-        if name in TURNS:
-            self._show(self._orbit(size).turned(*TURNS[name]))
-        elif name in SIDES:
-            side = SIDES[name]["Shift" in event["modifiers"]]
+        if name in TURN_KEYS:
+            self._show(self._orbit(size).turned(*TURN_KEYS[name]))
+        elif name in SIDE_KEYS:
+            side = SIDE_KEYS[name]["Shift" in event["modifiers"]]
             self._show(self._orbit(size).seen_from(side, self._given.points(), size[0] / size[1]), f"view: {side}")
-        elif name in STYLES:
-            look, note = STYLES[name](self.view.look, self._given.layer)
+        elif name in STYLE_KEYS:
+            look, note = STYLE_KEYS[name](self.view.look, self._given.layer)
             self.view = replace(self.view, look=look, note=note)
         elif name in ("+", "=", "-", "_"):
             self._zoom(1.0 if name in ("-", "_") else -1.0, np.zeros(2), size)
@@ -154,22 +169,6 @@ class Controls:
 
     def _show(self, orbit: Orbit, note: str = "") -> None:
         self.view = replace(self.view, orbit=orbit, note=note)
-
-
-STYLES: dict[str, Callable[[Look, Layer], tuple[Look, str]]] = {
-    "e": looks.next_edges,
-    "d": looks.next_hidden,
-    "f": looks.other_fill,
-    "c": looks.other_face_colors,
-    "a": looks.other_antialias,
-}
-TURNS = {
-    "ArrowLeft": (-STEP, 0.0),
-    "ArrowRight": (STEP, 0.0),
-    "ArrowUp": (0.0, -STEP),
-    "ArrowDown": (0.0, STEP),
-}
-SIDES = {"1": ("front", "back"), "2": ("right", "left"), "3": ("above", "below")}
 
 
 def _position(event: Event) -> Float64Array:
