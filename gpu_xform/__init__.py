@@ -52,16 +52,16 @@ if TYPE_CHECKING:
     from .animation import Animation, animate, turntable
     from .cameras import Camera
     from .comparison import compare_images
-    from .drawing import render_pdf, render_svg
     from .formats import load_mesh, load_scene, save_mesh
     from .gpu.adapters import adapters
     from .gpu.device import Device
-    from .layers import Layer
+    from .pictures.drawing import render_pdf, render_svg
+    from .pictures.layers import Layer
+    from .pictures.wireframe import render, render_array
     from .point_buffer import PointBuffer, bounds
     from .streaming import transform_file
     from .transform import project_points, transform_normals, transform_points, transform_vectors
     from .viewer.window import view
-    from .wireframe import render, render_array
 
 __version__ = "0.1.0"
 
@@ -133,7 +133,7 @@ _LATE = {
     "Animation": ".animation",
     "Camera": ".cameras",
     "Device": ".gpu.device",
-    "Layer": ".layers",
+    "Layer": ".pictures.layers",
     "PointBuffer": ".point_buffer",
     "adapters": ".gpu.adapters",
     "animate": ".animation",
@@ -142,10 +142,10 @@ _LATE = {
     "load_mesh": ".formats",
     "load_scene": ".formats",
     "project_points": ".transform",
-    "render": ".wireframe",
-    "render_array": ".wireframe",
-    "render_pdf": ".drawing",
-    "render_svg": ".drawing",
+    "render": ".pictures.wireframe",
+    "render_array": ".pictures.wireframe",
+    "render_pdf": ".pictures.drawing",
+    "render_svg": ".pictures.drawing",
     "save_mesh": ".formats",
     "transform_file": ".streaming",
     "transform_normals": ".transform",

@@ -12,7 +12,7 @@ from ._arguments import Float64Array, MatrixLike, square_matrix
 from .errors import ArgumentError, ArgumentTypeError
 
 if TYPE_CHECKING:
-    from .layers import Model
+    from .pictures.layers import Model
 
 _LINES_IN_REPR = 40
 

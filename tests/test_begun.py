@@ -8,7 +8,7 @@ import pytest
 from gpu_xform import ArgumentError, render_array, rotate, samples
 from gpu_xform.gpu import picture
 from gpu_xform.gpu.device import Device
-from gpu_xform.wireframe import begun
+from gpu_xform.pictures.wireframe import begun
 
 STYLES: dict[str, dict[str, Any]] = {
     "one colour": {},

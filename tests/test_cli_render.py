@@ -15,7 +15,7 @@ from gpu_xform import Camera, Mesh, matrices, render_array, render_pdf, render_s
 from gpu_xform.cli import main, option_groups
 from gpu_xform.colors import FACE_CYCLE
 from gpu_xform.gpu.device import Device
-from gpu_xform.layers import Layer
+from gpu_xform.pictures.layers import Layer
 
 Pixels = npt.NDArray[np.uint8]
 SIZE = ("--resolution", "120,80")

@@ -8,7 +8,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-from gpu_xform.layers import HiddenStyle
+from gpu_xform.pictures.layers import HiddenStyle
 
 CUBE = samples.cube()
 SIZE = (90, 70)

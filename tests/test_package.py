@@ -137,8 +137,10 @@ def imports(file: Path, *, type_checking: bool) -> Iterator[str]:
 
 
 def unit(name: str) -> str:
-    """Return which part of the package a dotted name lies in: a module or a folder at its top."""
-    part = name.split(".")[1]
+    """Return which part of the package a dotted name lies in: a module or a folder at its top, one of pictures."""
+    part, *rest = name.split(".")[1:]
+    if part == "pictures" and rest and (ROOT / part / f"{rest[0]}.py").is_file():
+        return f"pictures.{rest[0]}"
     return part if (ROOT / part).is_dir() or (ROOT / f"{part}.py").is_file() else "__init__"
 
 
@@ -146,20 +148,20 @@ def unit(name: str) -> str:
 LAYERS = [
     {"errors"},
     {"_arguments", "_files", "_memmap", "images", "progress"},
-    {"_affine", "_points", "colors", "comparison", "triangulation"},
+    {"pictures.__init__", "_affine", "_points", "colors", "comparison", "triangulation"},
     {"_influences", "colormaps", "matrices", "planar", "mesh", "scene", "vector"},
     {"samples", "cameras", "edge_sets", "formats"},
     {"gpu"},
     {"_precision"},
     {"_rebased", "point_buffer"},
-    {"layers", "transform", "views"},
-    {"line_colors"},
-    {"subjects"},
-    {"opening", "shaping"},
-    {"staging"},
-    {"painting"},
-    {"strokes"},
-    {"drawing", "wireframe"},
+    {"pictures.layers", "transform", "pictures.views"},
+    {"pictures.line_colors"},
+    {"pictures.subjects"},
+    {"pictures.opening", "pictures.shaping"},
+    {"pictures.staging"},
+    {"pictures.painting"},
+    {"pictures.strokes"},
+    {"pictures.drawing", "pictures.wireframe"},
     {"animation", "bench", "streaming", "viewer"},
     {"__init__"},
     {"cli"},

@@ -18,12 +18,12 @@ from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu.device import Device
 from ..gpu.picture import Drawn
 from ..images import Pixels
-from ..layers import Layer, Models, Style
 from ..matrices import rotate, translate
-from ..opening import opened, outline
+from ..pictures.layers import Layer, Models, Style
+from ..pictures.opening import opened, outline
+from ..pictures.staging import Size, picture_size
+from ..pictures.wireframe import begun
 from ..progress import bar
-from ..staging import Size, picture_size
-from ..wireframe import begun
 from . import poses
 from .encoders import html
 from .encoders.clip import Clip

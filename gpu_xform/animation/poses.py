@@ -8,9 +8,9 @@ import numpy as np
 
 from .._arguments import Float64Array, MatrixLike, square_matrix
 from ..errors import ArgumentTypeError
-from ..layers import Layer, Model, Models, Style, as_layers
 from ..mesh import Mesh
-from ..opening import FILES, opened
+from ..pictures.layers import Layer, Model, Models, Style, as_layers
+from ..pictures.opening import FILES, opened
 from ..point_buffer import PointBuffer
 from ..scene import Scene
 

@@ -16,7 +16,7 @@ from .templates import Template
 from .values import AXES
 
 if TYPE_CHECKING:
-    from ..layers import Layer
+    from ..pictures.layers import Layer
 
 
 def require_scalars(options: Namespace) -> None:
@@ -30,7 +30,7 @@ def read_layers(
     options: Namespace, paths: Sequence[str], world_from_model: Float64Array
 ) -> tuple[list["Layer"], Float64Array]:
     """Return a layer for each model file, and the points of all of them (n, 3) in the world."""
-    from ..subjects import world_positions
+    from ..pictures.subjects import world_positions
 
     meshes = [files.read_mesh(path, options.file_type) for path in paths]
     points = np.concatenate([world_positions(mesh.positions, world_from_model) for mesh in meshes])
@@ -50,7 +50,7 @@ def _layers(
     options: Namespace, paths: Sequence[str], meshes: Sequence[Mesh], world_from_model: Float64Array
 ) -> list["Layer"]:
     """Return a layer for each model; where `scalars` colour them, one colour means one number in all of them."""
-    from ..layers import Layer
+    from ..pictures.layers import Layer
 
     style = option_groups.style(options) | {"transform": world_from_model}
     source = style.pop("scalars", None)

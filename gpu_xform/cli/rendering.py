@@ -72,6 +72,6 @@ def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device",
 
 
 def _renderer(kind: str) -> Callable[..., Any]:
-    from .. import drawing, wireframe
+    from ..pictures import drawing, wireframe
 
     return {"png": wireframe.render, "svg": drawing.render_svg, "pdf": drawing.render_pdf}[kind]

@@ -11,7 +11,7 @@ import numpy as np
 from .._arguments import Float64Array
 from ..cameras import Camera
 from ..colors import ColorLike
-from ..layers import Layer
+from ..pictures.layers import Layer
 from . import looks
 from .looks import Look
 from .orbit import Ball, Orbit

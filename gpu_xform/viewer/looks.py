@@ -5,10 +5,10 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar, get_args
 
 from ..colors import ColorLike, rgba
-from ..layers import HiddenStyle, Layer
-from ..line_colors import by_face
 from ..mesh import Mesh
-from ..shaping import CLOUD_POINT_SIZE
+from ..pictures.layers import HiddenStyle, Layer
+from ..pictures.line_colors import by_face
+from ..pictures.shaping import CLOUD_POINT_SIZE
 
 Value = TypeVar("Value")
 

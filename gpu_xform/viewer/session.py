@@ -16,9 +16,9 @@ from ..colors import ColorLike, rgba
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
 from ..images import Pixels
-from ..layers import Models, Style, as_layers
-from ..opening import FILES, opened, outline
-from ..wireframe import render_array
+from ..pictures.layers import Models, Style, as_layers
+from ..pictures.opening import FILES, opened, outline
+from ..pictures.wireframe import render_array
 from .controls import Controls, Event, Given, Request
 from .looks import has_faces, restyled
 from .orbit import Ball

@@ -17,8 +17,8 @@ from ..colors import ColorLike
 from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import quiet_runtime_dir
 from ..gpu.device import Device
-from ..layers import Models, Style
-from ..staging import Size, picture_size
+from ..pictures.layers import Models, Style
+from ..pictures.staging import Size, picture_size
 from .session import Session
 
 DEFAULT_SIZE = (960, 720)

@@ -19,7 +19,7 @@ from gpu_xform import Camera, Layer, Mesh, Scene, render_array, samples, save_me
 from gpu_xform.cli import main
 from gpu_xform.colors import ColorLike
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError, DisplayError, MeshError, MissingExtraError
-from gpu_xform.layers import Models, Style
+from gpu_xform.pictures.layers import Models, Style
 from gpu_xform.viewer import session as session_module
 from gpu_xform.viewer.orbit import Ball, Orbit
 from gpu_xform.viewer.session import Session

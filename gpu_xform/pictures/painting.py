@@ -5,11 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import Float64Array
+from .._arguments import Float64Array
+from ..mesh import Mesh
+from ..vector import Polygons
 from .line_colors import fill_colors
-from .mesh import Mesh
 from .staging import Stage
-from .vector import Polygons
 
 
 class Painted(NamedTuple):

@@ -8,8 +8,8 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import Float64Array
-from .edge_sets import (
+from .._arguments import Float64Array
+from ..edge_sets import (
     edge_faces,
     face_normals,
     index_pairs,
@@ -18,16 +18,16 @@ from .edge_sets import (
     resolve_edges,
     without_silhouette,
 )
-from .errors import ArgumentError, MeshError
-from .gpu.device import Device
-from .gpu.layouts import CANDIDATE
-from .gpu.plans import rounded_up
-from .gpu.shapes import Points
+from ..errors import ArgumentError, MeshError
+from ..gpu.device import Device
+from ..gpu.layouts import CANDIDATE
+from ..gpu.plans import rounded_up
+from ..gpu.shapes import Points
+from ..mesh import IndexArray, Mesh
+from ..point_buffer import PointBuffer
+from ..triangulation import triangles
 from .layers import Layer
 from .line_colors import by_face
-from .mesh import IndexArray, Mesh
-from .point_buffer import PointBuffer
-from .triangulation import triangles
 
 NO_FACE = 2**32 - 1
 
@@ -112,7 +112,7 @@ def subject(layer: Layer) -> Subject:
         return BufferSubject(model, layer.name or "")
     if isinstance(model, Mesh):
         return MeshSubject(model, layer.name or "")
-    from .formats import load_mesh
+    from ..formats import load_mesh
 
     return MeshSubject(load_mesh(model), Path(model).stem if layer.name is None else layer.name)
 

@@ -2,12 +2,12 @@
 
 from typing import TYPE_CHECKING, Unpack
 
-from . import images
-from .cameras import Camera
-from .colors import ColorLike, rgba
-from .gpu import picture
-from .gpu.device import Device
-from .gpu.picture import Drawn
+from .. import images
+from ..cameras import Camera
+from ..colors import ColorLike, rgba
+from ..gpu import picture
+from ..gpu.device import Device
+from ..gpu.picture import Drawn
 from .layers import Models, Style
 from .staging import Size, staged
 

@@ -7,13 +7,13 @@ from functools import cache
 
 import numpy as np
 
-from ._arguments import Float64Array
-from .errors import ArgumentTypeError
-from .formats import load_mesh
+from .._arguments import Float64Array
+from ..errors import ArgumentTypeError
+from ..formats import load_mesh
+from ..mesh import Mesh
+from ..point_buffer import PointBuffer
+from ..scene import Scene
 from .layers import Layer, Model, Models
-from .mesh import Mesh
-from .point_buffer import PointBuffer
-from .scene import Scene
 from .subjects import subject
 
 FILES = (str, os.PathLike)

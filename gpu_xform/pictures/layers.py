@@ -8,13 +8,13 @@ from typing import Any, Literal, TypeAlias, TypedDict, get_args
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import Float64Array, MatrixLike, number, square_matrices
-from .colors import ColorLike
-from .edge_sets import EdgesLike
-from .errors import ArgumentError, ArgumentTypeError
-from .mesh import Mesh
-from .point_buffer import PointBuffer
-from .scene import Instances, Scene
+from .._arguments import Float64Array, MatrixLike, number, square_matrices
+from ..colors import ColorLike
+from ..edge_sets import EdgesLike
+from ..errors import ArgumentError, ArgumentTypeError
+from ..mesh import Mesh
+from ..point_buffer import PointBuffer
+from ..scene import Instances, Scene
 
 Model: TypeAlias = Mesh | PointBuffer | str | os.PathLike[str]
 HiddenStyle: TypeAlias = Literal["show", "remove", "dash", "fade"]

@@ -7,9 +7,9 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .colormaps import mapped
-from .colors import FACE_CYCLE, FloatColor, color_rows, packed, rgba
-from .gpu.shapes import ColorMode
+from ..colormaps import mapped
+from ..colors import FACE_CYCLE, FloatColor, color_rows, packed, rgba
+from ..gpu.shapes import ColorMode
 from .layers import Layer
 
 PackedColors: TypeAlias = npt.NDArray[np.uint32]

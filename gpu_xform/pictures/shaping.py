@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import Float64Array
-from .colors import packed
-from .errors import MeshError
-from .gpu import silhouette_pass
-from .gpu.buffers import Buffer
-from .gpu.device import Device
-from .gpu.layouts import CANDIDATE
-from .gpu.shapes import ColorMode, Faces, Hidden, Lines, Shape
+from .._arguments import Float64Array
+from ..colors import packed
+from ..errors import MeshError
+from ..gpu import silhouette_pass
+from ..gpu.buffers import Buffer
+from ..gpu.device import Device
+from ..gpu.layouts import CANDIDATE
+from ..gpu.shapes import ColorMode, Faces, Hidden, Lines, Shape
 from .layers import Layer
 from .line_colors import NO_ROWS, LineColors, fill_colors, line_colors
 from .subjects import Candidates, Subject

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ._arguments import Float64Array
+from .._arguments import Float64Array
 
 # Depth is 1 at the near plane and 0 at the far one: floating point then keeps apart what is far away.
 REVERSED_DEPTH: Float64Array = np.array([[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, -1.0, 1.0], [0, 0, 0, 1.0]])

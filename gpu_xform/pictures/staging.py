@@ -8,14 +8,14 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ._arguments import Float64Array
-from .cameras import Camera
-from .errors import ArgumentError, ArgumentTypeError, MeshError
-from .gpu import frame
-from .gpu.device import Device, default_device
-from .gpu.frame import View
+from .._arguments import Float64Array
+from ..cameras import Camera
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..gpu import frame
+from ..gpu.device import Device, default_device
+from ..gpu.frame import View
+from ..point_buffer import PointBuffer
 from .layers import Layer, Models, Style, as_layers
-from .point_buffer import PointBuffer
 from .shaping import Shaped, shaped
 from .subjects import Subject, subject
 from .views import depth_cue, pixel_depth, with_depth

@@ -2,14 +2,14 @@
 
 from typing import Unpack
 
-from .cameras import Camera
-from .colors import ColorLike, FloatColor, rgba
-from .errors import ArgumentError
-from .gpu.device import Device
+from ..cameras import Camera
+from ..colors import ColorLike, FloatColor, rgba
+from ..errors import ArgumentError
+from ..gpu.device import Device
+from ..vector import Strokes, pdf, svg
 from .layers import Models, Style
 from .staging import Size, Stage, staged
 from .strokes import strokes
-from .vector import Strokes, pdf, svg
 
 
 def render_svg(

@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import Float64Array
-from .gpu.cut_pass import Cut, cut
-from .gpu.shapes import ColorMode, Hidden, Lines
+from .._arguments import Float64Array
+from ..gpu.cut_pass import Cut, cut
+from ..gpu.shapes import ColorMode, Hidden, Lines
+from ..vector import Dots, Polygons, Strokes
 from .painting import joined, painted, polygons
 from .staging import Stage
-from .vector import Dots, Polygons, Strokes
 
 PALE = 0.25  # what hidden edges keep of their strength where they fade; as in the shaders
 GRADIENT_STEP = 8.0  # pixels; pieces of changing colour are no longer
