@@ -5,12 +5,15 @@
 #import ink
 
 @group(0) @binding(5) var<storage, read_write> ink: array<atomic<u32>>;
+override may_overflow: bool; // there are so many lines that all through one pixel could be more than it holds
 override workgroup_size: u32;
 
+const OVERFULL_INK = 0x80000000u; // far from the largest number, as others add at the same time
+
 fn lay_ink(place: u32, amount: u32) {
-    // Kept far from the largest number, as there may be any number of lines.
-    if atomicAdd(&ink[place], amount) > OVERFULL_INK {
-        atomicStore(&ink[place], OPAQUE_INK);
+    let before = atomicAdd(&ink[place], amount);
+    if may_overflow && before > OVERFULL_INK {
+        atomicStore(&ink[place], opaque_ink());
     }
 }
 

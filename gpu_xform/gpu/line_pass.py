@@ -16,6 +16,10 @@ from .line_batches import COLOR_BYTES, Batch, Bindings, batches, over_edges, str
 from .shapes import Hidden, Lines
 from .targets import FORMAT, Target
 
+MOST_INK = 8  # of an edge in a pixel, as logarithm: ink.wgsl
+# Steps for a factor of e. With the coarsest an edge is off by a five hundredth, which nobody sees among so many; not to
+# look out for overflow makes them a twentieth faster.
+FINEST_INK, COARSEST_INK = 2048, 256
 WIDEST_INK = 8.0  # pixels; an invocation lays an edge's ink alone, so that wide lines are better off as quads
 
 
@@ -72,11 +76,14 @@ class LinePass:
         ]
 
     def _draw_ink(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
+        n_edges = sum(batch.n_edges * batch.shape.n_instances for batch, _, _ in parts)
+        ink_steps, may_overflow = _ink_steps(n_edges)
         encoder.clear_buffer(self._ink.handle)
         for batch, bindings, constants in parts:
-            over_edges(encoder, "ink_lines", batch, bindings | {5: self._ink}, **constants)
+            looks = {**constants, "ink_steps": ink_steps, "may_overflow": may_overflow}
+            over_edges(encoder, "ink_lines", batch, bindings | {5: self._ink}, **looks)
         tile, style = parts[0].bindings[0], parts[0].bindings[1]
-        target.blend(encoder, "blend_ink", {0: tile, 1: style, 5: self._ink})
+        target.blend(encoder, "blend_ink", {0: tile, 1: style, 5: self._ink}, ink_steps=ink_steps)
 
     def _draw_thin(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         for batch, bindings, constants in parts:
@@ -102,6 +109,14 @@ class LinePass:
 
     def _colors(self, batch: Batch) -> Binding:
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)
+
+
+def _ink_steps(n_edges: int) -> tuple[int, bool]:
+    """Return how fine ink is, and whether so many edges through one pixel could be more than 32 bits hold."""
+    return next(
+        ((steps, False) for steps in (FINEST_INK, COARSEST_INK) if n_edges * MOST_INK * steps < 2**32),
+        (COARSEST_INK, True),
+    )
 
 
 def _is_plain(lines: Lines) -> bool:
