@@ -246,6 +246,29 @@ def test_a_gif_is_opaque_or_not_at_each_pixel(tmp_path: Path) -> None:
         assert np.array_equal(picture[..., 3], np.where(original[..., 3] >= 128, 255, 0))
 
 
+@pytest.mark.parametrize("transparent", [False, True])
+def test_a_gif_holds_of_each_frame_what_differs_from_what_is_below(tmp_path: Path, transparent: bool) -> None:
+    ground = (0, 0, 0, 0) if transparent else (250, 240, 230, 255)
+    places = [(3, 5), (9, 20), (9, 20), None, None, (30, 40)]  # row and column of a patch of 4 rows and 7 columns
+    made = []
+    for place in places:
+        pixels = np.full((HEIGHT, WIDTH, 4), ground, np.uint8)
+        if place:
+            pixels[place[0] : place[0] + 4, place[1] : place[1] + 7] = (10, 20, 200, 255)
+        made.append(pixels)
+    save(tmp_path / "out.gif", made)
+    shown, durations, _ = read(tmp_path / "out.gif")
+    assert np.array_equal(shown, made)
+    assert durations == [50] * 6
+    nothing = (0, 0, 1, 1)
+    patches = [nothing if place is None else (place[1], place[0], place[1] + 7, place[0] + 4) for place in places]
+    changes = [(0, 0, WIDTH, HEIGHT), (5, 3, 27, 13), nothing, (20, 9, 27, 13), nothing, (40, 30, 47, 34)]
+    with Image.open(tmp_path / "out.gif") as image:
+        for k, expected in enumerate(patches if transparent else changes):
+            image.seek(k)
+            assert image.tile[0][1] == expected, k
+
+
 def test_a_gif_s_delays_are_none_that_browsers_take_for_a_mistake(tmp_path: Path) -> None:
     save(tmp_path / "out.gif", pictures(3), 50)
     with pytest.raises(ArgumentError, match="fps must be at most 50 in a GIF, got 51"):

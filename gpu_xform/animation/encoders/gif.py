@@ -8,6 +8,7 @@ import struct
 from typing import BinaryIO
 
 import numpy as np
+import numpy.typing as npt
 
 from ...errors import ArgumentError
 from ...images import Pixels
@@ -21,6 +22,7 @@ MOST_FPS = 50
 N_SAMPLES = 8
 FOREVER = 0
 HEADER_BYTES = 13
+PLACED_BYTES = 5  # of an image block: its first, and where it lies
 TABLE_BYTES = 3 * 256
 HAS_FULL_TABLE = 0xF7
 LEAVE, CLEAR = 1 << 2, 2 << 2  # what becomes of a frame before the next
@@ -31,7 +33,7 @@ def write(file: BinaryIO, clip: Clip) -> None:
     """Write a GIF; frames begin within half a hundredth of a second, its unit, of their times.
 
     The colours are chosen from eight frames: those that cover most are kept exactly, the rest share the palette, and
-    no pixel is dithered.
+    no pixel is dithered. Of each frame only the part is written that differs from what is below it.
     """
     clip.require_size_within(LARGEST_SIDE, "a GIF")
     if clip.fps > MOST_FPS:
@@ -39,8 +41,14 @@ def write(file: BinaryIO, clip: Clip) -> None:
     spread = np.unique(np.linspace(0, clip.n_frames - 1, N_SAMPLES).round().astype(int))
     palette = Palette(np.stack([clip.sample(k) for k in spread.tolist()]))
 
+    below: Indices | None = None
+
     def compressed(pixels: Pixels) -> bytes:
-        return _image_block(palette.indices(pixels))
+        nonlocal below
+        indices = palette.indices(pixels)
+        shown = indices != (TRANSPARENT if below is None else below)
+        below = indices if palette.is_opaque else None
+        return _image_block(indices, *_box(shown))
 
     file.write(b"GIF89a" + struct.pack("<HHBBB", *clip.size, HAS_FULL_TABLE, TRANSPARENT, 0) + palette.table())
     file.write(b"!\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<HB", FOREVER, 0))
@@ -51,11 +59,23 @@ def write(file: BinaryIO, clip: Clip) -> None:
     file.write(b";")
 
 
-def _image_block(indices: Indices) -> bytes:
-    """Return the block of a GIF that shows `indices` (height, width) by the file's own table of 256 colours."""
+def _box(shown: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the rows and the columns around all that is true, or one pixel where nothing is."""
+    return _span(np.asarray(shown.any(axis=1))), _span(np.asarray(shown.any(axis=0)))
+
+
+def _span(line: npt.NDArray[np.bool_]) -> slice:
+    (places,) = line.nonzero()
+    return slice(places[0], places[-1] + 1) if len(places) else slice(0, 1)
+
+
+def _image_block(indices: Indices, rows: slice, columns: slice) -> bytes:
+    """Return the block of a GIF that shows a part of `indices` (height, width) by the file's own 256 colours."""
     from PIL import Image
 
     # Saved as grey, the table is as large, and nothing is renumbered.
+    part = np.ascontiguousarray(indices[rows, columns])
     still = io.BytesIO()
-    Image.fromarray(indices, "L").save(still, "GIF", optimize=False, interlace=0)
-    return still.getvalue()[HEADER_BYTES + TABLE_BYTES : -1]
+    Image.fromarray(part, "L").save(still, "GIF", optimize=False, interlace=0)
+    block = still.getvalue()[HEADER_BYTES + TABLE_BYTES : -1]
+    return block[:1] + struct.pack("<HH", columns.start, rows.start) + block[PLACED_BYTES:]
