@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from gpu_xform import ArgumentError, render_array, rotate, samples
+from gpu_xform import ArgumentError, DeviceError, render_array, rotate, samples
 from gpu_xform.gpu import picture
 from gpu_xform.gpu.device import Device
 from gpu_xform.pictures.wireframe import begun
@@ -74,3 +74,38 @@ def test_pictures_begun_in_several_threads_are_themselves(style: dict[str, Any],
         for _ in range(4):
             drawn = pool.map(lambda model: render_array(model, **options, **style).tobytes(), MOVED)
             assert list(drawn) == expected
+
+
+def test_a_picture_can_be_read_again(options: dict[str, Any]) -> None:
+    drawn = begun(MOVED[1], **options)
+    first = drawn.pixels().tobytes()
+    others = [begun(model, **options) for model in MOVED[2:]]
+    assert drawn.pixels().tobytes() == first
+    for model, other in zip(MOVED[2:], others, strict=True):
+        assert other.pixels().tobytes() == render_array(model, **options).tobytes()
+
+
+def test_several_pictures_can_follow_one_and_one_that_has_been_read(options: dict[str, Any]) -> None:
+    expected = [render_array(model, **options).tobytes() for model in MOVED]
+    before = begun(MOVED[0], **options)
+    following = [begun(model, **options, after=before) for model in MOVED[1:3]]
+    assert before.pixels().tobytes() == expected[0]
+    following += [begun(model, **options, after=before) for model in MOVED[3:]]
+    assert [drawn.pixels().tobytes() for drawn in following] == expected[1:]
+
+
+def test_a_picture_may_follow_one_of_another_device(device: Device, staging_device: Device) -> None:
+    expected = render_array(MOVED[1], device=device, size=(90, 70))
+    before = begun(MOVED[2], device=staging_device, size=(90, 70))
+    assert begun(MOVED[1], device=device, size=(90, 70), after=before).pixels().tobytes() == expected.tobytes()
+    assert before.pixels().tobytes() == render_array(MOVED[2], device=staging_device, size=(90, 70)).tobytes()
+
+
+@pytest.mark.parametrize("has_arrived", [False, True])
+def test_a_picture_of_a_closed_device_is_a_device_error(has_arrived: bool) -> None:
+    with Device() as own:
+        drawn = begun(MOVED[0], device=own, size=(90, 70))
+        if has_arrived:
+            begun(MOVED[1], device=own, size=(90, 70), after=drawn)
+    with pytest.raises(DeviceError, match="closed"):
+        drawn.pixels()

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
@@ -159,11 +160,11 @@ def test_lines_over_one_another_let_through_the_product(n: int, alpha: float) ->
     assert abs(shown[20, 20, 0] / 255 - (1 - alpha) ** n) <= 1 / 255
 
 
-@pytest.mark.parametrize(("n", "ink"), [(200_000, 16_024), (268_034, 16_024), (2_144_268, 2_003)])
-def test_any_number_of_lines_stays_opaque(n: int, ink: int) -> None:
-    # Ink is counted in 32 bits, and so much of it lays an opaque line with fine and with coarse steps: left alone, the
-    # larger numbers of lines would come round to less than one.
-    assert n == 200_000 or n * ink % 2**32 < ink
+@pytest.mark.parametrize("n", [200_000, 268_034, 2_412_301])
+def test_any_number_of_lines_stays_opaque(n: int) -> None:
+    # Ink is counted in 32 bits, and with the finest steps an opaque line lays 16,024: left alone, the larger numbers
+    # would come round to less than one line's.
+    assert n == 200_000 or n * 16_024 % 2**32 < 16_024
     shown = gx.render_array(
         Mesh([(0, 0, 0), (0.05, 0, 0)]),
         edges=np.tile([(0, 1)], (n, 1)),
@@ -172,6 +173,39 @@ def test_any_number_of_lines_stays_opaque(n: int, ink: int) -> None:
         line_width=3.0,
     )
     assert (shown[3:5, 3:5, 0] == 0).all()
+
+
+def darkness_of_parts(mesh: Mesh, n: int, size: tuple[int, int], style: dict[str, Any]) -> npt.NDArray[Any]:
+    """Return by how much a picture of all edges differs from one of as many layers, each rounded to eight bits."""
+    camera = Camera.fit(mesh)
+    together, apart = (
+        gx.render_array([gx.Layer(mesh, edges=part, **style) for part in parts], camera=camera, size=size)[..., 0]
+        for parts in ([mesh.edges], np.array_split(mesh.edges, n))
+    )
+    assert 0.1 < (together < 255).mean() < 0.95
+    return np.asarray(np.abs(together.astype(int) - apart))
+
+
+@pytest.mark.parametrize(
+    "style",
+    [
+        {"alpha": 0.0019},
+        {"color": (0.0, 0.0, 0.0, 0.01)},
+        {"alpha": 0.1},
+        {"alpha": 0.02, "depth_cue": 0.9},
+        {"line_width": 0.003},
+        {"alpha": 0.5, "line_width": 0.05},
+    ],
+)
+def test_faint_lines_of_a_dense_model_add_up_as_those_of_a_few_models_do(style: dict[str, Any]) -> None:
+    """Sums of few edges are finer; no edge may be lost where there are many."""
+    assert (darkness_of_parts(samples.icosphere(7), 4, (100, 100), style) <= 3).all()
+
+
+def test_opaque_lines_of_a_dense_model_add_up_as_those_of_a_few_models_do() -> None:
+    difference = darkness_of_parts(samples.icosphere(8), 8, (1000, 1000), {"line_width": 1.5})
+    assert difference.max() <= 8
+    assert difference.mean() <= 1
 
 
 @pytest.mark.parametrize("style", [{}, {"hidden": "fade"}, {"antialias": False}, {"line_width": 8.0}])

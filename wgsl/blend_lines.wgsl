@@ -1,13 +1,13 @@
 // Lines that were drawn apart, over the picture.
 #import each_mark
 
-const ROW_STEP = 64u; // pixels: rows that are copied out of a texture begin at multiples of 256 bytes
+override row_step: u32; // pixels at whose multiples rows begin that are copied out of a texture
 
 @group(0) @binding(5) var<storage, read> lines: array<u32>; // premultiplied
 
 fn place_of(index: u32) -> u32 {
     let width = u32(tile.extent.x);
-    return index / width * ((width + ROW_STEP - 1u) / ROW_STEP * ROW_STEP) + index % width;
+    return index / width * ((width + row_step - 1u) / row_step * row_step) + index % width;
 }
 
 fn is_marked(index: u32) -> bool {

@@ -60,6 +60,8 @@ class Buffer:
 
         Only where the host can map the buffer. Till it has been downloaded, no submission may use it.
         """
+        if self._has_arrived:
+            return
         with self.device.lock, device_errors(f"read {n_bytes:,} bytes back"):
             self.require_submittable(self.device)
             self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
@@ -84,8 +86,8 @@ class Buffer:
 
     @contextlib.contextmanager
     def _mapped(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
-        if not self._has_arrived:
-            self.arrive(n_bytes)
+        self.device.require_usable()
+        self.arrive(n_bytes)
         self._has_arrived = False
         try:
             yield np.frombuffer(self.handle.read_mapped(0, n_bytes, copy=False), np.uint8)

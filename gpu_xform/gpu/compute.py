@@ -23,9 +23,9 @@ class Binding(NamedTuple):
 def bind(
     device: "Device",
     pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline,
-    bindings: Sequence[Buffer | Binding] | Mapping[int, Buffer | Binding | wgpu.GPUTextureView],
+    bindings: Sequence[Buffer | Binding] | Mapping[int, Buffer | Binding],
 ) -> wgpu.GPUBindGroup:
-    """Bind whole buffers, parts of them and textures to bindings 0, 1, ... of group 0, or to those that are named."""
+    """Bind whole buffers and parts of them to bindings 0, 1, ... of group 0, or to those that are named."""
     numbered = bindings.items() if isinstance(bindings, Mapping) else enumerate(bindings)
     with device_errors("bind the buffers"):
         return device.handle.create_bind_group(
@@ -34,9 +34,7 @@ def bind(
         )
 
 
-def _resource(device: "Device", part: Buffer | Binding | wgpu.GPUTextureView) -> object:
-    if isinstance(part, wgpu.GPUTextureView):
-        return part
+def _resource(device: "Device", part: Buffer | Binding) -> object:
     buffer, offset_bytes, n_bytes = part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)
     buffer.require_submittable(device)
     return {"buffer": buffer.handle, "offset": offset_bytes, "size": n_bytes}

@@ -1,4 +1,4 @@
-"""What a picture is drawn from on the device: projected shapes, and the memory of one tile."""
+"""What a picture is drawn from on the device: shapes, and their points projected."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace

@@ -29,7 +29,6 @@ class Batch:
 
     shape: Projected
     lines: Lines
-    first: int
     n_edges: int
     edges: Binding
     colors: Binding | None
@@ -50,7 +49,7 @@ def _cut(device: Device, shape: Projected, lines: Lines) -> Iterator[Batch]:
             if lines.color_mode is ColorMode.AN_EDGE:
                 colors = Binding(lines.colors, start * COLOR_BYTES, n_edges * COLOR_BYTES)
         edges = Binding(lines.edges, start * EDGE_BYTES, n_edges * EDGE_BYTES)
-        yield Batch(shape, lines, start, n_edges, edges, colors)
+        yield Batch(shape, lines, n_edges, edges, colors)
 
 
 def style_struct(batch: Batch) -> npt.NDArray[np.void]:

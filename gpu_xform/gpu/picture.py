@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -23,16 +23,24 @@ from .tiles import TILE_SIDE, WIDEST_MARGIN, Tile, tiles
 class Drawn:
     """A picture whose last tile is drawn, or being drawn, on its device."""
 
-    def __init__(self, picture: npt.NDArray[np.uint8], is_opaque: bool, last: Tile, target: Target) -> None:
+    def __init__(self, device: Device, picture: npt.NDArray[np.uint8], is_opaque: bool, last: Tile, target: Target):
+        self._device = device
         self._picture = picture
         self._is_opaque = is_opaque
         self._tile = last
-        self.target = target
+        self._target: Target | None = target
 
     def pixels(self) -> npt.NDArray[np.uint8]:
-        """Return (height, width, 4), straight alpha, once all is drawn; to be called once."""
-        _collect(self._picture, self._is_opaque, self._tile, self.target)
+        """Return (height, width, 4), straight alpha, once all is drawn."""
+        if self._target is not None:
+            _collect(self._picture, self._is_opaque, self._tile, self._target)
+            self._target = None
         return self._picture
+
+    def arrive(self, device: Device) -> None:
+        """Wait until all is drawn, where it is `device` that draws it."""
+        if self._target is not None and self._device is device:
+            self._target.arrive()
 
 
 def draw(
@@ -66,7 +74,7 @@ def draw(
         lines = LinePass(device, projection.shapes, faces, parts[0].extent)
         common = [*projection.buffers, *faces.buffers, *lines.buffers]
 
-        def drawn(part: Tile, before: Target | None) -> Target:
+        def drawn(part: Tile, wait: Callable[[], None]) -> Target:
             (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, background)])
             target = Target(device, part.extent, apart=lines.needs_texture)
             with device.recording(tile.buffer, *target.buffers, *common) as encoder:
@@ -77,16 +85,15 @@ def draw(
                 faces.paint(encoder, target, tile)
                 lines.draw(encoder, target, tile)
                 target.leave(encoder)
-                if before is not None:
-                    before.arrive()
+                wait()
             return target
 
-        target = drawn(parts[0], after.target if after else None)
+        target = drawn(parts[0], lambda: after.arrive(device) if after else None)
         for last, part in pairwise(parts):
-            following = drawn(part, target)
+            following = drawn(part, target.arrive)
             _collect(picture, is_opaque, last, target)  # while the following is drawn
             target = following
-    return Drawn(picture, is_opaque, parts[-1], target)
+    return Drawn(device, picture, is_opaque, parts[-1], target)
 
 
 def _collect(picture: npt.NDArray[np.uint8], is_opaque: bool, tile: Tile, target: Target) -> None:

@@ -62,7 +62,7 @@ class Pool:
         return Buffer(self._device, n_bytes, usage)
 
     def give_back(self, role: str, buffer: Buffer) -> None:
-        """Keep a buffer that was taken for the next who takes one; of the smallest ones, all but a few are released."""
+        """Keep a buffer that was taken for the next who takes one; beyond a few, the smallest is released."""
         spare = self._spare.setdefault(role, [])
         spare.append(buffer)
         spare.sort(key=lambda each: each.n_bytes)

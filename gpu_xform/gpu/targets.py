@@ -67,7 +67,7 @@ class Target:
         render.end()
         rows = {"buffer": self._lines.handle, "bytes_per_row": _row_bytes(self._extent[0])}
         encoder.copy_texture_to_buffer({"texture": texture}, rows, (*self._extent, 1))
-        self.blend(encoder, "blend_lines", {0: tile, 5: self._lines})
+        self.blend(encoder, "blend_lines", {0: tile, 5: self._lines}, row_step=ROW_ALIGNMENT // 4)
 
     def leave(self, encoder: wgpu.GPUCommandEncoder) -> None:
         """Record what brings the finished picture to where the host can map it."""

@@ -1,11 +1,11 @@
 // Ink: the negative logarithm of what shines through, in whole steps, so that sums do not depend on their order.
 override ink_steps: f32; // for a factor of e
+override least_light: f32; // that a line lets through
 
-const LEAST_LIGHT = 4e-4; // a fifth of what eight bits show
-const OPAQUE = 8.0; // the logarithm where less than that shines through
+const OPAQUE = 8.0; // the logarithm where no more light is seen
 
 fn ink_of(alpha: f32) -> u32 {
-    return u32(-log(max(1.0 - alpha, LEAST_LIGHT)) * ink_steps + 0.5);
+    return u32(-log(max(1.0 - alpha, least_light)) * ink_steps + 0.5);
 }
 
 fn opaque_ink() -> u32 {

@@ -20,8 +20,8 @@ def encoded(
 ) -> Iterator[Iterator[Encoded]]:
     """Give what `encode` makes of each frame, in their order: the frames are drawn in this thread, encoded in others.
 
-    Only as many frames are held as threads work on them, and one more. What goes wrong in any thread is raised in this
-    one, and where the block ends, whatever the reason, no other is at work any more.
+    Of the frames given, only as many are held as threads work on them, and one more. What goes wrong in any thread is
+    raised in this one, and where the block ends, whatever the reason, no other is at work any more.
 
     in_order : encode one frame after another, because each needs what the ones before it left
     """
