@@ -13,6 +13,7 @@ from ..errors import DeviceError
 from . import buffers, self_test
 from .adapters import Adapter, Limits, described, find_adapter, quiet_runtime_dir
 from .faults import device_errors
+from .interrupts import uninterrupted
 from .pool import Pool
 from .residents import Residents
 from .shaders import Pipelines
@@ -85,7 +86,7 @@ class Device:
 
         wgpu aborts the process when a submission is not valid, so what could make it so is checked here.
         """
-        with self.lock:
+        with self.lock, uninterrupted():
             self.require_usable()
             encoder = self.handle.create_command_encoder()
             yield encoder

@@ -14,6 +14,7 @@ from .buffers import Buffer
 from .device import Device
 from .face_pass import FacePass
 from .frame import Projection, View, in_bindings
+from .interrupts import uninterrupted
 from .line_pass import LinePass
 from .shapes import Hidden, Shape
 from .targets import Target
@@ -63,7 +64,7 @@ def draw(
     side = min(TILE_SIDE, device.limits.max_texture_size)
     parts = list(tiles(view.size, side, _margin(shapes)))
     n_depths = max(math.prod(part.depth_extent) for part in parts)
-    with device.lock, contextlib.ExitStack() as stack:
+    with device.lock, uninterrupted(), contextlib.ExitStack() as stack:
         colors = None
         if len(palette):
             colors = Buffer(device, palette.nbytes)

@@ -1,0 +1,100 @@
+"""Ctrl+C is held back while objects of wgpu are made, and not for longer."""
+
+import signal
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+import wgpu
+
+from gpu_xform import render_array, samples, scale, transform_points
+from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.interrupts import uninterrupted
+
+
+@pytest.fixture(autouse=True)
+def _python_s_own_handler() -> Iterator[None]:
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    signal.signal(signal.SIGINT, before)
+
+
+def test_an_interrupt_waits_for_the_end_of_the_outermost_block() -> None:
+    done = []
+
+    def work() -> None:
+        with uninterrupted():
+            with uninterrupted():
+                signal.raise_signal(signal.SIGINT)
+                done.append("inside")
+            done.append("outside")
+        done.append("after")
+
+    with pytest.raises(KeyboardInterrupt):
+        work()
+    assert done == ["inside", "outside"]
+
+
+def test_an_interrupt_is_not_lost_where_the_block_fails() -> None:
+    def work() -> None:
+        signal.raise_signal(signal.SIGINT)
+        raise ValueError
+
+    with pytest.raises(KeyboardInterrupt), uninterrupted():
+        work()
+
+
+def test_without_an_interrupt_nothing_happens() -> None:
+    with uninterrupted():
+        pass
+    with pytest.raises(ValueError, match="its own"), uninterrupted():
+        raise ValueError("its own")
+
+
+def test_a_program_that_minds_interrupts_itself_goes_on_doing_so() -> None:
+    pressed = []
+    signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    with uninterrupted():
+        signal.raise_signal(signal.SIGINT)
+        assert pressed == [signal.SIGINT]
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def test_other_threads_are_left_alone() -> None:
+    handlers = []
+
+    def work() -> None:
+        with uninterrupted():
+            handlers.append(signal.getsignal(signal.SIGINT))
+
+    thread = threading.Thread(target=work)
+    thread.start()
+    thread.join()
+    assert handlers == [signal.default_int_handler]
+
+
+@pytest.mark.parametrize("call", ["create_command_encoder", "create_bind_group"])
+def test_an_interrupted_picture_or_transform_is_finished_first(
+    call: str, device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    expected = render_array(samples.cube(), device=device, size=(40, 30)).tobytes()
+    original = getattr(type(device.handle), call)
+    returned: list[wgpu.GPUObjectBase] = []
+
+    def interrupted(*arguments: object, **options: object) -> object:
+        if not returned:
+            signal.raise_signal(signal.SIGINT)
+        returned.append(original(*arguments, **options))
+        return returned[-1]
+
+    monkeypatch.setattr(type(device.handle), call, interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        render_array(samples.cube(), device=device, size=(40, 30))
+    assert returned
+    returned.clear()
+    with pytest.raises(KeyboardInterrupt):
+        transform_points(np.ones((1000, 3)), scale(2), device=device)
+    assert returned
+    assert render_array(samples.cube(), device=device, size=(40, 30)).tobytes() == expected
