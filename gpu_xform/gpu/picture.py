@@ -64,7 +64,7 @@ def draw(
     side = min(TILE_SIDE, device.limits.max_texture_size)
     parts = list(tiles(view.size, side, _margin(shapes)))
     n_depths = max(math.prod(part.depth_extent) for part in parts)
-    with device.lock, uninterrupted(), contextlib.ExitStack() as stack:
+    with device.lock, contextlib.ExitStack() as stack:
         colors = None
         if len(palette):
             colors = Buffer(device, palette.nbytes)
@@ -75,6 +75,7 @@ def draw(
         lines = LinePass(device, projection.shapes, faces, parts[0].extent)
         common = [*projection.buffers, *faces.buffers, *lines.buffers]
 
+        @uninterrupted()
         def drawn(part: Tile, wait: Callable[[], None]) -> Target:
             (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, background)])
             target = Target(device, part.extent, apart=lines.needs_texture)

@@ -3,12 +3,15 @@
 import signal
 import threading
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 
 import numpy as np
 import pytest
 import wgpu
 
 from gpu_xform import render_array, samples, scale, transform_points
+from gpu_xform.gpu import picture
+from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.interrupts import uninterrupted
 
@@ -98,3 +101,21 @@ def test_an_interrupted_picture_or_transform_is_finished_first(
         transform_points(np.ones((1000, 3)), scale(2), device=device)
     assert returned
     assert render_array(samples.cube(), device=device, size=(40, 30)).tobytes() == expected
+
+
+def test_an_interrupt_waits_for_one_tile_not_for_the_whole_picture(
+    device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    recorded = []
+    recording = Device.recording
+
+    def interrupted(own: Device, *used: Buffer) -> AbstractContextManager[wgpu.GPUCommandEncoder]:
+        recorded.append(len(used))
+        signal.raise_signal(signal.SIGINT)
+        return recording(own, *used)
+
+    monkeypatch.setattr(picture, "TILE_SIDE", 32)
+    monkeypatch.setattr(Device, "recording", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        render_array(samples.cube(), device=device, size=(320, 320))
+    assert len(recorded) == 1
