@@ -14,6 +14,7 @@ import wgpu
 
 from ..errors import DeviceError
 from .faults import device_errors
+from .interrupts import uninterrupted
 
 if TYPE_CHECKING:
     from .device import Device
@@ -37,7 +38,7 @@ class Buffer:
         self._host_mappable = bool(usage & Usage.STORAGE) and device.host_mappable
         if self._host_mappable:
             usage |= MAPPED
-        with device_errors(f"allocate {n_bytes:,} bytes"):
+        with uninterrupted(), device_errors(f"allocate {n_bytes:,} bytes"):
             self.handle: wgpu.GPUBuffer = device.handle.create_buffer(size=n_bytes, usage=usage)
         self._released = False
         self._has_arrived = False
@@ -62,7 +63,7 @@ class Buffer:
         """
         if self._has_arrived:
             return
-        with self.device.lock, device_errors(f"read {n_bytes:,} bytes back"):
+        with self.device.lock, uninterrupted(), device_errors(f"read {n_bytes:,} bytes back"):
             self.require_submittable(self.device)
             self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
             self._has_arrived = True

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 import wgpu
 
 from ..errors import DeviceError, DeviceMemoryError
-from .interrupts import uninterrupted
 
 MEMORY_WORDS = ("not enough memory", "out of memory")
 
@@ -15,8 +14,7 @@ MEMORY_WORDS = ("not enough memory", "out of memory")
 def device_errors(action: str) -> Iterator[None]:
     """Turn what wgpu raises in the block into `DeviceMemoryError` or `DeviceError`; `action` says what was tried."""
     try:
-        with uninterrupted():
-            yield
+        yield
     except wgpu.GPUError as error:
         text = str(error).strip()
         # wgpu reports exhausted memory as a validation error, so that only its words tell.
