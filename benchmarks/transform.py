@@ -20,11 +20,11 @@ from harness import Contender, Row, calm_threads, medians, table
 import gpu_xform as gx
 from gpu_xform.gpu import transform_pass
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.compute import bind, dispatch
+from gpu_xform.gpu.compute import Binding, bind, dispatch
 from gpu_xform.gpu.device import default_device
 from gpu_xform.gpu.plans import Plan
 from gpu_xform.gpu.timing import kernel_seconds
-from gpu_xform.gpu.transform_pass import Finish
+from gpu_xform.gpu.transform_pass import ROWS_AT_ONCE, Finish
 
 Points = npt.NDArray[Any]
 
@@ -114,6 +114,39 @@ class Copies:
         return self.out
 
 
+class ManyCopies:
+    """What a stack of matrices costs the device alone: each result stored and brought back, and nothing computed."""
+
+    def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
+        self.plan = Plan.of(device, len(points), 3, points.dtype, most_bytes=transform_pass.BATCH_BYTES)
+        if self.plan.chunk < len(points):
+            raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
+        self.points, self.out = points, out
+        self.row_bytes = self.plan.chunk * self.plan.point_bytes
+        self.n_rows = transform_pass.max_rows(self.plan, transform_pass.BATCH_BYTES)
+        self.source, self.destination = Buffer(device, self.row_bytes), Buffer(device, self.n_rows * self.row_bytes)
+
+    def __call__(self) -> Points:
+        """Copy in, copy on the device to as many places as there are matrices, copy out."""
+        self.source.upload(self.points)
+        for first in range(0, len(self.out), self.n_rows):
+            part = self.out[first : first + self.n_rows]
+            self.copy(len(part))
+            transform_pass.download_rows(self.plan, self.destination, part)
+        return self.out
+
+    def copy(self, n_rows: int) -> None:
+        """Dispatch copies to the first `n_rows` places, as many at once as the engine computes."""
+        device = self.plan.device
+        with device.recording(self.source, self.destination) as encoder:
+            for first in range(0, n_rows, ROWS_AT_ONCE):
+                n = min(ROWS_AT_ONCE, n_rows - first)
+                pipeline = self.plan.pipeline("copy_points", n_rows=n)
+                places = Binding(self.destination, first * self.row_bytes, n * self.row_bytes)
+                bindings = bind(device, pipeline, (self.source, places))
+                dispatch(encoder, pipeline, bindings, self.plan.n_workgroups(len(self.points)))
+
+
 def end_to_end(device: gx.Device, n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     """Array in, array out, into a warm `out`."""
     rng = np.random.default_rng(1)
@@ -198,7 +231,7 @@ def chain_of_five(device: gx.Device, n_points: int) -> Row:
     return Row(what, "NumPy applying 5, out=", seconds["ours"], seconds["NumPy"], 0.15, seconds["copies"])
 
 
-def many_matrices(k: int, n_points: int) -> list[Row]:
+def many_matrices(device: gx.Device, k: int, n_points: int) -> Row:
     """Every one of k matrices on the same points."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     stack = np.array([gx.rotate((1, 2, 3), 0.1 * i) @ gx.translate(i, 0, 1) for i in range(k)])
@@ -213,10 +246,12 @@ def many_matrices(k: int, n_points: int) -> list[Row]:
     expected = points[None].astype(np.float64) @ stack[:, :3, :3].swapaxes(1, 2) + stack[:, None, :3, 3]
     checked(contenders, expected, 1e-4)
     del expected
+    repeated = np.broadcast_to(points, theirs.shape)
+    contenders |= checked({"copies": ManyCopies(device, points, theirs)}, repeated, 0)
     seconds = medians(contenders)
     best = min(("NumPy matmul", "NumPy einsum"), key=seconds.__getitem__)
     what = f"{k} matrices x {n_points:,} points"
-    return [Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.5)]
+    return Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.5, seconds["copies"])
 
 
 def overhead(n_points: int) -> tuple[str, float]:
@@ -273,7 +308,7 @@ def main() -> None:
     rows = end_to_end(device, n_points, np.float32)
     rows.append(kernel(device, n_points))
     rows.append(chain_of_five(device, n_points))
-    rows += many_matrices(150, 100_000)
+    rows.append(many_matrices(device, 150, 100_000))
     rows += end_to_end(device, n_points // 2, np.float64)
     print(table(rows))
     what, milliseconds = overhead(100)
