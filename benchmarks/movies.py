@@ -18,7 +18,7 @@ LINE_WIDTH = 1.5
 DPI = 100
 EYE, TARGET, UP, FOV_Y = (0.9, 0.8, 3.5), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0
 CAMERA = gx.Camera.look_at(EYE, TARGET, UP, fov_y=FOV_Y)
-LIMITS = (-3.0, 3.0)
+LIMITS = (-5.0, 5.0)  # as in the lecture
 
 
 class Maker(NamedTuple):

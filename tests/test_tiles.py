@@ -89,14 +89,17 @@ def test_a_texture_that_is_smaller_than_the_picture_cuts_it(limited: Limited, de
 
 
 @pytest.mark.parametrize("size", [(1, 1), (64, 64), (65, 63), (128, 1), (130, 67)])
-def test_tiles_cover_every_pixel_once(size: tuple[int, int]) -> None:
-    covered = np.zeros((size[1], size[0]), int)
-    for tile in tiles.tiles(size, 64, 5):
+@pytest.mark.parametrize("origin", [(0, 0), (3, 100)])
+def test_tiles_cover_every_pixel_once(origin: tuple[int, int], size: tuple[int, int]) -> None:
+    region = tiles.Region(origin, size)
+    covered = np.zeros((300, 300), int)
+    for tile in tiles.tiles(region, 64, 5):
         covered[tile.place] += 1
         assert max(tile.extent) <= 64
         assert tile.depth_origin == (tile.origin[0] - 5, tile.origin[1] - 5)
         assert tile.depth_extent == (tile.extent[0] + 10, tile.extent[1] + 10)
-    assert (covered == 1).all()
+    assert (covered[region.place] == 1).all()
+    assert covered.sum() == size[0] * size[1]
 
 
 def test_a_picture_larger_than_a_tile_is_drawn_where_a_small_one_is() -> None:

@@ -76,10 +76,10 @@ class FacePass:
         """Record the depths of all faces, then the marks of those that are painted."""
         if self.is_empty:
             return
-        encoder.clear_buffer(self.depths.handle)
+        encoder.clear_buffer(self.depths.handle, 0, 4 * self._n_depths)
         self._go_through(encoder, tile, painting=False)
         if self._palette:
-            encoder.clear_buffer(self._marks.handle)
+            encoder.clear_buffer(self._marks.handle, 0, 4 * self._n_depths)
             self._go_through(encoder, tile, painting=True)
 
     def _go_through(self, encoder: wgpu.GPUCommandEncoder, tile: Binding, *, painting: bool) -> None:

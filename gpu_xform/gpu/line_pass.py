@@ -81,7 +81,7 @@ class LinePass:
         n_edges = sum(batch.n_edges * batch.shape.n_instances for batch, _, _ in parts)
         ink_steps, may_overflow = _ink_steps(parts[0].batch.lines, n_edges)
         ink = {"ink_steps": ink_steps, "least_light": LEAST_LIGHT}
-        encoder.clear_buffer(self._ink.handle)
+        encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
         for batch, bindings, constants in parts:
             looks = {**constants, **ink, "may_overflow": may_overflow}
             over_edges(encoder, "ink_lines", batch, bindings | {5: self._ink}, **looks)
@@ -92,7 +92,7 @@ class LinePass:
         for batch, bindings, constants in parts:
             marked = bindings | {5: self._ink}
             looks = {**constants, "is_plain": _is_plain(batch.lines)}
-            encoder.clear_buffer(self._ink.handle)
+            encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
             over_edges(encoder, "mark_thin_lines", batch, marked, **looks)
             target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **looks)
 

@@ -16,9 +16,12 @@ from .face_pass import FacePass
 from .frame import Projection, View, in_bindings
 from .interrupts import uninterrupted
 from .line_pass import LinePass
+from .reach import reached
 from .shapes import Hidden, Shape
 from .targets import Target
-from .tiles import TILE_SIDE, WIDEST_MARGIN, Tile, tiles
+from .tiles import TILE_SIDE, WIDEST_MARGIN, Region, Tile, tiles
+
+NOTHING = np.zeros(4, np.uint8)
 
 
 class Drawn:
@@ -58,11 +61,12 @@ def draw(
     background : straight alpha
     after : what is waited for when all of the first tile is recorded, so that it can be read while that is drawn
     """
-    width, height = view.size
-    picture = np.empty((height, width, 4), np.uint8)
     is_opaque = background[3] == 1.0
     side = min(TILE_SIDE, device.limits.max_texture_size)
-    parts = list(tiles(view.size, side, _margin(shapes)))
+    region = reached(shapes, view.size)
+    parts = list(tiles(region, side, _margin(shapes)))
+    ground = _in_bytes(background)
+    picture = _around(region, view.size, ground if is_opaque else straight_alpha(ground))
     n_depths = max(math.prod(part.depth_extent) for part in parts)
     with device.lock, contextlib.ExitStack() as stack:
         colors = None
@@ -77,7 +81,7 @@ def draw(
 
         @uninterrupted()
         def drawn(part: Tile, wait: Callable[[], None]) -> Target:
-            (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, background)])
+            (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, ground)])
             target = Target(device, part.extent, apart=lines.needs_texture)
             with device.recording(tile.buffer, *target.buffers, *common) as encoder:
                 if part is parts[0]:
@@ -103,14 +107,28 @@ def _collect(picture: npt.NDArray[np.uint8], is_opaque: bool, tile: Tile, target
         picture[tile.place] = pixels if is_opaque else straight_alpha(pixels)
 
 
-def tile_struct(
-    tile: Tile, view: View, background: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
-) -> npt.NDArray[np.void]:
-    """Return the WGSL struct of a tile; `background` is straight alpha."""
-    red, green, blue, alpha = background
-    premultiplied = (red * alpha, green * alpha, blue * alpha, alpha)
+def tile_struct(tile: Tile, view: View, background: npt.NDArray[np.uint8] = NOTHING) -> npt.NDArray[np.void]:
+    """Return the WGSL struct of a tile; `background` is (4,), premultiplied."""
     places = (tile.origin, tile.extent, tile.depth_origin, tile.depth_extent)
-    return np.array((view.size, *places, view.pixel_depth, premultiplied), layouts.TILE)
+    return np.array((view.size, *places, view.pixel_depth, background / 255.0), layouts.TILE)
+
+
+def _in_bytes(background: tuple[float, float, float, float]) -> npt.NDArray[np.uint8]:
+    """Return a colour of straight alpha as a pixel holds it: (4,), premultiplied."""
+    red, green, blue, alpha = background
+    return np.floor(255.0 * np.array((red * alpha, green * alpha, blue * alpha, alpha)) + 0.5).astype(np.uint8)
+
+
+def _around(region: Region, size: tuple[int, int], color: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
+    """Return a picture (height, width, 4) of one colour (4,), but for `region`, which is still to be filled."""
+    width, height = size
+    picture = np.empty((height, width, 4), np.uint8)
+    rows, columns = region.place
+    for part in (picture[: rows.start], picture[rows.stop :]):
+        part[:] = color
+    for part in (picture[rows, : columns.start], picture[rows, columns.stop :]):
+        part[:] = color
+    return picture
 
 
 def _margin(shapes: Sequence[Shape]) -> int:

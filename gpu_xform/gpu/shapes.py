@@ -29,11 +29,15 @@ class ColorMode(IntEnum):
 
 @dataclass(frozen=True)
 class Points:
-    """The first `n_points` > 0 packed points of R^3 in `buffer`, which is padded to whole quads."""
+    """The first `n_points` > 0 packed points of R^3 in `buffer`, which is padded to whole quads.
+
+    hull : (h, 3), between which all of them lie; None where the host does not know
+    """
 
     buffer: Buffer
     n_points: int
     dtype: np.dtype[Any]
+    hull: npt.NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)

@@ -23,17 +23,18 @@ FORMAT = "rgba8unorm"  # not -srgb: colours mix as the bytes of the file do, lik
 class Target:
     """The premultiplied picture of one tile of `extent` = (width, height) pixels, drawn and read once.
 
+    n_bytes : of the picture
     apart : whether something will be drawn apart
     """
 
     def __init__(self, device: "Device", extent: tuple[int, int], *, apart: bool) -> None:
         self._device = device
         self._extent = width, height = extent
-        self._n_bytes = 4 * width * height
-        self._pixels = device.pool.take("picture", self._n_bytes)
+        self.n_bytes = 4 * width * height
+        self._pixels = device.pool.take("picture", self.n_bytes)
         self._arriving = self._pixels
         if not self._pixels.can_map:
-            self._arriving = device.pool.take("readback", self._n_bytes, READBACK)
+            self._arriving = device.pool.take("readback", self.n_bytes, READBACK)
         # As numbers in memory they are read much faster than as a texture, on a CPU.
         self._lines = device.pool.get("lines", _row_bytes(width) * height if apart else 4)
 
@@ -52,7 +53,7 @@ class Target:
         """Record a stage that goes through the pixels, with its `override` constants."""
         size = workgroup_size(self._device)
         pipeline = self._device.pipelines.compute(stage, workgroup_size=size, **constants)
-        n = -(-self._n_bytes // (4 * PIXELS_PER_INVOCATION))
+        n = -(-self.n_bytes // (4 * PIXELS_PER_INVOCATION))
         bound = bind(self._device, pipeline, {**bindings, 7: self._pixels})
         dispatch(encoder, pipeline, bound, n_workgroups(self._device, n))
 
@@ -72,17 +73,17 @@ class Target:
     def leave(self, encoder: wgpu.GPUCommandEncoder) -> None:
         """Record what brings the finished picture to where the host can map it."""
         if self._arriving is not self._pixels:
-            encoder.copy_buffer_to_buffer(self._pixels.handle, 0, self._arriving.handle, 0, self._n_bytes)
+            encoder.copy_buffer_to_buffer(self._pixels.handle, 0, self._arriving.handle, 0, self.n_bytes)
 
     def arrive(self) -> None:
         """Wait until the picture is there."""
-        self._arriving.arrive(self._n_bytes)
+        self._arriving.arrive(self.n_bytes)
 
     @contextlib.contextmanager
     def arrived(self) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the picture: (height, width, 4), valid inside the block only, after which the target can go."""
         width, height = self._extent
-        with self._arriving.downloaded(self._n_bytes) as view:
+        with self._arriving.downloaded(self.n_bytes) as view:
             yield view.reshape(height, width, 4)
         with self._device.lock:
             self._device.pool.give_back("picture", self._pixels)

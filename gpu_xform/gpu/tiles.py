@@ -2,9 +2,23 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 TILE_SIDE = 2048  # pixels; up to forty bytes each, beside the models
 WIDEST_MARGIN = 256  # pixels around a tile whose depths are known, for what a line's axis is tested by
+
+
+class Region(NamedTuple):
+    """A rectangle of a picture: its first corner (x, y), and its (width, height), in pixels."""
+
+    origin: tuple[int, int]
+    extent: tuple[int, int]
+
+    @property
+    def place(self) -> tuple[slice, slice]:
+        """Its rows and columns in the picture."""
+        (x, y), (width, height) = self
+        return slice(y, y + height), slice(x, x + width)
 
 
 @dataclass(frozen=True)
@@ -28,13 +42,13 @@ class Tile:
     @property
     def place(self) -> tuple[slice, slice]:
         """The tile's rows and columns in the picture."""
-        (x, y), (width, height) = self.origin, self.extent
-        return slice(y, y + height), slice(x, x + width)
+        return Region(self.origin, self.extent).place
 
 
-def tiles(size: tuple[int, int], side: int, margin: int) -> Iterator[Tile]:
-    """Cut a picture of `size` into tiles of at most `side` pixels each way, row by row."""
-    width, height = size
+def tiles(region: Region, side: int, margin: int) -> Iterator[Tile]:
+    """Cut a part of a picture into tiles of at most `side` pixels each way, row by row."""
+    (left, top), (width, height) = region
     for y in range(0, height, side):
         for x in range(0, width, side):
-            yield Tile((x, y), (min(side, width - x), min(side, height - y)), margin)
+            extent = min(side, width - x), min(side, height - y)
+            yield Tile((left + x, top + y), extent, margin)

@@ -30,6 +30,7 @@ from .layers import Layer
 from .line_colors import by_face
 
 NO_FACE = 2**32 - 1
+MOST_OF_HULL = 1 << 10  # points; of larger models the corners of their box do
 
 
 class Pairs(NamedTuple):
@@ -205,7 +206,8 @@ class MeshSubject:
             return points
 
         buffer = device.residents.get(self.owner, "points", padded)
-        return Points(buffer, self.n_points, np.dtype(np.float32)), model_from_unit
+        hull = self.mesh.positions if self.n_points <= MOST_OF_HULL else box_corners(self.mesh.bounds)
+        return Points(buffer, self.n_points, np.dtype(np.float32), (hull - center) / half_size), model_from_unit
 
     def _unit_cube(self) -> tuple[Float64Array, float]:
         return self.mesh.center, float((self.mesh.bounds[1] - self.mesh.center).max()) or 1.0

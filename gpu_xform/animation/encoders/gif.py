@@ -14,7 +14,7 @@ from ...errors import ArgumentError
 from ...images import Pixels
 from .clip import Clip
 from .overlap import encoded
-from .palettes import TRANSPARENT, Indices, Palette
+from .palettes import TRANSPARENT, Indices, Palette, codes, is_opaque
 
 LARGEST_SIDE = 65535
 # Browsers take a delay of less than two hundredths of a second for a mistake, and make it ten.
@@ -41,14 +41,13 @@ def write(file: BinaryIO, clip: Clip) -> None:
     spread = np.unique(np.linspace(0, clip.n_frames - 1, N_SAMPLES).round().astype(int))
     palette = Palette(np.stack([clip.sample(k) for k in spread.tolist()]))
 
-    below: Indices | None = None
+    below: Pixels | None = None
 
     def compressed(pixels: Pixels) -> bytes:
         nonlocal below
-        indices = palette.indices(pixels)
-        shown = indices != (TRANSPARENT if below is None else below)
-        below = indices if palette.is_opaque else None
-        return _image_block(indices, *_box(shown))
+        rows, columns = _box(is_opaque(pixels) if below is None else codes(pixels) != codes(below))
+        below = pixels if palette.is_opaque else None
+        return _image_block(palette.indices(pixels[rows, columns]), rows.start, columns.start)
 
     file.write(b"GIF89a" + struct.pack("<HHBBB", *clip.size, HAS_FULL_TABLE, TRANSPARENT, 0) + palette.table())
     file.write(b"!\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<HB", FOREVER, 0))
@@ -69,13 +68,12 @@ def _span(line: npt.NDArray[np.bool_]) -> slice:
     return slice(places[0], places[-1] + 1) if len(places) else slice(0, 1)
 
 
-def _image_block(indices: Indices, rows: slice, columns: slice) -> bytes:
-    """Return the block of a GIF that shows a part of `indices` (height, width) by the file's own 256 colours."""
+def _image_block(indices: Indices, top: int, left: int) -> bytes:
+    """Return the block of a GIF that shows `indices` (height, width) by the file's own 256 colours."""
     from PIL import Image
 
     # Saved as grey, the table is as large, and nothing is renumbered.
-    part = np.ascontiguousarray(indices[rows, columns])
     still = io.BytesIO()
-    Image.fromarray(part, "L").save(still, "GIF", optimize=False, interlace=0)
+    Image.fromarray(indices, "L").save(still, "GIF", optimize=False, interlace=0)
     block = still.getvalue()[HEADER_BYTES + TABLE_BYTES : -1]
-    return block[:1] + struct.pack("<HH", columns.start, rows.start) + block[PLACED_BYTES:]
+    return block[:1] + struct.pack("<HH", left, top) + block[PLACED_BYTES:]

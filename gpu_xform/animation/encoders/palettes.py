@@ -20,9 +20,9 @@ class Palette:
     """At most 255 colours, chosen for the opaque pixels of `samples` (..., 4), and which of them stands for another."""
 
     def __init__(self, samples: npt.NDArray[np.uint8]) -> None:
-        opaque = _is_opaque(samples)
+        opaque = is_opaque(samples)
         self.is_opaque = bool(opaque.all())
-        chosen = _chosen(_codes(samples)[opaque])
+        chosen = _chosen(codes(samples)[opaque])
         self._colors = _rgb(chosen)
         self._number_of = _numbers(self._colors)
         self._number_of[chosen[::-1]] = np.arange(len(chosen), 0, -1)  # what was chosen is exact
@@ -33,8 +33,8 @@ class Palette:
 
     def indices(self, pixels: Pixels) -> Indices:
         """Return for each of the pixels (height, width, 4) its colour's number; 0 where it is less than half opaque."""
-        indices = self._number_of[_codes(pixels)]
-        indices[~_is_opaque(pixels)] = TRANSPARENT
+        indices = self._number_of[codes(pixels)]
+        indices[~is_opaque(pixels)] = TRANSPARENT
         return indices
 
 
@@ -74,7 +74,7 @@ def _numbers(colors: npt.NDArray[np.uint8]) -> Indices:
     return numbers.reshape(-1)
 
 
-def _codes(pixels: npt.NDArray[np.uint8]) -> Codes:
+def codes(pixels: npt.NDArray[np.uint8]) -> Codes:
     """Return the colours of `pixels` (..., 4) as one number each, red in the lowest byte."""
     packed: Codes = np.ascontiguousarray(pixels).view("<u4")[..., 0]
     return packed & np.uint32(0xFFFFFF)
@@ -85,5 +85,6 @@ def _rgb(codes: Codes) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(codes, "<u4").view(np.uint8).reshape(-1, 4)[:, :3]
 
 
-def _is_opaque(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+def is_opaque(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+    """Return which of `pixels` (..., 4) are more than half opaque."""
     return np.asarray(pixels[..., 3] >= 128)
