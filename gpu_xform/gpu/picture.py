@@ -122,13 +122,12 @@ def _in_bytes(background: tuple[float, float, float, float]) -> npt.NDArray[np.u
 def _around(region: Region, size: tuple[int, int], color: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
     """Return a picture (height, width, 4) of one colour (4,), but for `region`, which is still to be filled."""
     width, height = size
-    picture = np.empty((height, width, 4), np.uint8)
+    picture = np.empty((height, width), np.uint32)  # a pixel a number: NumPy fills with fours of bytes ten times slower
     rows, columns = region.place
-    for part in (picture[: rows.start], picture[rows.stop :]):
-        part[:] = color
-    for part in (picture[rows, : columns.start], picture[rows, columns.stop :]):
-        part[:] = color
-    return picture
+    beside = picture[rows]
+    for part in (picture[: rows.start], picture[rows.stop :], beside[:, : columns.start], beside[:, columns.stop :]):
+        part.fill(color.view(np.uint32)[0])
+    return picture.view(np.uint8).reshape(height, width, 4)
 
 
 def _margin(shapes: Sequence[Shape]) -> int:
