@@ -133,6 +133,14 @@ class Mesh:
         return self._outline[1]
 
     @cached_property
+    def last_face_edges(self) -> IndexArray:
+        """The rows of `face_edges` whose two points no later row joins, either way: (m,) int64, ascending."""
+        ends = self.face_edges[::-1].astype(np.uint64)
+        keys = (np.minimum(ends[:, 0], ends[:, 1]) << np.uint64(32)) | np.maximum(ends[:, 0], ends[:, 1])
+        _, from_last = np.unique(keys, return_index=True)
+        return _read_only(np.sort(len(keys) - 1 - from_last))
+
+    @cached_property
     def edges(self) -> IndexArray:
         """Every pair of points joined by an outline, once: (m, 2) int64, lower index first, sorted.
 

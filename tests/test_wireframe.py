@@ -92,8 +92,9 @@ def assert_drawn(
     )
     clip_from_model = camera.clip_from_world(size[0] / size[1]) @ (np.eye(4) if transform is None else transform)
     if color == "face":
-        edges = mesh.face_edges
-        colors = [rgba(FACE_CYCLE[face % len(FACE_CYCLE)], "color") for face in mesh.face_edge_faces]
+        rows = list({frozenset(pair): row for row, pair in enumerate(mesh.face_edges.tolist())}.values())
+        edges = mesh.face_edges[sorted(rows)]
+        colors = [rgba(FACE_CYCLE[mesh.face_edge_faces[row] % len(FACE_CYCLE)], "color") for row in sorted(rows)]
     else:
         edges = mesh.edges
         colors = [rgba(color, "color")] * len(edges)

@@ -61,7 +61,7 @@ class Layer:
     line_width : pixels, positive and at most 1e6
     antialias : False draws lines one pixel wide, each pixel on or off: fast, and whatever line_width says
     color : a name, "#rrggbb", or numbers from 0 to 1; "face" draws the outline of each face in its own colour, from a
-        cycle of ten, later faces over earlier ones
+        cycle of ten; an edge that faces share has that of the last
     face_colors : (f, 3 or 4), in place of the cycle
     edge_colors : (m, 3 or 4), one for each row of `Mesh.edges`, or of `edges` where that is an array
     vertex_colors : (n, 3 or 4), blended along the edges

@@ -129,14 +129,20 @@ class MeshSubject:
         self.owner: object = mesh
 
     def pairs(self, layer: Layer) -> Pairs:
-        """Return the mesh's own edges where `layer.edges` is None; every face's outline for colours by face."""
+        """Return the mesh's own edges where `layer.edges` is None, in the order of the faces for colours by face."""
         mesh, edges, angle = self.mesh, layer.edges, layer.feature_angle
         if by_face(layer):
             if edges is not None:
                 raise ArgumentError(
                     "colours by face draw the outlines of faces: they cannot go with edges of one's own"
                 )
-            return Pairs(lambda: mesh.face_edges, lambda _: mesh.face_edge_faces, mesh.n_faces, "outlines")
+            # What faces share has the colour of the last: drawn for each, its rim would be of both, and heavier.
+            return Pairs(
+                lambda: mesh.face_edges[mesh.last_face_edges],
+                lambda _: mesh.face_edge_faces[mesh.last_face_edges],
+                mesh.n_faces,
+                "outlines",
+            )
         if edges is None:
             return Pairs(lambda: mesh.edges, None, len(mesh.edges), "edges")
         rest, has_silhouette = without_silhouette(edges)

@@ -12,7 +12,7 @@ TRANSPARENT = 0  # the number of pixels that let through what is below; colours 
 MOST_COLORS = 255
 # What covers much of a picture keeps its colour to the last bit; the rest, the rims of lines, shares what is left.
 MOST_KEPT = 32
-MOST_PIXELS = 1 << 14  # a choice among more is no better, only slower
+MOST_PIXELS = 1 << 12  # a choice among four times as many is a twentieth better, and takes three times as long
 CELL = 8  # the nearest colour is looked for once for all colours that differ by less
 
 
@@ -67,7 +67,9 @@ def _numbers(colors: npt.NDArray[np.uint8]) -> Indices:
     cells = np.stack([red, green, blue], axis=-1).reshape(-1, 3)
     chosen = colors.astype(np.float32)
     # |a - b|^2 without |a|^2, which is the same for every b.
-    distances = (chosen**2).sum(axis=1) - 2.0 * (cells @ chosen.T)
+    distances = np.column_stack([cells, np.ones(len(cells), np.float32)]) @ np.vstack(
+        [-2.0 * chosen.T, (chosen**2).sum(axis=1)]
+    )
     nearest = (1 + distances.argmin(axis=1)).astype(np.uint8).reshape(blue.shape)
     numbers = np.empty([len(middles), CELL] * 3, np.uint8)
     numbers[:] = nearest[:, None, :, None, :, None]
