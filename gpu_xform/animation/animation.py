@@ -205,17 +205,24 @@ class Animation:
         return html.embedded(page.getvalue().decode(), self.size)
 
     def _clip(self, progress: Progress | None = None) -> Clip:
+        sampled: dict[int, Pixels] = {}
+
+        def sample(k: int) -> Pixels:
+            sampled[k] = self._drawn(k)
+            return sampled[k]
+
+        def begin(k: int, after: Drawn | None) -> Drawn | None:
+            return None if k in sampled or k == len(self) else self._begun(k, after)
+
         def frames() -> Iterator[Pixels]:
-            following = self._begun(0)
+            following = begin(0, None)
             for k in range(len(self)):
-                drawn = following
-                if k + 1 < len(self):
-                    following = self._begun(k + 1, drawn)  # is drawn while this one is read and encoded
-                yield drawn.pixels()
+                drawn, following = following, begin(k + 1, following)  # is drawn while this one is read and encoded
+                yield drawn.pixels() if drawn else sampled.pop(k)
                 if progress is not None:
                     progress(k + 1, len(self))
 
-        return Clip(self.size, len(self), self.fps, frames(), self._drawn)
+        return Clip(self.size, len(self), self.fps, frames(), sample)
 
     def _drawn(self, k: int) -> Pixels:
         return self._begun(k).pixels()

@@ -5,6 +5,7 @@ elsewhere the queue stages it.
 """
 
 import contextlib
+import itertools
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
@@ -25,16 +26,23 @@ UNIFORM = Usage.UNIFORM | Usage.COPY_DST
 READBACK = Usage.MAP_READ | Usage.COPY_DST
 MAPPED = Usage.MAP_READ | Usage.MAP_WRITE
 
+_numbers = itertools.count()  # no two buffers of a process have the same
+
 QUEUED_BYTES = 1 << 18  # up to here the queue's own copy costs less than mapping and unmapping
 
 
 class Buffer:
-    """`n_bytes` of device memory (a multiple of 4), for storage unless `usage` says otherwise."""
+    """`n_bytes` of device memory (a multiple of 4), for storage unless `usage` says otherwise.
 
-    def __init__(self, device: "Device", n_bytes: int, usage: int = STORAGE) -> None:
+    stays : it is used again and again, and released in the end: what binds it is kept meanwhile
+    """
+
+    def __init__(self, device: "Device", n_bytes: int, usage: int = STORAGE, *, stays: bool = False) -> None:
         device.require_usable()
         self.device = device
         self.n_bytes = n_bytes
+        self.number = next(_numbers)
+        self.stays = stays
         self._host_mappable = bool(usage & Usage.STORAGE) and device.host_mappable
         if self._host_mappable:
             usage |= MAPPED

@@ -3,7 +3,7 @@
 import contextlib
 import os
 import threading
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator
 from types import TracebackType
 from typing import Self
 
@@ -67,6 +67,7 @@ class Device:
         self.pipelines = Pipelines(self)
         self.pool = Pool(self)
         self.residents = Residents(self)
+        self.bind_groups: dict[Hashable, wgpu.GPUBindGroup] = {}  # of buffers that stay, by pipeline and parts
         self._closed = False
         self_test.require(self)
 
@@ -107,6 +108,7 @@ class Device:
         with self.lock:
             if not self._closed:
                 self._closed = True
+                self.bind_groups.clear()
                 self.pool.clear()
                 self.residents.clear()
                 self.handle.destroy()

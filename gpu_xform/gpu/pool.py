@@ -34,7 +34,7 @@ class Pool:
         if kept is not None:
             del self._kept[role]
             kept.release()
-        self._kept[role] = Buffer(self._device, n_bytes, usage)
+        self._kept[role] = Buffer(self._device, n_bytes, usage, stays=True)
         return self._kept[role]
 
     def texture(self, extent: tuple[int, int], texture_format: str) -> wgpu.GPUTexture:
@@ -59,7 +59,7 @@ class Pool:
             if buffer.n_bytes >= n_bytes:
                 self._spare[role].remove(buffer)
                 return buffer
-        return Buffer(self._device, n_bytes, usage)
+        return Buffer(self._device, n_bytes, usage, stays=True)
 
     def give_back(self, role: str, buffer: Buffer) -> None:
         """Keep a buffer that was taken for the next who takes one; beyond a few, the smallest is released."""

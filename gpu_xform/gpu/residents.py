@@ -40,7 +40,7 @@ class Residents:
                 self._kept.move_to_end(key)
                 return self._kept[key].buffer
             content = np.ascontiguousarray(array())
-            buffer = Buffer(self._device, max(content.nbytes, 4))
+            buffer = Buffer(self._device, max(content.nbytes, 4), stays=True)
             if content.nbytes:
                 buffer.upload(content)
             number = id(owner)

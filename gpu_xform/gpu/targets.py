@@ -68,7 +68,8 @@ class Target:
         render.end()
         rows = {"buffer": self._lines.handle, "bytes_per_row": _row_bytes(self._extent[0])}
         encoder.copy_texture_to_buffer({"texture": texture}, rows, (*self._extent, 1))
-        self.blend(encoder, "blend_lines", {0: tile, 5: self._lines}, row_step=ROW_ALIGNMENT // 4)
+        is_whole = 4 * self._extent[0] % ROW_ALIGNMENT == 0
+        self.blend(encoder, "blend_lines", {0: tile, 5: self._lines}, row_step=1 if is_whole else ROW_ALIGNMENT // 4)
 
     def leave(self, encoder: wgpu.GPUCommandEncoder) -> None:
         """Record what brings the finished picture to where the host can map it."""

@@ -19,11 +19,15 @@ NO_ROWS: PackedColors = np.empty(0, np.uint32)
 
 
 class LineColors(NamedTuple):
-    """The colours of lines: `one` where the mode says so, else packed rows, one an edge or one a point."""
+    """The colours of lines: `one` where the mode says so, else packed rows, one an edge or one a point.
+
+    role : under which a device keeps them; None for colours that are given
+    """
 
     mode: ColorMode
     one: FloatColor
     rows: PackedColors
+    role: str | None = None
 
 
 def by_face(layer: Layer) -> bool:
@@ -51,7 +55,9 @@ def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> Line
     if layer.scalars is not None:
         return LineColors(ColorMode.A_POINT, BLACK, packed(mapped(layer.scalars, layer.cmap, layer.clim, n_points)))
     if _is_cycle(layer.color):
-        return LineColors(ColorMode.AN_EDGE, BLACK, packed(_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)])
+        return LineColors(
+            ColorMode.AN_EDGE, BLACK, packed(_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)], "cycle"
+        )
     return LineColors(ColorMode.ONE, rgba(layer.color, "color"), NO_ROWS)
 
 

@@ -16,6 +16,7 @@ from ..gpu.buffers import Buffer
 from ..gpu.device import Device
 from ..gpu.layouts import CANDIDATE
 from ..gpu.shapes import ColorMode, Faces, Hidden, Lines, Shape
+from ..mesh import IndexArray
 from .layers import Layer
 from .line_colors import NO_ROWS, LineColors, fill_colors, line_colors
 from .subjects import Candidates, Subject
@@ -114,8 +115,7 @@ class _Shaper:
         colors = line_colors(layer, subject.n_points, subject.n_faces, pairs.n_rows)
         lines = []
         if n_edges:
-            rows = pairs.rows(pairs.find()) if pairs.rows and colors.mode is ColorMode.AN_EDGE else None
-            lines.append(self._colored(style, colors, rows))
+            lines.append(self._colored(style, colors, lambda: pairs.rows and pairs.rows(pairs.find())))
         if point_size is not None:
             lines.append(self._dots(replace(style, line_width=point_size), colors))
         shapes = [Shape(points, clip_from_points, self._faces(first_color), tuple(lines))]
@@ -125,11 +125,14 @@ class _Shaper:
                 shapes.append(Shape(points, matrix[None], None, seen))
         return shapes
 
-    def _colored(self, style: Lines, colors: LineColors, rows: npt.NDArray[np.int64] | None) -> Lines:
-        """Return `style` in `colors`, of which `rows` picks one an edge."""
-        own = None
-        if colors.mode is not ColorMode.ONE:
-            own = self._kept(None, lambda: colors.rows if rows is None else colors.rows[rows])
+    def _colored(self, style: Lines, colors: LineColors, places: Callable[[], IndexArray | None]) -> Lines:
+        """Return `style` in `colors`; `places` gives which row each edge has, or None where they are in order."""
+
+        def rows() -> npt.NDArray[np.uint32]:
+            picked = places() if colors.mode is ColorMode.AN_EDGE else None
+            return colors.rows if picked is None else colors.rows[picked]
+
+        own = None if colors.mode is ColorMode.ONE else self._kept(colors.role, rows)
         return replace(style, color=colors.one, colors=own, color_mode=colors.mode)
 
     def _dots(self, style: Lines, colors: LineColors) -> Lines:
@@ -138,7 +141,7 @@ class _Shaper:
         edges = self._kept("dots", lambda: np.repeat(np.arange(n_points, dtype=np.uint32), 2))
         if colors.mode is ColorMode.AN_EDGE:
             colors = LineColors(ColorMode.ONE, colors.one, NO_ROWS)
-        return self._colored(replace(style, edges=edges, n_edges=n_points, are_dots=True), colors, None)
+        return self._colored(replace(style, edges=edges, n_edges=n_points, are_dots=True), colors, lambda: None)
 
     def _silhouette(
         self, style: Lines, candidates: Candidates, colors: LineColors, clip_from_points: Float64Array
@@ -151,10 +154,11 @@ class _Shaper:
         planes = self._kept("planes", candidates.planes)
         found = silhouette_pass.find(self._device, among, n_candidates, planes, eye(clip_from_points))
         self._stack.callback(found.release)
-        rows = None
-        if colors.mode is ColorMode.AN_EDGE:
-            rows = candidates.rows(candidates.find()["edge"].astype(np.int64))
-        return (self._colored(replace(style, edges=found, n_edges=n_candidates), colors, rows),)
+
+        def places() -> IndexArray:
+            return candidates.rows(candidates.find()["edge"].astype(np.int64))
+
+        return (self._colored(replace(style, edges=found, n_edges=n_candidates), colors, places),)
 
     def _faces(self, first_color: int) -> Faces | None:
         layer, subject = self._layer, self._subject

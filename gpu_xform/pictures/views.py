@@ -1,5 +1,6 @@
 """What a picture's matrix says of depth: where the eye is, what lies before what, and how far off it is."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -82,6 +83,6 @@ def depth_cue(clip_from_world: Float64Array, outline: Callable[[], Float64Array]
 
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
     """Return the direction (3,) of the cross product, of length 1, however long `a` and `b` are; zero where it is."""
-    product = np.cross(a / (np.abs(a).max() or 1.0), b / (np.abs(b).max() or 1.0))
-    direction: Float64Array = product / (np.linalg.norm(product) or 1.0)
-    return direction
+    (a0, a1, a2), (b0, b1, b2) = (a / (np.abs(a).max() or 1.0)).tolist(), (b / (np.abs(b).max() or 1.0)).tolist()
+    product = (a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0)
+    return np.array(product) / (math.hypot(*product) or 1.0)

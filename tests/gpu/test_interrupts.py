@@ -83,6 +83,7 @@ def test_an_interrupted_picture_or_transform_is_finished_first(
     call: str, device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = render_array(samples.cube(), device=device, size=(40, 30)).tobytes()
+    device.bind_groups.clear()
     original = getattr(type(device.handle), call)
     returned: list[wgpu.GPUObjectBase] = []
 

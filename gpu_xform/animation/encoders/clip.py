@@ -13,7 +13,7 @@ class Clip:
     """Pictures (height, width, 4), drawn as they are asked for.
 
     frames : all of them in their order, to be gone through once
-    sample : draws some of them, by their numbers, at any time
+    sample : draws a few of them, by their numbers, before the first is asked for
     """
 
     size: tuple[int, int]
