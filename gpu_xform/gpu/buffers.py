@@ -43,6 +43,7 @@ class Buffer:
         self.n_bytes = n_bytes
         self.number = next(_numbers)
         self.stays = stays
+        self.holds: bytes | None = None  # where whoever fills it leaves word, so as not to do it again
         self._host_mappable = bool(usage & Usage.STORAGE) and device.host_mappable
         if self._host_mappable:
             usage |= MAPPED

@@ -65,7 +65,7 @@ class LinePass:
             parts = list(alike)
             lines = parts[0].batch.lines
             if _is_quads(lines):
-                self._draw_quads(encoder, target, tile, parts)
+                self._draw_quads(encoder, target, parts)
             elif lines.line_width is None:
                 self._draw_thin(encoder, target, parts)
             else:
@@ -100,10 +100,9 @@ class LinePass:
         self,
         encoder: wgpu.GPUCommandEncoder,
         target: Target,
-        tile: Binding,
         parts: Sequence[_Part],
     ) -> None:
-        with target.apart(encoder, tile) as render:
+        with target.apart(encoder) as render:
             for batch, bindings, constants in parts:
                 pipeline = self._device.pipelines.render("draw_lines", "triangle-strip", FORMAT, **constants)
                 render.set_pipeline(pipeline)

@@ -82,11 +82,10 @@ def draw(
         @uninterrupted()
         def drawn(part: Tile, wait: Callable[[], None]) -> Target:
             (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, ground)])
-            target = Target(device, part.extent, apart=lines.needs_texture)
-            with device.recording(tile.buffer, *target.buffers, *common) as encoder:
+            target = Target(device, part.extent, tile, ground, apart=lines.needs_texture)
+            with device.recording(*target.buffers, *common) as encoder:
                 if part is parts[0]:
                     projection.record(encoder)
-                target.blend(encoder, "fill_picture", {0: tile})
                 faces.lay(encoder, tile)
                 faces.paint(encoder, target, tile)
                 lines.draw(encoder, target, tile)

@@ -24,12 +24,25 @@ class Target:
     """The premultiplied picture of one tile of `extent` = (width, height) pixels, drawn and read once.
 
     n_bytes : of the picture
+    tile : its struct
+    background : (4,), premultiplied
     apart : whether something will be drawn apart
     """
 
-    def __init__(self, device: "Device", extent: tuple[int, int], *, apart: bool) -> None:
+    def __init__(
+        self,
+        device: "Device",
+        extent: tuple[int, int],
+        tile: Binding,
+        background: npt.NDArray[np.uint8],
+        *,
+        apart: bool,
+    ) -> None:
         self._device = device
         self._extent = width, height = extent
+        self._tile = tile
+        self._background = background
+        self._is_blank = True  # nothing has been recorded, not even the background
         self.n_bytes = 4 * width * height
         self._pixels = device.pool.take("picture", self.n_bytes)
         self._arriving = self._pixels
@@ -41,7 +54,7 @@ class Target:
     @property
     def buffers(self) -> list[Buffer]:
         """All that a submission of these stages uses."""
-        return [self._pixels, self._arriving, self._lines]
+        return [self._tile.buffer, self._pixels, self._arriving, self._lines]
 
     def blend(
         self,
@@ -50,7 +63,22 @@ class Target:
         bindings: Mapping[int, Buffer | Binding],
         **constants: float,
     ) -> None:
-        """Record a stage that goes through the pixels, with its `override` constants."""
+        """Record a stage that goes through the pixels, with its `override` constants, after the background."""
+        self._fill(encoder)
+        self._go_through(encoder, stage, bindings, **constants)
+
+    def _fill(self, encoder: wgpu.GPUCommandEncoder) -> None:
+        if self._is_blank:
+            self._is_blank = False
+            self._go_through(encoder, "fill_picture", {0: self._tile})
+
+    def _go_through(
+        self,
+        encoder: wgpu.GPUCommandEncoder,
+        stage: str,
+        bindings: Mapping[int, Buffer | Binding],
+        **constants: float,
+    ) -> None:
         size = workgroup_size(self._device)
         pipeline = self._device.pipelines.compute(stage, workgroup_size=size, **constants)
         n = -(-self.n_bytes // (4 * PIXELS_PER_INVOCATION))
@@ -58,21 +86,29 @@ class Target:
         dispatch(encoder, pipeline, bound, n_workgroups(self._device, n))
 
     @contextlib.contextmanager
-    def apart(self, encoder: wgpu.GPUCommandEncoder, tile: Binding) -> Iterator[wgpu.GPURenderPassEncoder]:
-        """Record a render pass whose result goes over the picture."""
+    def apart(self, encoder: wgpu.GPUCommandEncoder) -> Iterator[wgpu.GPURenderPassEncoder]:
+        """Record a render pass whose result goes over the picture; the first of all has the background for ground."""
         texture = self._device.pool.texture(self._extent, FORMAT)
-        nothing = (0.0, 0.0, 0.0, 0.0)
-        attachment = {"view": texture.create_view(), "load_op": "clear", "clear_value": nothing, "store_op": "store"}
+        ground = (self._background / 255.0).tolist() if self._is_blank else (0.0, 0.0, 0.0, 0.0)
+        attachment = {"view": texture.create_view(), "load_op": "clear", "clear_value": ground, "store_op": "store"}
         render = encoder.begin_render_pass(color_attachments=[attachment])
         yield render
         render.end()
-        rows = {"buffer": self._lines.handle, "bytes_per_row": _row_bytes(self._extent[0])}
+        row_bytes = _row_bytes(self._extent[0])
+        is_whole = row_bytes == 4 * self._extent[0]
+        is_all, self._is_blank = self._is_blank, False
+        rows = {"buffer": (self._pixels if is_all and is_whole else self._lines).handle, "bytes_per_row": row_bytes}
         encoder.copy_texture_to_buffer({"texture": texture}, rows, (*self._extent, 1))
-        is_whole = 4 * self._extent[0] % ROW_ALIGNMENT == 0
-        self.blend(encoder, "blend_lines", {0: tile, 5: self._lines}, row_step=1 if is_whole else ROW_ALIGNMENT // 4)
+        if is_all and is_whole:
+            return
+        if is_all:
+            encoder.clear_buffer(self._pixels.handle, 0, self.n_bytes)
+        row_step = 1 if is_whole else ROW_ALIGNMENT // 4
+        self.blend(encoder, "blend_lines", {0: self._tile, 5: self._lines}, row_step=row_step)
 
     def leave(self, encoder: wgpu.GPUCommandEncoder) -> None:
         """Record what brings the finished picture to where the host can map it."""
+        self._fill(encoder)
         if self._arriving is not self._pixels:
             encoder.copy_buffer_to_buffer(self._pixels.handle, 0, self._arriving.handle, 0, self.n_bytes)
 

@@ -15,12 +15,18 @@ ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter a
 
 
 def upload(device: Device, role: str, structs: Sequence[npt.NDArray[Any]]) -> list[Binding]:
-    """Put the structs, one after the other, into the device's buffer for `role`; return where each lies."""
+    """Put the structs, one after the other, into the device's buffer for `role`; return where each lies.
+
+    What it holds already, as for the frames of a movie, is not sent again.
+    """
     if not structs:
         return []
     slots = np.zeros((len(structs), ALIGNMENT), np.uint8)
     for slot, struct in zip(slots, structs, strict=True):
         slot[: struct.nbytes] = as_bytes(struct)
     buffer = device.pool.get(role, slots.nbytes, UNIFORM)
-    buffer.upload(slots)
+    content = slots.tobytes()
+    if buffer.holds != content:
+        buffer.upload(slots)
+        buffer.holds = content
     return [Binding(buffer, i * ALIGNMENT, struct.nbytes) for i, struct in enumerate(structs)]

@@ -14,7 +14,7 @@ from ...errors import ArgumentError
 from ...images import Pixels
 from .clip import Clip
 from .overlap import encoded
-from .palettes import TRANSPARENT, Indices, Palette, codes, is_opaque
+from .palettes import TRANSPARENT, Indices, Palette, is_opaque, words
 
 LARGEST_SIDE = 65535
 # Browsers take a delay of less than two hundredths of a second for a mistake, and make it ten.
@@ -45,7 +45,7 @@ def write(file: BinaryIO, clip: Clip) -> None:
 
     def compressed(pixels: Pixels) -> bytes:
         nonlocal below
-        rows, columns = _box(is_opaque(pixels) if below is None else codes(pixels) != codes(below))
+        rows, columns = _box(is_opaque(pixels) if below is None else words(pixels) != words(below))
         below = pixels if palette.is_opaque else None
         return _image_block(palette.indices(pixels[rows, columns]), rows.start, columns.start)
 

@@ -77,8 +77,13 @@ def _numbers(colors: npt.NDArray[np.uint8]) -> Indices:
 
 def codes(pixels: npt.NDArray[np.uint8]) -> Codes:
     """Return the colours of `pixels` (..., 4) as one number each, red in the lowest byte."""
+    return words(pixels) & np.uint32(0xFFFFFF)
+
+
+def words(pixels: npt.NDArray[np.uint8]) -> Codes:
+    """Return the `pixels` (..., 4) as one number each, opacity in the highest byte."""
     packed: Codes = np.ascontiguousarray(pixels).view("<u4")[..., 0]
-    return packed & np.uint32(0xFFFFFF)
+    return packed
 
 
 def _rgb(codes: Codes) -> npt.NDArray[np.uint8]:
