@@ -114,7 +114,7 @@ class Layer:
     def world_from_model(self) -> Float64Array:
         """The matrices of the instances: (k, 4, 4), k > 0."""
         if self.transform is None:
-            return square_matrices(_IDENTITY, "transform", 4)[None]
+            return np.eye(4)[np.newaxis]
         matrices = square_matrices(self.transform, "transform", 4).reshape(-1, 4, 4)
         if len(matrices) == 0:
             raise ArgumentError("transform must hold at least one matrix, got none")
@@ -123,7 +123,6 @@ class Layer:
 
 Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]
 
-_IDENTITY = [[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 1.0, 0], [0, 0, 0, 1.0]]
 _COLORS_OF_THEIR_OWN = ("face_colors", "edge_colors", "vertex_colors", "scalars")
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
 

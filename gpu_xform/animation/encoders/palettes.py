@@ -54,7 +54,9 @@ def _chosen(codes: Codes) -> Codes:
     rest = others[~np.isin(others, kept)]
     rest = rest[:: -(-len(rest) // MOST_PIXELS)]
     quantized = Image.fromarray(_rgb(rest)[np.newaxis], "RGB").quantize(
-        MOST_COLORS - MOST_KEPT, Image.Quantize.MEDIANCUT, kmeans=1
+        MOST_COLORS - MOST_KEPT,
+        Image.Quantize.MEDIANCUT,
+        kmeans=MOST_PIXELS // 100,  # who still change when it ends
     )
     mixed = np.array(quantized.getpalette(), np.uint32).reshape(-1, 3)[: MOST_COLORS - MOST_KEPT]
     return np.concatenate([kept, mixed @ np.array([1, 1 << 8, 1 << 16], np.uint32)])
@@ -66,10 +68,11 @@ def _numbers(colors: npt.NDArray[np.uint8]) -> Indices:
     blue, green, red = np.meshgrid(middles, middles, middles, indexing="ij")
     cells = np.stack([red, green, blue], axis=-1).reshape(-1, 3)
     chosen = colors.astype(np.float32)
-    # |a - b|^2 without |a|^2, which is the same for every b; a thousand cells at once, which stay in the caches.
+    # |a - b|^2 without |a|^2, which is the same for every b. So few cells at once stay in the caches, and do not wake
+    # the threads of a BLAS, which would spin on while frames are drawn.
     homogeneous = np.column_stack([cells, np.ones(len(cells), np.float32)])
     distances_from = np.vstack([-2.0 * chosen.T, (chosen**2).sum(axis=1)])
-    parts = np.split(homogeneous, len(middles))
+    parts = np.split(homogeneous, 4 * len(middles))
     nearest = np.concatenate([(part @ distances_from).argmin(axis=1) for part in parts])
     numbers = (1 + nearest).astype(np.uint8).reshape(len(middles), 1, len(middles), 1, len(middles), 1)
     return numbers.repeat(CELL, axis=5).repeat(CELL, axis=3).repeat(CELL, axis=1).reshape(-1)
