@@ -1,5 +1,6 @@
 """Argument checks: each returns the value in its canonical form, or raises an error that names the argument."""
 
+import math
 import operator
 from typing import Any, Protocol, SupportsIndex, runtime_checkable
 
@@ -46,6 +47,8 @@ def first_non_finite(array: npt.NDArray[np.floating[Any]]) -> str:
 
 def number(value: npt.ArrayLike, name: str) -> float:
     """Return `value` as a finite float."""
+    if isinstance(value, float) and math.isfinite(value):  # most are, and an array takes longer
+        return float(value)
     array = real_array(value, name)
     if array.shape != ():
         raise ArgumentError(f"{name} must be one number, got shape {array.shape}")

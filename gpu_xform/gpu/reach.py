@@ -17,23 +17,29 @@ UNIT_CORNERS = np.array(list(itertools.product((0.0, 1.0), repeat=3)))
 
 def reached(shapes: Sequence[Shape], size: tuple[int, int]) -> Region:
     """Return a part of a picture of `size` = (width, height) pixels that holds everything drawn of `shapes`."""
-    whole = np.array(size, np.float64)
-    low, high = whole, np.zeros(2)
+    width, height = size
+    left, top, right, bottom = float(width), float(height), 0.0, 0.0
     for shape in shapes:
-        places = _places(shape, whole)
+        places = _places(shape, size)
         if places is None:
             return Region((0, 0), size)
         rim = RIM + 0.5 * max((lines.line_width or 1.0 for lines in shape.lines), default=0.0)
-        low, high = np.minimum(low, places.min(axis=0) - rim), np.maximum(high, places.max(axis=0) + rim)
-    low = np.clip(np.floor(low / GRID) * GRID, 0.0, whole)
-    high = np.clip(np.ceil(high / GRID) * GRID, 0.0, whole)
-    if (low >= high).any():
-        low, high = np.zeros(2), np.minimum(whole, GRID)  # nothing is in view; an empty part could not be drawn
-    x, y, right, bottom = (int(side) for side in (*low, *high))
-    return Region((x, y), (right - x, bottom - y))
+        (first_x, first_y), (last_x, last_y) = places.min(axis=0).tolist(), places.max(axis=0).tolist()
+        left, top = min(left, first_x - rim), min(top, first_y - rim)
+        right, bottom = max(right, last_x + rim), max(bottom, last_y + rim)
+    x, x_end = _on_grid(left, right, width)
+    y, y_end = _on_grid(top, bottom, height)
+    if x >= x_end or y >= y_end:  # nothing is in view; an empty part could not be drawn
+        return Region((0, 0), (min(width, GRID), min(height, GRID)))
+    return Region((x, y), (x_end - x, y_end - y))
 
 
-def _places(shape: Shape, size: npt.NDArray[np.float64]) -> npt.NDArray[np.float64] | None:
+def _on_grid(first: float, last: float, side: int) -> tuple[int, int]:
+    """Return where a part of a side begins and ends that holds all from `first` to `last`."""
+    return int(max(first, 0.0) // GRID * GRID), int(min(-(-last // GRID) * GRID, side))
+
+
+def _places(shape: Shape, size: tuple[int, int]) -> npt.NDArray[np.float64] | None:
     """Return pixels (p, 2) between which all of a shape lies; None where it may lie anywhere."""
     hull, matrices = shape.points.hull, shape.clip_from_points
     if hull is None:

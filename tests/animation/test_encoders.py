@@ -403,15 +403,16 @@ def test_what_stops_the_drawing_leaves_nothing(tmp_path: Path, name: str, after:
 def test_what_goes_wrong_while_encoding_stops_the_drawing(
     tmp_path: Path, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    whole, calls = Image.Image.save, []
+    encoder = "tobytes" if name.endswith(".gif") else "save"
+    whole, calls = getattr(Image.Image, encoder), []
 
-    def sometimes(image: Image.Image, *args: Any, **options: Any) -> None:
+    def sometimes(image: Image.Image, *args: Any, **options: Any) -> Any:
         calls.append(threading.current_thread())
         if len(calls) > 3:
             raise MemoryError("no room for the fourth")
-        whole(image, *args, **options)
+        return whole(image, *args, **options)
 
-    monkeypatch.setattr(Image.Image, "save", sometimes)
+    monkeypatch.setattr(Image.Image, encoder, sometimes)
     made, drawn = pictures(100), []
 
     def frames() -> Iterator[Pixels]:

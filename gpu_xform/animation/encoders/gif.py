@@ -3,7 +3,6 @@
 Pillow writes animations itself, but holds every frame of them until the last, and gives each its own colours.
 """
 
-import io
 import struct
 from typing import BinaryIO
 
@@ -21,10 +20,8 @@ LARGEST_SIDE = 65535
 MOST_FPS = 50
 N_SAMPLES = 8
 FOREVER = 0
-HEADER_BYTES = 13
-PLACED_BYTES = 5  # of an image block: its first, and where it lies
-TABLE_BYTES = 3 * 256
-HAS_FULL_TABLE = 0xF7
+BITS = 8  # of an index
+HAS_FULL_TABLE, NO_TABLE = 0xF7, 0
 LEAVE, CLEAR = 1 << 2, 2 << 2  # what becomes of a frame before the next
 HAS_TRANSPARENT = 1
 
@@ -60,7 +57,8 @@ def write(file: BinaryIO, clip: Clip) -> None:
 
 def _box(shown: npt.NDArray[np.bool_]) -> tuple[slice, slice]:
     """Return the rows and the columns around all that is true, or one pixel where nothing is."""
-    return _span(np.asarray(shown.any(axis=1))), _span(np.asarray(shown.any(axis=0)))
+    rows = _span(np.asarray(shown.any(axis=1)))
+    return rows, _span(np.asarray(shown[rows].any(axis=0)))
 
 
 def _span(line: npt.NDArray[np.bool_]) -> slice:
@@ -72,8 +70,6 @@ def _image_block(indices: Indices, top: int, left: int) -> bytes:
     """Return the block of a GIF that shows `indices` (height, width) by the file's own 256 colours."""
     from PIL import Image
 
-    # Saved as grey, the table is as large, and nothing is renumbered.
-    still = io.BytesIO()
-    Image.fromarray(indices, "L").save(still, "GIF", optimize=False, interlace=0)
-    block = still.getvalue()[HEADER_BYTES + TABLE_BYTES : -1]
-    return block[:1] + struct.pack("<HH", left, top) + block[PLACED_BYTES:]
+    height, width = indices.shape
+    place = struct.pack("<HHHHB", left, top, width, height, NO_TABLE)
+    return b"," + place + bytes([BITS]) + Image.fromarray(indices, "L").tobytes("gif", "L") + b"\0"
