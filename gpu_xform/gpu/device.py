@@ -3,9 +3,9 @@
 import contextlib
 import os
 import threading
-from collections.abc import Hashable, Iterator
+from collections.abc import Iterator
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 import wgpu
 
@@ -67,7 +67,7 @@ class Device:
         self.pipelines = Pipelines(self)
         self.pool = Pool(self)
         self.residents = Residents(self)
-        self.bind_groups: dict[Hashable, wgpu.GPUBindGroup] = {}  # of buffers that stay, by pipeline and parts
+        self.bind_groups: dict[tuple[Any, ...], wgpu.GPUBindGroup] = {}  # of buffers that stay, by pipeline and parts
         self._closed = False
         self_test.require(self)
 

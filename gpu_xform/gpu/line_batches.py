@@ -60,7 +60,6 @@ def style_struct(batch: Batch) -> npt.NDArray[np.void]:
     struct["color"] = lines.color
     struct["line_width"] = 1.0 if lines.line_width is None else lines.line_width
     struct["strength"] = lines.strength
-    struct["color_mode"] = lines.color_mode
     struct["n_edges"] = batch.n_edges
     struct["n_points"] = batch.shape.stride
     return struct

@@ -94,7 +94,8 @@ class LinePass:
             looks = {**constants, "is_plain": _is_plain(batch.lines)}
             encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
             over_edges(encoder, "mark_thin_lines", batch, marked, **looks)
-            target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **looks)
+            colored = {**looks, "color_mode": batch.lines.color_mode}
+            target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **colored)
 
     def _draw_quads(
         self,
@@ -104,7 +105,8 @@ class LinePass:
     ) -> None:
         with target.apart(encoder) as render:
             for batch, bindings, constants in parts:
-                pipeline = self._device.pipelines.render("draw_lines", "triangle-strip", FORMAT, **constants)
+                looks = {**constants, "color_mode": batch.lines.color_mode}
+                pipeline = self._device.pipelines.render("draw_lines", "triangle-strip", FORMAT, **looks)
                 render.set_pipeline(pipeline)
                 render.set_bind_group(0, bind(self._device, pipeline, bindings | {6: self._colors(batch)}))
                 render.draw(4, batch.n_edges * batch.shape.n_instances)

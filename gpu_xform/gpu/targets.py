@@ -88,22 +88,23 @@ class Target:
     @contextlib.contextmanager
     def apart(self, encoder: wgpu.GPUCommandEncoder) -> Iterator[wgpu.GPURenderPassEncoder]:
         """Record a render pass whose result goes over the picture; the first of all has the background for ground."""
+        is_first, self._is_blank = self._is_blank, False
         texture = self._device.pool.texture(self._extent, FORMAT)
-        ground = (self._background / 255.0).tolist() if self._is_blank else (0.0, 0.0, 0.0, 0.0)
+        ground = (self._background / 255.0).tolist() if is_first else (0.0, 0.0, 0.0, 0.0)
         attachment = {"view": texture.create_view(), "load_op": "clear", "clear_value": ground, "store_op": "store"}
         render = encoder.begin_render_pass(color_attachments=[attachment])
         yield render
         render.end()
         row_bytes = _row_bytes(self._extent[0])
-        is_whole = row_bytes == 4 * self._extent[0]
-        is_all, self._is_blank = self._is_blank, False
-        rows = {"buffer": (self._pixels if is_all and is_whole else self._lines).handle, "bytes_per_row": row_bytes}
+        has_gaps = row_bytes != 4 * self._extent[0]
+        straight = is_first and not has_gaps
+        rows = {"buffer": (self._pixels if straight else self._lines).handle, "bytes_per_row": row_bytes}
         encoder.copy_texture_to_buffer({"texture": texture}, rows, (*self._extent, 1))
-        if is_all and is_whole:
+        if straight:
             return
-        if is_all:
-            encoder.clear_buffer(self._pixels.handle, 0, self.n_bytes)
-        row_step = 1 if is_whole else ROW_ALIGNMENT // 4
+        if is_first:
+            encoder.clear_buffer(self._pixels.handle, 0, self.n_bytes)  # over nothing it stays what it is
+        row_step = ROW_ALIGNMENT // 4 if has_gaps else 1
         self.blend(encoder, "blend_lines", {0: self._tile, 5: self._lines}, row_step=row_step)
 
     def leave(self, encoder: wgpu.GPUCommandEncoder) -> None:

@@ -1,14 +1,20 @@
 // What colour a place of an edge has.
 #import edge
 
-@group(0) @binding(6) var<storage, read> colors: array<u32>; // as style.color_mode says
+@group(0) @binding(6) var<storage, read> colors: array<u32>; // as color_mode says
+
+override color_mode: u32; // what they belong to
+
+const ONE_COLOR = 0u;
+const COLOR_AN_EDGE = 1u;
+const COLOR_A_POINT = 2u;
 
 // The colour at the part t of a segment of the edge number `index`, straight alpha.
 fn color_at(index: u32, line: Segment, t: f32) -> vec4<f32> {
-    if style.color_mode == ONE_COLOR {
+    if color_mode == ONE_COLOR {
         return style.color;
     }
-    if style.color_mode == COLOR_AN_EDGE {
+    if color_mode == COLOR_AN_EDGE {
         return unpack4x8unorm(colors[index]);
     }
     // Even steps in the picture are not even along the edge: nearer parts look longer.

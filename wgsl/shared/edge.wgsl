@@ -3,17 +3,12 @@
 
 struct Style {
     cue: vec4<f32>, // what an edge of depth d at distance w loses of its strength: w * clamp(x * d + y * w + z, 0, 1)
-    color: vec4<f32>, // of all edges, straight alpha, where color_mode is ONE_COLOR
+    color: vec4<f32>, // of all edges, straight alpha, where they have one
     line_width: f32, // pixels
     strength: f32, // of all edges, from 0 to 1
-    color_mode: u32,
     n_edges: u32,
     n_points: u32, // of one instance in `projected`, padding included
 }
-
-const ONE_COLOR = 0u;
-const COLOR_AN_EDGE = 1u;
-const COLOR_A_POINT = 2u;
 
 const NO_POINT = 0xffffffffu;
 

@@ -1,0 +1,84 @@
+"""What is bound to pipelines, and what is sent to the device, once and not again."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform import Camera, matrices, samples
+from gpu_xform.gpu import compute
+from gpu_xform.gpu.buffers import Buffer
+from gpu_xform.gpu.device import Device
+
+CAMERA = Camera.window((-2, 2), (-2, 2))
+LOOKS: list[dict[str, Any]] = [
+    {"color": "face"},
+    {"hidden": "dash", "line_width": 3.0},
+    {"fill": "gold", "color": "face", "line_width": 5.0},
+    {"antialias": False, "color": "red"},
+    {"color": "face", "size": (200, 130)},
+    {"color": "blue"},
+]
+
+
+def drawn(device: Device, **look: Any) -> bytes:
+    """Return the pixels of a cube."""
+    return gx.render_array(samples.cube(), device=device, **{"camera": CAMERA, "size": (64, 48), **look}).tobytes()
+
+
+@pytest.fixture
+def made(device: Device, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+    """What has been made and sent since the test began."""
+    calls: list[str] = []
+    bind_group, upload = type(device.handle).create_bind_group, Buffer.upload
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        calls.append("bind group")
+        return bind_group(*arguments, **options)
+
+    def sent(buffer: Buffer, array: Any) -> None:
+        calls.append("upload")
+        upload(buffer, array)
+
+    monkeypatch.setattr(type(device.handle), "create_bind_group", counted)
+    monkeypatch.setattr(Buffer, "upload", sent)
+    return calls
+
+
+def test_a_frame_like_the_last_binds_nothing_and_sends_its_matrix_alone(device: Device, made: list[str]) -> None:
+    mesh = samples.snub_dodecahedron()
+    for k in range(3):
+        made.clear()
+        turn = matrices.rotate_z(0.1 * k)
+        gx.render_array(mesh, device=device, camera=CAMERA, size=(64, 48), color="face", transform=turn)
+    assert made == ["upload"]
+
+
+def test_pictures_are_the_same_whatever_was_bound_and_sent_before(device: Device) -> None:
+    with Device() as fresh:
+        expected = []
+        for look in LOOKS:
+            fresh.bind_groups.clear()
+            expected.append(drawn(fresh, **look))
+    for order in np.random.default_rng(1).permuted(np.tile(np.arange(len(LOOKS)), (4, 1)), axis=1):
+        for k in order.tolist():
+            assert drawn(device, **LOOKS[k]) == expected[k]
+
+
+def test_no_more_than_a_number_of_groups_is_kept(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = [drawn(device, **look) for look in LOOKS]
+    device.bind_groups.clear()
+    monkeypatch.setattr(compute, "MOST_GROUPS", 3)
+    assert [drawn(device, **look) for look in LOOKS] == expected
+    assert len(device.bind_groups) == 3
+
+
+def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
+    device.bind_groups.clear()
+    with gx.PointBuffer(np.eye(3, dtype=np.float32), device=device) as points:
+        gx.render_array(points, edges=[(0, 1)], device=device, camera=CAMERA, size=(64, 48))
+        own = points.resident().buffer.number
+    kept = {number for _, *parts in device.bind_groups for _, number, *_ in parts}
+    assert kept
+    assert own not in kept
