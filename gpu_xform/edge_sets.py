@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ._arguments import Float64Array, number
 from .errors import ArgumentError, ArgumentTypeError
-from .mesh import IndexArray, Mesh
+from .mesh import IndexArray, Mesh, pair_keys
 from .triangulation import polygons_by_size, unit_normals
 
 EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
@@ -263,9 +263,3 @@ def _differs(sorted_: npt.NDArray[Any]) -> _BoolArray:
     differs = np.ones(len(sorted_), np.bool_)
     np.not_equal(sorted_[1:], sorted_[:-1], out=differs[1:])
     return differs
-
-
-def pair_keys(a: IndexArray, b: IndexArray) -> _KeyArray:
-    """Return one number a pair, the same both ways round, that sorts as the pair with its lower index first."""
-    low, high = np.minimum(a, b).astype(np.uint64), np.maximum(a, b).astype(np.uint64)
-    return (low << np.uint64(32)) | high

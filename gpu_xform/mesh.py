@@ -135,10 +135,8 @@ class Mesh:
     @cached_property
     def last_face_edges(self) -> IndexArray:
         """The rows of `face_edges` whose two points no later row joins, either way: (m,) int64, ascending."""
-        ends = self.face_edges[::-1].astype(np.uint64)
-        keys = (np.minimum(ends[:, 0], ends[:, 1]) << np.uint64(32)) | np.maximum(ends[:, 0], ends[:, 1])
-        _, from_last = np.unique(keys, return_index=True)
-        return _read_only(np.sort(len(keys) - 1 - from_last))
+        _, from_last = np.unique(pair_keys(*self.face_edges[::-1].T), return_index=True)
+        return _read_only(np.sort(len(self.face_edges) - 1 - from_last))
 
     @cached_property
     def edges(self) -> IndexArray:
@@ -146,9 +144,8 @@ class Mesh:
 
         A corner repeated in a row joins a point to itself; such pairs are left out.
         """
-        ends = self.face_edges.astype(np.uint64)
-        low, high = np.minimum(ends[:, 0], ends[:, 1]), np.maximum(ends[:, 0], ends[:, 1])
-        keys = ((low << np.uint64(32)) | high)[low != high]
+        start, end = self.face_edges.T
+        keys = pair_keys(start, end)[start != end]
         keys.sort()
         keys = keys[np.diff(keys, prepend=keys[:1] - np.uint64(1)) != 0]
         return _read_only(np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.int64))
@@ -211,6 +208,12 @@ class Mesh:
 
     def __repr__(self) -> str:
         return f"<Mesh: {self.n_points} points, {self.n_faces} faces>"
+
+
+def pair_keys(a: IndexArray, b: IndexArray) -> npt.NDArray[np.uint64]:
+    """Return one number a pair, the same both ways round, that sorts as the pair with its lower index first."""
+    low, high = np.minimum(a, b).astype(np.uint64), np.maximum(a, b).astype(np.uint64)
+    return (low << np.uint64(32)) | high
 
 
 def _read_only(array: _Array) -> _Array:

@@ -9,7 +9,8 @@ from solids import star_prism
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
-from gpu_xform.edge_sets import edge_faces, face_normals, feature_edges, pair_keys, resolve_edges
+from gpu_xform.edge_sets import edge_faces, face_normals, feature_edges, resolve_edges
+from gpu_xform.mesh import pair_keys
 
 Array = npt.NDArray[Any]
 SIZE = (150, 120)

@@ -14,7 +14,6 @@ from ..edge_sets import (
     face_normals,
     index_pairs,
     is_one_array,
-    pair_keys,
     resolve_edges,
     without_silhouette,
 )
@@ -23,7 +22,7 @@ from ..gpu.device import Device
 from ..gpu.layouts import CANDIDATE
 from ..gpu.plans import rounded_up
 from ..gpu.shapes import Points
-from ..mesh import IndexArray, Mesh
+from ..mesh import IndexArray, Mesh, pair_keys
 from ..point_buffer import PointBuffer
 from ..triangulation import triangles
 from .layers import Layer
