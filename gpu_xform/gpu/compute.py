@@ -28,7 +28,10 @@ def bind(
     pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline,
     bindings: Sequence[Buffer | Binding] | Mapping[int, Buffer | Binding],
 ) -> wgpu.GPUBindGroup:
-    """Bind whole buffers and parts of them to bindings 0, 1, ... of group 0, or to those that are named."""
+    """Bind whole buffers and parts of them to bindings 0, 1, ... of group 0, or to those that are named.
+
+    A group whose buffers all stay is kept and given again.
+    """
     numbered = bindings.items() if isinstance(bindings, Mapping) else enumerate(bindings)
     parts = [
         (number, part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)) for number, part in numbered
@@ -37,6 +40,7 @@ def bind(
         buffer.require_submittable(device)
     if not all(part.buffer.stays for _, part in parts):
         return _bind_group(device, pipeline, parts)
+    # Pipelines live as long as their device, and numbers of buffers do not come again: no key can mean another group.
     key = (id(pipeline), *((number, buffer.number, offset, n) for number, (buffer, offset, n) in parts))
     groups = device.bind_groups
     if key not in groups:
