@@ -106,8 +106,9 @@ def ball_matplotlib(mesh: gx.Mesh, path: Path) -> None:
     ]
 
     def draw(k: int) -> list[Any]:
+        rotation = turn(k, BALL_FRAMES)[:3, :3]
         for line, outline in zip(lines, outlines, strict=True):
-            x, y, _ = turn(k, BALL_FRAMES)[:3, :3] @ outline
+            x, y, _ = rotation @ outline
             line.set_data(x, y)
         return list(lines)
 

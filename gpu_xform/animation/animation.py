@@ -3,7 +3,7 @@
 import contextlib
 import io
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
@@ -176,7 +176,7 @@ class Animation:
         i = whole_number(i, "i")
         if not -len(self) <= i < len(self):
             raise ArgumentError(f"i must be a frame's number below {len(self)}, got {i}")
-        return images.image(self._drawn(i % len(self)))
+        return images.image(self._begun(i % len(self)).pixels())
 
     def save(self, path: StrPath, *, progress: Progress | None = None) -> None:
         """Write the animation, holding few frames at a time; a file is there whole or not at all.
@@ -207,25 +207,29 @@ class Animation:
     def _clip(self, progress: Progress | None = None) -> Clip:
         sampled: dict[int, Pixels] = {}
 
-        def sample(k: int) -> Pixels:
-            sampled[k] = self._drawn(k)
-            return sampled[k]
-
-        def begin(k: int, after: Drawn | None) -> Drawn | None:
-            return None if k in sampled or k == len(self) else self._begun(k, after)
+        def samples(numbers: Sequence[int]) -> Iterator[Pixels]:
+            for k, pixels in zip(numbers, self._drawn(numbers), strict=True):
+                sampled[k] = pixels
+                yield pixels
 
         def frames() -> Iterator[Pixels]:
-            following = begin(0, None)
+            drawn = self._drawn([k for k in range(len(self)) if k not in sampled])
             for k in range(len(self)):
-                drawn, following = following, begin(k + 1, following)  # is drawn while this one is read and encoded
-                yield drawn.pixels() if drawn else sampled.pop(k)
+                yield sampled.pop(k) if k in sampled else next(drawn)
                 if progress is not None:
                     progress(k + 1, len(self))
 
-        return Clip(self.size, len(self), self.fps, frames(), sample)
+        return Clip(self.size, len(self), self.fps, frames(), samples)
 
-    def _drawn(self, k: int) -> Pixels:
-        return self._begun(k).pixels()
+    def _drawn(self, numbers: Sequence[int]) -> Iterator[Pixels]:
+        """Draw frames by their numbers, each while the caller is busy with the one before it."""
+        begun_one = None
+        for k in numbers:
+            last, begun_one = begun_one, self._begun(k, begun_one)
+            if last is not None:
+                yield last.pixels()
+        if begun_one is not None:
+            yield begun_one.pixels()
 
     def _begun(self, k: int, after: Drawn | None = None) -> Drawn:
         return begun(

@@ -12,6 +12,7 @@ import time
 import weakref
 from collections.abc import Iterator
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,7 @@ def pictures(n: int, *, size: tuple[int, int] = (WIDTH, HEIGHT), transparent: bo
 
 def clip_of(made: list[Pixels], fps: float = 20) -> Clip:
     height, width = made[0].shape[:2]
-    return Clip((width, height), len(made), fps, iter(made), made.__getitem__)
+    return Clip((width, height), len(made), fps, iter(made), partial(map, made.__getitem__))
 
 
 def save(path: Path, made: list[Pixels], fps: float = 20) -> None:
@@ -281,7 +282,7 @@ def test_a_gif_s_delays_are_none_that_browsers_take_for_a_mistake(tmp_path: Path
     [("out.gif", 65535), ("out.webp", 16383), ("out.html", 16383), ("out.mp4", 16384), ("out.webm", 65535)],
 )
 def test_a_size_that_the_format_cannot_hold(tmp_path: Path, name: str, side: int) -> None:
-    clip = Clip((2, side + 1), 1, 20.0, failing([], after=0), [].__getitem__)
+    clip = Clip((2, side + 1), 1, 20.0, failing([], after=0), partial(map, [].__getitem__))
     with pytest.raises(ArgumentError, match=rf"size must be at most {side} x {side} in .*, got 2 x {side + 1}"):
         saver(tmp_path / name)(clip)
     assert list(tmp_path.iterdir()) == []
@@ -341,7 +342,7 @@ def test_a_template_is_for_png(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_folder_that_there_is_not_is_said_before_anything_is_drawn(tmp_path: Path, name: str) -> None:
     made: list[Pixels] = pictures(2)
-    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), made.__getitem__)
+    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), partial(map, made.__getitem__))
     path = tmp_path / "none" / "at all" / name
     with pytest.raises(FileNotFoundError) as caught:
         saver(path)(clip)
@@ -394,7 +395,7 @@ def leaving_nothing(folder: Path) -> Iterator[None]:
 @pytest.mark.parametrize("error", [RuntimeError("the device is gone"), KeyboardInterrupt()])
 def test_what_stops_the_drawing_leaves_nothing(tmp_path: Path, name: str, after: int, error: BaseException) -> None:
     made = pictures(20)
-    clip = Clip((WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), made.__getitem__)
+    clip = Clip((WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), partial(map, made.__getitem__))
     with leaving_nothing(tmp_path), pytest.raises(type(error)):
         saver(tmp_path / name)(clip)
 
@@ -407,7 +408,7 @@ def test_what_goes_wrong_while_encoding_stops_the_drawing(
     whole, calls = getattr(Image.Image, encoder), []
 
     def sometimes(image: Image.Image, *args: Any, **options: Any) -> Any:
-        calls.append(threading.current_thread())
+        calls.append(image)
         if len(calls) > 3:
             raise MemoryError("no room for the fourth")
         return whole(image, *args, **options)
@@ -421,9 +422,27 @@ def test_what_goes_wrong_while_encoding_stops_the_drawing(
             yield picture
 
     with leaving_nothing(tmp_path), pytest.raises(MemoryError, match="no room for the fourth"):
-        saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 100, 20.0, frames(), made.__getitem__))
+        saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 100, 20.0, frames(), partial(map, made.__getitem__)))
     assert len(drawn) <= 4 + MOST_WORKERS + 1
-    assert threading.current_thread() not in calls
+
+
+@pytest.mark.parametrize("name", [name for name in NAMES if not name.endswith(VIDEO)])
+@pytest.mark.parametrize("n_processors", [1, 2, 3])
+def test_frames_are_encoded_in_threads_where_drawing_leaves_processors(
+    tmp_path: Path, name: str, n_processors: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    encoder = "tobytes" if name.endswith(".gif") else "save"
+    whole, threads = getattr(Image.Image, encoder), set()
+
+    def noted(image: Image.Image, *args: Any, **options: Any) -> Any:
+        threads.add(threading.current_thread())
+        return whole(image, *args, **options)
+
+    monkeypatch.setattr(Image.Image, encoder, noted)
+    monkeypatch.setattr(os, "cpu_count", lambda: n_processors)
+    save(tmp_path / name, pictures(20))
+    assert (threads == {threading.current_thread()}) == (name.endswith(".gif") and n_processors < 3)
+    assert len(threads) <= n_processors
 
 
 def test_pictures_are_drawn_while_others_are_encoded() -> None:
@@ -441,7 +460,7 @@ def test_pictures_are_drawn_while_others_are_encoded() -> None:
         told.set()
         yield 1
 
-    with encoded(frames(), encode, in_order=True) as results:
+    with encoded(frames(), encode, n_workers=1) as results:
         assert list(results) == [0, 1]
 
 
@@ -464,7 +483,7 @@ def test_one_after_another_is_encoded_where_the_order_counts() -> None:
         inside[0] -= 1
         return k
 
-    with encoded(iter(range(20)), encode, in_order=True) as results:  # type: ignore[arg-type]
+    with encoded(iter(range(20)), encode, n_workers=1) as results:  # type: ignore[arg-type]
         assert list(results) == list(range(20))
     assert most == [1]
 
@@ -481,7 +500,7 @@ def test_few_frames_are_held_at_a_time(tmp_path: Path, name: str) -> None:
         living.append(weakref.ref(picture))
         return picture
 
-    saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), drawn))
+    saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), partial(map, drawn)))
     assert len(alive) >= 50
     assert max(alive[8:]) <= MOST_WORKERS + 3
 

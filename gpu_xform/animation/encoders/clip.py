@@ -13,14 +13,14 @@ class Clip:
     """Pictures (height, width, 4), drawn as they are asked for.
 
     frames : all of them in their order, to be gone through once
-    sample : draws a few of them, by their numbers, before the first is asked for
+    samples : draws a few of them, by their numbers, before the first is asked for
     """
 
     size: tuple[int, int]
     n_frames: int
     fps: float
     frames: Iterator[Pixels]
-    sample: Callable[[int], Pixels]
+    samples: Callable[[Sequence[int]], Iterator[Pixels]]
 
     def durations(self, unit_s: float) -> Sequence[int]:
         """Return for how many units each frame is shown; each begins within half a unit of its time."""

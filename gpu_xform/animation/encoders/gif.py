@@ -3,6 +3,7 @@
 Pillow writes animations itself, but holds every frame of them until the last, and gives each its own colours.
 """
 
+import os
 import struct
 from typing import BinaryIO
 
@@ -36,7 +37,7 @@ def write(file: BinaryIO, clip: Clip) -> None:
     if clip.fps > MOST_FPS:
         raise ArgumentError(f"fps must be at most {MOST_FPS} in a GIF, got {clip.fps:g}")
     spread = np.unique(np.linspace(0, clip.n_frames - 1, N_SAMPLES).round().astype(int))
-    palette = Palette(np.stack([clip.sample(k) for k in spread.tolist()]))
+    palette = Palette(clip.samples(spread.tolist()))
 
     below: Pixels | None = None
 
@@ -49,10 +50,16 @@ def write(file: BinaryIO, clip: Clip) -> None:
     file.write(b"GIF89a" + struct.pack("<HHBBB", *clip.size, HAS_FULL_TABLE, TRANSPARENT, 0) + palette.table())
     file.write(b"!\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<HB", FOREVER, 0))
     flags = HAS_TRANSPARENT | (LEAVE if palette.is_opaque else CLEAR)
-    with encoded(clip.frames, compressed, in_order=True) as blocks:
+    with encoded(clip.frames, compressed, n_workers=_n_workers()) as blocks:
         for duration, block in zip(clip.durations(1e-2), blocks, strict=True):
             file.write(b"!\xf9\x04" + struct.pack("<BHBB", flags, duration, TRANSPARENT, 0) + block)
     file.write(b";")
+
+
+def _n_workers() -> int:
+    # Pillow's compressor holds the interpreter: on two processors, which may be drawing as well, a thread of its own
+    # only makes the next frame wait.
+    return 1 if (os.cpu_count() or 1) > 2 else 0
 
 
 def _box(shown: npt.NDArray[np.bool_]) -> tuple[slice, slice]:

@@ -16,16 +16,20 @@ MOST_WORKERS = 8
 
 @contextmanager
 def encoded(
-    frames: Iterable[Pixels], encode: Callable[[Pixels], Encoded], *, in_order: bool = False
+    frames: Iterable[Pixels], encode: Callable[[Pixels], Encoded], *, n_workers: int | None = None
 ) -> Iterator[Iterator[Encoded]]:
     """Give what `encode` makes of each frame, in their order: the frames are drawn in this thread, encoded in others.
 
     Of the frames given, only as many are held as threads work on them, and one more. What goes wrong in any thread is
     raised in this one, and where the block ends, whatever the reason, no other is at work any more.
 
-    in_order : encode one frame after another, because each needs what the ones before it left
+    n_workers : threads; one a processor by default. One encodes frame after frame, as is needed where each depends on
+        what those before it left; none leaves it to this thread
     """
-    workers = 1 if in_order else min(os.cpu_count() or 1, MOST_WORKERS)
+    if n_workers == 0:
+        yield map(encode, frames)
+        return
+    workers = n_workers or min(os.cpu_count() or 1, MOST_WORKERS)
     pool = ThreadPoolExecutor(workers, "gpu_xform-encoder")
 
     def results() -> Iterator[Encoded]:

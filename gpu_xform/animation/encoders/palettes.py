@@ -1,5 +1,8 @@
 """The colours of a GIF: at most 255 for all of its frames, and none mixed from dots."""
 
+from collections.abc import Iterable
+from typing import NamedTuple
+
 import numpy as np
 import numpy.typing as npt
 
@@ -14,15 +17,17 @@ MOST_COLORS = 255
 MOST_KEPT = 32
 MOST_PIXELS = 1 << 12  # a choice among four times as many is a twentieth better, and takes three times as long
 CELL = 8  # the nearest colour is looked for once for all colours that differ by less
+COLOR = np.uint32(0xFFFFFF)  # the bits of a pixel's colour
+HALF_OPAQUE = np.uint32(0x80000000)
 
 
 class Palette:
-    """At most 255 colours, chosen for the opaque pixels of `samples` (..., 4), and which of them stands for another."""
+    """At most 255 colours, chosen for the opaque pixels of `samples`, and which of them stands for another."""
 
-    def __init__(self, samples: npt.NDArray[np.uint8]) -> None:
-        opaque = is_opaque(samples)
-        self.is_opaque = bool(opaque.all())
-        chosen = _chosen(codes(samples)[opaque])
+    def __init__(self, samples: Iterable[Pixels]) -> None:
+        sampled = _sampled(samples)
+        self.is_opaque = sampled.is_opaque
+        chosen = _chosen(sampled)
         self._colors = _rgb(chosen)
         self._number_of = _numbers(self._colors)
         self._number_of[chosen[::-1]] = np.arange(len(chosen), 0, -1)  # what was chosen is exact
@@ -33,21 +38,44 @@ class Palette:
 
     def indices(self, pixels: Pixels) -> Indices:
         """Return for each of the pixels (height, width, 4) its colour's number; 0 where it is less than half opaque."""
-        indices = self._number_of[codes(pixels)]
-        indices[~is_opaque(pixels)] = TRANSPARENT
+        packed = words(pixels)
+        indices: Indices = self._number_of.take(packed & COLOR, mode="clip")  # without a check of each
+        indices[packed < HALF_OPAQUE] = TRANSPARENT
         return indices
 
 
-def _chosen(codes: Codes) -> Codes:
-    """Return at most 255 colours for pixels of the colours `codes` (n,)."""
+class _Sampled(NamedTuple):
+    """The colours of opaque pixels: the first one's, of how many it is the colour, and those of the others (n,)."""
+
+    first: np.uint32
+    n_first: int
+    others: Codes
+    is_opaque: bool  # all of them
+
+
+def _sampled(pictures: Iterable[Pixels]) -> _Sampled:
+    first, n_opaque, n_pixels = None, 0, 0
+    others = []
+    for pixels in pictures:
+        packed = words(pixels).reshape(-1)
+        colors = packed[packed >= HALF_OPAQUE] & COLOR
+        n_opaque += len(colors)
+        n_pixels += len(packed)
+        if first is None and len(colors):
+            first = colors[0]
+        # Most pixels are background, and so, most likely, is the first: what need not be sorted takes no time.
+        others.append(colors[colors != first])
+    together = np.concatenate(others)
+    return _Sampled(first or np.uint32(0), n_opaque - len(together), together, n_opaque == n_pixels)
+
+
+def _chosen(sampled: _Sampled) -> Codes:
+    """Return at most 255 colours for what was sampled."""
     from PIL import Image
 
-    if len(codes) == 0:
-        return np.zeros(1, np.uint32)
-    # Most pixels are background, and so, most likely, is the first: what need not be sorted takes no time.
-    others = codes[codes != codes[0]]
+    others = sampled.others
     colors, counts = np.unique(others, return_counts=True)
-    colors, counts = np.append(colors, codes[0]), np.append(counts, len(codes) - len(others))
+    colors, counts = np.append(colors, sampled.first), np.append(counts, sampled.n_first)
     if len(colors) <= MOST_COLORS:
         return colors
     kept = colors[np.argsort(-counts, kind="stable")[:MOST_KEPT]]
@@ -78,12 +106,7 @@ def _numbers(colors: npt.NDArray[np.uint8]) -> Indices:
     return numbers.repeat(CELL, axis=5).repeat(CELL, axis=3).repeat(CELL, axis=1).reshape(-1)
 
 
-def codes(pixels: npt.NDArray[np.uint8]) -> Codes:
-    """Return the colours of `pixels` (..., 4) as one number each, red in the lowest byte."""
-    return words(pixels) & np.uint32(0xFFFFFF)
-
-
-def words(pixels: npt.NDArray[np.uint8]) -> Codes:
+def words(pixels: Pixels) -> Codes:
     """Return the `pixels` (..., 4) as one number each, opacity in the highest byte."""
     packed: Codes = np.ascontiguousarray(pixels).view("<u4")[..., 0]
     return packed
@@ -94,6 +117,6 @@ def _rgb(codes: Codes) -> npt.NDArray[np.uint8]:
     return np.ascontiguousarray(codes, "<u4").view(np.uint8).reshape(-1, 4)[:, :3]
 
 
-def is_opaque(pixels: npt.NDArray[np.uint8]) -> npt.NDArray[np.bool_]:
+def is_opaque(pixels: Pixels) -> npt.NDArray[np.bool_]:
     """Return which of `pixels` (..., 4) are more than half opaque."""
-    return np.asarray(pixels[..., 3] >= 128)
+    return np.asarray(words(pixels) >= HALF_OPAQUE)

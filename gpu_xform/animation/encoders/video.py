@@ -103,7 +103,7 @@ def _write(file: BinaryIO, clip: Clip, form: VideoFormat) -> None:
             context.colorspace = context.color_primaries = context.color_trc = BT_709
             context.color_range = LIMITED_RANGE
             container.start_encoding()
-            with encoded(clip.frames, compressed, in_order=True) as packets:
+            with encoded(clip.frames, compressed, n_workers=1) as packets:
                 for each in packets:
                     container.mux(each)
             container.mux(stream.encode(None))
