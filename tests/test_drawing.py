@@ -29,7 +29,7 @@ ASIDE = [gx.translate(x, 0.2, -2.4) @ gx.scale(0.4) for x in (-1.2, 1.2)]
 
 def layers(models: Any, **style: Unpack[Style]) -> list[Strokes]:
     with staged(models, CAMERA, SIZE, None, style) as stage:
-        return strokes(stage)
+        return strokes(stage, (1.0, 1.0, 1.0, 1.0))
 
 
 PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {

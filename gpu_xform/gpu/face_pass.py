@@ -7,18 +7,22 @@ import numpy as np
 import numpy.typing as npt
 import wgpu
 
+from ..errors import ArgumentError
 from . import layouts, uniforms
 from .buffers import STORAGE, Buffer
 from .compute import Binding, bind, dispatch
 from .device import Device
 from .frame import Projected, binding_bytes
 from .plans import n_workgroups, workgroup_size
+from .shapes import Cue
 from .targets import Target
 
 TRIANGLE_BYTES = 12
 PLACE_BYTES = 4
 GROUP = 64  # triangles whose bindings begin where any adapter lets them
 LARGE_HEAD = 16  # bytes: three numbers of workgroups, and how many triangles they take
+LEFT_BITS = 8  # of a mark, where distance pales faces; as in mark.wgsl
+MOST_CUED_COLORS = (1 << (32 - LEFT_BITS)) - 1
 
 
 @dataclass(frozen=True)
@@ -30,9 +34,10 @@ class _Batch:
     triangles: Binding
     color_places: Binding | None
     first_color: int
+    cue: Cue
 
     def struct(self) -> npt.NDArray[np.void]:
-        fields = (self.n_triangles, self.shape.stride, self.shape.n_instances, self.first_color)
+        fields = (self.cue, self.n_triangles, self.shape.stride, self.shape.n_instances, self.first_color)
         return np.array(fields, layouts.FACES)
 
 
@@ -48,6 +53,12 @@ class FacePass:
         self._device = device
         self._batches = [batch for shape in shapes for batch in _cut(device, shape)]
         self._palette = palette if self._batches else None
+        self._is_cued = any(batch.color_places and batch.cue[3] > 0.0 for batch in self._batches)
+        if self._is_cued and palette and palette.n_bytes // 4 > MOST_CUED_COLORS:
+            raise ArgumentError(
+                f"fill must have at most {MOST_CUED_COLORS:,} colours where depth_cue pales them, "
+                f"got {palette.n_bytes // 4:,}"
+            )
         self._n_depths = n_depths
         pool = device.pool
         self.depths: Buffer = pool.get("face depths", 4 * n_depths if self._batches else 4)
@@ -83,7 +94,7 @@ class FacePass:
             self._go_through(encoder, tile, painting=True)
 
     def _go_through(self, encoder: wgpu.GPUCommandEncoder, tile: Binding, *, painting: bool) -> None:
-        constants = {"workgroup_size": workgroup_size(self._device), "painting": painting}
+        constants = {"workgroup_size": workgroup_size(self._device), "painting": painting, "is_cued": self._is_cued}
         small_ones = self._device.pipelines.compute("lay_faces", **constants)
         large_ones = self._device.pipelines.compute("lay_large_faces", **constants)
         for batch, struct in zip(self._batches, self._structs, strict=True):
@@ -109,12 +120,13 @@ class FacePass:
         if self._palette is None:
             return np.empty(0, np.uint32)
         with self._marks.downloaded(4 * self._n_depths) as view:
-            return np.unique(view.view(np.uint32))
+            return np.unique(view.view(np.uint32) >> (LEFT_BITS if self._is_cued else 0))
 
     def paint(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding) -> None:
         """Record the painted faces, if there are any."""
         if self._palette:
-            target.blend(encoder, "blend_faces", {0: tile, 5: self._marks, 6: self._palette})
+            bindings: dict[int, Buffer | Binding] = {0: tile, 5: self._marks, 6: self._palette}
+            target.blend(encoder, "blend_faces", bindings, is_cued=self._is_cued)
 
 
 def _cut(device: Device, shape: Projected) -> Iterator[_Batch]:
@@ -130,4 +142,4 @@ def _cut(device: Device, shape: Projected) -> Iterator[_Batch]:
             first, n_places = (0, 1) if is_one else (start, n_triangles)
             places = Binding(faces.color_places, first * PLACE_BYTES, n_places * PLACE_BYTES)
         triangles = Binding(faces.triangles, start * TRIANGLE_BYTES, n_triangles * TRIANGLE_BYTES)
-        yield _Batch(shape, n_triangles, triangles, places, faces.first_color)
+        yield _Batch(shape, n_triangles, triangles, places, faces.first_color, faces.cue)

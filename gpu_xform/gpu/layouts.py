@@ -57,7 +57,15 @@ STYLE = np.dtype(
     }
 )
 
-FACES = np.dtype([("n_triangles", "<u4"), ("n_points", "<u4"), ("n_instances", "<u4"), ("first_color", "<u4")])
+FACES = np.dtype(
+    [
+        ("cue", "<f4", (4,)),
+        ("n_triangles", "<u4"),
+        ("n_points", "<u4"),
+        ("n_instances", "<u4"),
+        ("first_color", "<u4"),
+    ]
+)
 
 CANDIDATE = np.dtype([("edge", "<u4", (2,)), ("faces", "<u4", (2,)), ("is_turned", "<u4"), ("padding", "<u4")])
 

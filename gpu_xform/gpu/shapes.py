@@ -2,12 +2,16 @@
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .buffers import Buffer
+
+Cue: TypeAlias = tuple[float, float, float, float]
+
+NO_CUE: Cue = (0.0, 0.0, 0.0, 0.0)
 
 
 class Hidden(IntEnum):
@@ -47,12 +51,14 @@ class Faces:
     triangles : (n_triangles, 3) uint32, indices of points
     color_places : (n_triangles,) or (1,) uint32, the place of each triangle's colour in the picture's palette, counted
         from `first_color`; None for triangles that only hide
+    cue : what distance leaves of their colours, as in `Lines`
     """
 
     triangles: Buffer
     n_triangles: int
     color_places: Buffer | None = None
     first_color: int = 0
+    cue: Cue = NO_CUE
 
 
 @dataclass(frozen=True)
@@ -77,7 +83,7 @@ class Lines:
     hidden: Hidden = Hidden.SHOWN
     strength: float = 1.0
     are_dots: bool = False
-    cue: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
+    cue: Cue = NO_CUE
 
 
 @dataclass(frozen=True)

@@ -59,7 +59,7 @@ def _drawn(
     backdrop = (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
     with staged(models, camera, size, device, style) as stage:
         _require_depths(stage)
-        return strokes(stage), backdrop, stage.view.size
+        return strokes(stage, backdrop), backdrop, stage.view.size
 
 
 def _require_depths(stage: Stage) -> None:

@@ -67,7 +67,7 @@ class Layer:
     vertex_colors : (n, 3 or 4), blended along the edges
     scalars : (n,), one a point, shown as `cmap` has it between the two limits `clim`, by default their own
     alpha : opacity of all that is drawn, from 0 to 1
-    depth_cue : what the farthest point of the picture loses of its opacity, from 0 to 1
+    depth_cue : what the farthest point of the picture loses of its opacity, from 0 to 1; in between it goes by distance
     fill : a colour that the faces are painted in, "face" for the cycle of ten, or (f, 3 or 4)
     point_size : diameter in pixels of a dot at each point; none by default, 2 for models that have points alone
 

@@ -15,7 +15,7 @@ from ..gpu import silhouette_pass
 from ..gpu.buffers import Buffer
 from ..gpu.device import Device
 from ..gpu.layouts import CANDIDATE
-from ..gpu.shapes import ColorMode, Faces, Hidden, Lines, Shape
+from ..gpu.shapes import ColorMode, Cue, Faces, Hidden, Lines, Shape
 from ..mesh import IndexArray
 from .layers import Layer
 from .line_colors import NO_ROWS, LineColors, fill_colors, line_colors
@@ -104,13 +104,14 @@ class _Shaper:
         clip_from_points = clip_from_world @ layer.world_from_model @ model_from_points
         scale = float(np.abs(clip_from_points).max()) or 1.0  # homogeneous: a factor changes nothing
         clip_from_points = clip_from_points / scale
+        own_cue = (float(cue[0]), float(cue[1] * scale), float(cue[2]), float(cue[3]))
         style = Lines(
             edges=edges,
             n_edges=n_edges,
             line_width=layer.line_width if layer.antialias else None,
             hidden=hides(layer),
             strength=layer.alpha,
-            cue=(float(cue[0]), float(cue[1] * scale), float(cue[2]), float(cue[3])),
+            cue=own_cue,
         )
         colors = line_colors(layer, subject.n_points, subject.n_faces, pairs.n_rows)
         lines = []
@@ -118,7 +119,7 @@ class _Shaper:
             lines.append(self._colored(style, colors, lambda: pairs.rows and pairs.rows(pairs.find())))
         if point_size is not None:
             lines.append(self._dots(replace(style, line_width=point_size), colors))
-        shapes = [Shape(points, clip_from_points, self._faces(first_color), tuple(lines))]
+        shapes = [Shape(points, clip_from_points, self._faces(first_color, own_cue), tuple(lines))]
         if candidates is not None:
             for matrix in clip_from_points:
                 seen = self._silhouette(style, candidates, colors, matrix)
@@ -160,7 +161,7 @@ class _Shaper:
 
         return (self._colored(replace(style, edges=found, n_edges=n_candidates), colors, places),)
 
-    def _faces(self, first_color: int) -> Faces | None:
+    def _faces(self, first_color: int, cue: Cue) -> Faces | None:
         layer, subject = self._layer, self._subject
         if hides(layer) is Hidden.SHOWN and layer.fill is None:
             return None
@@ -173,7 +174,7 @@ class _Shaper:
             places = self._kept("one colour", lambda: np.zeros(1, np.uint32))
             if len(fill_colors(layer, subject.n_faces)) > 1:
                 places = self._kept("triangles' faces", lambda: subject.triangles()[1].astype(np.uint32))
-        return Faces(corners, n_triangles, places, first_color)
+        return Faces(corners, n_triangles, places, first_color, cue)
 
     def _kept(self, role: Hashable | None, array: Callable[[], npt.NDArray[Any]]) -> Buffer:
         """Return the array on the device: from one picture to the next where it has a role, else for this picture."""

@@ -30,7 +30,7 @@ Size: TypeAlias = Sequence[int]
 class Stage:
     """What is drawn, and how it is seen.
 
-    subjects : of the layers, in their order
+    subjects, cues : of the layers, in their order; cues (4,) as `views.depth_cue` gives them
     clip_from_world : (4, 4), depth turned round
     """
 
@@ -39,6 +39,7 @@ class Stage:
     shaped: Shaped
     layers: Sequence[Layer]
     subjects: Sequence[Subject]
+    cues: Sequence[Float64Array]
     clip_from_world: Float64Array
 
 
@@ -65,7 +66,7 @@ def staged(models: Models, camera: Camera | None, size: Size, device: Device | N
     with device.lock, contextlib.ExitStack() as stack:
         device.residents.trim()
         shapes = shaped(layers, subjects, clip_from_world, cues, device, stack)
-        yield Stage(device, view, shapes, layers, subjects, clip_from_world)
+        yield Stage(device, view, shapes, layers, subjects, cues, clip_from_world)
 
 
 def picture_size(size: Size) -> tuple[int, int]:

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._arguments import Float64Array
+from ..colors import FloatColor
 from ..gpu.cut_pass import Cut, cut
 from ..gpu.shapes import ColorMode, Hidden, Lines
 from ..vector import Dots, Polygons, Strokes
@@ -17,7 +18,7 @@ GRADIENT_STEP = 8.0  # pixels; pieces of changing colour are no longer
 UNCUT = 1e9
 
 
-def strokes(stage: Stage) -> list[Strokes]:
+def strokes(stage: Stage, backdrop: FloatColor) -> list[Strokes]:
     """Return each layer's picture; where several are painted, the faces of all before them."""
     shaped = stage.shaped
     lines_of = [
@@ -28,10 +29,10 @@ def strokes(stage: Stage) -> list[Strokes]:
     faces = painted(stage, seen)
     pictures = []
     if len(faces) > 1:
-        pictures.append(_strokes("faces", 1.0, [], polygons(joined(list(faces.values())))))
+        pictures.append(_strokes("faces", 1.0, [], polygons(joined(list(faces.values())), backdrop)))
     for number, (layer, subject) in enumerate(zip(stage.layers, stage.subjects, strict=True)):
         own = [one for one in cuts if owners[id(one.batch.lines)] == number]
-        filled = polygons(joined([faces[number]])) if number in faces and len(faces) == 1 else None
+        filled = polygons(joined([faces[number]]), backdrop) if number in faces and len(faces) == 1 else None
         line_width = layer.line_width if layer.antialias else 1.0
         pictures.append(_strokes(subject.name, line_width, own, filled))
     return pictures

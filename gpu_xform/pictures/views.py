@@ -81,6 +81,12 @@ def depth_cue(clip_from_world: Float64Array, outline: Callable[[], Float64Array]
     return np.array([-scale if is_parallel else 0.0, 0.0 if is_parallel else scale, -nearest * scale, amount])
 
 
+def left_by_distance(cue: Float64Array, depth: Float64Array, w: Float64Array) -> Float64Array:
+    """Return what a cue (4,) leaves of the strength at each depth, turned round, and distance."""
+    lost: Float64Array = cue[3] * np.clip(cue[0] * depth + cue[1] * w + cue[2], 0.0, 1.0)
+    return 1.0 - lost
+
+
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
     """Return the direction (3,) of the cross product, of length 1, however long `a` and `b` are; zero where it is."""
     (a0, a1, a2), (b0, b1, b2) = (a / (np.abs(a).max() or 1.0)).tolist(), (b / (np.abs(b).max() or 1.0)).tolist()

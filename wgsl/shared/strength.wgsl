@@ -1,5 +1,6 @@
 // How strongly a place of an edge is drawn: faces before it hide it, and distance pales it.
 #import edge
+#import cue
 
 @group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
 
@@ -32,7 +33,7 @@ fn strength_in_sight(line: Segment, t: f32) -> f32 {
     }
     let depth = mix(line.depth.x, line.depth.y, t);
     let w = 1.0 / mix(line.inverse_w.x, line.inverse_w.y, t);
-    return style.strength * (1.0 - style.cue.w * clamp(style.cue.x * depth + style.cue.y * w + style.cue.z, 0.0, 1.0));
+    return style.strength * left_by_distance(style.cue, depth, w);
 }
 
 // The strength at the part t of a segment, from 0 to 1, less where a face hides it.

@@ -1,8 +1,11 @@
 // A triangle in the picture, by homogeneous edge functions: nothing is cut at the eye's plane, and pixels are the same
 // however the picture is tiled. Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997.
 #import tile
+#import cue
+#import mark
 
 struct Faces {
+    cue: vec4<f32>, // what distance leaves of their colours, as in cue.wgsl
     n_triangles: u32,
     n_points: u32, // of one instance in `projected`, padding included
     n_instances: u32,
@@ -13,7 +16,7 @@ struct Faces {
 @group(0) @binding(2) var<storage, read> projected: array<vec4<f32>>; // clip space, depth 1 at the near plane
 @group(0) @binding(3) var<storage, read> triangles: array<u32>; // three points each
 @group(0) @binding(4) var<storage, read_write> face_depths: array<atomic<u32>>; // the nearest, as a float's bits
-@group(0) @binding(5) var<storage, read_write> face_marks: array<atomic<u32>>; // the colour's place, from 1
+@group(0) @binding(5) var<storage, read_write> face_marks: array<atomic<u32>>; // as in mark.wgsl
 @group(0) @binding(6) var<storage, read> triangle_colors: array<u32>; // the colour's place, one a triangle or one for all
 override painting: bool; // the second time round, when all depths are known
 override workgroup_size: u32;
@@ -87,7 +90,8 @@ fn triangle(index: u32) -> Triangle {
 fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
     let middle = vec3(vec2<f32>(pixel - face.anchor) + 0.5, 1.0);
     let depth = dot(face.depth, middle);
-    if any(middle * face.inside < -face.rim) || depth < 0.0 || depth > 1.0 {
+    let shares = middle * face.inside; // of the corners, divided by w
+    if any(shares < -face.rim) || depth < 0.0 || depth > 1.0 {
         return;
     }
     let slot = depth_index(pixel);
@@ -96,6 +100,7 @@ fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
         atomicMax(&face_depths[slot], bitcast<u32>(pushed));
     } else if pushed * NEARLY >= bitcast<f32>(atomicLoad(&face_depths[slot])) {
         let color = triangle_colors[min(index % faces.n_triangles, arrayLength(&triangle_colors) - 1u)];
-        atomicMax(&face_marks[slot], faces.first_color + color + 1u);
+        let left = left_by_distance(faces.cue, depth, 1.0 / (shares.x + shares.y + shares.z));
+        atomicMax(&face_marks[slot], mark_of(faces.first_color + color + 1u, left));
     }
 }
