@@ -1,7 +1,7 @@
 """Vector pictures of models, beside the pixels of the same, and beside geometry."""
 
-import dataclasses
 import re
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Unpack
@@ -39,6 +39,9 @@ PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {
     "faded": (CUBE, {"hidden": "fade", "line_width": 3, "color": "crimson"}),
     "filled": (BALL, {"fill": "face"}),
     "filled and pale": (HOUSE, {"fill": "gold", "alpha": 0.6}),
+    "filled in several opacities": (CUBE, {"fill": [(1, 0, 0, 0.3)] * 3 + [(0, 0, 1, 0.9)] * 3}),
+    "filled, with a depth cue": (HOUSE, {"fill": "face", "depth_cue": 0.9}),
+    "filled in one colour, with a depth cue": (CUBE, {"fill": "gold", "depth_cue": 0.7, "transform": ASIDE}),
     "by face": (CUBE, {"color": "face", "line_width": 4}),
     "by number": (BALL, {"scalars": BALL.positions[:, 1], "hidden": "remove", "line_width": 3, "point_size": 7}),
     "depth cue": (BALL, {"depth_cue": 0.9, "line_width": 2}),
@@ -67,7 +70,63 @@ def test_a_browser_shows_what_the_pixels_are(name: str, tmp_path: Path, browser:
     assert np.abs(shown - pixels)[touched].mean() <= 12
 
 
-@pytest.mark.parametrize("name", ["removed", "dashed", "filled", "by number", "several"])
+FLOOR = gx.Mesh([(-10, 0, -10), (10, 0, -10), (10, 0, 10), (-10, 0, 10)], [(0, 1, 2, 3)])
+NOTCHED = gx.Mesh([(-10, 0, -10), (10, 0, -10), (10, 0, 10), (0, 0, -2), (-10, 0, 10)], [(0, 1, 2, 3, 4)])
+ROOM = CUBE.transformed(gx.scale(6.0))
+VILLAGE = [
+    gx.Layer(
+        HOUSE, transform=gx.chain(gx.rotate_y(0.7 * k), gx.translate(4 * (k % 4) - 6, 1, 4 * (k // 4) - 5)), fill="tan"
+    )
+    for k in range(12)
+]
+NEAR_CUBE = {"eye": (1.3, 1.4, 4.0), "target": (0.0, 0.0, 0.0)}
+VIEWS: dict[str, tuple[Any, gx.Camera]] = {
+    "the near cube hides the gold one": (
+        [gx.Layer(CUBE, fill="gold"), gx.Layer(CUBE, transform=gx.translate(1, 0.3, 1), hidden="remove", color="red")],
+        gx.Camera.look_at((4, 3, 7), (0.5, 0, 0)),
+    ),
+    "the eye above a floor": (gx.Layer(FLOOR, fill="gold"), gx.Camera.look_at((0, 2, 0), (0, 1.5, -5))),
+    "a floor to the eye's plane": (gx.Layer(FLOOR, fill="gold"), gx.Camera.look_at((0, 2, 10.00001), (0, 2, -5))),
+    "a floor with a notch": (gx.Layer(NOTCHED, fill="gold"), gx.Camera.look_at((0, 2, 4), (0, 0, -5))),
+    "the eye in a room": (
+        [gx.Layer(ROOM, fill="face"), gx.Layer(CUBE, fill="gold")],
+        gx.Camera.look_at((2, 1, 4), (0, 0, 0), fov_y=70),
+    ),
+    "cut at the near plane": (gx.Layer(CUBE, fill="face"), gx.Camera.look_at((1.3, 1.4, 4), (0, 0, 0), near=3.2)),
+    "cut at the far plane": (gx.Layer(CUBE, fill="face"), gx.Camera.look_at((1.3, 1.4, 4), (0, 0, 0), far=4.5)),
+    "a village on a floor": (
+        [gx.Layer(FLOOR, fill="lightgreen"), *VILLAGE],
+        gx.Camera.look_at((9, 7, 14), (0, 0, 0)),
+    ),
+    "a paling village": (
+        [gx.Layer(FLOOR, fill="green", depth_cue=0.9), *(replace(house, depth_cue=0.9) for house in VILLAGE)],
+        gx.Camera.look_at((9, 7, 14), (0, 0, 0)),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", VIEWS)
+def test_a_browser_shows_the_painted_faces_that_the_pixels_show(name: str, tmp_path: Path, browser: Browser) -> None:
+    models, camera = VIEWS[name]
+    pixels = gx.render_array(models, camera=camera, size=SIZE)[..., :3].astype(int)
+    file = tmp_path / "picture.svg"
+    file.write_text(render_svg(models, camera=camera, size=SIZE), "utf-8")
+    browser.open(file, SIZE)
+    shown = browser.picture()[..., :3].astype(int)
+    painted = (np.ptp(pixels, axis=2) > 30).sum()
+    assert painted > 1500
+    assert np.abs(shown - pixels).mean() <= 1.5
+
+
+def test_points_before_painted_faces_leave_them_their_colours() -> None:
+    points = gx.PointBuffer(CUBE.transformed(gx.translate(3, 0, 0)).positions)
+    both = [gx.Layer(points, fill="red", edges=CUBE.edges), gx.Layer(CUBE, fill="#fedcba")]
+    with points:
+        assert 'fill="#fedcba"' in render_svg(both, camera=CAMERA, size=SIZE)
+        assert 'fill="#ff0000"' not in render_svg(both, camera=CAMERA, size=SIZE)
+
+
+@pytest.mark.parametrize("name", ["removed", "dashed", "filled", "filled, with a depth cue", "by number", "several"])
 def test_a_pdf_shows_what_the_pixels_are(name: str) -> None:
     models, style = PICTURES[name]
     pixels = gx.render_array(models, camera=CAMERA, size=SIZE, **style)[..., :3].astype(int)
@@ -151,7 +210,7 @@ def test_faces_of_several_models_are_painted_together_the_farthest_first() -> No
 
 
 def test_a_picture_of_more_pixels_than_a_binding_holds_depths_for_is_refused(device: Device) -> None:
-    limits = dataclasses.replace(device.limits, max_binding_bytes=1 << 16)
+    limits = replace(device.limits, max_binding_bytes=1 << 16)
     with (
         Device(limits=limits) as small,
         pytest.raises(ArgumentError, match=r"^size must be at most 16,384 pixels in a"),

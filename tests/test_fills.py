@@ -10,6 +10,8 @@ from solids import STAR_RADII, interlocking, star_prism, together
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.colors import FACE_CYCLE, rgba
+from gpu_xform.errors import ArgumentError
+from gpu_xform.gpu import face_pass
 from gpu_xform.triangulation import triangles
 
 Array = npt.NDArray[Any]
@@ -182,3 +184,54 @@ def test_many_instances_are_painted_each_where_it_is() -> None:
     )
     expected = np.tile(np.pad(np.ones((12, 12), bool), 4), (4, 5))
     assert ((shown[..., 1] == 0) == expected).all()
+
+
+@pytest.mark.parametrize("orthographic", [True, False])
+def test_a_face_into_the_distance_pales_evenly(orthographic: bool) -> None:
+    floor = Mesh([(-4.0, -1.0, 3.0), (4.0, -1.3, 3.0), (4.0, 0.7, -9.0), (-4.0, 1.0, -9.0)], [(0, 1, 2, 3)])
+    camera = Camera.look_at((0.5, 3.0, 8.0), (0.0, 0.0, 0.0), fov_y=50.0, orthographic=orthographic)
+    size = (160, 120)
+    style: dict[str, Any] = {"camera": camera, "size": size, "color": "none", "fill": "#0000ff"}
+    shown = gx.render_array(floor, depth_cue=0.75, **style)
+    matrix = camera.clip_from_world(size[0] / size[1])
+    away = -np.cross(matrix[0, :3], matrix[1, :3])
+    far = floor.positions @ (away / np.linalg.norm(away))
+    far *= -1.0 if far[2] < far[0] else 1.0
+    paler = []
+    for s in np.linspace(0.3, 0.7, 7):
+        for t in np.linspace(0.02, 0.98, 25):
+            shares = np.array([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t])
+            x, y, _, w = matrix @ np.append(shares @ floor.positions, 1.0)
+            column, row = np.floor((np.array([x, -y]) / w * 0.5 + 0.5) * size).astype(int)
+            lost = 0.75 * (shares @ far - far.min()) / np.ptp(far)
+            if 0 <= column < size[0] and 0 <= row < size[1]:
+                paler.append(shown[row, column, 0] / 255)
+                assert paler[-1] == pytest.approx(lost, abs=0.02)
+                assert shown[row, column, 2] == 255
+    assert np.ptp(paler) > 0.5
+    assert gx.render_array(floor, depth_cue=0.0, **style).tobytes() == gx.render_array(floor, **style).tobytes()
+
+
+def test_each_instance_and_each_layer_pales_as_far_as_it_is_away_and_asked_to() -> None:
+    near, far = matrices.translate(-0.5, 0, 1), matrices.translate(0.5, 0, -1)
+    options: dict[str, Any] = {"camera": Camera.window((-1, 1), (-1, 1)), "size": (40, 40)}
+    both = np.stack([near, far])
+    shown = gx.render_array(square(0, 0.3), transform=both, fill="red", color="none", depth_cue=0.8, **options)
+    assert shown[20, 10].tolist() == [255, 0, 0, 255]
+    assert shown[20, 30].tolist() == pytest.approx([255, 204, 204, 255], abs=1)
+    layers = [
+        Layer(square(0, 0.3), transform=far, fill=[(1, 0, 0)], color="none", depth_cue=0.4),
+        Layer(square(0, 0.3), transform=near, fill="blue", color="none"),
+    ]
+    shown = gx.render_array(layers, **options)
+    assert shown[20, 10].tolist() == [0, 0, 255, 255]
+    assert shown[20, 30].tolist() == pytest.approx([255, 102, 102, 255], abs=1)
+
+
+def test_more_colours_than_marks_can_tell_apart_cannot_pale(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(face_pass, "MOST_CUED_COLORS", 5)
+    cube = samples.cube()
+    with pytest.raises(ArgumentError, match=r"^fill must have at most 5 colours where depth_cue pales them, got 6$"):
+        gx.render_array(cube, fill="face", depth_cue=0.5, size=SIZE)
+    gx.render_array(cube, fill="face", size=SIZE)
+    gx.render_array(cube, fill="red", depth_cue=0.5, size=SIZE)

@@ -154,7 +154,7 @@ LAYERS = [
     {"gpu"},
     {"_precision"},
     {"_rebased", "point_buffer"},
-    {"pictures.layers", "transform", "pictures.views"},
+    {"pictures.layers", "transform", "pictures.views", "pictures.clipping"},
     {"pictures.line_colors"},
     {"pictures.subjects"},
     {"pictures.opening", "pictures.shaping"},

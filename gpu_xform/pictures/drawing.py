@@ -24,8 +24,10 @@ def render_svg(
     """Draw as `render` does, as an SVG document: a group a model, hidden parts of edges left out or apart.
 
     Which parts are hidden is found by the same passes as for pixels, to about a pixel. Faces are painted from the
-    farthest to the nearest, which is right for faces that do not cross. Lines that are not anti-aliased become lines of
-    one pixel.
+    farthest to the nearest by their farthest corners, which is right but where a face reaches behind a smaller one that
+    it hides, and where faces cross. Those that `depth_cue` pales unevenly are cut into strips of one colour each. An
+    edge that lets something shine through has one colour, that of its middle. Lines that are not anti-aliased become
+    lines of one pixel.
     """
     layers, backdrop, extent = _drawn(models, camera, size, background, device, style)
     return svg(extent, backdrop, layers)

@@ -7,15 +7,27 @@ import numpy.typing as npt
 
 from .._arguments import Float64Array
 from ..colors import FloatColor
+from ..gpu.shapes import Hidden
 from ..mesh import Mesh
+from ..triangulation import triangles
 from ..vector import Polygons
+from .clipping import Height, Pieces, chosen, clipped, extremes, strips, together
 from .line_colors import fill_colors
+from .shaping import hides
 from .staging import Stage
-from .views import left_by_distance
+from .views import lost_by_distance
+
+STEP = 1.0 / 64.0  # of opacity, by which strips of a face that distance pales differ: four of 255
+FARTHEST_ASIDE = 16.0  # half widths of the picture, beyond which faces are cut off
+SLACK = 1e-9  # of w: what lies in a plane is on either side of it
+NOTHING_LOST = np.zeros(4)
 
 
 class Painted(NamedTuple):
-    """Polygons in the picture as `vector.Polygons` has them, and how near each is: (k,), more is nearer."""
+    """Polygons in the picture as `vector.Polygons` has them, and what they are sorted by.
+
+    nearness : (k, 2) of the farthest corner and of the middle of the face that each is a piece of; more is nearer
+    """
 
     offsets: npt.NDArray[np.int64]
     points: Float64Array
@@ -23,21 +35,26 @@ class Painted(NamedTuple):
     nearness: Float64Array
 
 
-def painted(stage: Stage, seen: npt.NDArray[np.bool_]) -> dict[int, Painted]:
+def painted(stage: Stage, seen: npt.NDArray[np.bool_], backdrop: FloatColor) -> dict[int, Painted]:
     """Return the painted faces of each layer that has some.
 
     seen : of the palette, the colours that can be seen: a face with one of its own is left out where it is hidden
-
-    Faces that reach behind the eye are left out as well.
+    backdrop : if opaque, the colour of faces that hide others without being painted; else these are left out
     """
     found = {}
     first_color = 0
+    hiding = len(stage.shaped.palette) > 0 and backdrop[3] == 1.0
     for number, (layer, subject, cue) in enumerate(zip(stage.layers, stage.subjects, stage.cues, strict=True)):
-        if layer.fill is None or subject.mesh is None:
+        if layer.fill is not None:
+            colors = fill_colors(layer, subject.n_faces) * (1.0, 1.0, 1.0, layer.alpha)
+            own = seen[first_color : first_color + len(colors)]
+            first_color += len(colors)
+        elif hiding and hides(layer) is not Hidden.SHOWN:
+            colors, own, cue = np.array([backdrop]), np.ones(1, np.bool_), NOTHING_LOST
+        else:
             continue
-        colors = fill_colors(layer, subject.n_faces) * (1.0, 1.0, 1.0, layer.alpha)
-        own = seen[first_color : first_color + len(colors)]
-        first_color += len(colors)
+        if subject.mesh is None:
+            continue
         copies = [
             _projected(subject.mesh, stage.clip_from_world @ matrix, stage.view.size, own, colors, cue)
             for matrix in layer.world_from_model
@@ -52,7 +69,7 @@ def joined(parts: list[Painted]) -> Painted:
     nearness = np.concatenate([part.nearness for part in parts])
     points = np.concatenate([part.points for part in parts])
     colors = np.concatenate([part.colors for part in parts])
-    order = np.argsort(nearness, kind="stable")
+    order = np.lexsort((nearness[:, 1], nearness[:, 0]))
     rows, offsets = _rows(np.cumsum(sizes) - sizes, sizes, order)
     return Painted(offsets, points[rows], colors[order], nearness[order])
 
@@ -78,19 +95,60 @@ def _projected(
     cue: Float64Array,
 ) -> Painted:
     clip = mesh.positions @ clip_from_model[:, :3].T + clip_from_model[:, 3]
-    sizes = np.diff(mesh.offsets)
-    behind = clip[mesh.indices, 3] <= 0.0
-    kept = (sizes > 2) & (np.add.reduceat(behind, mesh.offsets[:-1]) == 0) if mesh.n_faces else np.zeros(0, np.bool_)
-    kept &= seen if len(seen) == mesh.n_faces else seen.all()
-    rows, offsets = _rows(mesh.offsets[:-1], sizes, np.flatnonzero(kept))
-    corners = clip[mesh.indices[rows]]
-    w = corners[:, 3]
-    depth = corners[:, 2] / w
-    pixels = (corners[:, :2] / w[:, np.newaxis] * (0.5, -0.5) + 0.5) * size
-    own = colors[kept] if len(colors) == mesh.n_faces else np.broadcast_to(colors[:1], (int(kept.sum()), 4))
-    left = _means(left_by_distance(cue, depth, w), offsets)
+    pieces = _in_view(mesh, clip, seen if len(seen) == mesh.n_faces else np.full(mesh.n_faces, seen.all()), cue)
+    x, y, z, w = pieces.corners.T
+    farthest, middle = np.full(mesh.n_faces, np.inf), np.zeros(mesh.n_faces)
+    np.minimum.at(farthest, pieces.owners, extremes(pieces, z / w)[0])
+    middle[pieces.owners] = _means(z / w, pieces.offsets)
+    pixels = (np.column_stack([x, y]) / w[:, np.newaxis] * (0.5, -0.5) + 0.5) * size
+    own = colors[pieces.owners] if len(colors) == mesh.n_faces else np.repeat(colors[:1], len(pieces.owners), axis=0)
+    left = 1.0 - _means(lost_by_distance(cue, z / w, w), pieces.offsets)
     paled = np.column_stack([own[:, :3], own[:, 3] * left])
-    return Painted(offsets, pixels, paled, _means(depth, offsets))
+    return Painted(pieces.offsets, pixels, paled, np.column_stack([farthest, middle])[pieces.owners])
+
+
+def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: Float64Array) -> Pieces:
+    """Return the faces that are seen, those cut that reach out of the view, or that distance does not pale evenly."""
+
+    def lost(corners: Float64Array) -> Float64Array:
+        return lost_by_distance(cue, corners[:, 2] / corners[:, 3], corners[:, 3])
+
+    sizes = np.diff(mesh.offsets)
+    faces = np.flatnonzero(seen & (sizes > 2))
+    rows, offsets = _rows(mesh.offsets[:-1], sizes, faces)
+    whole = Pieces(offsets, clip[mesh.indices[rows]], faces)
+    sides = _sides(float(np.abs(clip[:, 3]).max(initial=0.0)))
+    is_in = np.all([extremes(whole, side(whole.corners))[0] >= 0.0 for side in sides], axis=0)
+    inside = chosen(whole, is_in)
+    low, high = extremes(inside, lost(inside.corners))
+    is_even = high - low <= STEP
+    if is_in.all() and is_even.all():
+        return whole
+    indices, owners = triangles(mesh)
+
+    def cut(these: npt.NDArray[np.int64]) -> Pieces:
+        own = np.isin(owners, these)
+        corners = clip[indices[own]].reshape(-1, 4)
+        return Pieces(np.arange(0, len(corners) + 1, 3), corners, owners[own])
+
+    reaching_out = cut(whole.owners[~is_in])
+    for side in sides:
+        reaching_out = clipped(reaching_out, side)
+    uneven = together([cut(inside.owners[~is_even]), reaching_out])
+    return together([chosen(inside, is_even), strips(uneven, lost, STEP)])
+
+
+def _sides(largest_w: float) -> list[Height]:
+    """Return the planes between which everything is seen, and so near to the view that it has a place in a file."""
+    return [
+        lambda corners: corners[:, 3] - SLACK * largest_w,
+        lambda corners: (1.0 + SLACK) * corners[:, 3] - corners[:, 2],
+        lambda corners: corners[:, 2] + SLACK * corners[:, 3],
+        lambda corners: FARTHEST_ASIDE * corners[:, 3] - corners[:, 0],
+        lambda corners: FARTHEST_ASIDE * corners[:, 3] + corners[:, 0],
+        lambda corners: FARTHEST_ASIDE * corners[:, 3] - corners[:, 1],
+        lambda corners: FARTHEST_ASIDE * corners[:, 3] + corners[:, 1],
+    ]
 
 
 def _means(values: Float64Array, offsets: npt.NDArray[np.int64]) -> Float64Array:

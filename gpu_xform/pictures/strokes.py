@@ -26,7 +26,7 @@ def strokes(stage: Stage, backdrop: FloatColor) -> list[Strokes]:
     ]
     cuts, seen = cut(stage.device, shaped.shapes, shaped.palette, stage.view, _longest)
     owners = {id(lines): owner for owner, lines in lines_of}
-    faces = painted(stage, seen)
+    faces = painted(stage, seen, backdrop)
     pictures = []
     if len(faces) > 1:
         pictures.append(_strokes("faces", 1.0, [], polygons(joined(list(faces.values())), backdrop)))

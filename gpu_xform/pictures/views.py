@@ -81,10 +81,10 @@ def depth_cue(clip_from_world: Float64Array, outline: Callable[[], Float64Array]
     return np.array([-scale if is_parallel else 0.0, 0.0 if is_parallel else scale, -nearest * scale, amount])
 
 
-def left_by_distance(cue: Float64Array, depth: Float64Array, w: Float64Array) -> Float64Array:
-    """Return what a cue (4,) leaves of the strength at each depth, turned round, and distance."""
+def lost_by_distance(cue: Float64Array, depth: Float64Array, w: Float64Array) -> Float64Array:
+    """Return what a cue (4,) takes of the strength at each depth, turned round, and distance."""
     lost: Float64Array = cue[3] * np.clip(cue[0] * depth + cue[1] * w + cue[2], 0.0, 1.0)
-    return 1.0 - lost
+    return lost
 
 
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
