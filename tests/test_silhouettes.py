@@ -11,6 +11,7 @@ import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.edge_sets import edge_faces, face_normals, feature_edges, resolve_edges
 from gpu_xform.mesh import pair_keys
+from gpu_xform.pictures.layers import HiddenStyle
 
 Array = npt.NDArray[Any]
 SIZE = (150, 120)
@@ -116,3 +117,36 @@ def test_a_solid_has_no_silhouette_left_where_all_faces_look_away_or_none() -> N
     camera = CAMERAS["perspective"][0]
     rim = gx.render_array(flat, edges="boundary", camera=camera, size=SIZE)
     assert gx.render_array(flat, edges="silhouette", camera=camera, size=SIZE).tobytes() == rim.tobytes()
+
+
+@pytest.mark.parametrize("hidden", ["remove", "dash", "fade"])
+@pytest.mark.parametrize("antialias", [True, False])
+@pytest.mark.parametrize(("level", "size"), [(2, 300), (3, 256), (3, 900), (5, 700)])
+def test_the_outline_of_a_round_body_is_not_eaten_by_its_own_faces(
+    level: int, size: int, antialias: bool, hidden: HiddenStyle
+) -> None:
+    ball = samples.icosphere(level)
+    options: dict[str, Any] = {"edges": "silhouette", "size": (size, size), "antialias": antialias}
+    whole = gx.render_array(ball, **options)
+    assert gx.render_array(ball, hidden=hidden, **options).tobytes() == whole.tobytes()
+
+
+def test_outlines_of_a_round_body_that_is_not_convex_are_whole() -> None:
+    ring = samples.torus(80, 40)
+    svg = gx.render_svg(ring, edges="silhouette", hidden="remove", camera=Camera.fit(ring, direction=(-0.3, -0.4, -1)))
+    assert svg.count("M") <= 4  # two closed chains
+
+
+def test_an_outline_behind_another_body_is_hidden_to_a_pixel_or_two() -> None:
+    ball = samples.icosphere(5)
+    near = Layer(ball, color="none", hidden="remove", edges="silhouette")
+    far = Layer(ball, transform=matrices.translate(1.0, 0.0, -5.0), hidden="remove", edges="silhouette", line_width=2.0)
+    window = Camera.window((-1.5, 2.5), (-2.0, 2.0))
+    shown = gx.render_array([near, far], camera=window, size=(400, 400))
+    alone = gx.render_array(far, camera=window, size=(400, 400))
+    y, x = np.mgrid[:400, :400]
+    from_near = np.hypot((x + 0.5) / 100.0 - 1.5, 2.0 - (y + 0.5) / 100.0) * 100.0  # pixels from its middle
+    behind, beside = from_near < 100.0 - 3.5, from_near > 100.0 + 1.5
+    assert (alone[behind] != 255).any()
+    assert (shown[behind] == 255).all()
+    assert np.array_equal(shown[beside], alone[beside])

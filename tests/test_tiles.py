@@ -36,6 +36,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "filled": {"fill": "face"},
     "filled, see-through": {"fill": "#3080f090", "background": None, "depth_cue": 0.7},
     "silhouette": {"edges": "silhouette", "line_width": 2.5},
+    "silhouette, removed": {"edges": "silhouette", "line_width": 4.0, "hidden": "remove"},
     "scalars": {"scalars": HEIGHTS, "line_width": 4.0},
     "dots": {"point_size": 7.0, "hidden": "remove"},
     "large dots": {"point_size": 23.0, "hidden": "fade", "scalars": HEIGHTS},

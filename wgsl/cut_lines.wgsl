@@ -18,7 +18,7 @@ override writing: bool;
 override longest: f32; // pixels a piece may have along the axis it advances most on
 override workgroup_size: u32;
 
-fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is_behind: bool) {
+fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is_covered: bool) {
     if !writing {
         return;
     }
@@ -30,7 +30,7 @@ fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is
         vec4(mix(line.p, line.q, part.x), mix(line.p, line.q, part.y)),
         part,
         edge,
-        u32(is_behind),
+        u32(is_covered),
         vec2(along, strength_in_sight(line, middle)),
         part.x * distance(line.p, line.q),
         0u,
@@ -49,16 +49,16 @@ fn cut(index: u32, instance: u32) {
         var state = false;
         for (var x = first; x <= last; x++) {
             let t = part_at(way, x);
-            let is_behind = hidden != SHOWN && is_hidden(mix(line.p, line.q, t), mix(line.depth.x, line.depth.y, t));
+            let is_covered = hidden != SHOWN && is_hidden(line, t);
             if x == first {
-                state = is_behind;
+                state = is_covered;
             }
             let at = (f32(x) - way.start.x) / way.run;
-            if x > first && (is_behind != state || (at - begin) * way.run >= longest) {
+            if x > first && (is_covered != state || (at - begin) * way.run >= longest) {
                 put(line, way, edge, n_pieces, begin, at, state);
                 n_pieces++;
                 begin = at;
-                state = is_behind;
+                state = is_covered;
             }
         }
         put(line, way, edge, n_pieces, begin, 1.0, state);

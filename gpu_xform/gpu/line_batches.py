@@ -68,7 +68,7 @@ def style_struct(batch: Batch) -> npt.NDArray[np.void]:
 def strength_constants(batch: Batch, *, nothing_hides: bool) -> dict[str, float]:
     """Return what strength.wgsl is compiled for."""
     hidden = Hidden.SHOWN if nothing_hides else batch.lines.hidden
-    return {"hidden": hidden, "is_cued": batch.lines.cue[3] > 0.0}
+    return {"hidden": hidden, "is_cued": batch.lines.cue[3] > 0.0, "is_outline": batch.lines.are_outlines}
 
 
 def over_edges(

@@ -133,4 +133,5 @@ def _margin(shapes: Sequence[Shape]) -> int:
     """Return how far beside a tile the axis of a line can lie that is tested against the faces and seen in the tile."""
     tested = [lines.line_width or 1.0 for shape in shapes for lines in shape.lines if lines.hidden is not Hidden.SHOWN]
     # Ink goes by columns, which are longer through a slanting line than across it: up to 1.66 pixels at its widest.
-    return min(WIDEST_MARGIN, math.ceil(0.5 * max(tested)) + 4) if tested else 0
+    # Outlines are tested 1.5 pixels beside their axis.
+    return min(WIDEST_MARGIN, math.ceil(0.5 * max(tested)) + 6) if tested else 0

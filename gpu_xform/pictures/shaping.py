@@ -159,7 +159,7 @@ class _Shaper:
         def places() -> IndexArray:
             return candidates.rows(candidates.find()["edge"].astype(np.int64))
 
-        return (self._colored(replace(style, edges=found, n_edges=n_candidates), colors, places),)
+        return (self._colored(replace(style, edges=found, n_edges=n_candidates, are_outlines=True), colors, places),)
 
     def _faces(self, first_color: int, cue: Cue) -> Faces | None:
         layer, subject = self._layer, self._subject

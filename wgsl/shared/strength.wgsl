@@ -6,6 +6,7 @@
 
 override hidden: u32; // what is done with an edge behind a face
 override is_cued: bool; // distance pales it
+override is_outline: bool; // faces turn away from the eye along it
 
 const SHOWN = 0u;
 const REMOVED = 1u;
@@ -15,8 +16,23 @@ const FADED = 3u;
 const PALE = 0.25; // what hidden edges keep of their strength where they fade
 const DASH = vec2(4.0, 3.0); // on and off, in line widths
 
-fn is_hidden(at: vec2<f32>, depth: f32) -> bool {
+const BESIDE = 1.5; // pixels from an outline to where the faces that it bounds are no longer
+
+fn is_behind(at: vec2<f32>, depth: f32) -> bool {
     return depth < bitcast<f32>(face_depths[depth_index(vec2<i32>(floor(at)))]);
+}
+
+// Whether a face hides the part t of a segment. Within a pixel of an outline a round body comes far towards the eye: what
+// hides an outline must do so on its both sides.
+fn is_hidden(line: Segment, t: f32) -> bool {
+    let at = mix(line.p, line.q, t);
+    let depth = mix(line.depth.x, line.depth.y, t);
+    if !is_outline || !is_behind(at, depth) {
+        return is_behind(at, depth);
+    }
+    let span = line.q - line.p;
+    let aside = vec2(-span.y, span.x) * (BESIDE / max(length(span), 1e-6));
+    return is_behind(at - aside, depth) && is_behind(at + aside, depth);
 }
 
 // How much of a pixel's length at `along` pixels from the edge's start lies on a dash.
@@ -39,7 +55,7 @@ fn strength_in_sight(line: Segment, t: f32) -> f32 {
 // The strength at the part t of a segment, from 0 to 1, less where a face hides it.
 fn strength_at(line: Segment, t: f32) -> f32 {
     let strength = strength_in_sight(line, t);
-    if hidden == SHOWN || !is_hidden(mix(line.p, line.q, t), mix(line.depth.x, line.depth.y, t)) {
+    if hidden == SHOWN || !is_hidden(line, t) {
         return strength;
     }
     if hidden == DASHED {
