@@ -92,7 +92,7 @@ def feature_edges(mesh: Mesh, angle_degrees: float = 30.0) -> IndexArray:
 
     Raises ArgumentError unless 0 <= angle_degrees <= 180.
     """
-    return _features(mesh, edge_faces(mesh), _angle(angle_degrees, "angle_degrees"))
+    return _features(mesh, edge_faces(mesh), angle(angle_degrees, "angle_degrees"))
 
 
 def boundary_edges(mesh: Mesh) -> IndexArray:
@@ -102,14 +102,14 @@ def boundary_edges(mesh: Mesh) -> IndexArray:
 
 def without_silhouette(edges: EdgesLike) -> tuple[EdgesLike | None, bool]:
     """Return `edges` without "silhouette", None where that is all, and whether it was there: a view finds its own."""
-    parts = _parts(edges)
+    parts = edge_parts(edges)
     rest = [part for part in parts if not (isinstance(part, str) and part == "silhouette")]
     return (rest[0] if len(rest) == 1 else rest or None), len(rest) < len(parts)
 
 
 def is_one_array(edges: EdgesLike) -> bool:
     """Return whether `edges` is rows of the caller's, which keep their order."""
-    parts = _parts(edges)
+    parts = edge_parts(edges)
     return len(parts) == 1 and not isinstance(parts[0], str)
 
 
@@ -123,15 +123,15 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
     Raises ArgumentError for an unknown name, a wrong shape, an index that names no point, an angle outside 0..180;
     ArgumentTypeError for what holds no integers.
     """
-    angle = _angle(feature_angle, "feature_angle")
+    least = angle(feature_angle, "feature_angle")
     found = cache(lambda: edge_faces(mesh))
     finders: dict[str, Callable[[Mesh], IndexArray]] = {
         "all": lambda mesh: mesh.edges,
-        "feature": lambda mesh: _features(mesh, found(), angle),
+        "feature": lambda mesh: _features(mesh, found(), least),
         "boundary": lambda _: _boundary(found()),
     }
     pairs = []
-    for part in _parts(edges):
+    for part in edge_parts(edges):
         if isinstance(part, str) and part not in finders:
             names = ", ".join(map(repr, [*finders, "silhouette"]))
             raise ArgumentError(f"edges must be {names} or an array of shape (m, 2), got {part!r}")
@@ -142,7 +142,7 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
     return np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.int64)
 
 
-def _angle(value: float, name: str) -> float:
+def angle(value: float, name: str) -> float:
     """Return an angle within 0..180 degrees."""
     angle = number(value, name)
     if not 0.0 <= angle <= 180.0:
@@ -176,7 +176,7 @@ def _boundary(found: EdgeFaces) -> IndexArray:
     return edges
 
 
-def _parts(edges: EdgesLike) -> list[Any]:
+def edge_parts(edges: EdgesLike) -> list[Any]:
     """Return the names and arrays that `edges` combines."""
     if isinstance(edges, str) or hasattr(edges, "__array__"):
         return [edges]

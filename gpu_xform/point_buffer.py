@@ -12,7 +12,7 @@ from ._precision import require_range, resolve
 from .errors import ArgumentError, DeviceError
 from .gpu import reduce_pass, transform_pass
 from .gpu.buffers import Buffer
-from .gpu.device import Device, default_device
+from .gpu.device import Device, chosen_device
 from .gpu.plans import Plan
 from .gpu.shapes import Points
 from .gpu.transform_pass import Finish
@@ -35,7 +35,7 @@ class PointBuffer:
         source = point_array(points)
         if source.ndim != 2:
             raise ArgumentError(f"points must have shape (n, 3) or (n, 2), got {source.shape}")
-        device = device or default_device()
+        device = chosen_device(device)
         dtype = resolve("float64" if source.dtype.itemsize == 8 else "float32", source.dtype, device).dtype
         self._store = _Store(device, source, dtype)
         self._pending: Float64Array | None = None

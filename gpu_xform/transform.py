@@ -24,7 +24,7 @@ from ._points import embedded, point_array, require_output
 from ._precision import Precision, is_single, require_range, resolve, warn_if_coarse
 from .errors import ArgumentError, PrecisionError
 from .gpu import blend_pass, transform_pass
-from .gpu.device import Device, default_device
+from .gpu.device import Device, chosen_device
 from .gpu.transform_pass import Finish
 
 # Points fewer than this do not fill a dispatch: then one dispatch does the work of many matrices.
@@ -170,7 +170,7 @@ def _run(
         out = np.empty(shape, dtype)
     else:
         require_output(out, shape, points)
-    device = device or default_device()
+    device = chosen_device(device)
     how = resolve(precision, dtype, device)
     require_range(matrix, how.dtype)
     if out.size == 0:

@@ -18,6 +18,15 @@ BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"hidden": "dotted"}, ArgumentError, r"^hidden must be one of 'show', 'remove', 'dash', 'fade', got 'dotted'$"),
     ({"hidden": ["show"]}, ArgumentError, r"^hidden must be one of 'show', 'remove', 'dash', 'fade', got \['show'\]$"),
     ({"hidden": True}, ArgumentError, "^hidden must be one of"),
+    ({"hidden": np.array(["show", "dash"])}, ArgumentError, "^hidden must be one of"),
+    ({"name": 5}, ArgumentTypeError, "^name must be a string, got 5$"),
+    ({"antialias": "no"}, ArgumentTypeError, "^antialias must be True or False, got 'no'$"),
+    ({"antialias": None}, ArgumentTypeError, "^antialias must be True or False, got None$"),
+    ({"antialias": np.array([1, 0])}, ArgumentTypeError, "^antialias must be True or False, got array"),
+    ({"feature_angle": 500.0}, ArgumentError, r"^feature_angle must be in 0\.\.180 degrees, got 500$"),
+    ({"feature_angle": [1.0]}, ArgumentError, "^feature_angle must be one number"),
+    ({"feature_angle": 1j, "edges": "feature"}, ArgumentTypeError, "^feature_angle must hold real numbers"),
+    ({"device": "llvmpipe"}, ArgumentTypeError, "^device must be a Device, got 'llvmpipe'$"),
     ({"alpha": 1.01}, ArgumentError, r"^alpha must lie in \[0, 1\], got 1.01$"),
     ({"alpha": -0.1}, ArgumentError, r"^alpha must lie in \[0, 1\], got -0.1$"),
     ({"alpha": float("nan")}, ArgumentError, "^alpha must"),
@@ -50,7 +59,11 @@ BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
         ArgumentError,
         "^of colours, one kind can be given, got face_colors and vertex_colors$",
     ),
-    ({"face_colors": np.zeros((6, 3)), "edges": "feature"}, ArgumentError, "^colours by face draw the outlines"),
+    (
+        {"face_colors": np.zeros((6, 3)), "edges": "feature"},
+        ArgumentError,
+        r"^edges must be 'all' where each face has its own colour, got 'feature'$",
+    ),
     ({"fill": "blurple"}, ArgumentError, "^fill must be a colour's name"),
     ({"fill": 5}, ArgumentError, "^fill must have shape"),
     ({"fill": np.zeros((5, 3))}, ArgumentError, "^fill must have one row for each of the 6 faces, got 5$"),
@@ -82,6 +95,35 @@ def test_a_layer_takes_no_style_beside_its_own_and_a_list_gives_it_to_the_others
     mixed = gx.render_array([Layer(CUBE, color="red"), house], camera=CAMERA, size=SIZE, color="blue", line_width=3.0)
     named = [Layer(CUBE, color="red"), Layer(house, color="blue", line_width=3.0)]
     assert mixed.tobytes() == gx.render_array(named, camera=CAMERA, size=SIZE).tobytes()
+
+
+def test_values_of_numpy_are_values() -> None:
+    plain = gx.render_array(CUBE, size=SIZE, edges="feature", feature_angle=20.0, antialias=False, fill=["red"] * 6)
+    numpy: dict[str, Any] = {"feature_angle": np.array(20), "antialias": np.bool_(False), "hidden": np.str_("remove")}
+    assert (
+        gx.render_array(CUBE, size=SIZE, edges="feature", fill=iter(["red"] * 6), **numpy).tobytes() == plain.tobytes()
+    )
+
+
+@pytest.mark.parametrize("style", [{"fill": "gold"}, {"point_size": 5.0}, {"fill": "gold", "point_size": 5.0}])
+def test_a_model_with_faces_or_dots_to_draw_needs_no_edges(style: dict[str, Any]) -> None:
+    ball = samples.icosphere(2)
+    bare = gx.render_array(ball, size=SIZE, edges=[], **style)
+    assert (bare != 255).any()
+    for edges in ("feature", "boundary"):
+        assert gx.render_array(ball, size=SIZE, edges=edges, **style).tobytes() == bare.tobytes()
+    with pytest.raises(MeshError, match=r"^edges must choose at least one edge, 'feature' chooses none of 480$"):
+        gx.render_array([ball, CUBE], size=SIZE, edges="feature")
+
+
+def test_colours_by_face_go_with_all_edges_and_give_way_to_other_colours() -> None:
+    by_face = gx.render_array(CUBE, size=SIZE, color="face")
+    assert gx.render_array(CUBE, size=SIZE, color="face", edges="all").tobytes() == by_face.tobytes()
+    for other in ({"edge_colors": ["red"] * 12}, {"vertex_colors": ["red"] * 8}, {"scalars": range(8)}):
+        expected = gx.render_array(CUBE, size=SIZE, **other)
+        assert gx.render_array(CUBE, size=SIZE, color="face", **other).tobytes() == expected.tobytes()
+        chosen = gx.render_array(CUBE, size=SIZE, color="face", edges="feature", **other)
+        assert chosen.tobytes() == expected.tobytes()
 
 
 @pytest.mark.parametrize("name", ["face_colors", "fill"])

@@ -10,6 +10,7 @@ import gpu_xform as gx
 from gpu_xform import Camera, Mesh, samples
 from gpu_xform.colormaps import mapped
 from gpu_xform.edge_sets import feature_edges
+from gpu_xform.errors import ArgumentError
 
 CUBE = samples.cube()
 SIZE = (260, 200)
@@ -216,3 +217,78 @@ def test_the_order_of_edges_of_one_colour_does_not_matter(style: dict[str, Any])
     for seed in range(2):
         shuffled = np.random.default_rng(seed).permutation(mesh.edges)
         assert gx.render_array(mesh, edges=shuffled, **options).tobytes() == shown.tobytes()
+
+
+# A black square in front, a black line on it, and behind both a red line across; the red one is the last edge of all.
+CROSSING = Mesh(
+    [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (-0.9, 0, 0), (0.9, 0, 0), (0, -0.9, -1), (0, 0.9, -1)],
+    [(0, 1, 2, 3), (4, 5), (6, 7)],
+)
+RED_BEHIND = [(1.0, 0.0, 0.0) if tuple(edge) == (6, 7) else (0.0, 0.0, 0.0) for edge in CROSSING.edges.tolist()]
+
+
+@pytest.mark.parametrize("hidden", ["dash", "fade"])
+@pytest.mark.parametrize("style", [{"line_width": 16.0}, {"line_width": 3.0}, {"antialias": False}])
+def test_hidden_lines_lie_under_visible_ones_whatever_their_order(style: dict[str, Any], hidden: Any) -> None:
+    options: dict[str, Any] = {"camera": Camera.look_at((0, 0, 6), (0, 0, 0)), "size": (201, 201), **style}
+    shown = gx.render_array(CROSSING, edge_colors=RED_BEHIND, hidden=hidden, **options)
+    alone = gx.render_array(CROSSING, edge_colors=RED_BEHIND, hidden="remove", **options)
+    black = (alone[..., :3] == 0).all(axis=2)
+    assert black.sum() > 100
+    assert (shown[black] == alone[black]).all()
+    red = (shown[..., 0] == 255) & (shown[..., 1] < 255)
+    assert red.sum() > 10
+
+
+def test_a_hidden_dot_is_no_dash() -> None:
+    options: dict[str, Any] = {"camera": CAMERA, "size": SIZE, "edges": [], "point_size": 10.0}
+    dashed = gx.render_array(CUBE, hidden="dash", **options)
+    assert dashed.tobytes() == gx.render_array(CUBE, hidden="remove", **options).tobytes()
+    assert dashed.tobytes() != gx.render_array(CUBE, **options).tobytes()
+
+
+def test_dots_lie_over_lines_of_every_kind() -> None:
+    ball = samples.snub_dodecahedron()
+    red = np.tile((1.0, 0.0, 0.0), (len(ball.edges), 1))
+    options: dict[str, Any] = {"camera": Camera.fit(ball), "size": (300, 300), "edge_colors": red, "line_width": 6.0}
+    dots = gx.render_array(ball, point_size=14.0, edges=[], camera=options["camera"], size=(300, 300))
+    black = (dots[..., :3] == 0).all(axis=2)
+    for edges in ("all", "silhouette", ["feature", "silhouette"]):
+        shown = gx.render_array(ball, edges=edges, point_size=14.0, **options)
+        assert ((shown[..., 0] == 255) & (shown[..., 1] == 0)).any()
+        assert (shown[black] == (0, 0, 0, 255)).all()
+
+
+def test_rows_of_colours_are_those_of_the_edges_of_the_model_where_an_array_is_one_of_several() -> None:
+    options: dict[str, Any] = {"camera": CAMERA, "size": SIZE, "edge_colors": EDGE_ROWS, "line_width": 3.0}
+    chosen = CUBE.edges[[2, 7, 4]]
+    shown = gx.render_array(CUBE, edges=[chosen, "silhouette"], **options)
+    names_only = gx.render_array(CUBE, edges="silhouette", **options)
+    assert_rows(shown, chosen, EDGE_ROWS[[2, 7, 4]])
+    assert (shown != names_only).any()
+    with pytest.raises(
+        ArgumentError, match=r"^edge_colors can go with one array of edges, or .*, which \(1, 7\) is not$"
+    ):
+        gx.render_array(CUBE, edges=[np.array([(0, 1), (1, 7)]), "boundary"], **options)
+
+
+def test_nothing_clear_has_a_hue_that_others_fade_to() -> None:
+    line = Mesh([(-1, 0, 0), (1, 0, 0)], [(0, 1)])
+    colors = [(1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.0)]
+    options: dict[str, Any] = {"camera": Camera.window((-1, 1), (-1, 1)), "size": (100, 100), "line_width": 8.0}
+    shown = gx.render_array(line, vertex_colors=colors, **options)[50]
+    assert (shown[:, 0] == 255).all()
+    assert (shown[:, 1] == shown[:, 2]).all()
+    assert np.abs(shown[20:80, 1] - (np.arange(20, 80) + 0.5) / 100 * 255).max() <= 1.5
+
+
+@pytest.mark.parametrize("style", [{"alpha": 0.9}, {"depth_cue": 0.5}, {"hidden": "fade"}, {}])
+def test_in_vector_pictures_lines_that_something_shines_through_are_not_beads(style: dict[str, Any]) -> None:
+    """Pieces of one colour each overlap at their ends, where a clear line would be darker."""
+    ball = samples.snub_dodecahedron()
+    numbers = ball.positions[:, 1].copy()
+    if not style:
+        numbers[ball.positions[:, 0] > 0] = np.nan
+    svg = gx.render_svg(ball, scalars=numbers, line_width=5.0, **style)
+    assert svg.count("<path") < 2.5 * len(ball.edges)  # some are cut where they become hidden
+    assert gx.render_svg(ball, scalars=ball.positions[:, 1], line_width=5.0).count("<path") > 3 * len(ball.edges)

@@ -7,12 +7,13 @@ import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
-from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu import buffers
 from gpu_xform.gpu.device import Device
 
 HOUSE = gx.samples.house()
 CAMERA = gx.Camera.look_at((5, 4, 9), (0, 0.5, 0))
+SEEN: dict[str, Any] = {"camera": CAMERA, "size": (150, 100)}
 TURN = gx.chain(gx.scale(1, 1.5, 0.5), gx.rotate((1, 2, 3), 0.4), gx.translate(0.2, -0.3, 0.1))
 
 
@@ -96,7 +97,7 @@ def test_edges_that_do_not_fit_are_refused(kwargs: dict[str, Any], error: type[E
 
 
 def test_faces_have_no_colours_where_edges_are_given() -> None:
-    with pytest.raises(ArgumentError, match="cannot go with edges of one's own"):
+    with pytest.raises(ArgumentError, match=r"^edges must be 'all' where each face has its own colour"):
         gx.render(HOUSE, edges=[[0, 1]], color="face")
 
 
@@ -140,3 +141,29 @@ def test_sets_of_edges_combine() -> None:
 def test_an_unknown_set_of_edges_is_refused() -> None:
     with pytest.raises(ArgumentError, match="creases"):
         gx.render(SPLIT, edges="creases")
+
+
+def test_several_arrays_of_edges_are_drawn_one_after_another() -> None:
+    edges = HOUSE.edges
+    with gx.PointBuffer(HOUSE.positions) as points:
+        whole = gx.render_array(points, edges=edges, **SEEN)
+        assert gx.render_array(points, edges=[edges], **SEEN).tobytes() == whole.tobytes()
+        assert gx.render_array(points, edges=[edges[:3], edges[3:]], **SEEN).tobytes() == whole.tobytes()
+        with pytest.raises(
+            ArgumentError, match=r"^edges by name need a model with faces, got 'silhouette' for a Point"
+        ):
+            gx.render_array(points, edges=[edges, "silhouette"], **SEEN)
+
+
+def test_edges_to_points_that_are_none_are_not_drawn() -> None:
+    points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 0, 0), (np.inf, 0, 0), (1, 1, 1)], np.float32)
+    edges = [(0, 1), (1, 2), (2, 3), (3, 5), (4, 5), (2, 5)]
+    with gx.PointBuffer(points) as some, gx.PointBuffer(points[[0, 1, 2, 5]]) as finite:
+        rest = [(0, 1), (1, 2), (2, 3)]
+        assert (
+            gx.render_array(some, edges=edges, **SEEN).tobytes()
+            == gx.render_array(finite, edges=rest, **SEEN).tobytes()
+        )
+        assert gx.render_svg(some, edges=edges, **SEEN) == gx.render_svg(finite, edges=rest, **SEEN)
+        with pytest.raises(MeshError, match=r"^models must have finite points with w > 0 to be framed; give a camera"):
+            gx.render_array(some, edges=edges)

@@ -9,7 +9,7 @@ from typing import Any, Self
 
 import wgpu
 
-from ..errors import DeviceError
+from ..errors import ArgumentTypeError, DeviceError
 from . import buffers, self_test
 from .adapters import Adapter, Limits, described, find_adapter, quiet_runtime_dir
 from .faults import device_errors
@@ -136,6 +136,15 @@ def default_device() -> Device:
         if _default is None or _default._closed:
             _default = Device()
         return _default
+
+
+def chosen_device(device: Device | None) -> Device:
+    """Return `device`, or by default the process's own. Raises `ArgumentTypeError` for what is no Device."""
+    if device is None:
+        return default_device()
+    if not isinstance(device, Device):
+        raise ArgumentTypeError(f"device must be a Device, got {device!r}")
+    return device
 
 
 def _refuse_fork() -> None:

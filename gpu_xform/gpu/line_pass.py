@@ -1,7 +1,7 @@
 """Edges to pixels, in one of three ways: ink, marks, or quads."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ from .targets import FORMAT, Target
 # 5/255 at most, and a hundredth of one on average, where two million edges were compared with the finest.
 INK_STEPS = (2048, 1024, 512, 256)
 LEAST_LIGHT = 4e-4  # that an edge lets through, for ink: a fifth of what eight bits show
+HIDDEN_PARTS, VISIBLE_PARTS = 1, 2  # as in strength.wgsl
 WIDEST_INK = 8.0  # pixels; an invocation lays an edge's ink alone, so that wide lines are better off as quads
 
 
@@ -89,7 +90,7 @@ class LinePass:
         target.blend(encoder, "blend_ink", {0: tile, 1: style, 5: self._ink}, **ink)
 
     def _draw_thin(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
-        for batch, bindings, constants in parts:
+        for batch, bindings, constants in _in_turns(parts):
             marked = bindings | {5: self._ink}
             looks = {**constants, "is_plain": _is_plain(batch.lines)}
             encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
@@ -104,7 +105,7 @@ class LinePass:
         parts: Sequence[_Part],
     ) -> None:
         with target.apart(encoder) as render:
-            for batch, bindings, constants in parts:
+            for batch, bindings, constants in _in_turns(parts):
                 looks = {**constants, "color_mode": batch.lines.color_mode}
                 pipeline = self._device.pipelines.render("draw_lines", "triangle-strip", FORMAT, **looks)
                 render.set_pipeline(pipeline)
@@ -113,6 +114,16 @@ class LinePass:
 
     def _colors(self, batch: Batch) -> Binding:
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)
+
+
+def _in_turns(parts: Sequence[_Part]) -> Iterator[_Part]:
+    """Yield the parts; where hidden lines show in colours of their own, all hidden ones before all visible ones."""
+    lines = parts[0].batch.lines
+    if lines.colors is None or lines.hidden not in {Hidden.DASHED, Hidden.FADED}:
+        yield from parts
+        return
+    for drawn in (HIDDEN_PARTS, VISIBLE_PARTS):
+        yield from (part._replace(constants=part.constants | {"drawn": drawn}) for part in parts)
 
 
 def _ink_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:

@@ -70,6 +70,7 @@ class Lines:
     color : straight alpha, where colors is None
     colors : packed, (n_edges,) or one a point, as color_mode says
     strength : of all of them, 0 to 1
+    is_clear : whether some of colors let something shine through
     are_dots : the edges join points to themselves
     are_outlines : faces turn away from the eye along them
     cue : what a place of depth d at distance w loses of its strength is w * clamp(x * d + y * w + z, 0, 1)
@@ -83,6 +84,7 @@ class Lines:
     color_mode: ColorMode = ColorMode.ONE
     hidden: Hidden = Hidden.SHOWN
     strength: float = 1.0
+    is_clear: bool = False
     are_dots: bool = False
     are_outlines: bool = False
     cue: Cue = NO_CUE

@@ -1,7 +1,7 @@
 """Layers: a model of a picture, where it stands, and how it is drawn."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Literal, TypeAlias, TypedDict, get_args
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._arguments import Float64Array, MatrixLike, number, square_matrices
 from ..colors import ColorLike
-from ..edge_sets import EdgesLike
+from ..edge_sets import EdgesLike, angle
 from ..errors import ArgumentError, ArgumentTypeError
 from ..mesh import Mesh
 from ..point_buffer import PointBuffer
@@ -97,9 +97,17 @@ class Layer:
     def __post_init__(self) -> None:
         if not isinstance(self.model, _MODEL_TYPES):
             raise ArgumentTypeError(f"model must be a Mesh, a PointBuffer or a path, got {type(self.model).__name__}")
-        if self.hidden not in (None, *get_args(HiddenStyle)):
+        if not isinstance(self.name, str | None):
+            raise ArgumentTypeError(f"name must be a string, got {self.name!r}")
+        hidden: object = self.hidden
+        if not (hidden is None or (isinstance(hidden, str) and hidden in get_args(HiddenStyle))):
             names = ", ".join(map(repr, get_args(HiddenStyle)))
             raise ArgumentError(f"hidden must be one of {names}, got {self.hidden!r}")
+        if not isinstance(self.antialias, bool | np.bool_):
+            raise ArgumentTypeError(f"antialias must be True or False, got {self.antialias!r}")
+        object.__setattr__(self, "feature_angle", angle(self.feature_angle, "feature_angle"))
+        if isinstance(self.fill, Iterator):
+            object.__setattr__(self, "fill", list(self.fill))  # is gone through several times
         _require_width(self.line_width, "line_width")
         if self.point_size is not None:
             _require_width(self.point_size, "point_size")

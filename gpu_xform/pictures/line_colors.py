@@ -16,6 +16,7 @@ PackedColors: TypeAlias = npt.NDArray[np.uint32]
 
 BLACK: FloatColor = (0.0, 0.0, 0.0, 1.0)
 NO_ROWS: PackedColors = np.empty(0, np.uint32)
+OPAQUE = np.uint32(0xFF000000)  # and any colour, packed
 
 
 class LineColors(NamedTuple):
@@ -29,10 +30,16 @@ class LineColors(NamedTuple):
     rows: PackedColors
     role: str | None = None
 
+    @property
+    def is_clear(self) -> bool:
+        """Whether something shines through some of the rows."""
+        return bool((self.rows < OPAQUE).any())
+
 
 def by_face(layer: Layer) -> bool:
     """Whether the outline of each face has its own colour."""
-    return layer.face_colors is not None or _is_cycle(layer.color)
+    others = (layer.edge_colors, layer.vertex_colors, layer.scalars)
+    return layer.face_colors is not None or (_is_cycle(layer.color) and all(colors is None for colors in others))
 
 
 def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> LineColors:

@@ -98,8 +98,7 @@ class _Shaper:
             if subject.n_faces == 0:
                 point_size = CLOUD_POINT_SIZE
             elif candidates is None and layer.fill is None:
-                what = f"{subject.n_points} points and {subject.n_faces} faces"
-                raise MeshError(f"model must have edges to draw, got {what}")
+                raise MeshError(self._nothing_to_draw())
         points, model_from_points = subject.on_device(self._device)
         clip_from_points = clip_from_world @ layer.world_from_model @ model_from_points
         scale = float(np.abs(clip_from_points).max()) or 1.0  # homogeneous: a factor changes nothing
@@ -114,17 +113,28 @@ class _Shaper:
             cue=own_cue,
         )
         colors = line_colors(layer, subject.n_points, subject.n_faces, pairs.n_rows)
-        lines = []
+        lines: tuple[Lines, ...] = ()
         if n_edges:
-            lines.append(self._colored(style, colors, lambda: pairs.rows and pairs.rows(pairs.find())))
+            lines = (self._colored(style, colors, lambda: pairs.rows and pairs.rows(pairs.find())),)
+        dots: tuple[Lines, ...] = ()
         if point_size is not None:
-            lines.append(self._dots(replace(style, line_width=point_size), colors))
-        shapes = [Shape(points, clip_from_points, self._faces(first_color, own_cue), tuple(lines))]
-        if candidates is not None:
-            for matrix in clip_from_points:
-                seen = self._silhouette(style, candidates, colors, matrix)
-                shapes.append(Shape(points, matrix[None], None, seen))
+            dots = (self._dots(replace(style, line_width=point_size), colors),)
+        faces = self._faces(first_color, own_cue)
+        if candidates is None:
+            return [Shape(points, clip_from_points, faces, lines + dots)]
+        shapes = [Shape(points, clip_from_points, faces, lines)]
+        for matrix in clip_from_points:
+            seen = self._silhouette(style, candidates, colors, matrix)
+            shapes.append(Shape(points, matrix[None], None, seen))
+        if dots:
+            shapes.append(Shape(points, clip_from_points, None, dots))
         return shapes
+
+    def _nothing_to_draw(self) -> str:
+        edges, subject = self._layer.edges, self._subject
+        if edges is None or subject.mesh is None:
+            return f"model must have edges to draw, got {subject.n_points} points and {subject.n_faces} faces"
+        return f"edges must choose at least one edge, {edges!r} chooses none of {len(subject.mesh.edges)}"
 
     def _colored(self, style: Lines, colors: LineColors, places: Callable[[], IndexArray | None]) -> Lines:
         """Return `style` in `colors`; `places` gives which row each edge has, or None where they are in order."""
@@ -134,15 +144,17 @@ class _Shaper:
             return colors.rows if picked is None else colors.rows[picked]
 
         own = None if colors.mode is ColorMode.ONE else self._kept(colors.role, rows)
-        return replace(style, color=colors.one, colors=own, color_mode=colors.mode)
+        return replace(style, color=colors.one, colors=own, color_mode=colors.mode, is_clear=colors.is_clear)
 
     def _dots(self, style: Lines, colors: LineColors) -> Lines:
-        """Return a line without length at each point."""
+        """Return a line without length at each point; one that is hidden has no length for a dash either."""
+        hidden = Hidden.REMOVED if style.hidden is Hidden.DASHED else style.hidden
         n_points = self._subject.n_points
         edges = self._kept("dots", lambda: np.repeat(np.arange(n_points, dtype=np.uint32), 2))
         if colors.mode is ColorMode.AN_EDGE:
             colors = LineColors(ColorMode.ONE, colors.one, NO_ROWS)
-        return self._colored(replace(style, edges=edges, n_edges=n_points, are_dots=True), colors, lambda: None)
+        dots = replace(style, edges=edges, n_edges=n_points, hidden=hidden, are_dots=True)
+        return self._colored(dots, colors, lambda: None)
 
     def _silhouette(
         self, style: Lines, candidates: Candidates, colors: LineColors, clip_from_points: Float64Array

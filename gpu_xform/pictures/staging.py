@@ -12,7 +12,7 @@ from .._arguments import Float64Array
 from ..cameras import Camera
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu import frame
-from ..gpu.device import Device, default_device
+from ..gpu.device import Device, chosen_device
 from ..gpu.frame import View
 from ..point_buffer import PointBuffer
 from .layers import Layer, Models, Style, as_layers
@@ -54,10 +54,12 @@ def staged(models: Models, camera: Camera | None, size: Size, device: Device | N
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
     outline = cache(lambda: _outline(layers, subjects))
     if camera is None:
+        if len(outline()) == 0:
+            raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
         camera = Camera.fit(outline())
     elif not isinstance(camera, Camera):
         raise ArgumentTypeError(f"camera must be a Camera, got {type(camera).__name__}")
-    device = device or _own_device(layers) or default_device()
+    device = chosen_device(device or _own_device(layers))
     for model in subjects:
         _require_room(model, device)
     clip_from_world = with_depth(camera.clip_from_world(width / height), outline)

@@ -43,7 +43,7 @@ def _longest(lines: Lines) -> float:
 
     Pale pieces are not cut further, because their ends would be darker where they overlap.
     """
-    is_pale = lines.strength < 1.0 or lines.cue[3] > 0.0 or lines.hidden is Hidden.FADED
+    is_pale = lines.strength < 1.0 or lines.is_clear or lines.cue[3] > 0.0 or lines.hidden is Hidden.FADED
     return GRADIENT_STEP if lines.color_mode is ColorMode.A_POINT and not is_pale else UNCUT
 
 
@@ -55,8 +55,9 @@ def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons
         lines = one.batch.lines
         fades |= lines.hidden is Hidden.FADED
         is_hidden = one.pieces["is_hidden"] == 1
-        keeps_hidden = lines.hidden is Hidden.FADED or (lines.hidden is Hidden.DASHED and not lines.are_dots)
-        kept = slice(None) if keeps_hidden else ~is_hidden
+        kept = np.isfinite(one.pieces["ends"]).all(axis=1)  # an edge to a point that is none is not drawn
+        if lines.hidden not in {Hidden.DASHED, Hidden.FADED}:
+            kept &= ~is_hidden
         pieces, is_hidden = one.pieces[kept], is_hidden[kept]
         own = _colors(one, pieces)
         if lines.hidden is Hidden.FADED:
@@ -94,9 +95,17 @@ def _colors(one: Cut, pieces: npt.NDArray[np.void]) -> Float64Array:
     else:
         first, second = one.edges[index].T
         along = pieces["along"][:, :1].astype(np.float64)
-        colors = (1.0 - along) * _unpacked(one.colors[first]) + along * _unpacked(one.colors[second])
+        colors = _mixed(_unpacked(one.colors[first]), _unpacked(one.colors[second]), along)
     colors[:, 3] *= np.clip(pieces["along"][:, 1], 0.0, 1.0)
     return colors
+
+
+def _mixed(first: Float64Array, second: Float64Array, share: Float64Array) -> Float64Array:
+    """Return colours (s, 4) between others, the share (s, 1) of the second; none takes the hue of what is clear."""
+    weights = (1.0 - share) * first[:, 3:], share * second[:, 3:]
+    alpha = weights[0] + weights[1]
+    mixed = (weights[0] * first[:, :3] + weights[1] * second[:, :3]) / np.where(alpha > 0.0, alpha, 1.0)
+    return np.column_stack([mixed, alpha])
 
 
 def _unpacked(colors: npt.NDArray[np.uint32]) -> Float64Array:

@@ -11,13 +11,14 @@ import numpy.typing as npt
 from .._arguments import Float64Array
 from ..edge_sets import (
     edge_faces,
+    edge_parts,
     face_normals,
     index_pairs,
     is_one_array,
     resolve_edges,
     without_silhouette,
 )
-from ..errors import ArgumentError, MeshError
+from ..errors import ArgumentError
 from ..gpu.device import Device
 from ..gpu.layouts import CANDIDATE
 from ..gpu.plans import rounded_up
@@ -80,7 +81,7 @@ class Subject(Protocol):
         ...
 
     def pairs(self, layer: Layer) -> Pairs:
-        """Return the edges that `layer` draws in any view."""
+        """Return the edges that `layer` draws in every view."""
         ...
 
     def candidates(self, layer: Layer) -> Candidates | None:
@@ -131,10 +132,8 @@ class MeshSubject:
         """Return the mesh's own edges where `layer.edges` is None, in the order of the faces for colours by face."""
         mesh, edges, angle = self.mesh, layer.edges, layer.feature_angle
         if by_face(layer):
-            if edges is not None:
-                raise ArgumentError(
-                    "colours by face draw the outlines of faces: they cannot go with edges of one's own"
-                )
+            if not (edges is None or (isinstance(edges, str) and edges == "all")):
+                raise ArgumentError(f"edges must be 'all' where each face has its own colour, got {edges!r}")
             # What faces share has the colour of the last: drawn for each, its rim would be of both, and heavier.
             return Pairs(
                 lambda: mesh.face_edges[mesh.last_face_edges],
@@ -144,24 +143,21 @@ class MeshSubject:
             )
         if edges is None:
             return Pairs(lambda: mesh.edges, None, len(mesh.edges), "edges")
-        rest, has_silhouette = without_silhouette(edges)
+        rest, _ = without_silhouette(edges)
         if rest is None:
             return Pairs(lambda: np.empty((0, 2), np.int64), None, len(mesh.edges), "no edges")
 
         def find() -> IndexArray:
-            chosen = resolve_edges(mesh, rest, angle)
-            if len(chosen) == 0 and not has_silhouette:
-                raise MeshError(f"edges must choose at least one edge, {edges!r} chooses none of {len(mesh.edges)}")
-            return chosen
+            return resolve_edges(mesh, rest, angle)
 
         if isinstance(rest, str):
             return Pairs(find, self._rows, len(mesh.edges), ("edges", rest, angle))
-        if is_one_array(rest):
+        if is_one_array(edges):
             return Pairs(find, None, len(find()), None)
         return Pairs(find, self._rows, len(mesh.edges), None)
 
     def candidates(self, layer: Layer) -> Candidates | None:
-        """Return the edges that are not drawn in any view, of which `find_silhouette` chooses."""
+        """Return the edges that are not drawn in every view, of which `find_silhouette` chooses."""
         if layer.edges is None or by_face(layer):
             return None
         rest, has_silhouette = without_silhouette(layer.edges)
@@ -231,7 +227,15 @@ class MeshSubject:
 
     def _rows(self, pairs: IndexArray) -> IndexArray:
         """Return where in `mesh.edges` each of `pairs` is."""
-        return np.searchsorted(pair_keys(*self.mesh.edges.T), pair_keys(*pairs.T))
+        known, keys = pair_keys(*self.mesh.edges.T), pair_keys(*pairs.T)
+        rows = np.searchsorted(known, keys)
+        strange = np.flatnonzero(~np.isin(keys, known))
+        if len(strange):
+            pair = tuple(pairs[strange[0]].tolist())
+            raise ArgumentError(
+                f"edge_colors can go with one array of edges, or with edges of the model, which {pair} is not"
+            )
+        return rows
 
 
 class BufferSubject:
@@ -252,11 +256,13 @@ class BufferSubject:
         """Return `layer.edges`, an array, checked."""
         if by_face(layer):
             raise ArgumentError("colours by face need a model with faces, got a PointBuffer")
-        if isinstance(layer.edges, str):
-            raise ArgumentError(f"edges by name need a model with faces, got {layer.edges!r} for a PointBuffer")
         if layer.edges is None:
             return Pairs(lambda: np.empty((0, 2), np.int64), None, 0, None)
-        pairs = index_pairs(layer.edges, self.n_points)
+        parts = edge_parts(layer.edges)
+        named = next((part for part in parts if isinstance(part, str)), None)
+        if named is not None:
+            raise ArgumentError(f"edges by name need a model with faces, got {named!r} for a PointBuffer")
+        pairs = np.concatenate([index_pairs(part, self.n_points) for part in parts])
         if len(pairs) == 0:
             raise ArgumentError("edges must hold at least one pair of points, got none")
         return Pairs(lambda: pairs, None, len(pairs), None)

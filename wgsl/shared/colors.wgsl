@@ -20,5 +20,10 @@ fn color_at(index: u32, line: Segment, t: f32) -> vec4<f32> {
     // Even steps in the picture are not even along the edge: nearer parts look longer.
     let weights = vec2(1.0 - t, t) * line.inverse_w;
     let along = mix(line.part.x, line.part.y, weights.y / (weights.x + weights.y));
-    return mix(unpack4x8unorm(colors[edges[index].x]), unpack4x8unorm(colors[edges[index].y]), along);
+    let first = unpack4x8unorm(colors[edges[index].x]);
+    let second = unpack4x8unorm(colors[edges[index].y]);
+    // What is clear has no hue to mix in.
+    let shares = vec2(1.0 - along, along) * vec2(first.a, second.a);
+    let alpha = shares.x + shares.y;
+    return vec4((shares.x * first.rgb + shares.y * second.rgb) / max(alpha, 1e-6), alpha);
 }

@@ -6,12 +6,17 @@
 
 override hidden: u32; // what is done with an edge behind a face
 override is_cued: bool; // distance pales it
+override drawn: u32 = 0; // which parts of edges
 override is_outline: bool; // faces turn away from the eye along it
 
 const SHOWN = 0u;
 const REMOVED = 1u;
 const DASHED = 2u;
 const FADED = 3u;
+
+const ALL = 0u;
+const HIDDEN_PARTS = 1u;
+const VISIBLE_PARTS = 2u;
 
 const PALE = 0.25; // what hidden edges keep of their strength where they fade
 const DASH = vec2(4.0, 3.0); // on and off, in line widths
@@ -35,11 +40,12 @@ fn is_hidden(line: Segment, t: f32) -> bool {
     return is_behind(at - aside, depth) && is_behind(at + aside, depth);
 }
 
-// How much of a pixel's length at `along` pixels from the edge's start lies on a dash.
+// How much of a pixel's length at `along` pixels from the edge's start lies on a dash; the first one has the edge's cap.
 fn dash_at(along: f32) -> f32 {
     let pattern = DASH * max(style.line_width, 1.5);
     let place = along - floor(along / (pattern.x + pattern.y)) * (pattern.x + pattern.y);
-    return clamp(min(place, pattern.x - place) + 0.5, 0.0, 1.0);
+    let from_start = select(place, pattern.x, along < pattern.x);
+    return clamp(min(from_start, pattern.x - place) + 0.5, 0.0, 1.0);
 }
 
 // The strength that distance leaves at the part t of a segment, from 0 to 1.
@@ -55,7 +61,14 @@ fn strength_in_sight(line: Segment, t: f32) -> f32 {
 // The strength at the part t of a segment, from 0 to 1, less where a face hides it.
 fn strength_at(line: Segment, t: f32) -> f32 {
     let strength = strength_in_sight(line, t);
-    if hidden == SHOWN || !is_hidden(line, t) {
+    if hidden == SHOWN {
+        return strength;
+    }
+    let is_covered = is_hidden(line, t);
+    if drawn == select(HIDDEN_PARTS, VISIBLE_PARTS, is_covered) {
+        return 0.0;
+    }
+    if !is_covered {
         return strength;
     }
     if hidden == DASHED {
