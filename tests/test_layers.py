@@ -8,6 +8,8 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from gpu_xform.gpu.frame import in_bindings
+from gpu_xform.gpu.shapes import Faces, Lines, Shape
 from gpu_xform.pictures.layers import HiddenStyle
 
 CUBE = samples.cube()
@@ -174,6 +176,23 @@ def test_instances_are_layers_of_their_own(style: str, binding_bytes: int | None
     assert np.abs(together.astype(int) - apart).max() <= (2 if OPAQUE[style].get("line_width", 1.5) > 8 else 1)
     one = gx.render_array(house, transform=PLACES[0], color="#204080", **OPAQUE[style], **options)
     assert (one != together).any(axis=-1).sum() > 1000
+
+
+@pytest.mark.parametrize(("n_points", "n_triangles", "n_edges"), [(400, 7, 9), (20, 1140, 190), (40, 0, 3000)])
+def test_instances_are_cut_so_that_points_and_a_number_a_face_or_an_edge_fit_bindings(
+    n_points: int, n_triangles: int, n_edges: int, limited: Any
+) -> None:
+    small = limited(max_binding_bytes=1 << 15)
+    with PointBuffer(np.ones((n_points, 3), np.float32), device=small) as points:
+        stored = points.resident()
+        faces = Faces(stored.buffer, n_triangles) if n_triangles else None
+        lines = (Lines(stored.buffer, 1, 1.0), Lines(stored.buffer, n_edges, 1.0))
+        matrices_of_many = np.random.default_rng(1).normal(size=(100, 4, 4))
+        parts = list(in_bindings(small, Shape(stored, matrices_of_many, faces, lines)))
+    assert np.array_equal(np.concatenate([part.clip_from_points for part in parts]), matrices_of_many)
+    largest = max(len(part.clip_from_points) for part in parts)
+    per_instance = max(16 * n_points, 4 * n_triangles, 4 * n_edges)
+    assert largest * per_instance + 16 <= 1 << 15 < (largest + 1) * per_instance + 16
 
 
 def test_instances_of_one_matrix_are_that_one() -> None:

@@ -14,6 +14,8 @@ from .plans import POINTS_PER_INVOCATION, precision_name, rounded_up, workgroup_
 from .shapes import Shape
 
 CLIP_POSITION_BYTES = 16
+NUMBER_BYTES = 4
+HEAD_BYTES = 16  # before the numbers
 
 
 @dataclass(frozen=True)
@@ -59,9 +61,10 @@ def binding_bytes(device: Device) -> int:
 
 
 def in_bindings(device: Device, shape: Shape) -> Iterator[Shape]:
-    """Cut the instances of a shape into as many shapes as bindings need."""
-    stride = rounded_up(shape.points.n_points) * CLIP_POSITION_BYTES
-    most = max(1, min(binding_bytes(device) // stride, device.limits.max_workgroups))
+    """Cut the instances of a shape into as many shapes as bindings need: for points, and a number a face or an edge."""
+    n_numbers = max([lines.n_edges for lines in shape.lines] + [shape.faces.n_triangles if shape.faces else 0])
+    stride = max(rounded_up(shape.points.n_points) * CLIP_POSITION_BYTES, n_numbers * NUMBER_BYTES)
+    most = max(1, min((binding_bytes(device) - HEAD_BYTES) // stride, device.limits.max_workgroups))
     for start in range(0, len(shape.clip_from_points), most):
         yield replace(shape, clip_from_points=shape.clip_from_points[start : start + most])
 
