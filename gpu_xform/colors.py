@@ -68,6 +68,11 @@ def rgba(color: ColorLike, name: str) -> FloatColor:
     return red, green, blue, rest[0] if rest else 1.0
 
 
+def backdrop(background: ColorLike | None) -> FloatColor:
+    """Return the colour behind a picture; None is transparent."""
+    return (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
+
+
 def color_rows(values: ColorRows, name: str, n_rows: int, of: str) -> Float64Array:
     """Return a colour for each of `n_rows` things: (n_rows, 4) float64 in [0, 1], straight.
 

@@ -4,12 +4,10 @@
 
 struct Piece {
     ends: vec4<f32>, // pixels, in the edge's direction
-    part: vec2<f32>, // of the segment that the edge is in the picture
     edge: u32, // counted over all instances
     is_hidden: u32,
     along: vec2<f32>, // of the edge in clip space, at the piece's middle; and what distance leaves of its strength there
     start: f32, // pixels along the segment, where the piece begins
-    padding: u32,
 }
 
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>; // of pieces, an edge; when writing, of those before
@@ -28,12 +26,10 @@ fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is
     let along = mix(line.part.x, line.part.y, weights.y / (weights.x + weights.y));
     pieces[counts[edge] + place] = Piece(
         vec4(mix(line.p, line.q, part.x), mix(line.p, line.q, part.y)),
-        part,
         edge,
         u32(is_covered),
         vec2(along, strength_in_sight(line, middle)),
         part.x * distance(line.p, line.q),
-        0u,
     );
 }
 

@@ -1,7 +1,7 @@
 // Edges between a face that looks at the eye and one that looks away; the others become edges of no point.
 struct Candidate {
     edge: vec2<u32>,
-    faces: vec2<u32>, // the second NO_FACE where the edge is drawn in any view
+    faces: vec2<u32>, // the second NO_FACE where the edge is drawn in every view
     is_turned: u32, // the two faces are wound against each other
     padding: u32,
 }

@@ -31,6 +31,11 @@ class Limits:
     max_workgroup_size: int
     max_texture_size: int
 
+    @property
+    def max_bound_bytes(self) -> int:
+        """The bytes of the largest buffer that one binding can show."""
+        return min(self.max_binding_bytes, self.max_buffer_bytes)
+
 
 @dataclass(frozen=True)
 class Adapter:

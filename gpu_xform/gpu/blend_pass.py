@@ -67,4 +67,4 @@ def blend(
 
 def max_matrices(device: Device, dtype: np.dtype[Any]) -> int:
     """Return how many matrices one dispatch can hold."""
-    return device.limits.max_binding_bytes // (16 * dtype.itemsize)
+    return device.limits.max_bound_bytes // (16 * dtype.itemsize)

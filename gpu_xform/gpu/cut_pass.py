@@ -21,6 +21,8 @@ from .plans import n_workgroups, workgroup_size
 from .shapes import Lines, Shape
 from .tiles import Tile
 
+MARGIN = 2  # pixels around a picture whose depths are known
+
 
 class Cut(NamedTuple):
     """One batch of lines in the picture.
@@ -47,7 +49,7 @@ def cut(
 
     longest : gives the pixels that a piece of lines may have along the axis that it advances most on
     """
-    whole = Tile((0, 0), view.size, margin=2)
+    whole = Tile((0, 0), view.size, MARGIN)
     with device.lock, contextlib.ExitStack() as stack:
         colors = _uploaded(device, palette, stack) if len(palette) else None
         projection = Projection(device, [part for shape in shapes for part in in_bindings(device, shape)])

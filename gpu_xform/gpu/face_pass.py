@@ -12,7 +12,7 @@ from . import layouts, uniforms
 from .buffers import STORAGE, Buffer
 from .compute import Binding, bind, dispatch
 from .device import Device
-from .frame import Projected, binding_bytes
+from .frame import Projected
 from .plans import n_workgroups, workgroup_size
 from .shapes import Cue
 from .targets import Target
@@ -37,7 +37,7 @@ class _Batch:
     cue: Cue
 
     def struct(self) -> npt.NDArray[np.void]:
-        fields = (self.cue, self.n_triangles, self.shape.stride, self.shape.n_instances, self.first_color)
+        fields = (self.cue, self.n_triangles, self.shape.stride, self.first_color)
         return np.array(fields, layouts.FACES)
 
 
@@ -133,7 +133,7 @@ def _cut(device: Device, shape: Projected) -> Iterator[_Batch]:
     faces = shape.shape.faces
     if faces is None:
         return
-    most = max(binding_bytes(device) // TRIANGLE_BYTES // GROUP, 1) * GROUP
+    most = max(device.limits.max_bound_bytes // TRIANGLE_BYTES // GROUP, 1) * GROUP
     for start in range(0, faces.n_triangles, most):
         n_triangles = min(most, faces.n_triangles - start)
         places = None

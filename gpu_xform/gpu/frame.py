@@ -50,21 +50,16 @@ class Projected:
 
 def max_points(device: Device) -> int:
     """Return how many points a shape may have on `device`."""
-    in_binding = binding_bytes(device) // CLIP_POSITION_BYTES
+    in_binding = device.limits.max_bound_bytes // CLIP_POSITION_BYTES
     in_dispatch = device.limits.max_workgroups * workgroup_size(device) * POINTS_PER_INVOCATION
     return min(in_binding, in_dispatch) // POINTS_PER_INVOCATION * POINTS_PER_INVOCATION
-
-
-def binding_bytes(device: Device) -> int:
-    """Return the largest buffer that one binding can show."""
-    return min(device.limits.max_binding_bytes, device.limits.max_buffer_bytes)
 
 
 def in_bindings(device: Device, shape: Shape) -> Iterator[Shape]:
     """Cut the instances of a shape into as many shapes as bindings need: for points, and a number a face or an edge."""
     n_numbers = max([lines.n_edges for lines in shape.lines] + [shape.faces.n_triangles if shape.faces else 0])
     stride = max(rounded_up(shape.points.n_points) * CLIP_POSITION_BYTES, n_numbers * NUMBER_BYTES)
-    most = max(1, min((binding_bytes(device) - HEAD_BYTES) // stride, device.limits.max_workgroups))
+    most = max(1, min((device.limits.max_bound_bytes - HEAD_BYTES) // stride, device.limits.max_workgroups))
     for start in range(0, len(shape.clip_from_points), most):
         yield replace(shape, clip_from_points=shape.clip_from_points[start : start + most])
 

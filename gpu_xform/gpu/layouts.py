@@ -58,13 +58,12 @@ STYLE = np.dtype(
 )
 
 FACES = np.dtype(
-    [
-        ("cue", "<f4", (4,)),
-        ("n_triangles", "<u4"),
-        ("n_points", "<u4"),
-        ("n_instances", "<u4"),
-        ("first_color", "<u4"),
-    ]
+    {
+        "names": ["cue", "n_triangles", "n_points", "first_color"],
+        "formats": [("<f4", (4,)), "<u4", "<u4", "<u4"],
+        "offsets": [0, 16, 20, 24],
+        "itemsize": 32,
+    }
 )
 
 CANDIDATE = np.dtype([("edge", "<u4", (2,)), ("faces", "<u4", (2,)), ("is_turned", "<u4"), ("padding", "<u4")])
@@ -74,15 +73,12 @@ VIEW = np.dtype(
 )
 
 PIECE = np.dtype(
-    [
-        ("ends", "<f4", (4,)),
-        ("part", "<f4", (2,)),
-        ("edge", "<u4"),
-        ("is_hidden", "<u4"),
-        ("along", "<f4", (2,)),
-        ("start", "<f4"),
-        ("padding", "<u4"),
-    ]
+    {
+        "names": ["ends", "edge", "is_hidden", "along", "start"],
+        "formats": [("<f4", (4,)), "<u4", "<u4", ("<f4", (2,)), "<f4"],
+        "offsets": [0, 16, 20, 24, 32],
+        "itemsize": 48,
+    }
 )
 
 

@@ -12,7 +12,7 @@ from . import layouts
 from .buffers import Buffer
 from .compute import Binding, bind, dispatch
 from .device import Device
-from .frame import Projected, binding_bytes
+from .frame import Projected
 from .plans import n_workgroups, workgroup_size
 from .shapes import ColorMode, Hidden, Lines
 
@@ -40,7 +40,7 @@ def batches(device: Device, shapes: Sequence[Projected]) -> list[Batch]:
 
 
 def _cut(device: Device, shape: Projected, lines: Lines) -> Iterator[Batch]:
-    most = max(binding_bytes(device) // EDGE_BYTES // GROUP, 1) * GROUP
+    most = max(device.limits.max_bound_bytes // EDGE_BYTES // GROUP, 1) * GROUP
     for start in range(0, lines.n_edges, most):
         n_edges = min(most, lines.n_edges - start)
         colors = None

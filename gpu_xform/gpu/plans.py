@@ -42,7 +42,7 @@ class Plan:
         most_bytes : of a chunk
         """
         limits = device.limits
-        n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, most_bytes)
+        n_bytes = min(limits.max_bound_bytes, most_bytes)
         in_binding = n_bytes // (max(n_components, widest) * dtype.itemsize)
         own_size = max(1, min(workgroup_size(device), in_binding // POINTS_PER_INVOCATION))
         in_dispatch = limits.max_workgroups * own_size * points_per_invocation

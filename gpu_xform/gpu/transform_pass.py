@@ -120,7 +120,7 @@ def upload_part(plan: Plan, source: Buffer, points: npt.NDArray[Any], part: slic
 def max_rows(plan: Plan, most_bytes: int) -> int:
     """Return how many matrices are applied at once: as many results of a chunk as one buffer takes, in whole groups."""
     limits = plan.device.limits
-    n_bytes = min(limits.max_binding_bytes, limits.max_buffer_bytes, most_bytes)
+    n_bytes = min(limits.max_bound_bytes, most_bytes)
     rows = n_bytes // (plan.chunk * plan.point_bytes)
     return max(1, rows if rows < ROWS_AT_ONCE else rows - rows % ROWS_AT_ONCE)
 

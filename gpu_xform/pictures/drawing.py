@@ -3,8 +3,9 @@
 from typing import Unpack
 
 from ..cameras import Camera
-from ..colors import ColorLike, FloatColor, rgba
+from ..colors import ColorLike, FloatColor, backdrop
 from ..errors import ArgumentError
+from ..gpu.cut_pass import MARGIN
 from ..gpu.device import Device
 from ..vector import Strokes, pdf, svg
 from .layers import Models, Style
@@ -29,8 +30,8 @@ def render_svg(
     edge that lets something shine through has one colour, that of its middle. Lines that are not anti-aliased become
     lines of one pixel.
     """
-    layers, backdrop, extent = _drawn(models, camera, size, background, device, style)
-    return svg(extent, backdrop, layers)
+    layers, ground, extent = _drawn(models, camera, size, background, device, style)
+    return svg(extent, ground, layers)
 
 
 def render_pdf(
@@ -46,8 +47,8 @@ def render_pdf(
 
     Raises `MissingExtraError` where the extra `pdf` is not installed.
     """
-    layers, backdrop, extent = _drawn(models, camera, size, background, device, style)
-    return pdf(extent, backdrop, layers)
+    layers, ground, extent = _drawn(models, camera, size, background, device, style)
+    return pdf(extent, ground, layers)
 
 
 def _drawn(
@@ -58,15 +59,16 @@ def _drawn(
     device: Device | None,
     style: Style,
 ) -> tuple[list[Strokes], FloatColor, tuple[int, int]]:
-    backdrop = (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
+    ground = backdrop(background)
     with staged(models, camera, size, device, style) as stage:
         _require_depths(stage)
-        return strokes(stage, backdrop), backdrop, stage.view.size
+        return strokes(stage, ground), ground, stage.view.size
 
 
 def _require_depths(stage: Stage) -> None:
     """Raise where one binding cannot hold a depth for each pixel, which edges are cut by."""
     width, height = stage.view.size
-    most = min(stage.device.limits.max_binding_bytes, stage.device.limits.max_buffer_bytes) // 4
-    if (width + 4) * (height + 4) > most:
-        raise ArgumentError(f"size must be at most {most:,} pixels in a vector picture, got {width} x {height}")
+    most = stage.device.limits.max_bound_bytes // 4
+    if (width + 2 * MARGIN) * (height + 2 * MARGIN) > most:
+        room = f"{most:,} pixels in a vector picture, {MARGIN} at each side included"
+        raise ArgumentError(f"size must be at most {room}, got {width} x {height}")

@@ -138,11 +138,11 @@ _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
 def as_layers(models: Models, style: Style) -> list[Layer]:
     """Return the layers of a picture; `style` goes for the models that bring none of their own.
 
-    Raises `ArgumentError` for no models, TypeError for a keyword that is not in `Style`.
+    Raises `ArgumentError` for no models, `ArgumentTypeError` for a keyword that is not in `Style`.
     """
     unknown = style.keys() - _STYLE_NAMES
     if unknown:
-        raise TypeError(f"render() got an unexpected keyword argument {min(unknown)!r}")
+        raise ArgumentTypeError(f"unexpected keyword argument {min(unknown)!r}")
     if isinstance(models, Layer) and style:
         raise ArgumentError(f"{min(style)} must be given to the Layer itself")
     several = [models] if isinstance(models, str) or not isinstance(models, Sequence) else models

@@ -5,16 +5,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
-import numpy as np
-
 from .._arguments import Float64Array
 from ..errors import ArgumentTypeError
 from ..formats import load_mesh
 from ..mesh import Mesh
 from ..point_buffer import PointBuffer
 from ..scene import Scene
+from . import subjects
 from .layers import Layer, Model, Models
-from .subjects import subject
 
 FILES = (str, os.PathLike)
 
@@ -44,4 +42,4 @@ def opened(models: Models) -> Models:
 
 def outline(layers: Sequence[Layer]) -> Float64Array:
     """Return points of the world (k, 3) that a camera must hold."""
-    return np.concatenate([subject(layer).outline(layer.world_from_model) for layer in layers])
+    return subjects.outline(layers, [subjects.subject(layer) for layer in layers])

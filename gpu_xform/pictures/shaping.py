@@ -1,7 +1,7 @@
 """Layers as the shapes that a device draws."""
 
 import contextlib
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._arguments import Float64Array
 from ..colors import packed
-from ..errors import MeshError
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu import silhouette_pass
 from ..gpu.buffers import Buffer
 from ..gpu.device import Device
@@ -61,12 +61,22 @@ def shaped(
     for number, (layer, subject, cue) in enumerate(zip(layers, subjects, cues, strict=True)):
         first_color = sum(map(len, palette))
         shaper = _Shaper(layer, subject, device, stack)
-        if layer.fill is not None:
-            palette.append(shaper.fill())
-        made = shaper.shapes(clip_from_world, cue, first_color)
+        with _named(subject.name or f"models[{number}]") if len(layers) > 1 else contextlib.nullcontext():
+            if layer.fill is not None:
+                palette.append(shaper.fill())
+            made = shaper.shapes(clip_from_world, cue, first_color)
         shapes += made
         owners += [number] * len(made)
     return Shaped(shapes, owners, np.concatenate(palette) if palette else np.empty(0, np.uint32))
+
+
+@contextlib.contextmanager
+def _named(name: str) -> Iterator[None]:
+    """Say of which of several models an error tells."""
+    try:
+        yield
+    except (ArgumentError, ArgumentTypeError, MeshError) as error:
+        raise type(error)(f"{name}: {error}") from None
 
 
 def hides(layer: Layer) -> Hidden:

@@ -6,8 +6,6 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
-import numpy as np
-
 from .._arguments import Float64Array
 from ..cameras import Camera
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -17,7 +15,7 @@ from ..gpu.frame import View
 from ..point_buffer import PointBuffer
 from .layers import Layer, Models, Style, as_layers
 from .shaping import Shaped, shaped
-from .subjects import Subject, subject
+from .subjects import Subject, outline, subject
 from .views import depth_cue, pixel_depth, with_depth
 
 LONGEST_SIDE = 1 << 16  # there single precision still places lines within a hundredth of a pixel
@@ -52,19 +50,19 @@ def staged(models: Models, camera: Camera | None, size: Size, device: Device | N
     for model in subjects:
         if model.n_points == 0:
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
-    outline = cache(lambda: _outline(layers, subjects))
+    held = cache(lambda: outline(layers, subjects))
     if camera is None:
-        if len(outline()) == 0:
+        if len(held()) == 0:
             raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
-        camera = Camera.fit(outline())
+        camera = Camera.fit(held())
     elif not isinstance(camera, Camera):
         raise ArgumentTypeError(f"camera must be a Camera, got {type(camera).__name__}")
     device = chosen_device(device or _own_device(layers))
     for model in subjects:
         _require_room(model, device)
-    clip_from_world = with_depth(camera.clip_from_world(width / height), outline)
+    clip_from_world = with_depth(camera.clip_from_world(width / height), held)
     view = View((width, height), pixel_depth(clip_from_world, width))
-    cues = [depth_cue(clip_from_world, outline, layer.depth_cue) for layer in layers]
+    cues = [depth_cue(clip_from_world, held, layer.depth_cue) for layer in layers]
     with device.lock, contextlib.ExitStack() as stack:
         device.residents.trim()
         shapes = shaped(layers, subjects, clip_from_world, cues, device, stack)
@@ -85,12 +83,6 @@ def picture_size(size: Size) -> tuple[int, int]:
             f"size must be at most {LONGEST_SIDE} pixels a side and {MOST_PIXELS:,} in all, got {width} x {height}"
         )
     return width, height
-
-
-def _outline(layers: Sequence[Layer], subjects: Sequence[Subject]) -> Float64Array:
-    return np.concatenate(
-        [model.outline(layer.world_from_model) for layer, model in zip(layers, subjects, strict=True)]
-    )
 
 
 def _own_device(layers: Sequence[Layer]) -> Device | None:

@@ -1,7 +1,7 @@
 """What the model of a layer holds: points, edges, faces, and how they get onto a device."""
 
 import itertools
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -132,7 +132,7 @@ class MeshSubject:
         """Return the mesh's own edges where `layer.edges` is None, in the order of the faces for colours by face."""
         mesh, edges, angle = self.mesh, layer.edges, layer.feature_angle
         if by_face(layer):
-            if not (edges is None or (isinstance(edges, str) and edges == "all")):
+            if edges is not None and any(not isinstance(part, str) or part != "all" for part in edge_parts(edges)):
                 raise ArgumentError(f"edges must be 'all' where each face has its own colour, got {edges!r}")
             # What faces share has the colour of the last: drawn for each, its rim would be of both, and heavier.
             return Pairs(
@@ -285,6 +285,12 @@ class BufferSubject:
             raise ArgumentError(f"model is on {self._points.device!r}, device is {device!r}: they must be one")
         pending = self._points.pending
         return self._points.resident(), np.eye(4) if pending is None else pending
+
+
+def outline(layers: Sequence[Layer], subjects: Sequence[Subject]) -> Float64Array:
+    """Return points of the world (k, 3) that a camera must hold."""
+    parts = [model.outline(layer.world_from_model) for layer, model in zip(layers, subjects, strict=True)]
+    return np.concatenate(parts)
 
 
 def box_corners(bounds: Float64Array) -> Float64Array:

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Unpack
 
 from .. import images
 from ..cameras import Camera
-from ..colors import ColorLike, rgba
+from ..colors import ColorLike, backdrop
 from ..gpu import picture
 from ..gpu.device import Device
 from ..gpu.picture import Drawn
@@ -66,6 +66,6 @@ def begun(
 
     after : a picture that was begun before, and can be read while this one is drawn
     """
-    backdrop = (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
+    ground = backdrop(background)
     with staged(models, camera, size, device, style) as stage:
-        return picture.draw(stage.device, stage.shaped.shapes, stage.shaped.palette, stage.view, backdrop, after)
+        return picture.draw(stage.device, stage.shaped.shapes, stage.shaped.palette, stage.view, ground, after)

@@ -15,10 +15,6 @@ const NORMALIZED = 2u;
 override workgroup_size: u32;
 override finish: u32; // one of the three above
 
-fn n_quads() -> u32 {
-    return (transforms[0].n_points + 3u) / 4u; // groups of four points, the last one padded
-}
-
 fn finished(h: Vec4) -> Vec3 {
     if finish == DIVIDED_BY_W {
         return select(Vec3(transforms[0].undefined), h.xyz / h.w, h.w != Real());

@@ -16,10 +16,6 @@ fn to_pixels(clip: vec4<f32>) -> vec2<f32> {
     return (clip.xy / clip.w * vec2(0.5, -0.5) + 0.5) * tile.size;
 }
 
-fn in_tile(pixel: vec2<i32>) -> bool {
-    return all(pixel >= tile.origin) && all(pixel < tile.origin + tile.extent);
-}
-
 // The index of a pixel of the tile.
 fn tile_index(pixel: vec2<i32>) -> u32 {
     let place = pixel - tile.origin;

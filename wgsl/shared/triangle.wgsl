@@ -8,7 +8,6 @@ struct Faces {
     cue: vec4<f32>, // what distance leaves of their colours, as in cue.wgsl
     n_triangles: u32,
     n_points: u32, // of one instance in `projected`, padding included
-    n_instances: u32,
     first_color: u32,
 }
 
