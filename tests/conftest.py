@@ -1,5 +1,6 @@
 import dataclasses
 import os
+import signal
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,9 @@ from gpu_xform.gpu.device import Device, default_device
 
 Array = npt.NDArray[np.float64]
 CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]
+
+# What is started in the background may ignore Ctrl+C, and so does all that it starts; the tests interrupt both.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("local", deadline=None, max_examples=60, print_blob=True)
 settings.register_profile("ci", parent=settings.get_profile("local"), derandomize=True)

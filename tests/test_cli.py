@@ -15,6 +15,7 @@ import pytest
 from gpu_xform import Mesh, __version__, load_mesh, matrices, samples, save_mesh
 from gpu_xform.cli import files, main
 from gpu_xform.cli.parser import attach_values, make_parser
+from gpu_xform.formats.registry import READERS
 
 Points = npt.NDArray[np.float64]
 
@@ -232,7 +233,9 @@ def test_explaining_needs_no_device() -> None:
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
 
 
-@pytest.mark.parametrize("name", [[], ["render"], ["animate"], ["view"], ["transform"], ["explain"], ["doctor"]])
+@pytest.mark.parametrize(
+    "name", [[], ["render"], ["animate"], ["view"], ["transform"], ["explain"], ["doctor"], ["bench"]]
+)
 def test_help_fits_a_terminal_and_its_examples_parse(
     name: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -251,6 +254,26 @@ def test_help_fits_a_terminal_and_its_examples_parse(
         if "COMMAND" not in example:
             words = shlex.split(example.partition(" | ")[0])
             make_parser().parse_args(attach_values(words[1:]))
+
+
+@pytest.mark.parametrize("name", ["render", "animate", "view", "transform"])
+def test_help_lists_the_types_that_can_be_read(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([name, "--help"]) == 0
+    found = re.search(r"--file-type TYPE .*?:(.*?)\n(?:\n|  -)", capsys.readouterr().out, re.DOTALL)
+    assert found is not None
+    assert re.split(r",\s+|\s+or\s+", found[1].strip()) == sorted([*READERS, *(["npy"] if name == "transform" else [])])
+
+
+def test_help_says_that_a_reference_stands_in_for_a_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "--help"]) == 0
+    assert capsys.readouterr().out.startswith("usage: gpu-xform render MODEL... (-o OUT | --reference PNG) [options]\n")
+
+
+@pytest.mark.parametrize("name", ["render", "animate", "view", "transform", "explain", "doctor", "bench"])
+def test_help_is_the_last_option(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([name, "--help"]) == 0
+    options = re.findall(r"^  (-.*?)(?:  |\n)", capsys.readouterr().out, re.MULTILINE)
+    assert options[-1] == "-h, --help"
 
 
 def test_printing_survives_an_encoding_without_the_letters(monkeypatch: pytest.MonkeyPatch) -> None:

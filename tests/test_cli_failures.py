@@ -132,10 +132,15 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         (RENDER + "--resolution 0,5", "--resolution"),
         (RENDER + "--resolution -5,5", "--resolution"),
         (RENDER + "--resolution 1e2,5", "--resolution"),
-        (RENDER + "--resolution 999999999x1", "999999999"),
+        (RENDER + "--resolution 999999999x1", "--resolution: size must be at most 65536"),
+        (RENDER + "--resolution 100000,5", "--resolution: size must be at most 65536"),
+        ("render house.obj -o out.svg --resolution 60000,2000", "--resolution: size must be at most"),
         (RENDER + "--line-width 0", "--line-width"),
         (RENDER + "--line-width -1", "--line-width"),
         (RENDER + "--line-width inf", "--line-width"),
+        (RENDER + "--line-width 1e9", "--line-width: expected a positive number of pixels, at most 1,000,000, got"),
+        (RENDER + "--point-size 1e9", "--point-size: expected a positive number of pixels, at most 1,000,000, got"),
+        (RENDER + "--scalars -", "--scalars: expected x, y, z or an .npy file, got '-'"),
         (RENDER + "--color blurple", "--color"),
         (RENDER + "--color 0,0,2", "--color"),
         (RENDER + "--color '#12'", "--color"),
@@ -144,7 +149,13 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         (RENDER + "--up Q", "--up"),
         (RENDER + "--up 0,0,0", "--up"),
         (RENDER + "--camera-view-angle 180", "--camera-view-angle"),
-        (RENDER + "--camera-direction -Y", "camera options: up must not be parallel"),
+        (RENDER + "--camera-direction -Y", "--camera-direction must not be parallel to what is up in the picture"),
+        (RENDER + "--camera-direction -Y", "give another --camera-view-up"),
+        (RENDER + "--camera-direction Z --camera-view-up 0,0,2", "give another --camera-view-up"),
+        (RENDER + "--camera-position 0,9,0", "camera options: up must not be parallel"),
+        (RENDER + "--camera-position 0,9,0", "give another --camera-view-up"),
+        ("animate house.obj -o out.gif --camera-direction -Y", "give another --camera-view-up"),
+        ("view house.obj --camera-direction -Y", "give another --camera-view-up"),
         (RENDER + "--camera-position 0,0,0", "camera options: eye and target must differ"),
         (RENDER + "--camera-focal-point 1,2,3", "--camera-focal-point"),
         (RENDER + "--camera-position 1,2,3 --camera-direction X", "--camera-direction"),
@@ -181,10 +192,38 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         ("explain --scale 1e200 --scale 1e200", "range"),
         ("explain out.obj --scale 2", "out.obj"),
         ("doctor now", "now"),
+        ("bench --points abc", "--points: expected positive whole numbers N,N,..., got 'abc'"),
+        ("bench --points 1e4,,3", "--points: expected positive whole numbers"),
+        ("bench --points 0.5", "--points: expected positive whole numbers"),
+        ("animate house.obj -o out.gif --fps 0", "--fps: fps must lie in"),
+        ("animate house.obj -o out.bmp", "-o: path must end in one of"),
     ],
 )
 def test_bad_input_is_one_line_and_touches_nothing(typed: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert words in complaint(typed, capsys)
+
+
+@pytest.mark.parametrize("path", ["", "house.obj/", "new.png/", "new.png/.", "."])
+@pytest.mark.parametrize(
+    ("typed", "argument"),
+    [
+        ("render {} -o out.png", "MODEL"),
+        ("render house.obj -o out.png {}", "MODEL"),
+        ("animate {} -o out.gif", "MODEL"),
+        ("view {}", "MODEL"),
+        ("transform {} out.obj", "IN"),
+        ("transform house.obj {}", "OUT"),
+        ("render house.obj -o {}", "-o/--output"),
+        ("animate house.obj -o {}", "-o/--output"),
+        (RENDER + "--reference {}", "--reference"),
+        (RENDER + "--reference x.png --reference-diff {}", "--reference-diff"),
+    ],
+)
+def test_what_is_no_path_of_a_file_is_said_of_the_argument(
+    typed: str, argument: str, path: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    expected = f"gpu-xform: error: argument {argument}: expected the path of a file, got '{path}'\n"
+    assert complaint(typed.format(shlex.quote(path)), capsys) == expected
 
 
 @pytest.mark.parametrize("command", [RENDER, TRANSFORM, ARRAY, "doctor "])

@@ -146,6 +146,7 @@ def test_a_reference_is_never_written(written: list[str], capsys: pytest.Capture
         (["--reference", "expected.png", "--reference-threshold", "nan"], "--reference-threshold: expected a number"),
         (["--reference", "expected.png", "--reference-pixels", "1.5"], "--reference-pixels: expected a whole number"),
         (["--reference", "expected.png", "--reference-pixels", "-1"], "--reference-pixels: expected a whole number"),
+        (["--reference", "expected.png", "--reference-diff", "-"], "--reference-diff must be a file"),
         (["--reference", "expected.png", "--reference-diff", "d.bmp"], "d.bmp: the type must be one of png"),
         (["--reference", "expected.png", "--reference-diff", "x.png", "-o", "x.png"], "two pictures would go there"),
         ([], "-o must say where the picture goes, or --reference what it should be like"),

@@ -106,8 +106,8 @@ def test_the_files_show_every_frame(tmp_path: Path) -> None:
     assert (ran.returncode, ran.stderr) == (0, "")
     written = [tmp_path / line.removeprefix("wrote ") for line in ran.stdout.splitlines()]
     assert sorted(written) == sorted((tmp_path / "demo").iterdir())
-    assert [path.suffix for path in written] == [".mp4", ".html"]
-    with av.open(str(written[0])) as movie:
+    assert [path.suffix for path in written] == [".html", ".mp4"]
+    with av.open(str(written[1])) as movie:
         stream = movie.streams.video[0]
         assert stream.average_rate == work.FPS
         shown = [frame.to_ndarray(format="rgb24") for frame in movie.decode(stream)]
@@ -117,3 +117,14 @@ def test_the_files_show_every_frame(tmp_path: Path) -> None:
         picture = gx.render_array(work.stage().posed(work.poses(k)), camera=camera, size=(832, 480))[..., :3]
         before, own, after = (np.abs(shown[j] - picture.astype(np.float64)).mean() for j in (k - 1, k, k + 1))
         assert own < 0.5 * min(before, after)  # a video is lossy
+
+
+def test_without_the_extra_the_page_is_there_and_the_error_says_what_to_install(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(work, "N_FRAMES", 2)
+    monkeypatch.setitem(sys.modules, "av", None)
+    with pytest.raises(SystemExit, match=r"house_and_ball\.mp4 .* pip install 'gpu_xform\[video\]'$"):
+        work.main()
+    assert [path.name for path in Path("demo").iterdir()] == ["house_and_ball.html"]

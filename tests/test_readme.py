@@ -5,6 +5,7 @@ import shlex
 import shutil
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -138,8 +139,27 @@ def test_the_page_names_targets_and_scripts_that_there_are() -> None:
 
 def test_the_page_and_the_error_message_advise_the_same() -> None:
     advice = set(re.findall(r"`sudo ([^`]+)`", PAGE))
-    assert advice
-    assert advice <= set(drivers.PACKAGES.values())
+    assert advice == set(drivers.PACKAGES.values())
+
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+
+
+def test_the_page_lists_the_extras_there_are() -> None:
+    table = re.search(r"^\| extra .*?\n\n", PAGE, re.MULTILINE | re.DOTALL)
+    assert table is not None
+    extras = set(PROJECT["optional-dependencies"])
+    assert set(re.findall(r"^\| `(.+?)`", table[0], re.MULTILINE)) == extras
+    named = re.findall(r"pip install '(.*?)\[(.*?)\]'", PAGE)
+    assert {place for place, _ in named} == {"."}
+    assert {extra for _, listed in named for extra in listed.split(",")} <= extras
+
+
+def test_the_page_names_the_pythons_that_are_tested() -> None:
+    classified = [words.split(" :: ")[2:] for words in PROJECT["classifiers"] if ":: Python :: 3." in words]
+    versions = [version for (version,) in classified]
+    assert PROJECT["requires-python"] == f">={versions[0]}"
+    assert f"Python {versions[0]} or later ({versions[0]} to {versions[-1]} are tested)" in PAGE
 
 
 def test_the_demo_draws_what_the_page_shows(tmp_path: Path) -> None:

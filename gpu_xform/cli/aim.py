@@ -3,7 +3,8 @@
 from argparse import Namespace
 from typing import TYPE_CHECKING, Any
 
-from .._arguments import Float64Array
+from .. import matrices
+from .._arguments import Float64Array, direction
 from ..errors import ArgumentError
 from ..mesh import Mesh
 
@@ -12,14 +13,26 @@ if TYPE_CHECKING:
 
 
 def require_one_aim(options: Namespace) -> None:
-    """Raise `ArgumentError` where the options aim the camera twice, or not at all."""
+    """Raise `ArgumentError` where the options aim the camera twice, or not at all, or so that no side is up."""
     if options.camera_position is None:
         if options.camera_focal_point is not None:
             raise ArgumentError("camera options: --camera-focal-point must come with --camera-position")
+        if options.camera_direction is not None:
+            _require_upright(options)
     elif options.camera_direction is not None:
         raise ArgumentError(
             "camera options: --camera-direction cannot go with --camera-position: give --camera-focal-point"
         )
+
+
+def _require_upright(options: Namespace) -> None:
+    try:
+        matrices.look_at((0.0, 0.0, 0.0), direction(options.camera_direction, "--camera-direction", 3), _up(options))
+    except ArgumentError:
+        raise ArgumentError(
+            "camera options: --camera-direction must not be parallel to what is up in the picture: "
+            "give another --camera-view-up"
+        ) from None
 
 
 def camera(options: Namespace, points: Float64Array) -> "Camera":
@@ -27,7 +40,8 @@ def camera(options: Namespace, points: Float64Array) -> "Camera":
     try:
         return _aimed(options, points)
     except ArgumentError as error:
-        raise ArgumentError(f"camera options: {error}") from None
+        hint = ": give another --camera-view-up" if str(error).startswith("up ") else ""
+        raise ArgumentError(f"camera options: {error}{hint}") from None
 
 
 def steady_camera(options: Namespace, points: Float64Array) -> "Camera | dict[str, Any]":
@@ -50,16 +64,22 @@ def _fit(options: Namespace) -> dict[str, Any]:
     """Return the keywords of `Camera.fit`."""
     from ..cameras import DEFAULT_DIRECTION, turn_up
 
-    direction = options.camera_direction
-    if direction is None:
-        direction = turn_up(options.up) @ DEFAULT_DIRECTION
-    return {"direction": direction, **_lens(options)}
+    along = options.camera_direction
+    if along is None:
+        along = turn_up(options.up) @ DEFAULT_DIRECTION
+    return {"direction": along, **_lens(options)}
 
 
 def _lens(options: Namespace) -> dict[str, Any]:
     """Return the keywords that all cameras share."""
     return {
-        "up": options.up if options.camera_view_up is None else options.camera_view_up,
+        "up": _up(options),
         "fov_y": options.camera_view_angle,
         "orthographic": options.camera_orthographic,
     }
+
+
+def _up(options: Namespace) -> Float64Array:
+    """Return what is up in the picture: (3,)."""
+    up: Float64Array = options.up if options.camera_view_up is None else options.camera_view_up
+    return up

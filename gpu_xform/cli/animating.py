@@ -37,8 +37,15 @@ DEFAULT_FRAMES = 100
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `animate` to its parser."""
     group = parser.add_argument_group("files")
-    group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
-    group.add_argument("-o", "--output", metavar="OUT", required=True, help="where to; its name says what is written")
+    option_groups.add_models(group)
+    group.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT",
+        type=values.file_path,
+        required=True,
+        help="where to; its name says what is written",
+    )
     option_groups.add_file_type(group)
     group = parser.add_argument_group("motion, after the transforms")
     either = group.add_mutually_exclusive_group()

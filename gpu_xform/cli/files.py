@@ -41,6 +41,12 @@ def require_type(path: str, known: Collection[str], file_type: str | None = None
         raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {found or 'none'}")
 
 
+def require_path(path: str) -> None:
+    """Raise `ArgumentError` where `path` cannot be a file's: a slash at its end, which `Path` drops, means a folder."""
+    if os.path.split(path)[1] in ("", "."):
+        raise ArgumentError(f"expected the path of a file, got {path!r}")
+
+
 def matching(typed: Sequence[str]) -> list[str]:
     """Return the files that paths mean: each itself, or, where there is none of the name, what its pattern matches.
 

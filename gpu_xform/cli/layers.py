@@ -37,13 +37,28 @@ def read_layers(
     return _layers(options, paths, meshes, world_from_model), points
 
 
+# The options that give the library's arguments, where the library alone knows what is allowed.
+OPTIONS = {
+    "background": "--no-background",
+    "fps": "--fps",
+    "path": "-o",
+    "scalars": "--scalars",
+    "size": "--resolution",
+}
+
+
 @contextlib.contextmanager
 def naming(paths: Sequence[str]) -> Iterator[None]:
-    """Put the names of model files before what is wrong with what they show."""
+    """Put the names of model files before what is wrong with what they show, and options before what they give."""
     try:
         yield
     except MeshError as error:
         raise MeshError(f"{files.called(paths)}: {error}") from None
+    except ArgumentError as error:
+        argument = str(error).partition(" ")[0]
+        if argument not in OPTIONS:
+            raise
+        raise ArgumentError(f"{OPTIONS[argument]}: {error}") from None
 
 
 def _layers(

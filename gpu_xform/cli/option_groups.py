@@ -1,15 +1,19 @@
 """The options of the commands, in the groups that the help shows."""
 
 import argparse
+from collections.abc import Sequence
 from typing import Any
 
 from . import values
+
+# What `load_mesh` reads; asking it would cost every command the time of importing the readers.
+MODEL_TYPES = ("3mf", "glb", "gltf", "obj", "off", "ply", "stl", "vrml", "wrl", "wrz")
 
 
 def add_render_files(parser: argparse.ArgumentParser) -> None:
     """Add what `render` reads and writes."""
     group = parser.add_argument_group("files")
-    group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
+    add_models(group)
     group.add_argument(
         "-o",
         "--output",
@@ -18,6 +22,11 @@ def add_render_files(parser: argparse.ArgumentParser) -> None:
         help="the picture: a .png, .svg or .pdf, with {model} in it one of each; - for standard output, as PNG",
     )
     add_file_type(group)
+
+
+def add_models(group: Any) -> None:
+    """Add the models that are shown."""
+    group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
 
 
 def add_reference(parser: argparse.ArgumentParser) -> None:
@@ -43,9 +52,12 @@ def add_reference(parser: argparse.ArgumentParser) -> None:
 def add_transform_files(parser: argparse.ArgumentParser) -> None:
     """Add what `transform` reads and writes."""
     group = parser.add_argument_group("files")
-    group.add_argument("input", metavar="IN", help="a model or .npy file; - for standard input")
-    group.add_argument("output", metavar="OUT", help="the result; - for standard output, as the type of IN")
-    add_file_type(group)
+    group.add_argument("input", metavar="IN", type=values.file_path, help="a model or .npy file; - for standard input")
+    group.add_argument(
+        "output", metavar="OUT", type=values.file_path, help="the result; - for standard output, as the type of IN"
+    )
+    add_file_type(group, sorted([*MODEL_TYPES, "npy"]))
+    group.add_argument("--resume", action="store_true", help="go on where an interrupted run stopped (.npy)")
 
 
 def add_bench(parser: argparse.ArgumentParser) -> None:
@@ -63,9 +75,18 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_file_type(group: Any) -> None:
+def add_file_type(group: Any, types: Sequence[str] = MODEL_TYPES) -> None:
     """Add the type of what is read."""
-    group.add_argument("--file-type", metavar="TYPE", help="what the input is, whatever its name: obj, ...")
+    *others, last = types
+    group.add_argument(
+        "--file-type", metavar="TYPE", help=f"what the input is, whatever its name: {', '.join(others)} or {last}"
+    )
+
+
+def add_json(parser: argparse.ArgumentParser, what: str) -> None:
+    """Add how `what` is printed."""
+    group = parser.add_argument_group("output")
+    group.add_argument("--json", action="store_true", help=f"print the {what} as JSON")
 
 
 def add_transforms(parser: argparse.ArgumentParser) -> Any:

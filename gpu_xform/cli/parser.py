@@ -7,7 +7,8 @@ from collections.abc import Callable, Sequence
 from typing import NoReturn
 
 from .. import __version__
-from . import animating, commands, option_groups, rendering, values, viewing
+from ..errors import ArgumentError
+from . import animating, commands, files, option_groups, rendering, values, viewing
 from .failures import DEVICE_FAILED, DIFFERENT, NO_ADAPTER, WRONG_INPUT
 
 HELP_COLUMN = 31
@@ -33,6 +34,7 @@ exit codes:
 
 gpu-xform COMMAND --help says more of each command.
 """
+USAGE = "MODEL... (-o OUT | --reference PNG) [options]"
 RENDER = """\
 Draw the edges of models, transformed, as a PNG, SVG or PDF picture: all models
 in one, or, where the path of the picture holds {model}, each in its own."""
@@ -65,7 +67,7 @@ examples:
   gpu-xform render house.obj -o - --rotate-x -90 | display
   zcat ball.wrl.gz | gpu-xform render - --file-type wrl -o ball.png
 
-exit codes, of several the lowest:
+exit codes (of many pictures, the lowest that any of them fails with):
   0  done
   {DEVICE_FAILED}  the device failed
   {WRONG_INPUT}  wrong usage or input
@@ -137,6 +139,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     options, rest = parser.parse_known_args(attach_values(argv))
     if options.command in ("render", "animate", "view") and not any(re.match("-.", word) for word in rest):
         options.models += rest  # argparse takes models only as far as the first option between them
+        _require_models(parser, options.models)
     elif rest:
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     if options.command is None:
@@ -144,6 +147,14 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
             "a command is needed: render, animate, view, transform, explain, doctor or bench; see gpu-xform --help"
         )
     return options
+
+
+def _require_models(parser: Parser, models: Sequence[str]) -> None:
+    try:
+        for path in models:
+            files.require_path(path)
+    except ArgumentError as error:
+        parser.error(f"argument MODEL: {error}")
 
 
 def make_parser() -> Parser:
@@ -175,9 +186,7 @@ def make_parser() -> Parser:
         new.set_defaults(run=run)
         return new
 
-    render = command(
-        "render", rendering.render, "draw models as PNG, SVG or PDF", "MODEL... -o OUT [options]", RENDER, RENDER_EPILOG
-    )
+    render = command("render", rendering.render, "draw models as PNG, SVG or PDF", USAGE, RENDER, RENDER_EPILOG)
     option_groups.add_render_files(render)
     option_groups.add_transforms(render)
     option_groups.add_picture(render)
@@ -211,9 +220,7 @@ def make_parser() -> Parser:
     option_groups.add_transforms(transform).add_argument(
         "--project", action="store_true", help="divide by w, as a perspective needs"
     )
-    option_groups.add_rest(transform, adapter=True).add_argument(
-        "--resume", action="store_true", help="go on where an interrupted run stopped (.npy)"
-    )
+    option_groups.add_rest(transform, adapter=True)
 
     explain = command(
         "explain",
@@ -232,15 +239,13 @@ def make_parser() -> Parser:
     doctor = command(
         "doctor", commands.doctor, "check the graphics adapter and its driver", "[options]", DOCTOR, DOCTOR_EPILOG
     )
-    option_groups.add_rest(doctor, adapter=True).add_argument(
-        "--json", action="store_true", help="print the report as JSON"
-    )
+    option_groups.add_json(doctor, "report")
+    option_groups.add_rest(doctor, adapter=True)
 
     bench = command("bench", commands.bench, "measure the speed of bulk transforms", "[options]", BENCH, BENCH_EPILOG)
     option_groups.add_bench(bench)
-    option_groups.add_rest(bench, adapter=True).add_argument(
-        "--json", action="store_true", help="print the figures as JSON"
-    )
+    option_groups.add_json(bench, "figures")
+    option_groups.add_rest(bench, adapter=True)
 
     rest = option_groups.add_rest(parser, adapter=False)
     rest.add_argument("-V", "--version", action="version", version=f"gpu-xform {__version__}", help="print the version")

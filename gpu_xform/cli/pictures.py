@@ -60,6 +60,8 @@ def planned(
 def _require_types(picture: Picture) -> None:
     if picture.output is not None and picture.output != files.STANDARD:
         files.require_type(picture.output, PICTURE_TYPES)
+    if picture.difference == files.STANDARD:
+        raise ArgumentError("--reference-diff must be a file: only the picture itself can go to standard output")
     if picture.difference is not None:
         files.require_type(picture.difference, ("png",))
     if picture.reference is not None and picture.kind != "png":

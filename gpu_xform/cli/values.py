@@ -160,9 +160,11 @@ def resolution(text: str) -> tuple[int, int]:
 @option_value
 def line_width(text: str) -> float:
     """Read a positive number of pixels."""
+    from ..pictures.layers import WIDEST_LINE
+
     width = number(numbers(text, "one number", 1)[0], "the width")
-    if width <= 0.0:
-        raise ValueError(f"expected a positive number of pixels, got {shortened(text)}")
+    if not 0.0 < width <= WIDEST_LINE:
+        raise ValueError(f"expected a positive number of pixels, at most {WIDEST_LINE:,.0f}, got {shortened(text)}")
     return width
 
 
@@ -194,16 +196,24 @@ def line_color(text: str) -> ColorLike:
 @option_value
 def counts(text: str) -> list[int]:
     """Read one or more numbers of points, such as 1e6,8e6."""
-    sizes = [float(part) for part in text.split(",")]
+    expected = "positive whole numbers N,N,..."
+    sizes = [numbers(part, expected, 1)[0] for part in text.split(",")]
     if not all(1 <= size <= 1e12 and size.is_integer() for size in sizes):
-        raise ValueError(f"expected positive whole numbers N,N,..., got {shortened(text)}")
+        raise ValueError(f"expected {expected}, got {shortened(text)}")
     return [int(size) for size in sizes]
+
+
+@option_value
+def file_path(text: str) -> str:
+    """Read the path of a file, which a folder's is not."""
+    files.require_path(text)
+    return text
 
 
 @option_value
 def template(text: str) -> Template:
     """Read a path, with or without {model} or {folder}."""
-    return Template(text)
+    return Template(file_path(text))
 
 
 @option_value
@@ -270,7 +280,7 @@ def scalars(text: str) -> str | Template:
     """Read the name of an axis or of an .npy file."""
     if text in AXES:
         return text
-    if files.kind(text) != "npy":
+    if text == files.STANDARD or files.kind(text) != "npy":
         raise ValueError(f"expected x, y, z or an .npy file, got {shortened(text)}")
     return Template(text)
 

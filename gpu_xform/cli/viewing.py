@@ -26,7 +26,7 @@ examples:
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `view` to its parser."""
     group = parser.add_argument_group("files")
-    group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
+    option_groups.add_models(group)
     option_groups.add_file_type(group)
     option_groups.add_transforms(parser)
     option_groups.add_picture(parser)

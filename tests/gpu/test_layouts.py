@@ -20,13 +20,14 @@ def wgsl_struct(stage: str, name: str) -> str:
     return found[0]
 
 
-def members_seen(
-    device: Device, declaration: str, name: str, members: list[str], struct: npt.NDArray[Any]
-) -> list[float]:
-    """Return the value of each expression in `members` of the struct, as a shader reads it."""
-    reads = "\n".join(f"    seen[{i}] = f32({member});" for i, member in enumerate(members))
-    code = f"""{declaration}
-@group(0) @binding(0) var<uniform> given: {name};
+def aliases(stage: str) -> str:
+    return "\n".join(line for line in shaders.source(stage).splitlines() if line.startswith("alias "))
+
+
+def expressions_seen(device: Device, declarations: str, expressions: list[str], given: Buffer) -> list[float]:
+    """Return the value of each expression in a shader whose `declarations` bind `given`, which is released."""
+    reads = "\n".join(f"    seen[{i}] = f32({expression});" for i, expression in enumerate(expressions))
+    code = f"""{declarations}
 @group(0) @binding(1) var<storage, read_write> seen: array<f32>;
 @compute @workgroup_size(1)
 fn main() {{
@@ -35,10 +36,9 @@ fn main() {{
 """
     module = device.handle.create_shader_module(code=code)
     pipeline = device.handle.create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "main"})
-    given, seen = Buffer(device, struct.nbytes, UNIFORM), Buffer(device, 4 * len(members) + 4)
+    seen = Buffer(device, 4 * len(expressions) + 4)
     try:
-        given.upload(layouts.as_bytes(struct))
-        seen.upload(np.full(len(members) + 1, POISON, np.float32))
+        seen.upload(np.full(len(expressions) + 1, POISON, np.float32))
         with device.recording(given, seen) as encoder:
             dispatch(encoder, pipeline, bind(device, pipeline, (given, seen)), 1)
         with seen.downloaded(seen.n_bytes) as view:
@@ -48,6 +48,16 @@ fn main() {{
         seen.release()
     assert values.pop() == POISON
     return values
+
+
+def members_seen(
+    device: Device, declaration: str, name: str, members: list[str], struct: npt.NDArray[Any]
+) -> list[float]:
+    """Return the value of each expression in `members` of the struct, as a shader reads it."""
+    given = Buffer(device, struct.nbytes, UNIFORM)
+    given.upload(layouts.as_bytes(struct))
+    binding = f"@group(0) @binding(0) var<uniform> given: {name};"
+    return expressions_seen(device, f"{declaration}\n{binding}", members, given)
 
 
 @pytest.mark.parametrize(
@@ -60,25 +70,24 @@ def test_every_member_of_transform_lies_where_the_dtype_says(device: Device, dty
     struct["undefined"] = 17.0
     struct["n_points"] = 18
     struct["first_quad"] = 19
-    aliases = "\n".join(line for line in shaders.source(stage).splitlines() if line.startswith("alias "))
     members = [f"given.target_from_source[{column}][{row}]" for column in range(4) for row in range(4)]
     members += ["given.undefined", "given.n_points", "given.first_quad"]
-    declaration = f"{aliases}\n{wgsl_struct(stage, 'Transform')}"
+    declaration = f"{aliases(stage)}\n{wgsl_struct(stage, 'Transform')}"
     assert members_seen(device, declaration, "Transform", members, struct) == list(range(1, 20))
     assert set(mirror.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
 
 
-@pytest.mark.parametrize(
-    ("mirror", "stage", "name"),
-    [
-        (layouts.TILE, "ink_lines", "Tile"),
-        (layouts.STYLE, "ink_lines", "Style"),
-        (layouts.FACES, "lay_faces", "Faces"),
-        (layouts.CANDIDATE, "find_silhouette", "Candidate"),
-        (layouts.VIEW, "find_silhouette", "View"),
-        (layouts.PIECE, "cut_lines", "Piece"),
-    ],
-)
+STRUCTS = [
+    (layouts.TILE, "ink_lines", "Tile"),
+    (layouts.STYLE, "ink_lines", "Style"),
+    (layouts.FACES, "lay_faces", "Faces"),
+    (layouts.CANDIDATE, "find_silhouette", "Candidate"),
+    (layouts.VIEW, "find_silhouette", "View"),
+    (layouts.PIECE, "cut_lines", "Piece"),
+]
+
+
+@pytest.mark.parametrize(("mirror", "stage", "name"), STRUCTS)
 def test_every_member_lies_where_the_dtype_says(
     mirror: np.dtype[np.void], stage: str, name: str, device: Device
 ) -> None:
@@ -103,10 +112,9 @@ def test_a_matrix_of_sixteen_distinct_entries_arrives_transposed_once(
 ) -> None:
     matrix = np.arange(1.0, 17.0).reshape(4, 4)
     struct = layouts.transform_structs(matrix[None], np.dtype(dtype), 7)[0]
-    aliases = "\n".join(line for line in shaders.source(stage).splitlines() if line.startswith("alias "))
     basis = ["1, 0, 0, 0", "0, 1, 0, 0", "0, 0, 1, 0", "0, 0, 0, 1"]
     columns = [f"(given.target_from_source * Vec4({vector}))[{row}]" for row in range(4) for vector in basis]
-    declaration = f"{aliases}\n{wgsl_struct(stage, 'Transform')}"
+    declaration = f"{aliases(stage)}\n{wgsl_struct(stage, 'Transform')}"
     assert members_seen(device, declaration, "Transform", columns, struct) == matrix.ravel().tolist()
 
 
@@ -121,6 +129,21 @@ def test_a_matrix_is_rounded_once() -> None:
     assert (struct[:64].view(np.float32) == np.float32(1.0 + 2.0**-23)).all()
 
 
-def test_the_structs_are_as_large_as_wgsl_makes_them() -> None:
-    assert layouts.TRANSFORM[np.dtype(np.float32)].itemsize % 16 == 0
-    assert layouts.TRANSFORM[np.dtype(np.float64)].itemsize % 32 == 0
+@pytest.mark.parametrize(
+    ("mirror", "stage", "name"),
+    [
+        *STRUCTS,
+        (layouts.SIXTEEN, "self_test", "Sixteen"),
+        (layouts.TRANSFORM[np.dtype(np.float32)], "transform_points_f32", "Transform"),
+        (layouts.TRANSFORM[np.dtype(np.float64)], "transform_points_f64", "Transform"),
+    ],
+)
+def test_the_structs_are_as_large_as_wgsl_makes_them(
+    mirror: np.dtype[np.void], stage: str, name: str, device: Device
+) -> None:
+    n_bytes = 1 << 16  # of which another stride would hold another number of structs
+    declarations = f"""{aliases(stage)}
+{wgsl_struct(stage, name)}
+@group(0) @binding(0) var<storage, read> given: array<{name}>;"""
+    [n_structs] = expressions_seen(device, declarations, ["arrayLength(&given)"], Buffer(device, n_bytes))
+    assert n_structs == n_bytes // mirror.itemsize

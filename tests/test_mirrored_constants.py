@@ -1,0 +1,40 @@
+"""What is written both in Python and in WGSL is the same in both."""
+
+import re
+from enum import IntEnum
+
+import pytest
+
+from gpu_xform.gpu import shaders
+from gpu_xform.gpu.shapes import ColorMode, Hidden
+from gpu_xform.gpu.transform_pass import Finish
+from gpu_xform.pictures.strokes import PALE
+from gpu_xform.vector.strokes import DASH_OFF, DASH_ON, NARROWEST_DASHED
+
+
+def constants(stage: str) -> dict[str, str]:
+    """Return the text of each constant that a stage has, its imports resolved."""
+    return dict(re.findall(r"^const (\w+) = (.+?);", shaders.source(stage), re.MULTILINE))
+
+
+def test_vector_pictures_fade_and_dash_as_the_shaders_do() -> None:
+    there = constants("ink_lines")
+    assert float(there["PALE"]) == PALE
+    assert there["DASH"] == f"vec2({DASH_ON}, {DASH_OFF})"
+    assert f"DASH * max(style.line_width, {NARROWEST_DASHED});" in shaders.source("ink_lines")
+
+
+@pytest.mark.parametrize(
+    ("stage", "names"),
+    [
+        ("draw_lines", {member.name: member for member in Hidden}),
+        (
+            "draw_lines",
+            {"ONE_COLOR": ColorMode.ONE, "COLOR_AN_EDGE": ColorMode.AN_EDGE, "COLOR_A_POINT": ColorMode.A_POINT},
+        ),
+        ("transform_points_f32", {member.name: member for member in Finish}),
+    ],
+)
+def test_numbers_that_stand_for_names_are_the_shaders_own(stage: str, names: dict[str, IntEnum]) -> None:
+    there = constants(stage)
+    assert {name: there[name] for name in names} == {name: f"{member.value}u" for name, member in names.items()}
