@@ -55,8 +55,8 @@ if TYPE_CHECKING:
     from .formats import load_mesh, load_scene, save_mesh
     from .gpu.adapters import adapters
     from .gpu.device import Device
-    from .pictures.drawing import render_pdf, render_svg
     from .pictures.layers import Layer
+    from .pictures.vector_pictures import render_pdf, render_svg
     from .pictures.wireframe import render, render_array
     from .point_buffer import PointBuffer, bounds
     from .streaming import transform_file
@@ -144,8 +144,8 @@ _LATE = {
     "project_points": ".transform",
     "render": ".pictures.wireframe",
     "render_array": ".pictures.wireframe",
-    "render_pdf": ".pictures.drawing",
-    "render_svg": ".pictures.drawing",
+    "render_pdf": ".pictures.vector_pictures",
+    "render_svg": ".pictures.vector_pictures",
     "save_mesh": ".formats",
     "transform_file": ".streaming",
     "transform_normals": ".transform",

@@ -179,7 +179,7 @@ def test_models_with_nothing_to_draw_are_named(capsys: pytest.CaptureFixture[str
     assert main(["animate", "house.obj", *typed]) == 2
     assert "gpu-xform: error: house.obj: edges must choose at least one edge" in capsys.readouterr().err
     assert main(["animate", "house.obj", "house.obj", *typed]) == 2
-    assert "gpu-xform: error: house.obj and 1 more: edges must" in capsys.readouterr().err
+    assert "gpu-xform: error: house.obj and 1 more: house: edges must" in capsys.readouterr().err
     assert list(Path().iterdir()) == [Path("house.obj")]
 
 

@@ -161,7 +161,7 @@ LAYERS = [
     {"pictures.staging"},
     {"pictures.painting"},
     {"pictures.strokes"},
-    {"pictures.drawing", "pictures.wireframe"},
+    {"pictures.vector_pictures", "pictures.wireframe"},
     {"animation", "bench", "streaming", "viewer"},
     {"__init__"},
     {"cli"},
