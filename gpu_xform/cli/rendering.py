@@ -72,6 +72,6 @@ def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device",
 
 
 def _renderer(kind: str) -> Callable[..., Any]:
-    from ..pictures import drawing, wireframe
+    from ..pictures import vector_pictures, wireframe
 
-    return {"png": wireframe.render, "svg": drawing.render_svg, "pdf": drawing.render_pdf}[kind]
+    return {"png": wireframe.render, "svg": vector_pictures.render_svg, "pdf": vector_pictures.render_pdf}[kind]
