@@ -87,6 +87,10 @@ VIEWS: dict[str, tuple[Any, gx.Camera]] = {
     ),
     "the eye above a floor": (gx.Layer(FLOOR, fill="gold"), gx.Camera.look_at((0, 2, 0), (0, 1.5, -5))),
     "a floor to the eye's plane": (gx.Layer(FLOOR, fill="gold"), gx.Camera.look_at((0, 2, 10.00001), (0, 2, -5))),
+    "a near plane close to the eye": (
+        gx.Layer(FLOOR, fill="gold"),
+        gx.Camera.look_at((0, 2, 0), (0, 1.5, -5), near=1e-8, far=50),
+    ),
     "a floor with a notch": (gx.Layer(NOTCHED, fill="gold"), gx.Camera.look_at((0, 2, 4), (0, 0, -5))),
     "the eye in a room": (
         [gx.Layer(ROOM, fill="face"), gx.Layer(CUBE, fill="gold")],
