@@ -371,3 +371,106 @@ def test_styles_that_cannot_be(options: list[str], words: str, capsys: pytest.Ca
     assert words in message
     assert message.count("\n") == 1
     assert not Path("out.png").exists()
+
+
+ROWS = np.random.default_rng(2).uniform(0, 1, (20, 4))
+ROWS[:, 3] = 1.0
+PAIRS = np.array([(0, 3), (2, 7), (9, 1)])
+PLACES = np.stack([matrices.translate(1.5 * k, 0.2 * k, -k) @ matrices.rotate_y(0.3 * k) for k in range(3)])
+N_FACES, N_EDGES, N_POINTS = samples.house().n_faces, len(samples.house().edges), samples.house().n_points
+
+
+@pytest.fixture
+def arrays() -> None:
+    for name, n in (("faces", N_FACES), ("edges", N_EDGES), ("points", N_POINTS)):
+        np.save(f"{name}.npy", ROWS[:n])
+    np.save("house.npy", ROWS[:N_EDGES, :3])
+    np.save("pairs.npy", PAIRS)
+    np.save("places.npy", PLACES)
+    np.save("heights.npy", HEIGHTS)
+
+
+@pytest.mark.usefixtures("arrays")
+@pytest.mark.parametrize(
+    ("options", "arguments"),
+    [
+        (["--face-colors", "faces.npy"], {"face_colors": ROWS[:N_FACES]}),
+        (["--edge-colors", "edges.npy"], {"edge_colors": ROWS[:N_EDGES]}),
+        (["--edge-colors", "{model}.npy"], {"edge_colors": ROWS[:N_EDGES, :3]}),
+        (["--vertex-colors", "points.npy"], {"vertex_colors": ROWS[:N_POINTS]}),
+        (["--fill", "faces.npy"], {"fill": ROWS[:N_FACES]}),
+        (["--edges", "pairs.npy"], {"edges": PAIRS}),
+        (["--edges", "boundary,pairs.npy,silhouette"], {"edges": ["boundary", PAIRS, "silhouette"]}),
+        (["--instances", "places.npy"], {"transform": PLACES}),
+        (["--instances", "places.npy", "--scale", "1,2,3"], {"transform": matrices.scale(1, 2, 3) @ PLACES}),
+        (
+            ["--instances", "places.npy", "--scalars", "y"],
+            {"transform": PLACES, "scalars": samples.house().positions[:, 1]},
+        ),
+    ],
+)
+def test_arrays_are_what_the_library_takes(options: list[str], arguments: dict[str, Any]) -> None:
+    pixels = drawn(*SIZE, *options)
+    assert np.array_equal(pixels, expected(**arguments))
+    assert not np.array_equal(pixels, expected())
+
+
+@pytest.mark.usefixtures("arrays")
+def test_further_layers_have_a_style_of_their_own() -> None:
+    save_mesh(samples.cube(), "a cube.obj")
+    shown = drawn(
+        *SIZE,
+        "--fill",
+        "gold",
+        "--layer",
+        "'a cube.obj' --translate -2,0,1 --rotate-x 20 --hidden dash --color red",
+        "--layer",
+        "house.obj --scalars y --instances places.npy --rotate-z -90",
+    )
+    aside = matrices.chain(matrices.translate(-2, 0, 1), matrices.rotate_x(20, degrees=True))
+    house = samples.house()
+    layers = [
+        Layer(house, fill="gold"),
+        Layer(samples.cube(), transform=aside, hidden="dash", color="red"),
+        Layer(house, scalars=house.positions[:, 1], transform=matrices.rotate_z(-90, degrees=True) @ PLACES),
+    ]
+    assert np.array_equal(shown, render_array(layers, size=(120, 80)))
+
+
+@pytest.mark.usefixtures("arrays")
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (
+            ["--face-colors", "edges.npy"],
+            f"--face-colors: face_colors must have one row for each of the {N_FACES}",
+        ),
+        (["--vertex-colors", "pairs.npy"], "--vertex-colors: vertex_colors must"),
+        (["--edge-colors", "red"], "--edge-colors: expected an .npy file, got 'red'"),
+        (["--edge-colors", "-"], "--edge-colors: expected an .npy file, got '-'"),
+        (["--edge-colors", "edges.npy", "--color", "red"], "not allowed with"),
+        (["--edges", "all,places.npy"], "--edges: edges must hold integers, got dtype float64"),
+        (
+            ["--edges", "pairs.npy,most"],
+            "--edges: expected all, feature, boundary, silhouette, an .npy file",
+        ),
+        (["--fill", "none.npy"], "none.npy: No such file"),
+        (["--instances", "pairs.npy"], "--instances must have shape (4, 4), got (3, 2)"),
+        (["--layer", "none.obj"], "none.obj: No such file"),
+        (["--layer", "--color red"], "--layer: the following arguments are required: MODEL"),
+        (["--layer", "house.obj --color blurple"], "--layer: argument --color: "),
+        (
+            ["--layer", "house.obj --resolution 5,5"],
+            "--layer: expected models with transforms and a style, got",
+        ),
+        (["--layer", "house.obj --cmap magma"], "--cmap must come with --scalars"),
+        (["--layer", "'house.obj"], "--layer: No closing quotation"),
+        (["--layer", "house.obj --edges boundary"], "house: edges must choose at least one edge"),
+    ],
+)
+def test_arrays_and_layers_that_cannot_be(options: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "house.obj", "-o", "out.png", *options]) == 2
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
+    assert not Path("out.png").exists()

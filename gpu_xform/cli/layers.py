@@ -4,14 +4,15 @@ import contextlib
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._arguments import Float64Array, real_array
-from ..errors import ArgumentError, MeshError
+from .._arguments import Float64Array, real_array, square_matrices
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..mesh import Mesh
 from . import files, option_groups
+from .commands import composed
 from .templates import Template
 from .values import AXES
 
@@ -21,29 +22,36 @@ if TYPE_CHECKING:
 
 def require_scalars(options: Namespace) -> None:
     """Raise `ArgumentError` for options that mean nothing without --scalars."""
-    for name in ("cmap", "clim"):
-        if name in options and "scalars" not in options:
-            raise ArgumentError(f"--{name} must come with --scalars")
+    for one in (options, *options.further):
+        for name in ("cmap", "clim"):
+            if name in one and "scalars" not in one:
+                raise ArgumentError(f"--{name} must come with --scalars")
 
 
 def read_layers(
     options: Namespace, paths: Sequence[str], world_from_model: Float64Array
 ) -> tuple[list["Layer"], Float64Array]:
-    """Return a layer for each model file, and the points of all of them (n, 3) in the world."""
-    from ..pictures.subjects import world_positions
+    """Return a layer for each model file, --layer's after the others, and points (n, 3) that a camera must hold."""
+    from ..pictures.opening import outline
 
-    meshes = [files.read_mesh(path, options.file_type) for path in paths]
-    points = np.concatenate([world_positions(mesh.positions, world_from_model) for mesh in meshes])
-    return _layers(options, paths, meshes, world_from_model), points
+    layers = _layers(options, paths, world_from_model)
+    for further in options.further:
+        layers += _layers(further, files.matching(further.models), composed(further))
+    return layers, outline(layers)
 
 
 # The options that give the library's arguments, where the library alone knows what is allowed.
 OPTIONS = {
     "background": "--no-background",
+    "edge_colors": "--edge-colors",
+    "edges": "--edges",
+    "face_colors": "--face-colors",
+    "fill": "--fill",
     "fps": "--fps",
     "path": "-o",
     "scalars": "--scalars",
     "size": "--resolution",
+    "vertex_colors": "--vertex-colors",
 }
 
 
@@ -54,29 +62,38 @@ def naming(paths: Sequence[str]) -> Iterator[None]:
         yield
     except MeshError as error:
         raise MeshError(f"{files.called(paths)}: {error}") from None
-    except ArgumentError as error:
+    except (ArgumentError, ArgumentTypeError) as error:
         argument = str(error).partition(" ")[0]
         if argument not in OPTIONS:
             raise
-        raise ArgumentError(f"{OPTIONS[argument]}: {error}") from None
+        raise type(error)(f"{OPTIONS[argument]}: {error}") from None
 
 
-def _layers(
-    options: Namespace, paths: Sequence[str], meshes: Sequence[Mesh], world_from_model: Float64Array
-) -> list["Layer"]:
+def _layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
     """Return a layer for each model; where `scalars` colour them, one colour means one number in all of them."""
     from ..pictures.layers import Layer
 
-    style = option_groups.style(options) | {"transform": world_from_model}
-    source = style.pop("scalars", None)
-    if source is None:
-        return [Layer(mesh, name=Path(path).stem, **style) for path, mesh in zip(paths, meshes, strict=True)]
-    scalars = [_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
-    style.setdefault("clim", _limits(np.concatenate(scalars)))
-    return [
-        Layer(mesh, name=Path(path).stem, scalars=numbers, **style)
-        for path, mesh, numbers in zip(paths, meshes, scalars, strict=True)
+    meshes = [files.read_mesh(path, options.file_type) for path in paths]
+    typed = option_groups.style(options)
+    source = typed.pop("scalars", None)
+    styles = [
+        {name: _with_arrays(value, path) for name, value in typed.items()} | {"name": Path(path).stem} for path in paths
     ]
+    for style in styles:
+        instances = square_matrices(style.pop("instances", np.eye(4)), "--instances", 4)
+        style["transform"] = world_from_model @ instances
+    if source is not None:
+        scalars = [_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
+        limits = _limits(np.concatenate(scalars))
+        styles = [{"clim": limits, **style, "scalars": numbers} for style, numbers in zip(styles, scalars, strict=True)]
+    return [Layer(mesh, **style) for mesh, style in zip(meshes, styles, strict=True)]
+
+
+def _with_arrays(value: Any, path: str) -> Any:
+    """Return a value of the style, arrays in place of the .npy files that belong to the model file `path`."""
+    if isinstance(value, Template):
+        return files.read_array(value.path(path))
+    return [_with_arrays(part, path) for part in value] if isinstance(value, list) else value
 
 
 def _scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array:

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Sequence
 from typing import Any
 
-from . import values
+from . import further_layers, values
 
 # What `load_mesh` reads; asking it would cost every command the time of importing the readers.
 MODEL_TYPES = ("3mf", "glb", "gltf", "obj", "off", "ply", "stl", "vrml", "wrl", "wrz")
@@ -27,6 +27,15 @@ def add_render_files(parser: argparse.ArgumentParser) -> None:
 def add_models(group: Any) -> None:
     """Add the models that are shown."""
     group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
+    group.add_argument(
+        "--layer",
+        metavar="'MODEL ...'",
+        type=further_layers.further,
+        action="append",
+        default=[],
+        dest="further",
+        help="further models, quoted together with transforms and a style of their own",
+    )
 
 
 def add_reference(parser: argparse.ArgumentParser) -> None:
@@ -133,7 +142,12 @@ def add_picture(parser: argparse.ArgumentParser) -> None:
 
 # Each is a keyword of the library's own: the flag, what it takes, how that is read, and what the help says.
 STYLE = [
-    ("--edges", "SET[,...]", values.edge_sets, "all, feature (creases and rims), boundary, silhouette (default: all)"),
+    (
+        "--edges",
+        "SET[,...]",
+        values.edge_sets,
+        "all, feature (creases and rims), boundary, silhouette, or an .npy file of pairs of points (default: all)",
+    ),
     ("--feature-angle", "DEG", values.feature_angle, "the least turn at a crease (default: 30)"),
     (
         "--hidden",
@@ -148,7 +162,7 @@ STYLE = [
         values.line_width,
         "a dot at each point (default: none; 2 where nothing joins the points)",
     ),
-    ("--fill", "COLOR", values.line_color, "paint the faces; 'face' for one each"),
+    ("--fill", "COLOR", values.fill, "paint the faces; 'face' for one each, or an .npy file with a row for each"),
     ("--color", "COLOR", values.line_color, "of lines and dots; 'face' for one each (default: black)"),
     (
         "--scalars",
@@ -156,12 +170,15 @@ STYLE = [
         values.scalars,
         "colour by the x, y or z of the file, or by an .npy file of a number for each point",
     ),
+    ("--face-colors", "NPY", values.array_file, "colours of the outlines of faces: R,G,B or R,G,B,A in a row for each"),
+    ("--edge-colors", "NPY", values.array_file, "colours of the edges, a row for each"),
+    ("--vertex-colors", "NPY", values.array_file, "colours of the points, a row for each, blended along the edges"),
     ("--cmap", "NAME", values.cmap, "the colours of --scalars, as in matplotlib (default: viridis)"),
     ("--clim", "LOW,HIGH", values.limits, "the numbers at their ends (default: the least and largest)"),
     ("--alpha", "A", values.fraction, "opacity, from 0 to 1 (default: 1)"),
     ("--depth-cue", "D", values.fraction, "what of it the farthest point loses (default: 0)"),
 ]
-EITHER = ("--color", "--scalars")
+EITHER = ("--color", "--scalars", "--face-colors", "--edge-colors", "--vertex-colors")
 
 
 def add_style(parser: argparse.ArgumentParser) -> None:
@@ -178,12 +195,19 @@ def add_style(parser: argparse.ArgumentParser) -> None:
         default=argparse.SUPPRESS,
         help="lines one pixel wide, on or off: fast",
     )
+    group.add_argument(
+        "--instances",
+        metavar="NPY",
+        type=values.array_file,
+        default=argparse.SUPPRESS,
+        help="a copy at each of the matrices (k, 4, 4), which come before the transforms",
+    )
 
 
 def style(options: argparse.Namespace) -> dict[str, Any]:
     """Return the keywords of the library that the options of the style give."""
     names = [flag.removeprefix("--").replace("-", "_") for flag, *_ in STYLE]
-    return {name: getattr(options, name) for name in [*names, "antialias"] if name in options}
+    return {name: getattr(options, name) for name in [*names, "antialias", "instances"] if name in options}
 
 
 def add_camera(parser: argparse.ArgumentParser) -> None:

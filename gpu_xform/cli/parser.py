@@ -10,6 +10,7 @@ from .. import __version__
 from ..errors import ArgumentError
 from . import animating, commands, files, option_groups, rendering, values, viewing
 from .failures import DEVICE_FAILED, DIFFERENT, NO_ADAPTER, WRONG_INPUT
+from .words import attach_values
 
 HELP_COLUMN = 31
 
@@ -58,8 +59,13 @@ examples:
   # painted faces; heights in colours
   gpu-xform render ball.wrl -o ball.png --fill face
   gpu-xform render hills.ply -o hills.png --up +Z --scalars z --cmap terrain
-  # two models in one picture; each of many in its own
+  # arrays of colours, of pairs of points, of places
+  gpu-xform render part.stl -o part.png --face-colors stress.npy --alpha 0.8
+  gpu-xform render house.obj -o street.png --instances places.npy --fill gold
+  # models in one picture, each in its own style; each of many in its own
   gpu-xform render house.obj garden.ply -o both.png
+  gpu-xform render floor.obj -o room.png --fill tan \\
+      --layer "chair.obj table.obj --fill white --translate 0,0.5,0"
   gpu-xform render *.obj -o "thumbs/{{model}}.png" --resolution 256,256
   # a test: do they still look as they should?
   gpu-xform render *.obj --reference "expected/{{model}}.png"
@@ -117,20 +123,6 @@ class Parser(argparse.ArgumentParser):
     def error(self, message: str) -> NoReturn:
         """Say what is wrong with the command line, and stop."""
         self.exit(WRONG_INPUT, f"gpu-xform: error: {' '.join(message.split())}\n")
-
-
-def attach_values(argv: Sequence[str]) -> list[str]:
-    """Write `--translate -0.5,2,0` and `--up -Z` with an equals sign: argparse takes such values for options."""
-    attached: list[str] = []
-    for i, argument in enumerate(argv):
-        if argument == "--":
-            return [*attached, *argv[i:]]
-        is_value = re.match(r"-\.?\d|-[xyz]$", argument, re.IGNORECASE)
-        if is_value and attached and re.fullmatch(r"--[a-z-]+", attached[-1]):
-            attached[-1] += f"={argument}"
-        else:
-            attached.append(argument)
-    return attached
 
 
 def parse(argv: Sequence[str]) -> argparse.Namespace:

@@ -194,6 +194,12 @@ def line_color(text: str) -> ColorLike:
 
 
 @option_value
+def fill(text: str) -> ColorLike | Template:
+    """Read a colour, `face`, or the name of an .npy file."""
+    return Template(text) if _is_array(text) else line_color(text)
+
+
+@option_value
 def counts(text: str) -> list[int]:
     """Read one or more numbers of points, such as 1e6,8e6."""
     expected = "positive whole numbers N,N,..."
@@ -244,12 +250,24 @@ EDGE_SETS = ("all", "feature", "boundary", "silhouette")
 
 
 @option_value
-def edge_sets(text: str) -> list[str]:
-    """Read one or more names of edge sets."""
-    names = [name.strip() for name in text.split(",")]
-    if not set(names) <= set(EDGE_SETS):
-        raise ValueError(f"expected {', '.join(EDGE_SETS)}, or several of these, got {shortened(text)}")
-    return names
+def edge_sets(text: str) -> list[str | Template]:
+    """Read one or more names of edge sets or of .npy files."""
+    words = [word.strip() for word in text.split(",")]
+    if not all(word in EDGE_SETS or _is_array(word) for word in words):
+        raise ValueError(f"expected {', '.join(EDGE_SETS)}, an .npy file, or several of these, got {shortened(text)}")
+    return [word if word in EDGE_SETS else Template(word) for word in words]
+
+
+@option_value
+def array_file(text: str) -> Template:
+    """Read the name of an .npy file."""
+    if not _is_array(text):
+        raise ValueError(f"expected an .npy file, got {shortened(text)}")
+    return Template(text)
+
+
+def _is_array(text: str) -> bool:
+    return text != files.STANDARD and files.kind(text) == "npy"
 
 
 HIDDEN = ("show", "remove", "dash", "fade")
@@ -280,7 +298,7 @@ def scalars(text: str) -> str | Template:
     """Read the name of an axis or of an .npy file."""
     if text in AXES:
         return text
-    if text == files.STANDARD or files.kind(text) != "npy":
+    if not _is_array(text):
         raise ValueError(f"expected x, y, z or an .npy file, got {shortened(text)}")
     return Template(text)
 

@@ -1,0 +1,34 @@
+"""`--layer`: further models of a picture, each with transforms and a style of its own."""
+
+import argparse
+import shlex
+from typing import NoReturn
+
+from . import files
+from .values import option_value
+from .words import attach_values
+
+
+class _Parser(argparse.ArgumentParser):
+    def error(self, message: str) -> NoReturn:
+        raise ValueError(" ".join(message.split()))
+
+
+@option_value
+def further(text: str) -> argparse.Namespace:
+    """Read models and their options, as after `gpu-xform render`."""
+    from . import option_groups
+
+    parser = _Parser(add_help=False, allow_abbrev=False)
+    parser.add_argument("models", metavar="MODEL", nargs="+")
+    option_groups.add_file_type(parser)
+    option_groups.add_transforms(parser)
+    option_groups.add_style(parser)
+    options, rest = parser.parse_known_args(attach_values(shlex.split(text)))
+    options.models += rest
+    for path in options.models:
+        if path.startswith("-"):
+            raise ValueError(f"expected models with transforms and a style, got {path!r}")
+        files.require_path(path)
+    options.further = []
+    return options
