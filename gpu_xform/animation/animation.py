@@ -142,8 +142,7 @@ class Animation:
         self._device = device
         self._style = style
         poses.posed(models, np.eye(4), style)
-        if background is not None:
-            rgba(background, "background")
+        self._is_opaque = background is not None and rgba(background, "background")[3] == 1.0
         if isinstance(camera, Camera):
             self.camera = camera
         elif camera is None or isinstance(camera, Mapping):
@@ -219,7 +218,7 @@ class Animation:
                 if progress is not None:
                     progress(k + 1, len(self))
 
-        return Clip(self.size, len(self), self.fps, frames(), samples)
+        return Clip(self.size, len(self), self.fps, frames(), samples, self._is_opaque)
 
     def _drawn(self, numbers: Sequence[int]) -> Iterator[Pixels]:
         """Draw frames by their numbers, each while the caller is busy with the one before it."""

@@ -56,7 +56,8 @@ def pictures(n: int, *, size: tuple[int, int] = (WIDTH, HEIGHT), transparent: bo
 
 def clip_of(made: list[Pixels], fps: float = 20) -> Clip:
     height, width = made[0].shape[:2]
-    return Clip((width, height), len(made), fps, iter(made), partial(map, made.__getitem__))
+    is_opaque = all(picture[..., 3].min() == 255 for picture in made)
+    return Clip((width, height), len(made), fps, iter(made), partial(map, made.__getitem__), is_opaque)
 
 
 def save(path: Path, made: list[Pixels], fps: float = 20) -> None:
@@ -247,6 +248,19 @@ def test_a_gif_is_opaque_or_not_at_each_pixel(tmp_path: Path) -> None:
         assert np.array_equal(picture[..., 3], np.where(original[..., 3] >= 128, 255, 0))
 
 
+def test_a_gif_shows_what_is_see_through_in_few_frames(tmp_path: Path) -> None:
+    """Every second frame is covered, and so is each that its colours are chosen from."""
+    zooms = [gx.scale(50), gx.scale(0.5)] * 7 + [gx.scale(50)]
+    window = gx.Camera.window((-1, 1), (-1, 1))
+    grid = gx.samples.grid(2)
+    animation = gx.animate(grid, zooms, size=(60, 45), background=None, camera=window, fill="red")
+    animation.save(tmp_path / "out.gif")
+    shown, _, _ = read(tmp_path / "out.gif")
+    for k, picture in enumerate(shown):
+        assert np.array_equal(picture[..., 3] == 255, np.asarray(animation.frame(k))[..., 3] >= 128), k
+        assert tuple(picture[2, 2]) == ((255, 0, 0, 255) if k % 2 == 0 else (0, 0, 0, 0)), k
+
+
 @pytest.mark.parametrize("transparent", [False, True])
 def test_a_gif_holds_of_each_frame_what_differs_from_what_is_below(tmp_path: Path, transparent: bool) -> None:
     ground = (0, 0, 0, 0) if transparent else (250, 240, 230, 255)
@@ -282,7 +296,7 @@ def test_a_gif_s_delays_are_none_that_browsers_take_for_a_mistake(tmp_path: Path
     [("out.gif", 65535), ("out.webp", 16383), ("out.html", 16383), ("out.mp4", 16384), ("out.webm", 65535)],
 )
 def test_a_size_that_the_format_cannot_hold(tmp_path: Path, name: str, side: int) -> None:
-    clip = Clip((2, side + 1), 1, 20.0, failing([], after=0), partial(map, [].__getitem__))
+    clip = Clip((2, side + 1), 1, 20.0, failing([], after=0), partial(map, [].__getitem__), True)
     with pytest.raises(ArgumentError, match=rf"size must be at most {side} x {side} in .*, got 2 x {side + 1}"):
         saver(tmp_path / name)(clip)
     assert list(tmp_path.iterdir()) == []
@@ -342,7 +356,7 @@ def test_a_template_is_for_png(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_folder_that_there_is_not_is_said_before_anything_is_drawn(tmp_path: Path, name: str) -> None:
     made: list[Pixels] = pictures(2)
-    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), partial(map, made.__getitem__))
+    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), partial(map, made.__getitem__), True)
     path = tmp_path / "none" / "at all" / name
     with pytest.raises(FileNotFoundError) as caught:
         saver(path)(clip)
@@ -395,7 +409,7 @@ def leaving_nothing(folder: Path) -> Iterator[None]:
 @pytest.mark.parametrize("error", [RuntimeError("the device is gone"), KeyboardInterrupt()])
 def test_what_stops_the_drawing_leaves_nothing(tmp_path: Path, name: str, after: int, error: BaseException) -> None:
     made = pictures(20)
-    clip = Clip((WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), partial(map, made.__getitem__))
+    clip = Clip((WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), partial(map, made.__getitem__), True)
     with leaving_nothing(tmp_path), pytest.raises(type(error)):
         saver(tmp_path / name)(clip)
 
@@ -422,7 +436,7 @@ def test_what_goes_wrong_while_encoding_stops_the_drawing(
             yield picture
 
     with leaving_nothing(tmp_path), pytest.raises(MemoryError, match="no room for the fourth"):
-        saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 100, 20.0, frames(), partial(map, made.__getitem__)))
+        saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 100, 20.0, frames(), partial(map, made.__getitem__), True))
     assert len(drawn) <= 4 + MOST_WORKERS + 1
 
 
@@ -500,7 +514,7 @@ def test_few_frames_are_held_at_a_time(tmp_path: Path, name: str) -> None:
         living.append(weakref.ref(picture))
         return picture
 
-    saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), partial(map, drawn)))
+    saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), partial(map, drawn), True))
     assert len(alive) >= 50
     assert max(alive[8:]) <= MOST_WORKERS + 3
 

@@ -44,12 +44,12 @@ def write(file: BinaryIO, clip: Clip) -> None:
     def compressed(pixels: Pixels) -> bytes:
         nonlocal below
         rows, columns = _box(is_opaque(pixels) if below is None else words(pixels) != words(below))
-        below = pixels if palette.is_opaque else None
+        below = pixels if clip.is_opaque else None
         return _image_block(palette.indices(pixels[rows, columns]), rows.start, columns.start)
 
     file.write(b"GIF89a" + struct.pack("<HHBBB", *clip.size, HAS_FULL_TABLE, TRANSPARENT, 0) + palette.table())
     file.write(b"!\xff\x0bNETSCAPE2.0\x03\x01" + struct.pack("<HB", FOREVER, 0))
-    flags = HAS_TRANSPARENT | (LEAVE if palette.is_opaque else CLEAR)
+    flags = HAS_TRANSPARENT | (LEAVE if clip.is_opaque else CLEAR)
     with encoded(clip.frames, compressed, n_workers=_n_workers()) as blocks:
         for duration, block in zip(clip.durations(1e-2), blocks, strict=True):
             file.write(b"!\xf9\x04" + struct.pack("<BHBB", flags, duration, TRANSPARENT, 0) + block)

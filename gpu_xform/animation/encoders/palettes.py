@@ -25,9 +25,7 @@ class Palette:
     """At most 255 colours, chosen for the opaque pixels of `samples`, and which of them stands for another."""
 
     def __init__(self, samples: Iterable[Pixels]) -> None:
-        sampled = _sampled(samples)
-        self.is_opaque = sampled.is_opaque
-        chosen = _chosen(sampled)
+        chosen = _chosen(_sampled(samples))
         self._colors = _rgb(chosen)
         self._number_of = _numbers(self._colors)
         self._number_of[chosen[::-1]] = np.arange(len(chosen), 0, -1)  # what was chosen is exact
@@ -50,23 +48,21 @@ class _Sampled(NamedTuple):
     first: np.uint32
     n_first: int
     others: Codes
-    is_opaque: bool  # all of them
 
 
 def _sampled(pictures: Iterable[Pixels]) -> _Sampled:
-    first, n_opaque, n_pixels = None, 0, 0
+    first, n_opaque = None, 0
     others = []
     for pixels in pictures:
         packed = words(pixels).reshape(-1)
         colors = packed[packed >= HALF_OPAQUE] & COLOR
         n_opaque += len(colors)
-        n_pixels += len(packed)
         if first is None and len(colors):
             first = colors[0]
         # Most pixels are background, and so, most likely, is the first: what need not be sorted takes no time.
         others.append(colors[colors != first])
     together = np.concatenate(others)
-    return _Sampled(first or np.uint32(0), n_opaque - len(together), together, n_opaque == n_pixels)
+    return _Sampled(first or np.uint32(0), n_opaque - len(together), together)
 
 
 def _chosen(sampled: _Sampled) -> Codes:
