@@ -237,6 +237,83 @@ def test_a_gif_has_one_palette(tmp_path: Path) -> None:
     assert 200 < n_colors(*shown) <= 255
 
 
+def tables(path: Path) -> list[bytes]:
+    """Return the table of colours that each frame of a GIF has of its own, empty where it has none."""
+    data = path.read_bytes()
+    found, place = [], 13 + 768
+    while data[place : place + 1] != b";":
+        is_frame = data[place : place + 1] == b","
+        if is_frame:
+            n_bytes = 3 << ((data[place + 9] & 7) + 1) if data[place + 9] & 0x80 else 0
+            found.append(data[place + 10 : place + 10 + n_bytes])
+        place += 11 + n_bytes if is_frame else 2
+        while data[place]:
+            place += 1 + data[place]
+        place += 1
+    return found
+
+
+CUBE = gx.samples.cube()
+# Fifteen frames, and colours are chosen from each second one.
+FLASHES = {
+    "faces": [gx.Layer(CUBE, fill=fill) for fill in ("red", "blue") * 8][:-1],
+    "lines": [gx.Layer(CUBE, color=color) for color in ("red", "blue") * 8][:-1],
+    "a strip of one face": [gx.Layer(CUBE, fill="face", transform=gx.scale(1, s, 1)) for s in (0.02, 1) * 8][:-1],
+}
+
+
+@pytest.mark.parametrize("layers", FLASHES.values(), ids=list(FLASHES))
+@pytest.mark.parametrize("background", ["white", None])
+def test_a_gif_s_colors_are_kept_in_frames_that_none_were_chosen_from(
+    tmp_path: Path, layers: list[gx.Layer], background: str | None
+) -> None:
+    animation = gx.animate(CUBE, layers, tmp_path / "out.gif", size=(120, 90), background=background)
+    shown, _, _ = read(tmp_path / "out.gif")
+    for picture, frame in zip(shown, animation, strict=True):
+        original = np.asarray(frame)
+        is_seen = original[..., 3] >= 128
+        assert np.abs(picture[is_seen].astype(int) - original[is_seen])[:, :3].max() <= 8
+
+
+def test_a_gif_s_colors_may_change_bit_by_bit(tmp_path: Path) -> None:
+    fades = [gx.Layer(CUBE, fill=(k / 59, 1 - k / 59, 0), transform=gx.rotate((1, 2, 3), k / 9)) for k in range(60)]
+    animation = gx.animate(CUBE, fades, tmp_path / "out.gif", size=(120, 90))
+    shown, _, _ = read(tmp_path / "out.gif")
+    for k, (picture, frame) in enumerate(zip(shown, animation, strict=True)):
+        is_painted = (np.asarray(frame)[..., :3] == np.round(np.array([k / 59, 1 - k / 59, 0]) * 255)).all(axis=-1)
+        assert np.count_nonzero(is_painted) > 1000
+        assert np.abs(picture.astype(int) - np.asarray(frame))[is_painted].max() <= 8, k
+
+
+def test_a_gif_s_frame_has_its_own_table_where_the_file_s_does_not_suit_it(tmp_path: Path) -> None:
+    gx.animate(CUBE, FLASHES["faces"], tmp_path / "out.gif", size=(120, 90))
+    own = tables(tmp_path / "out.gif")
+    assert [bool(table) for table in own] == [False, True] * 7 + [False]
+    assert len(set(own[1::2])) == 1
+
+
+@pytest.mark.parametrize("size", [(60, 45), (240, 180)])
+@pytest.mark.parametrize("style", [{"color": "face", "line_width": 1.5}, {"fill": "face", "depth_cue": 0.7}], ids=str)
+def test_a_gif_s_rims_need_no_tables_of_their_own(tmp_path: Path, size: tuple[int, int], style: dict[str, Any]) -> None:
+    gx.turntable(gx.samples.snub_dodecahedron(), 40, tmp_path / "out.gif", axis=(1, 2, 3), size=size, **style)
+    assert 200 < n_colors(*read(tmp_path / "out.gif")[0]) <= 255
+    assert not any(tables(tmp_path / "out.gif"))
+
+
+def test_a_gif_is_the_same_however_many_processors_there_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for n_processors in (2, 8):
+        monkeypatch.setattr(os, "cpu_count", lambda n=n_processors: n)
+        gx.animate(CUBE, FLASHES["faces"], tmp_path / f"{n_processors}.gif", size=(120, 90))
+    assert (tmp_path / "2.gif").read_bytes() == (tmp_path / "8.gif").read_bytes()
+
+
+def test_a_gif_keeps_what_does_not_change(tmp_path: Path) -> None:
+    """Not a pixel is written anew in a palette that holds another colour."""
+    made = [np.full((HEIGHT, WIDTH, 4), (0, 0, 40 * (k in (1, 2, 3)), 255), np.uint8) for k in range(30)]
+    save(tmp_path / "out.gif", made)
+    assert np.array_equal(read(tmp_path / "out.gif")[0], made)
+
+
 def test_a_gif_is_opaque_or_not_at_each_pixel(tmp_path: Path) -> None:
     made = pictures(4, transparent=True)
     made[1][5:9, 30:40, 3] = 127
