@@ -3,7 +3,7 @@
 import contextlib
 import io
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
@@ -197,39 +197,51 @@ class Animation:
         with contextlib.ExitStack() as stack:
             if progress is None:
                 progress = stack.enter_context(bar(os.fspath(path), " frames"))
-            write(self._clip(progress))
+            write(stack.enter_context(self._clip(progress)))
 
     def _repr_html_(self) -> str:
         page = io.BytesIO()
-        html.write(page, self._clip())
+        with self._clip() as clip:
+            html.write(page, clip)
         return html.embedded(page.getvalue().decode(), self.size)
 
-    def _clip(self, progress: Progress | None = None) -> Clip:
+    @contextlib.contextmanager
+    def _clip(self, progress: Progress | None = None) -> Iterator[Clip]:
+        """Lend what an encoder is given; where the block ends, nothing is being drawn any more."""
         sampled: dict[int, Pixels] = {}
 
+        def drawn(numbers: Sequence[int]) -> Iterator[Pixels]:
+            return stack.enter_context(contextlib.closing(self._drawn(numbers)))
+
         def samples(numbers: Sequence[int]) -> Iterator[Pixels]:
-            for k, pixels in zip(numbers, self._drawn(numbers), strict=True):
+            for k, pixels in zip(numbers, drawn(numbers), strict=True):
                 sampled[k] = pixels
                 yield pixels
 
         def frames() -> Iterator[Pixels]:
-            drawn = self._drawn([k for k in range(len(self)) if k not in sampled])
+            others = drawn([k for k in range(len(self)) if k not in sampled])
             for k in range(len(self)):
-                yield sampled.pop(k) if k in sampled else next(drawn)
+                yield sampled.pop(k) if k in sampled else next(others)
                 if progress is not None:
                     progress(k + 1, len(self))
 
-        return Clip(self.size, len(self), self.fps, frames(), samples, self._is_opaque)
+        with contextlib.ExitStack() as stack:
+            yield Clip(self.size, len(self), self.fps, frames(), samples, self._is_opaque)
 
-    def _drawn(self, numbers: Sequence[int]) -> Iterator[Pixels]:
+    def _drawn(self, numbers: Sequence[int]) -> Generator[Pixels]:
         """Draw frames by their numbers, each while the caller is busy with the one before it."""
-        begun_one = None
-        for k in numbers:
-            last, begun_one = begun_one, self._begun(k, begun_one)
-            if last is not None:
-                yield last.pixels()
-        if begun_one is not None:
-            yield begun_one.pixels()
+        last = begun_one = None
+        try:
+            for k in numbers:
+                last, begun_one = begun_one, self._begun(k, begun_one)
+                if last is not None:
+                    yield last.pixels()
+            if begun_one is not None:
+                yield begun_one.pixels()
+        finally:
+            for unread in (last, begun_one):
+                if unread is not None:
+                    unread.give_up()
 
     def _begun(self, k: int, after: Drawn | None = None) -> Drawn:
         return begun(

@@ -29,6 +29,7 @@ from gpu_xform.animation.encoders.clip import Clip
 from gpu_xform.animation.encoders.overlap import MOST_WORKERS, encoded
 from gpu_xform.animation.encoders.registry import WRITERS, saver
 from gpu_xform.errors import ArgumentError, MissingExtraError, SizeWarning
+from gpu_xform.gpu.device import Device
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -684,6 +685,45 @@ def test_progress_that_raises_stops_it(tmp_path: Path) -> None:
 
     with leaving_nothing(tmp_path), pytest.raises(ValueError, match="enough"):
         gx.turntable(gx.samples.cube(), 50, tmp_path / "out.gif", size=(20, 20), progress=stop)
+
+
+def held(device: Device) -> tuple[int, dict[str, list[int]]]:
+    """Return what a device keeps: how many groups of buffers, and which buffers for whoever takes one."""
+    spare = {role: sorted(buffer.number for buffer in buffers) for role, buffers in device.pool._spare.items()}
+    return len(device.bind_groups), spare
+
+
+def stop_at_7(done: int, _: int) -> None:
+    if done == 7:
+        raise ValueError("enough")
+
+
+def turn_until_12(k: int) -> Any:
+    if k == 12:
+        raise ValueError("enough")
+    return gx.rotate_y(k)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("options", [{"progress": stop_at_7}, {"frames": turn_until_12}], ids=["progress", "frames"])
+@pytest.mark.parametrize("memory", ["device", "staging_device"])
+def test_what_stops_the_drawing_leaves_no_memory_taken(
+    tmp_path: Path, name: str, options: dict[str, Any], memory: str, request: pytest.FixtureRequest
+) -> None:
+    device = request.getfixturevalue(memory)
+    camera = gx.Camera.look_at((0, 0, 5), (0, 0, 0))
+    drawing: dict[str, Any] = {"frames": gx.rotate_y, "n_frames": 20, "size": (64, 48), "camera": camera, **options}
+
+    def stopped() -> None:
+        with pytest.raises(ValueError, match="enough"):
+            gx.animate(CUBE, path=tmp_path / name, device=device, **drawing)
+
+    for _ in range(2):
+        stopped()
+    before = held(device)
+    for _ in range(18):
+        stopped()
+    assert held(device) == before
 
 
 def test_stills_are_what_pillow_reads() -> None:
