@@ -417,6 +417,78 @@ def test_what_else_is_in_the_folder_stays(tmp_path: Path) -> None:
     assert (tmp_path / "1.png").read_bytes().startswith(b"\x89PNG")
 
 
+def folder_of_frames(folder: Path) -> dict[str, bytes | str]:
+    """Fill a folder with what older frames and others left there, and return its contents."""
+    (folder / "0.png").write_text("older")
+    (folder / "1.png").symlink_to("notes.txt")
+    (folder / "notes.txt").write_text("mine")
+    return contents(folder)
+
+
+def contents(folder: Path) -> dict[str, bytes | str]:
+    return {
+        path.name: str(path.readlink()) if path.is_symlink() else b"" if path.is_dir() else path.read_bytes()
+        for path in folder.iterdir()
+    }
+
+
+def test_a_folder_where_a_frame_should_be_is_said_before_anything_is_drawn(tmp_path: Path) -> None:
+    (tmp_path / "2.png").mkdir()
+    before = folder_of_frames(tmp_path)
+    made = pictures(4)
+    clip = Clip((WIDTH, HEIGHT), 4, 20.0, failing(made, after=0), partial(map, made.__getitem__), True)
+    with pytest.raises(IsADirectoryError) as caught:
+        saver(tmp_path / "{frame}.png")(clip)
+    assert caught.value.filename == str(tmp_path / "2.png")
+    assert contents(tmp_path) == before
+
+
+def test_a_folder_that_is_made_meanwhile_stops_all_frames(tmp_path: Path) -> None:
+    before = folder_of_frames(tmp_path)
+    made = pictures(4)
+
+    def frames() -> Iterator[Pixels]:
+        yield from made
+        (tmp_path / "2.png").mkdir()
+        (tmp_path / "2.png" / "mine").touch()
+
+    clip = Clip((WIDTH, HEIGHT), 4, 20.0, frames(), partial(map, made.__getitem__), True)
+    with pytest.raises(IsADirectoryError) as caught:
+        saver(tmp_path / "{frame}.png")(clip)
+    assert caught.value.filename == str(tmp_path / "2.png")
+    assert contents(tmp_path) == before | {"2.png": b""}
+    assert (tmp_path / "2.png" / "mine").exists()
+
+
+@pytest.mark.parametrize("moves", range(7))
+@pytest.mark.parametrize("happens", [False, True])
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), PermissionError(errno.EACCES, "Permission denied")])
+def test_frames_that_cannot_be_put_in_place_are_taken_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moves: int, happens: bool, error: BaseException
+) -> None:
+    """Wherever it stops, before a move or just after it, all that was there is there again."""
+    before = folder_of_frames(tmp_path)
+    rename, calls = Path.rename, []
+
+    def stopping(path: Path, place: Path) -> Path:
+        calls.append(place)
+        if len(calls) == moves + 1 and happens:
+            rename(path, place)
+        if len(calls) == moves + 1:
+            raise error
+        return rename(path, place)
+
+    monkeypatch.setattr(Path, "rename", stopping)
+    if moves < 6:  # two that are replaced, and four that come
+        with pytest.raises(type(error)):
+            save(tmp_path / "{frame}.png", pictures(4))
+        assert contents(tmp_path) == before
+    else:
+        save(tmp_path / "{frame}.png", pictures(4))
+        assert sorted(contents(tmp_path)) == ["0.png", "1.png", "2.png", "3.png", "notes.txt"]
+        assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
 @pytest.mark.parametrize(
     "name",
     ["{}.png", "{k}.png", "{frame:x}.png", "{frame:.2}.png", "{frame}{frame}.png", "{frame.png", "{frame!r}.png"],
