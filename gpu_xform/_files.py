@@ -4,6 +4,8 @@ import errno
 import os
 import secrets
 import shutil
+import stat
+import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -33,6 +35,24 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
         if isinstance(error, OSError) and error.filename == str(beside):
             raise OSError(error.errno, error.strerror, os.fspath(path)) from None
         raise
+
+
+@contextmanager
+def atomic_seekable_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+    """Give what `atomic_write` gives where it is a regular file, which can be opened by its name and gone back in.
+
+    In place of another, it gives a temporary one, which is copied there when the block ends.
+    """
+    with atomic_write(path) as file:
+        if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            yield file
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            whole = Path(folder) / "whole"
+            with whole.open("xb") as written:
+                yield written
+            with whole.open("rb") as read:
+                shutil.copyfileobj(read, file)
 
 
 @contextmanager

@@ -5,12 +5,14 @@ import errno
 import io
 import os
 import signal
+import stat
 import subprocess
 import sys
 import threading
 import time
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -538,6 +540,45 @@ def test_a_full_disk_names_the_files_of_a_folder(tmp_path: Path, monkeypatch: py
         save(tmp_path / "{frame}.png", pictures(2))
     assert caught.value.filename == str(tmp_path / "{frame}.png")
     assert list(tmp_path.iterdir()) == []
+
+
+def piped(pipe: Path, write: Callable[[Path], None]) -> bytes:
+    """Return what another process reads from a named pipe while `write` is called with its path."""
+    os.mkfifo(pipe)
+    with subprocess.Popen(["/bin/cat", pipe], stdout=subprocess.PIPE) as cat:
+        assert cat.stdout is not None
+        with ThreadPoolExecutor(1) as reading:
+            received = reading.submit(cat.stdout.read)
+            write(pipe)
+            return received.result(timeout=30)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a named pipe")
+@pytest.mark.parametrize("kind", WRITERS)
+def test_a_pipe_takes_what_a_file_takes(tmp_path: Path, kind: str) -> None:
+    made = pictures(5)
+    save(tmp_path / f"file.{kind}", made)
+    pipe = tmp_path / f"pipe.{kind}"
+    received = piped(pipe, lambda path: save(path, made))
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    if kind == "webm":  # each has a number of its own
+        (tmp_path / "received.webm").write_bytes(received)
+        assert np.array_equal(watch(tmp_path / "received.webm")[0], watch(tmp_path / "file.webm")[0])
+    else:
+        assert received == (tmp_path / f"file.{kind}").read_bytes()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a named pipe")
+@pytest.mark.parametrize("kind", WRITERS)
+def test_what_stops_the_drawing_ends_the_pipe(tmp_path: Path, kind: str) -> None:
+    made = pictures(2)
+    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=1), partial(map, made.__getitem__), True)
+
+    def stopped(path: Path) -> None:
+        with pytest.raises(RuntimeError, match="the device is gone"):
+            saver(path)(clip)
+
+    assert len(piped(tmp_path / f"pipe.{kind}", stopped)) < 5000
 
 
 def failing(made: list[Pixels], after: int, error: BaseException | None = None) -> Iterator[Pixels]:
