@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 Progress: TypeAlias = Callable[[int, int], object]
 
 DEFAULT_SIZE = (640, 480)
+FARTHEST = 1e300  # beyond which the distance of a camera overflows
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -167,8 +168,21 @@ class Animation:
         aspect = self.size[0] / self.size[1]
         held = np.empty((0, 3))
         for k in range(len(self)):
-            held = outermost(np.concatenate([held, outline(self._posed(k))]), aspect, **self._fit)
+            held = outermost(np.concatenate([held, self._outline(k)]), aspect, **self._fit)
         return Camera.fit(held, **self._fit)
+
+    def _outline(self, k: int) -> Float64Array:
+        """Return points of the world (n, 3) that a camera must hold in frame k."""
+        layers = self._posed(k)
+        with np.errstate(over="ignore", invalid="ignore"):
+            points = outline(layers)
+        too_far = ~(np.abs(points) <= FARTHEST)
+        if too_far.any():
+            raise ArgumentError(
+                f"frame {k}: points must have coordinates of at most {FARTHEST:g} for a camera to hold them, "
+                f"got {points[too_far][0]:g}"
+            )
+        return points
 
     def frame(self, i: int) -> "Image":
         """Return frame `i` as a Pillow image, mode RGBA; from the end where `i` is negative."""
