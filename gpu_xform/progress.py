@@ -1,6 +1,8 @@
 """A progress bar for what lasts more than a second, on a terminal only."""
 
 import contextlib
+import os
+import shutil
 import sys
 from collections.abc import Callable, Iterator
 
@@ -13,8 +15,16 @@ def bar(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[in
     from tqdm import tqdm
 
     silent = sys.stderr is None or not sys.stderr.isatty()
+    width = None if silent else _assumed_width()
     with tqdm(
-        desc=label, unit=unit, unit_scale=scaled, delay=APPEARS_AFTER_S, disable=silent, leave=False, dynamic_ncols=True
+        desc=label,
+        unit=unit,
+        unit_scale=scaled,
+        delay=APPEARS_AFTER_S,
+        disable=silent,
+        leave=False,
+        ncols=width,
+        dynamic_ncols=width is None,
     ) as shown:
 
         def move(done: int, whole: int) -> None:
@@ -22,6 +32,14 @@ def bar(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[in
             shown.update(done - shown.n)
 
         yield move
+
+
+def _assumed_width() -> int | None:
+    """Return how many columns to take for those of a terminal that says 0; None where it knows them."""
+    with contextlib.suppress(OSError, AttributeError):  # of what is no file of the system
+        if os.get_terminal_size(sys.stderr.fileno()).columns == 0:
+            return shutil.get_terminal_size().columns - 1  # as tqdm does: the last may begin a new line
+    return None
 
 
 def write(text: str) -> None:

@@ -5,15 +5,15 @@ import subprocess
 import sys
 
 
-def on_a_terminal(*typed: str) -> tuple[int, str]:
-    """Return the exit code of a command, and what it shows on a terminal 80 columns wide; bars are shown at once."""
+def on_a_terminal(*typed: str, columns: int = 80) -> tuple[int, str]:
+    """Return the exit code of a command, and what it shows on a terminal so wide; bars are shown at once."""
     import fcntl
     import pty
     import struct
     import termios
 
     here, there = pty.openpty()
-    fcntl.ioctl(there, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 80, 0, 0))
+    fcntl.ioctl(there, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
     program = "import sys, gpu_xform.cli; sys.exit(gpu_xform.cli.main())"
     at_once = f"from gpu_xform import progress; progress.APPEARS_AFTER_S = 0; {program}"
     with subprocess.Popen([sys.executable, "-c", at_once, *typed], stderr=there, stdout=subprocess.PIPE) as process:

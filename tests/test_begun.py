@@ -8,6 +8,7 @@ import pytest
 from gpu_xform import ArgumentError, DeviceError, render_array, rotate, samples
 from gpu_xform.gpu import picture
 from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.targets import Target
 from gpu_xform.pictures.wireframe import begun
 
 STYLES: dict[str, dict[str, Any]] = {
@@ -74,6 +75,56 @@ def test_pictures_begun_in_several_threads_are_themselves(style: dict[str, Any],
         for _ in range(4):
             drawn = pool.map(lambda model: render_array(model, **options, **style).tobytes(), MOVED)
             assert list(drawn) == expected
+
+
+def spare(device: Device) -> list[int]:
+    """Return the numbers of the buffers that a device has for pictures."""
+    return sorted(buffer.number for buffers in device.pool._spare.values() for buffer in buffers)
+
+
+@pytest.mark.parametrize("has_arrived", [False, True])
+def test_a_picture_that_is_given_up_gives_its_memory_back(options: dict[str, Any], has_arrived: bool) -> None:
+    expected = render_array(MOVED[1], **options)
+    for _ in range(4):
+        before = spare(options["device"])
+        drawn = begun(MOVED[2], **options)
+        if has_arrived:
+            drawn.arrive(options["device"])
+        assert spare(options["device"]) != before
+        drawn.give_up()
+        drawn.give_up()
+        assert spare(options["device"]) == before
+        assert render_array(MOVED[1], **options).tobytes() == expected.tobytes()
+
+
+@pytest.mark.parametrize("stage", ["collected", "recorded"])
+@pytest.mark.parametrize("n_before", [0, 1, 2])
+def test_a_picture_that_fails_gives_its_memory_back(
+    options: dict[str, Any], monkeypatch: pytest.MonkeyPatch, stage: str, n_before: int
+) -> None:
+    monkeypatch.setattr(picture, "TILE_SIDE", 32)
+    owner, name = (picture, "_collect") if stage == "collected" else (Target, "leave")
+    whole, calls = getattr(owner, name), []
+
+    def sometimes(*args: Any) -> Any:
+        calls.append(args)
+        if len(calls) > n_before:
+            raise MemoryError("no room")
+        return whole(*args)
+
+    for model in MOVED:
+        render_array(model, **options)
+    before = spare(options["device"])
+    monkeypatch.setattr(owner, name, sometimes)
+    with pytest.raises(MemoryError, match="no room"):
+        begun(MOVED[0], **options)
+    assert spare(options["device"]) == before
+
+
+def test_a_picture_of_a_closed_device_is_given_up_without_a_word() -> None:
+    with Device() as own:
+        drawn = begun(MOVED[0], device=own, size=(90, 70))
+    drawn.give_up()
 
 
 def test_a_picture_can_be_read_again(options: dict[str, Any]) -> None:

@@ -184,11 +184,12 @@ def test_models_with_nothing_to_draw_are_named(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")
-def test_a_bar_is_shown_on_a_terminal_only() -> None:
+@pytest.mark.parametrize("columns", [80, 0], ids=["a width", "no width"])
+def test_a_bar_is_shown_on_a_terminal_only(columns: int) -> None:
     typed = ["animate", "house.obj", "-o", "out.webp", *SMALL]
-    code, told = on_a_terminal(*typed)
+    code, told = on_a_terminal(*typed, columns=columns)
     assert code == 0
     assert "out.webp: " in told
-    assert "frames/s" in told
+    assert "frames/s]" in told
     piped = subprocess.run([sys.executable, "-m", "gpu_xform", *typed], capture_output=True, check=False)
     assert (piped.returncode, piped.stdout, piped.stderr) == (0, b"", b"")

@@ -3,7 +3,7 @@
 import contextlib
 import io
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 Progress: TypeAlias = Callable[[int, int], object]
 
 DEFAULT_SIZE = (640, 480)
+FARTHEST = 1e300  # beyond which the distance of a camera overflows
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -142,8 +143,7 @@ class Animation:
         self._device = device
         self._style = style
         poses.posed(models, np.eye(4), style)
-        if background is not None:
-            rgba(background, "background")
+        self._is_opaque = background is not None and rgba(background, "background")[3] == 1.0
         if isinstance(camera, Camera):
             self.camera = camera
         elif camera is None or isinstance(camera, Mapping):
@@ -168,8 +168,21 @@ class Animation:
         aspect = self.size[0] / self.size[1]
         held = np.empty((0, 3))
         for k in range(len(self)):
-            held = outermost(np.concatenate([held, outline(self._posed(k))]), aspect, **self._fit)
+            held = outermost(np.concatenate([held, self._outline(k)]), aspect, **self._fit)
         return Camera.fit(held, **self._fit)
+
+    def _outline(self, k: int) -> Float64Array:
+        """Return points of the world (n, 3) that a camera must hold in frame k."""
+        layers = self._posed(k)
+        with np.errstate(over="ignore", invalid="ignore"):
+            points = outline(layers)
+        too_far = ~(np.abs(points) <= FARTHEST)
+        if too_far.any():
+            raise ArgumentError(
+                f"frame {k}: points must have coordinates of at most {FARTHEST:g} for a camera to hold them, "
+                f"got {points[too_far][0]:g}"
+            )
+        return points
 
     def frame(self, i: int) -> "Image":
         """Return frame `i` as a Pillow image, mode RGBA; from the end where `i` is negative."""
@@ -185,9 +198,10 @@ class Animation:
             or one file a frame, "frames/{frame:04}.png", whose folder is made where there is none
         progress : as `animate` takes it
 
-        PNG, WebP and HTML are exact, and hold transparency. A GIF holds 255 colours, a palette for all frames without
-        dithering, pixels either opaque or not, and at most 50 frames a second, timed in hundredths. MP4 and WebM are
-        lossy and opaque, and need `pip install 'gpu_xform[video]'`; an MP4's odd sides gain a pixel (`SizeWarning`).
+        PNG, WebP and HTML are exact, and hold transparency. A GIF holds 255 colours without dithering, one palette for
+        all frames but those that it does not suit, pixels either opaque or not, and at most 50 frames a second, timed
+        in hundredths. MP4 and WebM are lossy and opaque, and need `pip install 'gpu_xform[video]'`; an MP4's odd sides
+        gain a pixel (`SizeWarning`).
         All but those two play for ever.
 
         Raises `ArgumentError` for an unknown ending and for what the format cannot hold, `MissingExtraError` where
@@ -197,39 +211,51 @@ class Animation:
         with contextlib.ExitStack() as stack:
             if progress is None:
                 progress = stack.enter_context(bar(os.fspath(path), " frames"))
-            write(self._clip(progress))
+            write(stack.enter_context(self._clip(progress)))
 
     def _repr_html_(self) -> str:
         page = io.BytesIO()
-        html.write(page, self._clip())
+        with self._clip() as clip:
+            html.write(page, clip)
         return html.embedded(page.getvalue().decode(), self.size)
 
-    def _clip(self, progress: Progress | None = None) -> Clip:
+    @contextlib.contextmanager
+    def _clip(self, progress: Progress | None = None) -> Iterator[Clip]:
+        """Lend what an encoder is given; where the block ends, nothing is being drawn any more."""
         sampled: dict[int, Pixels] = {}
 
+        def drawn(numbers: Sequence[int]) -> Iterator[Pixels]:
+            return stack.enter_context(contextlib.closing(self._drawn(numbers)))
+
         def samples(numbers: Sequence[int]) -> Iterator[Pixels]:
-            for k, pixels in zip(numbers, self._drawn(numbers), strict=True):
+            for k, pixels in zip(numbers, drawn(numbers), strict=True):
                 sampled[k] = pixels
                 yield pixels
 
         def frames() -> Iterator[Pixels]:
-            drawn = self._drawn([k for k in range(len(self)) if k not in sampled])
+            others = drawn([k for k in range(len(self)) if k not in sampled])
             for k in range(len(self)):
-                yield sampled.pop(k) if k in sampled else next(drawn)
+                yield sampled.pop(k) if k in sampled else next(others)
                 if progress is not None:
                     progress(k + 1, len(self))
 
-        return Clip(self.size, len(self), self.fps, frames(), samples)
+        with contextlib.ExitStack() as stack:
+            yield Clip(self.size, len(self), self.fps, frames(), samples, self._is_opaque)
 
-    def _drawn(self, numbers: Sequence[int]) -> Iterator[Pixels]:
+    def _drawn(self, numbers: Sequence[int]) -> Generator[Pixels]:
         """Draw frames by their numbers, each while the caller is busy with the one before it."""
-        begun_one = None
-        for k in numbers:
-            last, begun_one = begun_one, self._begun(k, begun_one)
-            if last is not None:
-                yield last.pixels()
-        if begun_one is not None:
-            yield begun_one.pixels()
+        last = begun_one = None
+        try:
+            for k in numbers:
+                last, begun_one = begun_one, self._begun(k, begun_one)
+                if last is not None:
+                    yield last.pixels()
+            if begun_one is not None:
+                yield begun_one.pixels()
+        finally:
+            for unread in (last, begun_one):
+                if unread is not None:
+                    unread.give_up()
 
     def _begun(self, k: int, after: Drawn | None = None) -> Drawn:
         return begun(

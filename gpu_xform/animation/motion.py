@@ -14,6 +14,7 @@ from .poses import Frame, Pose, checked_pose
 Frames: TypeAlias = MatrixLike | Iterable[Frame] | Callable[[int], Frame] | Callable[[float], Frame]
 
 SLOWEST_FPS, FASTEST_FPS = 0.01, 1000.0
+MOST_FRAMES = 2**31 - 1  # as far as an animated PNG can count
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,8 @@ def frame_count(n_frames: int, name: str) -> int:
     count = whole_number(n_frames, name)
     if count < 1:
         raise ArgumentError(f"{name} must be at least 1, got {count}")
+    if count > MOST_FRAMES:
+        raise ArgumentError(f"{name} must be at most {MOST_FRAMES}, got {count}")
     return count
 
 
@@ -59,6 +62,9 @@ def _computed(function: Callable[[Any], Any], fps: float, n_frames: int | None, 
         seconds = number(duration, "duration")  # type: ignore[arg-type]  # one of the two is given
         if seconds <= 0.0:
             raise ArgumentError(f"duration must be positive, got {seconds:g}")
+        if seconds > MOST_FRAMES / fps:
+            longest = f"{MOST_FRAMES / fps:g} seconds at {fps:g} frames a second"
+            raise ArgumentError(f"duration must be at most {longest}, got {seconds:g}")
         n_frames = max(1, round(seconds * fps))
     step = 1 if duration is None else 1 / fps
 

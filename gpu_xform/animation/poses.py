@@ -6,6 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
+from .._affine import finite
 from .._arguments import Float64Array, MatrixLike, square_matrix
 from ..errors import ArgumentTypeError
 from ..mesh import Mesh
@@ -31,7 +32,12 @@ def posed(models: Models, own: Pose, style: Style) -> list[Layer]:
     """Return what a frame shows of models: all of them moved by its matrix, or some nodes, or another model."""
     if isinstance(own, np.ndarray):
         layers = as_layers(models, style)
-        return [replace(layer, transform=own @ layer.world_from_model) for layer in layers]
+        with np.errstate(over="ignore", invalid="ignore"):
+            products = [own @ layer.world_from_model for layer in layers]
+        return [
+            replace(layer, transform=finite(product, "the frame's matrix times transform"))
+            for layer, product in zip(layers, products, strict=True)
+        ]
     if not isinstance(own, dict):
         return as_layers(own, style)
     if not isinstance(models, Scene):

@@ -77,6 +77,13 @@ class Buffer:
             self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
             self._has_arrived = True
 
+    def forget(self) -> None:
+        """Let submissions use it again where it has arrived and will not be downloaded."""
+        with self.device.lock:
+            if self._has_arrived:
+                self._has_arrived = False
+                self.handle.unmap()
+
     @contextlib.contextmanager
     def downloaded(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the first `n_bytes` as an array, valid inside the block only."""

@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from ..errors import DeviceError
 from ..images import straight_alpha
 from . import layouts, uniforms
 from .buffers import Buffer
@@ -41,6 +42,12 @@ class Drawn:
             self._target = None
         return self._picture
 
+    def give_up(self) -> None:
+        """Give the device's memory back where the pixels have not been asked for, and will not be."""
+        if self._target is not None:
+            _give_up(self._target)
+            self._target = None
+
     def arrive(self, device: Device) -> None:
         """Wait until all is drawn, where it is `device` that draws it."""
         if self._target is not None and self._device is device:
@@ -68,7 +75,7 @@ def draw(
     ground = _in_bytes(background)
     picture = _around(region, view.size, ground if is_opaque else straight_alpha(ground))
     n_depths = max(math.prod(part.depth_extent) for part in parts)
-    with device.lock, contextlib.ExitStack() as stack:
+    with device.lock, contextlib.ExitStack() as stack, contextlib.ExitStack() as unread:
         colors = None
         if len(palette):
             colors = Buffer(device, palette.nbytes)
@@ -83,6 +90,7 @@ def draw(
         def drawn(part: Tile, wait: Callable[[], None]) -> Target:
             (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, ground)])
             target = Target(device, part.extent, tile, ground, apart=lines.needs_texture)
+            unread.callback(_give_up, target)
             with device.recording(*target.buffers, *common) as encoder:
                 if part is parts[0]:
                     projection.record(encoder)
@@ -98,7 +106,13 @@ def draw(
             following = drawn(part, target.arrive)
             _collect(picture, is_opaque, last, target)  # while the following is drawn
             target = following
+        unread.pop_all()
     return Drawn(device, picture, is_opaque, parts[-1], target)
+
+
+def _give_up(target: Target) -> None:
+    with contextlib.suppress(DeviceError):  # of a device that is closed or lost, which is what has stopped the drawing
+        target.give_up()
 
 
 def _collect(picture: npt.NDArray[np.uint8], is_opaque: bool, tile: Tile, target: Target) -> None:

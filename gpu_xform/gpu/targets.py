@@ -43,6 +43,7 @@ class Target:
         self._tile = tile
         self._background = background
         self._is_blank = True  # nothing has been recorded, not even the background
+        self._is_taken = True
         self.n_bytes = 4 * width * height
         self._pixels = device.pool.take("picture", self.n_bytes)
         self._arriving = self._pixels
@@ -123,7 +124,18 @@ class Target:
         width, height = self._extent
         with self._arriving.downloaded(self.n_bytes) as view:
             yield view.reshape(height, width, 4)
+        self._give_back()
+
+    def give_up(self) -> None:
+        """Give its memory back unread; where it has been read, that has been done."""
+        if self._is_taken:
+            self._device.require_usable()
+            self._arriving.forget()
+            self._give_back()
+
+    def _give_back(self) -> None:
         with self._device.lock:
+            self._is_taken = False
             self._device.pool.give_back("picture", self._pixels)
             if self._arriving is not self._pixels:
                 self._device.pool.give_back("readback", self._arriving)

@@ -100,7 +100,7 @@ def _changes(layer: Layer, look: Look, pixel_ratio: float) -> dict[str, Any]:
         changes |= _face_changes(layer, look)
     color = changes.get("color", layer.color)
     is_on_ground = changes.get("fill", layer.fill) is None
-    if look.ground == DARK and is_on_ground and color != "face" and rgba(color, "color")[:3] == (0.0, 0.0, 0.0):
+    if look.ground == DARK and is_on_ground and not _is_face(color) and rgba(color, "color")[:3] == (0.0, 0.0, 0.0):
         changes["color"] = LIGHT
     return changes
 
@@ -118,7 +118,7 @@ def _face_changes(layer: Layer, look: Look) -> dict[str, Any]:
     if fill is not None and look.by_face is not None:
         if look.by_face:
             fill = cycle
-        elif isinstance(fill, str) and fill == "face":
+        elif _is_face(fill):
             fill = PAINT
     changes["fill"] = fill
     edges = changes.get("edges", layer.edges)
@@ -128,7 +128,7 @@ def _face_changes(layer: Layer, look: Look) -> dict[str, Any]:
             changes["color"] = "face"
     elif by_face(layer) and (look.by_face is False or (look.edges is not None and edges is not None)):
         changes["face_colors"] = None
-        if isinstance(layer.color, str) and layer.color == "face":
+        if _is_face(layer.color):
             changes["color"] = "black"
     return changes
 
@@ -153,7 +153,11 @@ def _filled(look: Look, layer: Layer) -> bool:
 def _colored(look: Look, layer: Layer) -> bool:
     if look.by_face is not None:
         return look.by_face
-    return by_face(layer) or (isinstance(layer.fill, str) and layer.fill == "face")
+    return by_face(layer) or _is_face(layer.fill)
+
+
+def _is_face(color: Any) -> bool:
+    return isinstance(color, str) and color == "face"  # an array would compare its numbers
 
 
 def _shade(ground: ColorLike | None) -> Any:

@@ -151,6 +151,23 @@ def test_what_lies_behind_a_projection_s_eye_in_some_frames_is_not_framed() -> N
         animate(HOUSE, [gx.perspective_from_eye(5) @ gx.translate(0, 0, 9)]).frame(0)
 
 
+@pytest.mark.parametrize("fit", [None, {"orthographic": True}], ids=str)
+@pytest.mark.parametrize(
+    ("matrix", "transform", "message"),
+    [
+        (gx.translate(1e308, 0, 0), None, r"points must have coordinates of at most 1e\+300 .* got 1e\+308"),
+        (gx.scale(-1e308), None, r"points must have coordinates of at most 1e\+300 .* got -?(inf|1e\+308)"),
+        (gx.scale(1e200), gx.scale(1e200), "the frame's matrix times transform must stay within float64's range"),
+    ],
+)
+def test_a_frame_that_is_out_of_range_is_named(
+    matrix: Array, transform: Array | None, message: str, fit: dict[str, Any] | None
+) -> None:
+    animation = animate(HOUSE, [np.eye(4), np.eye(4), matrix], size=SIZE, camera=fit, transform=transform)
+    with pytest.raises(ArgumentError, match=f"^frame 2: {message}"):
+        animation.frame(0)
+
+
 @pytest.mark.parametrize(
     ("axis", "turned"),
     [("x", (0, 0, 1)), ("y", (1, 0, 0)), ("z", (0, 1, 0)), ((0, -2, 0), (-1, 0, 0)), (np.array([0, 0, 1]), (0, 1, 0))],

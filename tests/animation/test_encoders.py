@@ -5,12 +5,14 @@ import errno
 import io
 import os
 import signal
+import stat
 import subprocess
 import sys
 import threading
 import time
 import weakref
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -29,6 +31,7 @@ from gpu_xform.animation.encoders.clip import Clip
 from gpu_xform.animation.encoders.overlap import MOST_WORKERS, encoded
 from gpu_xform.animation.encoders.registry import WRITERS, saver
 from gpu_xform.errors import ArgumentError, MissingExtraError, SizeWarning
+from gpu_xform.gpu.device import Device
 
 Pixels = npt.NDArray[np.uint8]
 
@@ -56,7 +59,8 @@ def pictures(n: int, *, size: tuple[int, int] = (WIDTH, HEIGHT), transparent: bo
 
 def clip_of(made: list[Pixels], fps: float = 20) -> Clip:
     height, width = made[0].shape[:2]
-    return Clip((width, height), len(made), fps, iter(made), partial(map, made.__getitem__))
+    is_opaque = all(picture[..., 3].min() == 255 for picture in made)
+    return Clip((width, height), len(made), fps, iter(made), partial(map, made.__getitem__), is_opaque)
 
 
 def save(path: Path, made: list[Pixels], fps: float = 20) -> None:
@@ -236,6 +240,83 @@ def test_a_gif_has_one_palette(tmp_path: Path) -> None:
     assert 200 < n_colors(*shown) <= 255
 
 
+def tables(path: Path) -> list[bytes]:
+    """Return the table of colours that each frame of a GIF has of its own, empty where it has none."""
+    data = path.read_bytes()
+    found, place = [], 13 + 768
+    while data[place : place + 1] != b";":
+        is_frame = data[place : place + 1] == b","
+        if is_frame:
+            n_bytes = 3 << ((data[place + 9] & 7) + 1) if data[place + 9] & 0x80 else 0
+            found.append(data[place + 10 : place + 10 + n_bytes])
+        place += 11 + n_bytes if is_frame else 2
+        while data[place]:
+            place += 1 + data[place]
+        place += 1
+    return found
+
+
+CUBE = gx.samples.cube()
+# Fifteen frames, and colours are chosen from each second one.
+FLASHES = {
+    "faces": [gx.Layer(CUBE, fill=fill) for fill in ("red", "blue") * 8][:-1],
+    "lines": [gx.Layer(CUBE, color=color) for color in ("red", "blue") * 8][:-1],
+    "a strip of one face": [gx.Layer(CUBE, fill="face", transform=gx.scale(1, s, 1)) for s in (0.02, 1) * 8][:-1],
+}
+
+
+@pytest.mark.parametrize("layers", FLASHES.values(), ids=list(FLASHES))
+@pytest.mark.parametrize("background", ["white", None])
+def test_a_gif_s_colors_are_kept_in_frames_that_none_were_chosen_from(
+    tmp_path: Path, layers: list[gx.Layer], background: str | None
+) -> None:
+    animation = gx.animate(CUBE, layers, tmp_path / "out.gif", size=(120, 90), background=background)
+    shown, _, _ = read(tmp_path / "out.gif")
+    for picture, frame in zip(shown, animation, strict=True):
+        original = np.asarray(frame)
+        is_seen = original[..., 3] >= 128
+        assert np.abs(picture[is_seen].astype(int) - original[is_seen])[:, :3].max() <= 8
+
+
+def test_a_gif_s_colors_may_change_bit_by_bit(tmp_path: Path) -> None:
+    fades = [gx.Layer(CUBE, fill=(k / 59, 1 - k / 59, 0), transform=gx.rotate((1, 2, 3), k / 9)) for k in range(60)]
+    animation = gx.animate(CUBE, fades, tmp_path / "out.gif", size=(120, 90))
+    shown, _, _ = read(tmp_path / "out.gif")
+    for k, (picture, frame) in enumerate(zip(shown, animation, strict=True)):
+        is_painted = (np.asarray(frame)[..., :3] == np.round(np.array([k / 59, 1 - k / 59, 0]) * 255)).all(axis=-1)
+        assert np.count_nonzero(is_painted) > 1000
+        assert np.abs(picture.astype(int) - np.asarray(frame))[is_painted].max() <= 8, k
+
+
+def test_a_gif_s_frame_has_its_own_table_where_the_file_s_does_not_suit_it(tmp_path: Path) -> None:
+    gx.animate(CUBE, FLASHES["faces"], tmp_path / "out.gif", size=(120, 90))
+    own = tables(tmp_path / "out.gif")
+    assert [bool(table) for table in own] == [False, True] * 7 + [False]
+    assert len(set(own[1::2])) == 1
+
+
+@pytest.mark.parametrize("size", [(60, 45), (240, 180)])
+@pytest.mark.parametrize("style", [{"color": "face", "line_width": 1.5}, {"fill": "face", "depth_cue": 0.7}], ids=str)
+def test_a_gif_s_rims_need_no_tables_of_their_own(tmp_path: Path, size: tuple[int, int], style: dict[str, Any]) -> None:
+    gx.turntable(gx.samples.snub_dodecahedron(), 40, tmp_path / "out.gif", axis=(1, 2, 3), size=size, **style)
+    assert 200 < n_colors(*read(tmp_path / "out.gif")[0]) <= 255
+    assert not any(tables(tmp_path / "out.gif"))
+
+
+def test_a_gif_is_the_same_however_many_processors_there_are(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for n_processors in (2, 8):
+        monkeypatch.setattr(os, "cpu_count", lambda n=n_processors: n)
+        gx.animate(CUBE, FLASHES["faces"], tmp_path / f"{n_processors}.gif", size=(120, 90))
+    assert (tmp_path / "2.gif").read_bytes() == (tmp_path / "8.gif").read_bytes()
+
+
+def test_a_gif_keeps_what_does_not_change(tmp_path: Path) -> None:
+    """Not a pixel is written anew in a palette that holds another colour."""
+    made = [np.full((HEIGHT, WIDTH, 4), (0, 0, 40 * (k in (1, 2, 3)), 255), np.uint8) for k in range(30)]
+    save(tmp_path / "out.gif", made)
+    assert np.array_equal(read(tmp_path / "out.gif")[0], made)
+
+
 def test_a_gif_is_opaque_or_not_at_each_pixel(tmp_path: Path) -> None:
     made = pictures(4, transparent=True)
     made[1][5:9, 30:40, 3] = 127
@@ -245,6 +326,19 @@ def test_a_gif_is_opaque_or_not_at_each_pixel(tmp_path: Path) -> None:
     for picture, original in zip(shown, made, strict=True):
         # What was there before is gone: the stripes move.
         assert np.array_equal(picture[..., 3], np.where(original[..., 3] >= 128, 255, 0))
+
+
+def test_a_gif_shows_what_is_see_through_in_few_frames(tmp_path: Path) -> None:
+    """Every second frame is covered, and so is each that its colours are chosen from."""
+    zooms = [gx.scale(50), gx.scale(0.5)] * 7 + [gx.scale(50)]
+    window = gx.Camera.window((-1, 1), (-1, 1))
+    grid = gx.samples.grid(2)
+    animation = gx.animate(grid, zooms, size=(60, 45), background=None, camera=window, fill="red")
+    animation.save(tmp_path / "out.gif")
+    shown, _, _ = read(tmp_path / "out.gif")
+    for k, picture in enumerate(shown):
+        assert np.array_equal(picture[..., 3] == 255, np.asarray(animation.frame(k))[..., 3] >= 128), k
+        assert tuple(picture[2, 2]) == ((255, 0, 0, 255) if k % 2 == 0 else (0, 0, 0, 0)), k
 
 
 @pytest.mark.parametrize("transparent", [False, True])
@@ -282,7 +376,7 @@ def test_a_gif_s_delays_are_none_that_browsers_take_for_a_mistake(tmp_path: Path
     [("out.gif", 65535), ("out.webp", 16383), ("out.html", 16383), ("out.mp4", 16384), ("out.webm", 65535)],
 )
 def test_a_size_that_the_format_cannot_hold(tmp_path: Path, name: str, side: int) -> None:
-    clip = Clip((2, side + 1), 1, 20.0, failing([], after=0), partial(map, [].__getitem__))
+    clip = Clip((2, side + 1), 1, 20.0, failing([], after=0), partial(map, [].__getitem__), True)
     with pytest.raises(ArgumentError, match=rf"size must be at most {side} x {side} in .*, got 2 x {side + 1}"):
         saver(tmp_path / name)(clip)
     assert list(tmp_path.iterdir()) == []
@@ -325,6 +419,78 @@ def test_what_else_is_in_the_folder_stays(tmp_path: Path) -> None:
     assert (tmp_path / "1.png").read_bytes().startswith(b"\x89PNG")
 
 
+def folder_of_frames(folder: Path) -> dict[str, bytes | str]:
+    """Fill a folder with what older frames and others left there, and return its contents."""
+    (folder / "0.png").write_text("older")
+    (folder / "1.png").symlink_to("notes.txt")
+    (folder / "notes.txt").write_text("mine")
+    return contents(folder)
+
+
+def contents(folder: Path) -> dict[str, bytes | str]:
+    return {
+        path.name: str(path.readlink()) if path.is_symlink() else b"" if path.is_dir() else path.read_bytes()
+        for path in folder.iterdir()
+    }
+
+
+def test_a_folder_where_a_frame_should_be_is_said_before_anything_is_drawn(tmp_path: Path) -> None:
+    (tmp_path / "2.png").mkdir()
+    before = folder_of_frames(tmp_path)
+    made = pictures(4)
+    clip = Clip((WIDTH, HEIGHT), 4, 20.0, failing(made, after=0), partial(map, made.__getitem__), True)
+    with pytest.raises(IsADirectoryError) as caught:
+        saver(tmp_path / "{frame}.png")(clip)
+    assert caught.value.filename == str(tmp_path / "2.png")
+    assert contents(tmp_path) == before
+
+
+def test_a_folder_that_is_made_meanwhile_stops_all_frames(tmp_path: Path) -> None:
+    before = folder_of_frames(tmp_path)
+    made = pictures(4)
+
+    def frames() -> Iterator[Pixels]:
+        yield from made
+        (tmp_path / "2.png").mkdir()
+        (tmp_path / "2.png" / "mine").touch()
+
+    clip = Clip((WIDTH, HEIGHT), 4, 20.0, frames(), partial(map, made.__getitem__), True)
+    with pytest.raises(IsADirectoryError) as caught:
+        saver(tmp_path / "{frame}.png")(clip)
+    assert caught.value.filename == str(tmp_path / "2.png")
+    assert contents(tmp_path) == before | {"2.png": b""}
+    assert (tmp_path / "2.png" / "mine").exists()
+
+
+@pytest.mark.parametrize("moves", range(7))
+@pytest.mark.parametrize("happens", [False, True])
+@pytest.mark.parametrize("error", [KeyboardInterrupt(), PermissionError(errno.EACCES, "Permission denied")])
+def test_frames_that_cannot_be_put_in_place_are_taken_back(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, moves: int, happens: bool, error: BaseException
+) -> None:
+    """Wherever it stops, before a move or just after it, all that was there is there again."""
+    before = folder_of_frames(tmp_path)
+    rename, calls = Path.rename, []
+
+    def stopping(path: Path, place: Path) -> Path:
+        calls.append(place)
+        if len(calls) == moves + 1 and happens:
+            rename(path, place)
+        if len(calls) == moves + 1:
+            raise error
+        return rename(path, place)
+
+    monkeypatch.setattr(Path, "rename", stopping)
+    if moves < 6:  # two that are replaced, and four that come
+        with pytest.raises(type(error)):
+            save(tmp_path / "{frame}.png", pictures(4))
+        assert contents(tmp_path) == before
+    else:
+        save(tmp_path / "{frame}.png", pictures(4))
+        assert sorted(contents(tmp_path)) == ["0.png", "1.png", "2.png", "3.png", "notes.txt"]
+        assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
 @pytest.mark.parametrize(
     "name",
     ["{}.png", "{k}.png", "{frame:x}.png", "{frame:.2}.png", "{frame}{frame}.png", "{frame.png", "{frame!r}.png"],
@@ -342,7 +508,7 @@ def test_a_template_is_for_png(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_a_folder_that_there_is_not_is_said_before_anything_is_drawn(tmp_path: Path, name: str) -> None:
     made: list[Pixels] = pictures(2)
-    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), partial(map, made.__getitem__))
+    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), partial(map, made.__getitem__), True)
     path = tmp_path / "none" / "at all" / name
     with pytest.raises(FileNotFoundError) as caught:
         saver(path)(clip)
@@ -376,6 +542,45 @@ def test_a_full_disk_names_the_files_of_a_folder(tmp_path: Path, monkeypatch: py
     assert list(tmp_path.iterdir()) == []
 
 
+def piped(pipe: Path, write: Callable[[Path], None]) -> bytes:
+    """Return what another process reads from a named pipe while `write` is called with its path."""
+    os.mkfifo(pipe)
+    with subprocess.Popen(["/bin/cat", pipe], stdout=subprocess.PIPE) as cat:
+        assert cat.stdout is not None
+        with ThreadPoolExecutor(1) as reading:
+            received = reading.submit(cat.stdout.read)
+            write(pipe)
+            return received.result(timeout=30)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a named pipe")
+@pytest.mark.parametrize("kind", WRITERS)
+def test_a_pipe_takes_what_a_file_takes(tmp_path: Path, kind: str) -> None:
+    made = pictures(5)
+    save(tmp_path / f"file.{kind}", made)
+    pipe = tmp_path / f"pipe.{kind}"
+    received = piped(pipe, lambda path: save(path, made))
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+    if kind == "webm":  # each has a number of its own
+        (tmp_path / "received.webm").write_bytes(received)
+        assert np.array_equal(watch(tmp_path / "received.webm")[0], watch(tmp_path / "file.webm")[0])
+    else:
+        assert received == (tmp_path / f"file.{kind}").read_bytes()
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a named pipe")
+@pytest.mark.parametrize("kind", WRITERS)
+def test_what_stops_the_drawing_ends_the_pipe(tmp_path: Path, kind: str) -> None:
+    made = pictures(2)
+    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=1), partial(map, made.__getitem__), True)
+
+    def stopped(path: Path) -> None:
+        with pytest.raises(RuntimeError, match="the device is gone"):
+            saver(path)(clip)
+
+    assert len(piped(tmp_path / f"pipe.{kind}", stopped)) < 5000
+
+
 def failing(made: list[Pixels], after: int, error: BaseException | None = None) -> Iterator[Pixels]:
     yield from made[:after]
     raise error or RuntimeError("the device is gone")
@@ -395,7 +600,7 @@ def leaving_nothing(folder: Path) -> Iterator[None]:
 @pytest.mark.parametrize("error", [RuntimeError("the device is gone"), KeyboardInterrupt()])
 def test_what_stops_the_drawing_leaves_nothing(tmp_path: Path, name: str, after: int, error: BaseException) -> None:
     made = pictures(20)
-    clip = Clip((WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), partial(map, made.__getitem__))
+    clip = Clip((WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), partial(map, made.__getitem__), True)
     with leaving_nothing(tmp_path), pytest.raises(type(error)):
         saver(tmp_path / name)(clip)
 
@@ -422,7 +627,7 @@ def test_what_goes_wrong_while_encoding_stops_the_drawing(
             yield picture
 
     with leaving_nothing(tmp_path), pytest.raises(MemoryError, match="no room for the fourth"):
-        saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 100, 20.0, frames(), partial(map, made.__getitem__)))
+        saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 100, 20.0, frames(), partial(map, made.__getitem__), True))
     assert len(drawn) <= 4 + MOST_WORKERS + 1
 
 
@@ -500,7 +705,7 @@ def test_few_frames_are_held_at_a_time(tmp_path: Path, name: str) -> None:
         living.append(weakref.ref(picture))
         return picture
 
-    saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), partial(map, drawn)))
+    saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), partial(map, drawn), True))
     assert len(alive) >= 50
     assert max(alive[8:]) <= MOST_WORKERS + 3
 
@@ -593,6 +798,45 @@ def test_progress_that_raises_stops_it(tmp_path: Path) -> None:
 
     with leaving_nothing(tmp_path), pytest.raises(ValueError, match="enough"):
         gx.turntable(gx.samples.cube(), 50, tmp_path / "out.gif", size=(20, 20), progress=stop)
+
+
+def held(device: Device) -> tuple[int, dict[str, list[int]]]:
+    """Return what a device keeps: how many groups of buffers, and which buffers for whoever takes one."""
+    spare = {role: sorted(buffer.number for buffer in buffers) for role, buffers in device.pool._spare.items()}
+    return len(device.bind_groups), spare
+
+
+def stop_at_7(done: int, _: int) -> None:
+    if done == 7:
+        raise ValueError("enough")
+
+
+def turn_until_12(k: int) -> Any:
+    if k == 12:
+        raise ValueError("enough")
+    return gx.rotate_y(k)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("options", [{"progress": stop_at_7}, {"frames": turn_until_12}], ids=["progress", "frames"])
+@pytest.mark.parametrize("memory", ["device", "staging_device"])
+def test_what_stops_the_drawing_leaves_no_memory_taken(
+    tmp_path: Path, name: str, options: dict[str, Any], memory: str, request: pytest.FixtureRequest
+) -> None:
+    device = request.getfixturevalue(memory)
+    camera = gx.Camera.look_at((0, 0, 5), (0, 0, 0))
+    drawing: dict[str, Any] = {"frames": gx.rotate_y, "n_frames": 20, "size": (64, 48), "camera": camera, **options}
+
+    def stopped() -> None:
+        with pytest.raises(ValueError, match="enough"):
+            gx.animate(CUBE, path=tmp_path / name, device=device, **drawing)
+
+    for _ in range(2):
+        stopped()
+    before = held(device)
+    for _ in range(18):
+        stopped()
+    assert held(device) == before
 
 
 def test_stills_are_what_pillow_reads() -> None:

@@ -109,6 +109,8 @@ def test_without_keys_a_layer_is_drawn_as_it_is() -> None:
         ({}, Look(ground=DARK), {"color": "white"}),
         ({"color": "#000"}, Look(ground=DARK), {"color": "white"}),
         ({"color": "red"}, Look(ground=DARK), {"color": "red"}),
+        ({"color": np.zeros(3)}, Look(ground=DARK), {"color": "white"}),
+        ({"color": np.array([0.2, 0.3, 0.4])}, Look(ground=DARK), {"color": (0.2, 0.3, 0.4)}),
         ({}, Look(ground=DARK, filled=True), {"fill": "lightgray"}),
         ({}, Look(ground="white"), {}),
         ({"color": "face"}, Look(ground=DARK, by_face=False), {"color": "white"}),

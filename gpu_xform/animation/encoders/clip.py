@@ -14,6 +14,7 @@ class Clip:
 
     frames : all of them in their order, to be gone through once
     samples : draws a few of them, by their numbers, before the first is asked for
+    is_opaque : whether no pixel of any lets through what is below
     """
 
     size: tuple[int, int]
@@ -21,6 +22,7 @@ class Clip:
     fps: float
     frames: Iterator[Pixels]
     samples: Callable[[Sequence[int]], Iterator[Pixels]]
+    is_opaque: bool
 
     def durations(self, unit_s: float) -> Sequence[int]:
         """Return for how many units each frame is shown; each begins within half a unit of its time."""

@@ -30,6 +30,7 @@ def frame_name(template: str) -> Callable[[int], str]:
 def write(template: Path, clip: Clip) -> None:
     """Write a PNG for each frame, numbered from 0; all of them, or none."""
     name = frame_name(template.name)
-    with atomic_folder(template.parent) as folder, encoded(clip.frames, png) as stills:
+    names = map(name, range(clip.n_frames))
+    with atomic_folder(template.parent, names) as folder, encoded(clip.frames, png) as stills:
         for k, still in enumerate(stills):
             (folder / name(k)).write_bytes(still)

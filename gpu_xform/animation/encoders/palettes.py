@@ -1,5 +1,6 @@
-"""The colours of a GIF: at most 255 for all of its frames, and none mixed from dots."""
+"""The colours of a GIF: at most 255 for all frames that they suit, and none mixed from dots."""
 
+import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -20,17 +21,25 @@ CELL = 8  # the nearest colour is looked for once for all colours that differ by
 COLOR = np.uint32(0xFFFFFF)  # the bits of a pixel's colour
 HALF_OPAQUE = np.uint32(0x80000000)
 
+# What a palette does not suit. The rims of lines are off by up to 50, but few pixels of each colour: of solids turning
+# in many colours, 1 in 400 is off by more than NEAR in the same way. A ground or a painted face that the palette does
+# not hold is many pixels of one colour; thin lines that it does not hold are few of each, but FAR off.
+NEAR, FAR = 8, 64  # in red, green or blue
+ALIKE = np.uint32(0xF8F8F8)  # the bits that pixels of about one colour share
+MOST_ALIKE, MOST_FAR = 1 / 128, 1 / 1024
+FEW = 4  # pixels, which may be alike by chance in a picture as small as a thumbnail
+MOST_COMPARED = 1 << 12  # pixels of a frame, evenly spread: to compare more takes longer and tells no more
+
 
 class Palette:
     """At most 255 colours, chosen for the opaque pixels of `samples`, and which of them stands for another."""
 
     def __init__(self, samples: Iterable[Pixels]) -> None:
-        sampled = _sampled(samples)
-        self.is_opaque = sampled.is_opaque
-        chosen = _chosen(sampled)
+        chosen = _chosen(_sampled(samples))
         self._colors = _rgb(chosen)
         self._number_of = _numbers(self._colors)
         self._number_of[chosen[::-1]] = np.arange(len(chosen), 0, -1)  # what was chosen is exact
+        self._code_of = np.append(np.uint32(0), chosen)
 
     def table(self) -> bytes:
         """Return 256 colours of three bytes: black for what is transparent, then the chosen ones."""
@@ -43,6 +52,43 @@ class Palette:
         indices[packed < HALF_OPAQUE] = TRANSPARENT
         return indices
 
+    def suits(self, pixels: Pixels, indices: Indices) -> bool:
+        """Say whether the `pixels` (height, width, 4) are near enough to the colours that `indices` show them in."""
+        step = math.isqrt(indices.size // MOST_COMPARED) + 1
+        compared, numbers = np.ascontiguousarray(words(pixels)[::step, ::step]), indices[::step, ::step]
+        shown = self._code_of.take(numbers)
+        a, b = compared.view(np.uint8), shown.view(np.uint8)
+        differences = np.maximum(a, b) - np.minimum(a, b)
+        is_seen = numbers != TRANSPARENT
+        if np.count_nonzero(_exceeds(differences, FAR) & is_seen) > MOST_FAR * compared.size:
+            return False
+        off = compared[_exceeds(differences, NEAR) & is_seen]
+        most = max(FEW, MOST_ALIKE * compared.size)
+        return len(off) <= most or bool(np.unique(off & ALIKE, return_counts=True)[1].max() <= most)
+
+
+class Palettes:
+    """The palette of a file, chosen for `samples`, and one for frames that it does not suit."""
+
+    def __init__(self, samples: Iterable[Pixels]) -> None:
+        self.common = Palette(samples)
+        self._own: Palette | None = None
+
+    def indexed(self, pixels: Pixels) -> tuple[Palette, Indices]:
+        """Return a palette that suits the `pixels` (height, width, 4), the common one if it does, and their indices."""
+        for palette in (self.common, self._own):
+            if palette is not None:
+                indices = palette.indices(pixels)
+                if palette.suits(pixels, indices):
+                    return palette, indices
+        self._own = Palette([pixels])  # kept, for the frames that follow are most likely of the same colours
+        return self._own, self._own.indices(pixels)
+
+
+def _exceeds(differences: npt.NDArray[np.uint8], least: int) -> npt.NDArray[np.bool_]:
+    """Return where one of a pixel's colours, four bytes with opacity, differs by more than `least`."""
+    return np.asarray((differences > least).view(np.uint32) & COLOR != 0)
+
 
 class _Sampled(NamedTuple):
     """The colours of opaque pixels: the first one's, of how many it is the colour, and those of the others (n,)."""
@@ -50,23 +96,21 @@ class _Sampled(NamedTuple):
     first: np.uint32
     n_first: int
     others: Codes
-    is_opaque: bool  # all of them
 
 
 def _sampled(pictures: Iterable[Pixels]) -> _Sampled:
-    first, n_opaque, n_pixels = None, 0, 0
+    first, n_opaque = None, 0
     others = []
     for pixels in pictures:
         packed = words(pixels).reshape(-1)
         colors = packed[packed >= HALF_OPAQUE] & COLOR
         n_opaque += len(colors)
-        n_pixels += len(packed)
         if first is None and len(colors):
             first = colors[0]
         # Most pixels are background, and so, most likely, is the first: what need not be sorted takes no time.
         others.append(colors[colors != first])
     together = np.concatenate(others)
-    return _Sampled(first or np.uint32(0), n_opaque - len(together), together, n_opaque == n_pixels)
+    return _Sampled(first or np.uint32(0), n_opaque - len(together), together)
 
 
 def _chosen(sampled: _Sampled) -> Codes:

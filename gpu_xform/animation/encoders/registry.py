@@ -5,7 +5,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
-from ..._files import atomic_write
+from ..._files import atomic_seekable_write, atomic_write
 from ...errors import ArgumentError, ArgumentTypeError
 from . import apng, folder, gif, html, video, webp
 from .clip import Clip
@@ -22,6 +22,7 @@ WRITERS: dict[str, Writer] = {
     "webm": video.write_webm,
     "webp": webp.write,
 }
+GO_BACK = {"mp4", "webm", "webp"}  # to write the length of what comes after
 
 
 def saver(path: StrPath) -> Callable[[Clip], None]:
@@ -56,7 +57,7 @@ def _writer(path: Path) -> Callable[[Clip], None]:
         video.require_av()
 
     def write(clip: Clip) -> None:
-        with atomic_write(path) as file:
+        with (atomic_seekable_write if kind in GO_BACK else atomic_write)(path) as file:
             WRITERS[kind](file, clip)
 
     return write
