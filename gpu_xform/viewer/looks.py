@@ -100,8 +100,10 @@ def _changes(layer: Layer, look: Look, pixel_ratio: float) -> dict[str, Any]:
         changes |= _face_changes(layer, look)
     color = changes.get("color", layer.color)
     is_on_ground = changes.get("fill", layer.fill) is None
-    if look.ground == DARK and is_on_ground and not _is_face(color) and rgba(color, "color")[:3] == (0.0, 0.0, 0.0):
-        changes["color"] = LIGHT
+    if look.ground == DARK and is_on_ground and not _is_face(color):
+        *hue, alpha = rgba(color, "color")
+        if hue == [0.0, 0.0, 0.0]:
+            changes["color"] = (LIGHT, alpha)
     return changes
 
 

@@ -12,7 +12,7 @@ from .. import images
 from .._arguments import Float64Array
 from .._files import atomic_write
 from ..cameras import DEFAULT_DIRECTION, Camera, turn_up
-from ..colors import ColorLike, rgba
+from ..colors import ColorLike, backdrop
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
 from ..images import Pixels
@@ -104,7 +104,7 @@ class Session:
             )
         except NOTHING_DRAWN as error:
             self._problem = str(error)
-            ground = (0.0, 0.0, 0.0, 0.0) if background is None else rgba(background, "background")
+            ground = backdrop(background)
             width, height = self._size
             return np.broadcast_to(np.rint(np.multiply(ground, 255)).astype(np.uint8), (height, width, 4))
 

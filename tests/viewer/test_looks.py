@@ -108,6 +108,8 @@ def test_without_keys_a_layer_is_drawn_as_it_is() -> None:
         ({}, Look(antialias=False), {"antialias": False}),
         ({}, Look(ground=DARK), {"color": "white"}),
         ({"color": "#000"}, Look(ground=DARK), {"color": "white"}),
+        ({"color": "none"}, Look(ground=DARK), {"color": "none"}),
+        ({"color": "#00000080"}, Look(ground=DARK), {"color": "#ffffff80"}),
         ({"color": "red"}, Look(ground=DARK), {"color": "red"}),
         ({"color": np.zeros(3)}, Look(ground=DARK), {"color": "white"}),
         ({"color": np.array([0.2, 0.3, 0.4])}, Look(ground=DARK), {"color": (0.2, 0.3, 0.4)}),
