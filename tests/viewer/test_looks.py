@@ -29,7 +29,7 @@ def shown(layer: Layer, look: Look, pixel_ratio: float = 1.0) -> Layer:
 
 
 def pixels(layer: Layer) -> bytes:
-    return render_array(layer, size=(60, 50)).tobytes()
+    return render_array(layer, size=(60, 50), background="#3060a0").tobytes()  # on which no colour of a look vanishes
 
 
 @pytest.mark.parametrize(
