@@ -17,6 +17,7 @@ DEFAULT_MARGIN = 0.05
 # A depth buffer spends its precision near the eye; nothing closer than a thousandth of the way is drawn.
 NEAR_FRACTION = 1e-3
 FAR_FRACTION = 1e3
+FARTHEST = 1e300  # beyond which the distance of a camera overflows
 
 
 class Camera:
@@ -133,6 +134,7 @@ class Camera:
             raise ArgumentError(f"model must be a Mesh or points of shape (n, 3), got shape {points.shape}")
         if len(points) == 0:
             raise MeshError("a model without points cannot be framed")
+        require_in_reach(points, "model")
         if not 0.0 <= number(margin, "margin") < 0.5:
             raise ArgumentError(f"margin must lie in [0, 0.5), got {margin}")
         view_from_world = matrices.look_at((0.0, 0.0, 0.0), _unit(direction), up)
@@ -144,6 +146,13 @@ class Camera:
             return place(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
         return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r})")
+
+
+def require_in_reach(points: Float64Array, name: str) -> None:
+    """Raise `ArgumentError` for points so far out that the distance of a camera would overflow."""
+    too_far = ~(np.abs(points) <= FARTHEST)
+    if too_far.any():
+        raise ArgumentError(f"{name} must have coordinates of at most {FARTHEST:g}, got {points[too_far][0]:g}")
 
 
 def outermost(

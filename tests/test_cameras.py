@@ -7,7 +7,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gpu_xform import Camera, Mesh, matrices, samples
+from gpu_xform import Camera, Mesh, matrices, render_array, samples
 from gpu_xform.cameras import outermost
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 
@@ -260,3 +260,14 @@ def test_the_outermost_points_so_far_decide_where_a_camera_stands(
     few, all_of_them = Camera.fit(held, **options), Camera.fit(points, **options)
     expected = all_of_them.clip_from_world(aspect)
     np.testing.assert_allclose(few.clip_from_world(aspect), expected, rtol=0, atol=1e-9 * np.abs(expected).max())
+
+
+def test_points_too_far_out_for_a_camera_are_named() -> None:
+    with pytest.raises(ArgumentError, match=r"^model must have coordinates of at most 1e\+300, got -1e\+301$"):
+        Camera.fit([(0, 0, 0), (0, -1e301, 1)])
+    cube = samples.cube()
+    with pytest.raises(ArgumentError, match=r"^models must have coordinates of at most 1e\+300, got "):
+        render_array(cube, transform=matrices.translate(0, 1e308, 0), size=(20, 20))
+    camera = Camera.look_at((3, 2, 5), (0, 0, 0))
+    with pytest.raises(ArgumentError, match=r"^transform must be a matrix of numbers that do not overflow in the pict"):
+        render_array(cube, transform=matrices.scale(1e308), camera=camera, size=(20, 20))

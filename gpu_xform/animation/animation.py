@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import images
 from .._arguments import Float64Array, MatrixLike, direction, whole_number
-from ..cameras import Camera, outermost
+from ..cameras import Camera, outermost, require_in_reach
 from ..colors import ColorLike, rgba
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu.device import Device
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 Progress: TypeAlias = Callable[[int, int], object]
 
 DEFAULT_SIZE = (640, 480)
-FARTHEST = 1e300  # beyond which the distance of a camera overflows
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -176,12 +175,7 @@ class Animation:
         layers = self._posed(k)
         with np.errstate(over="ignore", invalid="ignore"):
             points = outline(layers)
-        too_far = ~(np.abs(points) <= FARTHEST)
-        if too_far.any():
-            raise ArgumentError(
-                f"frame {k}: points must have coordinates of at most {FARTHEST:g} for a camera to hold them, "
-                f"got {points[too_far][0]:g}"
-            )
+        require_in_reach(points, f"frame {k}: the model")
         return points
 
     def frame(self, i: int) -> "Image":

@@ -110,7 +110,10 @@ class _Shaper:
             elif candidates is None and layer.fill is None:
                 raise MeshError(self._nothing_to_draw())
         points, model_from_points = subject.on_device(self._device)
-        clip_from_points = clip_from_world @ layer.world_from_model @ model_from_points
+        with np.errstate(over="ignore", invalid="ignore"):
+            clip_from_points = clip_from_world @ layer.world_from_model @ model_from_points
+        if not np.isfinite(clip_from_points).all():
+            raise ArgumentError("transform must be a matrix of numbers that do not overflow in the picture")
         scale = float(np.abs(clip_from_points).max()) or 1.0  # homogeneous: a factor changes nothing
         clip_from_points = clip_from_points / scale
         own_cue = (float(cue[0]), float(cue[1] * scale), float(cue[2]), float(cue[3]))

@@ -7,7 +7,7 @@ from functools import cache
 from typing import TypeAlias
 
 from .._arguments import Float64Array
-from ..cameras import Camera
+from ..cameras import Camera, require_in_reach
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu import frame
 from ..gpu.device import Device, chosen_device
@@ -52,6 +52,7 @@ def staged(models: Models, camera: Camera | None, size: Size, device: Device | N
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
     held = cache(lambda: outline(layers, subjects))
     if camera is None:
+        require_in_reach(held(), "models")
         if len(held()) == 0:
             raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
         camera = Camera.fit(held())

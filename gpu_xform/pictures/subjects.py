@@ -300,6 +300,7 @@ def box_corners(bounds: Float64Array) -> Float64Array:
 
 def world_positions(positions: Float64Array, world_from_model: Float64Array) -> Float64Array:
     """Return `positions` (n, 3) in the world, divided by w; what has w <= 0 is left out."""
-    homogeneous = positions @ world_from_model[:, :3].T + world_from_model[:, 3]
+    with np.errstate(over="ignore", invalid="ignore"):
+        homogeneous = positions @ world_from_model[:, :3].T + world_from_model[:, 3]
     in_front = homogeneous[homogeneous[:, 3] > 0.0]
     return np.asarray(in_front[:, :3] / in_front[:, 3:])
