@@ -155,8 +155,8 @@ def test_what_lies_behind_a_projection_s_eye_in_some_frames_is_not_framed() -> N
 @pytest.mark.parametrize(
     ("matrix", "transform", "message"),
     [
-        (gx.translate(1e308, 0, 0), None, r"model must have coordinates of at most 1e\+300 .* got 1e\+308"),
-        (gx.scale(-1e308), None, r"model must have coordinates of at most 1e\+300 .* got -?(inf|1e\+308)"),
+        (gx.translate(1e308, 0, 0), None, r"the model must have coordinates of at most 1e\+300, got 1e\+308"),
+        (gx.scale(-1e308), None, r"the model must have coordinates of at most 1e\+300, got -?(inf|1e\+308)"),
         (gx.scale(1e200), gx.scale(1e200), "the frame's matrix times transform must stay within float64's range"),
     ],
 )
