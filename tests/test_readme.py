@@ -104,7 +104,7 @@ def test_a_command_line(line: str, folder: Path) -> None:
 
 def test_there_are_commands_to_run() -> None:
     assert [line.split()[1] for line in command_lines()] == [
-        *("render", "render", "render", "animate", "transform", "transform", "explain", "doctor")
+        *("render", "render", "render", "render", "animate", "transform", "transform", "explain", "doctor")
     ]
 
 
