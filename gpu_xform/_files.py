@@ -11,6 +11,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from ._interrupts import uninterrupted
+
 
 @contextmanager
 def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
@@ -64,7 +66,7 @@ def atomic_folder(path: str | os.PathLike[str], names: Iterable[str]) -> Iterato
     refuses names `path`.
     """
     target = Path(path)
-    if target.exists() and not target.is_dir():
+    if os.path.lexists(target) and not target.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), os.fspath(path))
     for name in names:
         _require_no_folder(target / name)
@@ -73,8 +75,9 @@ def atomic_folder(path: str | os.PathLike[str], names: Iterable[str]) -> Iterato
         beside.mkdir()
         yield beside
         if target.is_dir():
-            _move_all(beside, target)
-            beside.rmdir()
+            with uninterrupted():
+                _move_all(beside, target)
+                beside.rmdir()
         else:
             beside.rename(target)
     except BaseException as error:

@@ -15,7 +15,7 @@ def bar(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[in
     from tqdm import tqdm
 
     silent = sys.stderr is None or not sys.stderr.isatty()
-    width = None if silent else _assumed_width()
+    width, height = (None, None) if silent else _assumed_size()
     with tqdm(
         desc=label,
         unit=unit,
@@ -24,6 +24,7 @@ def bar(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[in
         disable=silent,
         leave=False,
         ncols=width,
+        nrows=height,
         dynamic_ncols=width is None,
     ) as shown:
 
@@ -34,12 +35,14 @@ def bar(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[in
         yield move
 
 
-def _assumed_width() -> int | None:
-    """Return how many columns to take for those of a terminal that says 0; None where it knows them."""
+def _assumed_size() -> tuple[int | None, int | None]:
+    """Return how many columns and rows to take for those of a terminal that says 0 of either; None if it knows them."""
     with contextlib.suppress(OSError, AttributeError):  # of what is no file of the system
-        if os.get_terminal_size(sys.stderr.fileno()).columns == 0:
-            return shutil.get_terminal_size().columns - 1  # as tqdm does: the last may begin a new line
-    return None
+        columns, rows = os.get_terminal_size(sys.stderr.fileno())
+        if columns == 0 or rows == 0:
+            usual = shutil.get_terminal_size()
+            return (columns or usual.columns) - 1, rows or usual.lines  # as tqdm does: the last may begin a new line
+    return None, None
 
 
 def write(text: str) -> None:

@@ -5,7 +5,7 @@ import subprocess
 import sys
 
 
-def on_a_terminal(*typed: str, columns: int = 80) -> tuple[int, str]:
+def on_a_terminal(*typed: str, columns: int = 80, rows: int = 24) -> tuple[int, str]:
     """Return the exit code of a command, and what it shows on a terminal so wide; bars are shown at once."""
     import fcntl
     import pty
@@ -13,7 +13,7 @@ def on_a_terminal(*typed: str, columns: int = 80) -> tuple[int, str]:
     import termios
 
     here, there = pty.openpty()
-    fcntl.ioctl(there, termios.TIOCSWINSZ, struct.pack("HHHH", 24, columns, 0, 0))
+    fcntl.ioctl(there, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
     program = "import sys, gpu_xform.cli; sys.exit(gpu_xform.cli.main())"
     at_once = f"from gpu_xform import progress; progress.APPEARS_AFTER_S = 0; {program}"
     with subprocess.Popen([sys.executable, "-c", at_once, *typed], stderr=there, stdout=subprocess.PIPE) as process:

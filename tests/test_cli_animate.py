@@ -184,10 +184,10 @@ def test_models_with_nothing_to_draw_are_named(capsys: pytest.CaptureFixture[str
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")
-@pytest.mark.parametrize("columns", [80, 0], ids=["a width", "no width"])
-def test_a_bar_is_shown_on_a_terminal_only(columns: int) -> None:
+@pytest.mark.parametrize(("columns", "rows"), [(80, 24), (0, 24), (80, 0), (0, 0)])
+def test_a_bar_is_shown_on_a_terminal_only(columns: int, rows: int) -> None:
     typed = ["animate", "house.obj", "-o", "out.webp", *SMALL]
-    code, told = on_a_terminal(*typed, columns=columns)
+    code, told = on_a_terminal(*typed, columns=columns, rows=rows)
     assert code == 0
     assert "out.webp: " in told
     assert "frames/s]" in told

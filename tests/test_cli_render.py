@@ -388,6 +388,8 @@ def arrays() -> None:
     np.save("pairs.npy", PAIRS)
     np.save("places.npy", PLACES)
     np.save("heights.npy", HEIGHTS)
+    np.save("no_places.npy", PLACES[:0])
+    np.save("no_pairs.npy", PAIRS[:0])
 
 
 @pytest.mark.usefixtures("arrays")
@@ -449,13 +451,18 @@ def test_further_layers_have_a_style_of_their_own() -> None:
         (["--edge-colors", "red"], "--edge-colors: expected an .npy file, got 'red'"),
         (["--edge-colors", "-"], "--edge-colors: expected an .npy file, got '-'"),
         (["--edge-colors", "edges.npy", "--color", "red"], "not allowed with"),
-        (["--edges", "all,places.npy"], "--edges: edges must hold integers, got dtype float64"),
+        (["--edges", "all,faces.npy"], "--edges: edges must hold integers, got dtype float64"),
+        (["--edges", "all,places.npy"], "places.npy: expected an array of shape (m, 2), got (3, 4, 4)"),
         (
             ["--edges", "pairs.npy,most"],
             "--edges: expected all, feature, boundary, silhouette, an .npy file",
         ),
         (["--fill", "none.npy"], "none.npy: No such file"),
-        (["--instances", "pairs.npy"], "--instances must have shape (4, 4), got (3, 2)"),
+        (["--instances", "pairs.npy"], "--instances: expected an array of shape (k, 4, 4), got (3, 2)"),
+        (["house.obj", "--fill", "pairs.npy"], "--fill: house: fill must have"),
+        (["--instances", "no_places.npy"], "--instances: expected an array of shape (k, 4, 4), got (0, 4, 4)"),
+        (["--edges", "heights.npy"], "heights.npy: expected an array of shape (m, 2), got (10,)"),
+        (["--edges", "no_pairs.npy"], "house.obj: edges must choose at least one edge, an array chooses none of"),
         (["--layer", "none.obj"], "none.obj: No such file"),
         (["--layer", "--color red"], "--layer: the following arguments are required: MODEL"),
         (["--layer", "house.obj --color blurple"], "--layer: argument --color: "),
@@ -465,7 +472,7 @@ def test_further_layers_have_a_style_of_their_own() -> None:
         ),
         (["--layer", "house.obj --cmap magma"], "--cmap must come with --scalars"),
         (["--layer", "'house.obj"], "--layer: No closing quotation"),
-        (["--layer", "house.obj --edges boundary"], "house: edges must choose at least one edge"),
+        (["--layer", "house.obj --edges boundary"], "gpu-xform: error: house: edges must choose at least one edge"),
     ],
 )
 def test_arrays_and_layers_that_cannot_be(options: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -212,6 +212,15 @@ def test_a_face_into_the_distance_pales_evenly(orthographic: bool) -> None:
     assert gx.render_array(floor, depth_cue=0.0, **style).tobytes() == gx.render_array(floor, **style).tobytes()
 
 
+@pytest.mark.parametrize("style", [{"fill": "gold"}, {"line_width": 3.0}, {"antialias": False}])
+def test_a_factor_of_a_homogeneous_matrix_pales_nothing(style: dict[str, Any]) -> None:
+    torus = samples.torus(12, 7)
+    plain = gx.render_array(torus, depth_cue=0.9, size=SIZE, **style)
+    for factor in (5.0, 0.125):
+        scaled = gx.render_array(torus, depth_cue=0.9, size=SIZE, transform=factor * np.eye(4), **style)
+        assert np.abs(scaled.astype(int) - plain).max() <= 1
+
+
 def test_each_instance_and_each_layer_pales_as_far_as_it_is_away_and_asked_to() -> None:
     near, far = matrices.translate(-0.5, 0, 1), matrices.translate(0.5, 0, -1)
     options: dict[str, Any] = {"camera": Camera.window((-1, 1), (-1, 1)), "size": (40, 40)}

@@ -68,6 +68,7 @@ BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
     ),
     ({"fill": "blurple"}, ArgumentError, "^fill must be a colour's name"),
     ({"fill": 5}, ArgumentError, "^fill must have shape"),
+    ({"fill": np.array(1.0)}, ArgumentError, "^fill must have shape"),
     ({"fill": np.zeros((5, 3))}, ArgumentError, "^fill must have one row for each of the 6 faces, got 5$"),
     ({"fill": np.zeros((6, 2))}, ArgumentError, r"^fill must have shape \(6, 3\) or \(6, 4\), got \(6, 2\)$"),
     ({"fill": [(1, 0, 0), (1, 0)]}, ArgumentError, r"^fill\[1\] must be a colour's name"),

@@ -80,6 +80,17 @@ VILLAGE = [
     for k in range(12)
 ]
 NEAR_CUBE = {"eye": (1.3, 1.4, 4.0), "target": (0.0, 0.0, 0.0)}
+TETRAHEDRON = gx.Mesh([(1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1)], [(0, 1, 2), (0, 3, 1), (0, 2, 3), (1, 3, 2)])
+TURNS = np.random.default_rng(0).normal(size=(25, 3))
+SOLIDS = [
+    gx.Layer(
+        TETRAHEDRON,
+        transform=gx.chain(gx.rotate(turn, 2.0), gx.translate(3.5 * (k % 5), 3.5 * (k // 5), 0)),
+        fill="face",
+        depth_cue=0.5,
+    )
+    for k, turn in enumerate(TURNS)
+]
 VIEWS: dict[str, tuple[Any, gx.Camera]] = {
     "the near cube hides the gold one": (
         [gx.Layer(CUBE, fill="gold"), gx.Layer(CUBE, transform=gx.translate(1, 0.3, 1), hidden="remove", color="red")],
@@ -98,6 +109,16 @@ VIEWS: dict[str, tuple[Any, gx.Camera]] = {
     ),
     "cut at the near plane": (gx.Layer(CUBE, fill="face"), gx.Camera.look_at((1.3, 1.4, 4), (0, 0, 0), near=3.2)),
     "cut at the far plane": (gx.Layer(CUBE, fill="face"), gx.Camera.look_at((1.3, 1.4, 4), (0, 0, 0), far=4.5)),
+    "faces that one plane cuts": (gx.Layer(CUBE, fill="face"), gx.Camera.look_at((3, 2, 4), (0, 0, 0), near=1, far=6)),
+    "paling faces that one plane cuts": (
+        gx.Layer(CUBE, fill="face", depth_cue=0.7),
+        gx.Camera.look_at((3, 2, 4), (0, 0, 0), near=1, far=5.8, orthographic=True),
+    ),
+    "paling solids": (SOLIDS, gx.Camera.fit(np.array([(-1.8, -1.8, -2), (15.8, 15.8, 2)]), direction=(0.2, -0.3, -1))),
+    "a paling face that reaches behind the eye": (
+        gx.Layer(gx.Mesh([(-5, -1, -10), (5, -1, -50), (0, -1, 60)], [(0, 1, 2)]), fill="seagreen", depth_cue=1.0),
+        gx.Camera.look_at((0, 1, 0), (0, 0.5, -10)),
+    ),
     "a village on a floor": (
         [gx.Layer(FLOOR, fill="lightgreen"), *VILLAGE],
         gx.Camera.look_at((9, 7, 14), (0, 0, 0)),

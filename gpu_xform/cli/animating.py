@@ -81,7 +81,7 @@ def animate(options: argparse.Namespace) -> int:
         "background": options.background,
         "device": chosen_device(options),
     }
-    with warnings.catch_warnings(record=True) as caught, naming(paths):
+    with warnings.catch_warnings(record=True) as caught, naming(options, paths):
         warnings.simplefilter("always", SizeWarning)
         if options.matrices is None:
             axis = options.up if options.axis is None else options.axis

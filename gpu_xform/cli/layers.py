@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .._arguments import Float64Array, real_array, square_matrices
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -56,17 +57,23 @@ OPTIONS = {
 
 
 @contextlib.contextmanager
-def naming(paths: Sequence[str]) -> Iterator[None]:
-    """Put the names of model files before what is wrong with what they show, and options before what they give."""
+def naming(options: Namespace, paths: Sequence[str]) -> Iterator[None]:
+    """Put the names of model files before what is wrong with what they show, and options before what they give.
+
+    Where there is --layer, what is wrong names its model already.
+    """
     try:
         yield
     except MeshError as error:
+        if options.further:
+            raise
         raise MeshError(f"{files.called(paths)}: {error}") from None
     except (ArgumentError, ArgumentTypeError) as error:
-        argument = str(error).partition(" ")[0]
-        if argument not in OPTIONS:
+        # Of several models, the name of the one that is meant comes first.
+        option = next((OPTIONS[word] for word in str(error).split(" ")[:2] if word in OPTIONS), None)
+        if option is None:
             raise
-        raise type(error)(f"{OPTIONS[argument]}: {error}") from None
+        raise type(error)(f"{option}: {error}") from None
 
 
 def _layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
@@ -80,8 +87,7 @@ def _layers(options: Namespace, paths: Sequence[str], world_from_model: Float64A
         {name: _with_arrays(value, path) for name, value in typed.items()} | {"name": Path(path).stem} for path in paths
     ]
     for style in styles:
-        instances = square_matrices(style.pop("instances", np.eye(4)), "--instances", 4)
-        style["transform"] = world_from_model @ instances
+        style["transform"] = world_from_model @ _stack(style.pop("instances", np.eye(4)[np.newaxis]))
     if source is not None:
         scalars = [_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
         limits = _limits(np.concatenate(scalars))
@@ -89,11 +95,28 @@ def _layers(options: Namespace, paths: Sequence[str], world_from_model: Float64A
     return [Layer(mesh, **style) for mesh, style in zip(meshes, styles, strict=True)]
 
 
+def _stack(instances: npt.NDArray[Any]) -> Float64Array:
+    if instances.ndim != 3 or instances.shape[1:] != (4, 4) or len(instances) == 0:
+        raise ArgumentError(f"--instances: expected an array of shape (k, 4, 4), got {instances.shape}")
+    return square_matrices(instances, "--instances", 4)
+
+
 def _with_arrays(value: Any, path: str) -> Any:
     """Return a value of the style, arrays in place of the .npy files that belong to the model file `path`."""
     if isinstance(value, Template):
         return files.read_array(value.path(path))
-    return [_with_arrays(part, path) for part in value] if isinstance(value, list) else value
+    return [_pairs(part, path) for part in value] if isinstance(value, list) else value
+
+
+def _pairs(edges: str | Template, path: str) -> Any:
+    """Return a name of edges, or what is in an .npy file."""
+    if not isinstance(edges, Template):
+        return edges
+    array_path = edges.path(path)
+    pairs = files.read_array(array_path)
+    if pairs.ndim != 2:
+        raise ArgumentError(f"{array_path}: expected an array of shape (m, 2), got {pairs.shape}")
+    return pairs
 
 
 def _scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array:

@@ -44,7 +44,7 @@ def view(options: argparse.Namespace) -> int:
 
     paths = files.matching(options.models)
     shown, points = read_layers(options, paths, composed(options))
-    with naming(paths):
+    with naming(options, paths):
         view(
             shown,
             camera=aim.camera(options, points),

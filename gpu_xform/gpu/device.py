@@ -9,11 +9,11 @@ from typing import Any, Self
 
 import wgpu
 
+from .._interrupts import uninterrupted
 from ..errors import ArgumentTypeError, DeviceError
 from . import buffers, self_test
 from .adapters import Adapter, Limits, described, find_adapter, quiet_runtime_dir
 from .faults import device_errors
-from .interrupts import uninterrupted
 from .pool import Pool
 from .residents import Residents
 from .shaders import Pipelines

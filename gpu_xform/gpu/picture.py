@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
+from .._interrupts import uninterrupted
 from ..errors import DeviceError
 from ..images import straight_alpha
 from . import layouts, uniforms
@@ -15,7 +16,6 @@ from .buffers import Buffer
 from .device import Device
 from .face_pass import FacePass
 from .frame import Projection, View, in_bindings
-from .interrupts import uninterrupted
 from .line_pass import LinePass
 from .reach import reached
 from .shapes import Hidden, Shape

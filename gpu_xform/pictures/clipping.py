@@ -1,6 +1,7 @@
 """Polygons in clip space, cut by planes: at the sides of the view, and into strips of what changes across them."""
 
 from collections.abc import Callable
+from itertools import pairwise
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
@@ -74,13 +75,19 @@ def clipped(pieces: Pieces, height: Height) -> Pieces:
     return chosen(cut, sizes > 2)
 
 
-def strips(pieces: Pieces, value: Height, step: float) -> Pieces:
-    """Return convex polygons cut wherever `value`, linear in clip space, is a multiple of `step`; (c, 4) to (c,)."""
+def strips(pieces: Pieces, value: Height, levels: Float64Array) -> Pieces:
+    """Return convex polygons cut wherever `value`, linear in clip space, is one of `levels`, which ascend.
+
+    value : (c, 4) to (c,)
+    """
     low, high = extremes(pieces, value(pieces.corners))
-    parts = [chosen(pieces, high <= low)]
-    for k in range(int(np.floor(low.min(initial=0.0) / step)), int(np.ceil(high.max(initial=0.0) / step))):
-        reaching = chosen(pieces, (low < (k + 1) * step) & (high > k * step) & (low < high))
-        parts.append(clipped(clipped(reaching, _above(value, k * step)), _below(value, (k + 1) * step)))
+    bounds = np.concatenate([[-np.inf], levels, [np.inf]])
+    is_cut = np.searchsorted(levels, low, "right") < np.searchsorted(levels, high, "left")
+    parts = [chosen(pieces, ~is_cut)]
+    for first, last in pairwise(bounds.tolist()):
+        reaching = chosen(pieces, is_cut & (low < last) & (high > first))
+        above = reaching if first == -np.inf else clipped(reaching, _above(value, first))
+        parts.append(above if last == np.inf else clipped(above, _below(value, last)))
     return together(parts)
 
 

@@ -81,7 +81,8 @@ def fill_colors(layer: Layer, n_faces: int) -> npt.NDArray[np.float64]:
 def _is_one(color: object) -> bool:
     """Whether `color` is one, not several: then it is a name, or a number stands last in it."""
     if isinstance(color, Sequence | np.ndarray) and not isinstance(color, str):
-        return len(color) > 0 and isinstance(color[-1], Real)
+        is_empty = color.size == 0 or color.ndim == 0 if isinstance(color, np.ndarray) else len(color) == 0
+        return not is_empty and isinstance(color[-1], Real)
     return isinstance(color, str)
 
 

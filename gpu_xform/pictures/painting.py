@@ -13,7 +13,7 @@ from ..triangulation import triangles
 from ..vector import Polygons
 from .clipping import Height, Pieces, chosen, clipped, extremes, strips, together
 from .line_colors import fill_colors
-from .shaping import hides
+from .shaping import hides, unscaled
 from .staging import Stage
 from .views import lost_by_distance
 
@@ -57,7 +57,7 @@ def painted(stage: Stage, seen: npt.NDArray[np.bool_], backdrop: FloatColor) -> 
             continue
         copies = [
             _projected(subject.mesh, stage.clip_from_world @ matrix, stage.view.size, own, colors, cue)
-            for matrix in layer.world_from_model
+            for matrix in unscaled(layer.world_from_model)
         ]
         found[number] = joined(copies)
     return found
@@ -97,14 +97,33 @@ def _projected(
     clip = mesh.positions @ clip_from_model[:, :3].T + clip_from_model[:, 3]
     pieces = _in_view(mesh, clip, seen if len(seen) == mesh.n_faces else np.full(mesh.n_faces, seen.all()), cue)
     x, y, z, w = pieces.corners.T
-    farthest, middle = np.full(mesh.n_faces, np.inf), np.zeros(mesh.n_faces)
-    np.minimum.at(farthest, pieces.owners, extremes(pieces, z / w)[0])
-    middle[pieces.owners] = _means(z / w, pieces.offsets)
     pixels = (np.column_stack([x, y]) / w[:, np.newaxis] * (0.5, -0.5) + 0.5) * size
     own = colors[pieces.owners] if len(colors) == mesh.n_faces else np.repeat(colors[:1], len(pieces.owners), axis=0)
     left = 1.0 - _means(lost_by_distance(cue, z / w, w), pieces.offsets)
     paled = np.column_stack([own[:, :3], own[:, 3] * left])
-    return Painted(pieces.offsets, pixels, paled, np.column_stack([farthest, middle])[pieces.owners])
+    return Painted(pieces.offsets, pixels, paled, _nearness(mesh, clip, pieces)[pieces.owners])
+
+
+def _nearness(mesh: Mesh, clip: Float64Array, pieces: Pieces) -> Float64Array:
+    """Return the depth of each face's farthest corner, and the mean of all: (f, 2).
+
+    Of a face that reaches behind the eye, it is that of what is left; any other is sorted as if it were whole, or those
+    that one plane cuts would all be equally far.
+    """
+    sizes = np.diff(mesh.offsets)
+    is_whole = np.zeros(mesh.n_faces, np.bool_)
+    if mesh.n_faces:
+        is_whole = np.minimum.reduceat(clip[mesh.indices, 3], mesh.offsets[:-1]) > 0.0
+    of_whole = np.repeat(is_whole, sizes)
+    owners = np.repeat(pieces.owners, np.diff(pieces.offsets))
+    is_left = ~is_whole[owners]
+    corners = np.concatenate([clip[mesh.indices[of_whole]], pieces.corners[is_left]])
+    owners = np.concatenate([np.repeat(np.arange(mesh.n_faces), sizes)[of_whole], owners[is_left]])
+    depth = corners[:, 2] / corners[:, 3]
+    farthest = np.full(mesh.n_faces, np.inf)
+    np.minimum.at(farthest, owners, depth)
+    n_corners = np.bincount(owners, minlength=mesh.n_faces)
+    return np.column_stack([farthest, np.bincount(owners, depth, mesh.n_faces) / np.maximum(n_corners, 1)])
 
 
 def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: Float64Array) -> Pieces:
@@ -112,6 +131,10 @@ def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: F
 
     def lost(corners: Float64Array) -> Float64Array:
         return lost_by_distance(cue, corners[:, 2] / corners[:, 3], corners[:, 3])
+
+    def lost_without_end(corners: Float64Array) -> Float64Array:
+        values: Float64Array = cue[3] * (cue[0] * corners[:, 2] / corners[:, 3] + cue[1] * corners[:, 3] + cue[2])
+        return values
 
     sizes = np.diff(mesh.offsets)
     faces = np.flatnonzero(seen & (sizes > 2))
@@ -121,7 +144,9 @@ def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: F
     is_in = np.all([extremes(whole, side(whole.corners))[0] >= 0.0 for side in sides], axis=0)
     inside = chosen(whole, is_in)
     low, high = extremes(inside, lost(inside.corners))
-    is_even = high - low <= STEP
+    # In a parallel view of what is projected once more, what is lost is not linear: such faces pale as a whole.
+    is_linear = cue[1] != 0.0 or not _varies(whole.corners[:, 3])
+    is_even = (high - low <= STEP) | (not is_linear)
     if is_in.all() and is_even.all():
         return whole
     indices, owners = triangles(mesh)
@@ -135,7 +160,12 @@ def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: F
     for side in sides:
         reaching_out = clipped(reaching_out, side)
     uneven = together([cut(inside.owners[~is_even]), reaching_out])
-    return together([chosen(inside, is_even), strips(uneven, lost, STEP)])
+    levels = np.arange(0.0, cue[3] + STEP, STEP) if is_linear and cue[3] > 0.0 else np.empty(0)
+    return together([chosen(inside, is_even), strips(uneven, lost_without_end, levels)])
+
+
+def _varies(values: Float64Array) -> bool:
+    return len(values) > 0 and bool(np.ptp(values) > SLACK * np.abs(values).max())
 
 
 def _sides(largest_w: float) -> list[Height]:

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .._arguments import Float64Array
 from ..colors import packed
+from ..edge_sets import edge_parts
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu import silhouette_pass
 from ..gpu.buffers import Buffer
@@ -79,6 +80,13 @@ def _named(name: str) -> Iterator[None]:
         raise type(error)(f"{name}: {error}") from None
 
 
+def unscaled(matrices: Float64Array) -> Float64Array:
+    """Return matrices (k, 4, 4), affine ones with 1 in the end: as what is homogeneous they stay what they are."""
+    last = matrices[:, 3:, 3:]
+    is_affine = (matrices[:, 3:, :3] == 0.0).all(axis=2, keepdims=True) & (last > 0.0)
+    return matrices / np.where(is_affine, last, 1.0)
+
+
 def hides(layer: Layer) -> Hidden:
     """Return what is done with the layer's hidden edges."""
     return HIDDEN[layer.hidden or ("show" if layer.fill is None else "remove")]
@@ -111,7 +119,7 @@ class _Shaper:
                 raise MeshError(self._nothing_to_draw())
         points, model_from_points = subject.on_device(self._device)
         with np.errstate(over="ignore", invalid="ignore"):
-            clip_from_points = clip_from_world @ layer.world_from_model @ model_from_points
+            clip_from_points = clip_from_world @ unscaled(layer.world_from_model) @ model_from_points
         if not np.isfinite(clip_from_points).all():
             raise ArgumentError("transform must be a matrix of numbers that do not overflow in the picture")
         scale = float(np.abs(clip_from_points).max()) or 1.0  # homogeneous: a factor changes nothing
@@ -147,7 +155,8 @@ class _Shaper:
         edges, subject = self._layer.edges, self._subject
         if edges is None or subject.mesh is None:
             return f"model must have edges to draw, got {subject.n_points} points and {subject.n_faces} faces"
-        return f"edges must choose at least one edge, {edges!r} chooses none of {len(subject.mesh.edges)}"
+        chosen = repr(edges) if all(isinstance(part, str) for part in edge_parts(edges)) else "an array"
+        return f"edges must choose at least one edge, {chosen} chooses none of {len(subject.mesh.edges)}"
 
     def _colored(self, style: Lines, colors: LineColors, places: Callable[[], IndexArray | None]) -> Lines:
         """Return `style` in `colors`; `places` gives which row each edge has, or None where they are in order."""

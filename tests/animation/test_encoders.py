@@ -364,6 +364,28 @@ def test_a_gif_holds_of_each_frame_what_differs_from_what_is_below(tmp_path: Pat
             assert image.tile[0][1] == expected, k
 
 
+@pytest.mark.parametrize("side", [10, 24])
+@pytest.mark.parametrize("color", [(255, 0, 0), (51, 107, 51)])
+def test_a_small_patch_of_a_colour_that_is_not_sampled_is_shown_in_it(
+    tmp_path: Path, side: int, color: tuple[int, int, int]
+) -> None:
+    """Two bars that move make nearly all of each frame differ from the last: the patch is a tiny part of that."""
+    made = []
+    for k in range(60):
+        pixels = np.full((240, 320, 4), 255, np.uint8)
+        pixels[5:235, 4 + k : 10 + k, :3] = 51
+        pixels[5:235, 240 + k : 246 + k, :3] = 153
+        pixels[100 : 100 + side, 150 : 150 + side, :3] = color if k in range(2, 7) else 51
+        pixels[200:, 150:180, 0] = np.linspace(0, 255, 30)  # the palette is full
+        pixels[200:, 150:180, 1] = np.linspace(0, 255, 40)[:, None]
+        made.append(pixels)
+    save(tmp_path / "out.gif", made)
+    shown, _, _ = read(tmp_path / "out.gif")
+    for k in range(2, 7):
+        patch = shown[k][100 : 100 + side, 150 : 150 + side, :3]
+        assert np.abs(patch.astype(int) - color).max() <= 8, k
+
+
 def test_a_gif_s_delays_are_none_that_browsers_take_for_a_mistake(tmp_path: Path) -> None:
     save(tmp_path / "out.gif", pictures(3), 50)
     with pytest.raises(ArgumentError, match="fps must be at most 50 in a GIF, got 51"):
@@ -515,6 +537,35 @@ def test_a_folder_that_there_is_not_is_said_before_anything_is_drawn(tmp_path: P
     assert str(tmp_path / "none") in str(caught.value)
     assert "tmp'" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_link_to_nowhere_where_the_folder_should_be(tmp_path: Path) -> None:
+    (tmp_path / "frames").symlink_to(tmp_path / "nowhere")
+    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(pictures(2), after=0), iter, is_opaque=True)  # type: ignore[arg-type]
+    with pytest.raises(NotADirectoryError, match="frames"):
+        saver(tmp_path / "frames" / "{frame}.png")(clip)
+    assert [path.name for path in tmp_path.iterdir()] == ["frames"]
+
+
+@pytest.mark.parametrize("at", [1, 2, 5])
+def test_an_interrupt_while_frames_move_into_their_folder_comes_after_the_last(
+    tmp_path: Path, at: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for k in range(3):
+        (tmp_path / f"{k}.png").write_text("older")
+    moves, rename = [], Path.rename
+
+    def interrupted(path: Path, target: Path) -> Path:
+        moves.append(path)
+        if len(moves) == at:
+            signal.raise_signal(signal.SIGINT)
+        return rename(path, target)
+
+    monkeypatch.setattr(Path, "rename", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        save(tmp_path / "{frame}.png", pictures(4))
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"{k}.png" for k in range(4)]
+    assert all((tmp_path / f"{k}.png").read_bytes().startswith(b"\x89PNG") for k in range(4))
 
 
 def test_a_file_where_the_folder_should_be(tmp_path: Path) -> None:

@@ -25,9 +25,11 @@ HALF_OPAQUE = np.uint32(0x80000000)
 # in many colours, 1 in 400 is off by more than NEAR in the same way. A ground or a painted face that the palette does
 # not hold is many pixels of one colour; thin lines that it does not hold are few of each, but FAR off.
 NEAR, FAR = 8, 64  # in red, green or blue
+NEAR_WHERE_FLAT = 20  # of colours that go over into one another, some are off by more than NEAR
 ALIKE = np.uint32(0xF8F8F8)  # the bits that pixels of about one colour share
 MOST_ALIKE, MOST_FAR = 1 / 128, 1 / 1024
 FEW = 4  # pixels, which may be alike by chance in a picture as small as a thumbnail
+FLAT_ROWS = 8  # from one row of pixels to the next that is looked through for flat colours, of any number of pixels
 MOST_COMPARED = 1 << 12  # pixels of a frame, evenly spread: to compare more takes longer and tells no more
 
 
@@ -64,7 +66,19 @@ class Palette:
             return False
         off = compared[_exceeds(differences, NEAR) & is_seen]
         most = max(FEW, MOST_ALIKE * compared.size)
-        return len(off) <= most or bool(np.unique(off & ALIKE, return_counts=True)[1].max() <= most)
+        if len(off) > most and np.unique(off & ALIKE, return_counts=True)[1].max() > most:
+            return False
+        return self._shows_what_is_flat(words(pixels), indices)
+
+    def _shows_what_is_flat(self, packed: Codes, indices: Indices) -> bool:
+        """Say whether what is of one colour for two pixels each way, as rims are not, is shown in nearly that."""
+        upper, lower = packed[:-1:FLAT_ROWS], packed[1::FLAT_ROWS][: len(packed[:-1:FLAT_ROWS])]
+        numbers = indices[:-1:FLAT_ROWS, :-1]
+        left = np.ascontiguousarray(upper[:, :-1])
+        is_flat = (left == upper[:, 1:]) & (left == lower[:, :-1]) & (left == lower[:, 1:]) & (numbers != TRANSPARENT)
+        a, b = left.view(np.uint8), self._code_of.take(numbers).view(np.uint8)
+        is_off = _exceeds(np.maximum(a, b) - np.minimum(a, b), NEAR_WHERE_FLAT)
+        return int(np.count_nonzero(is_flat & is_off)) <= FEW
 
 
 class Palettes:
