@@ -72,6 +72,10 @@ def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device",
 
 
 def _renderer(kind: str) -> Callable[..., Any]:
-    from ..pictures import vector_pictures, wireframe
+    if kind == "png":
+        from ..pictures import wireframe
 
-    return {"png": wireframe.render, "svg": vector_pictures.render_svg, "pdf": vector_pictures.render_pdf}[kind]
+        return wireframe.render
+    from ..pictures import vector_pictures
+
+    return {"svg": vector_pictures.render_svg, "pdf": vector_pictures.render_pdf}[kind]
