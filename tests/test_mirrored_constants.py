@@ -6,6 +6,8 @@ from enum import IntEnum
 import pytest
 
 from gpu_xform.gpu import shaders
+from gpu_xform.gpu.face_pass import LEFT_BITS
+from gpu_xform.gpu.line_pass import HIDDEN_PARTS, VISIBLE_PARTS
 from gpu_xform.gpu.shapes import ColorMode, Hidden
 from gpu_xform.gpu.transform_pass import Finish
 from gpu_xform.pictures.strokes import PALE
@@ -15,6 +17,12 @@ from gpu_xform.vector.strokes import DASH_OFF, DASH_ON, NARROWEST_DASHED
 def constants(stage: str) -> dict[str, str]:
     """Return the text of each constant that a stage has, its imports resolved."""
     return dict(re.findall(r"^const (\w+) = (.+?);", shaders.source(stage), re.MULTILINE))
+
+
+def test_passes_name_parts_of_edges_and_bits_of_marks_as_the_shaders_do() -> None:
+    there = constants("draw_lines")
+    assert (there["HIDDEN_PARTS"], there["VISIBLE_PARTS"]) == (f"{HIDDEN_PARTS}u", f"{VISIBLE_PARTS}u")
+    assert constants("blend_faces")["LEFT_BITS"] == f"{LEFT_BITS}u"
 
 
 def test_vector_pictures_fade_and_dash_as_the_shaders_do() -> None:

@@ -195,8 +195,7 @@ class Animation:
         PNG, WebP and HTML are exact, and hold transparency. A GIF holds 255 colours without dithering, one palette for
         all frames but those that it does not suit, pixels either opaque or not, and at most 50 frames a second, timed
         in hundredths. MP4 and WebM are lossy and opaque, and need `pip install 'gpu_xform[video]'`; an MP4's odd sides
-        gain a pixel (`SizeWarning`).
-        All but those two play for ever.
+        gain a pixel (`SizeWarning`). All but those two play for ever.
 
         Raises `ArgumentError` for an unknown ending and for what the format cannot hold, `MissingExtraError` where
         PyAV is missing, and OSError from the operating system unchanged.

@@ -5,9 +5,6 @@ import sys
 import warnings
 from typing import Any
 
-import numpy as np
-
-from .._arguments import Float64Array
 from ..errors import ArgumentError, SizeWarning
 from . import aim, files, option_groups, values
 from .commands import chosen_device, composed
@@ -88,15 +85,7 @@ def animate(options: argparse.Namespace) -> int:
             n_frames = DEFAULT_FRAMES if options.frames is None else options.frames
             animation.turntable(shown, n_frames, options.output, axis=axis, **arguments)
         else:
-            animation.animate(shown, _stack(options.matrices), options.output, **arguments)
+            animation.animate(shown, files.read_stack(options.matrices, "frames"), options.output, **arguments)
     for warning in caught:
         sys.stderr.write(f"gpu-xform: warning: {warning.message}\n")
     return 0
-
-
-def _stack(path: str) -> Float64Array:
-    """Return the matrices in a file: (k, 4, 4)."""
-    stack = np.asarray(files.read_array(path))
-    if stack.ndim != 3 or stack.shape[1:] != (4, 4):
-        raise ArgumentError(f"{path}: expected an array of shape (frames, 4, 4), got {stack.shape}")
-    return stack

@@ -76,6 +76,14 @@ def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:
         save_mesh(mesh, _standard("stdout") if path == STANDARD else path, file_type=file_type)
 
 
+def read_stack(path: str, count: str) -> npt.NDArray[Any]:
+    """Return the matrices in an .npy file, (k, 4, 4); errors call k `count`."""
+    stack = read_array(path)
+    if stack.ndim != 3 or stack.shape[1:] != (4, 4):
+        raise ArgumentError(f"{path}: expected an array of shape ({count}, 4, 4), got {stack.shape}")
+    return stack
+
+
 def read_array(path: str) -> npt.NDArray[Any]:
     """Return the array in an .npy file."""
     with contextlib.nullcontext(_standard("stdin")) if path == STANDARD else Path(path).open("rb") as file:

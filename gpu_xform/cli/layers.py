@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .._arguments import Float64Array, real_array, square_matrices
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -82,12 +81,12 @@ def _layers(options: Namespace, paths: Sequence[str], world_from_model: Float64A
 
     meshes = [files.read_mesh(path, options.file_type) for path in paths]
     typed = option_groups.style(options)
-    source = typed.pop("scalars", None)
+    source, instances = typed.pop("scalars", None), typed.pop("instances", None)
     styles = [
         {name: _with_arrays(value, path) for name, value in typed.items()} | {"name": Path(path).stem} for path in paths
     ]
-    for style in styles:
-        style["transform"] = world_from_model @ _stack(style.pop("instances", np.eye(4)[np.newaxis]))
+    for style, path in zip(styles, paths, strict=True):
+        style["transform"] = world_from_model if instances is None else world_from_model @ _instances(instances, path)
     if source is not None:
         scalars = [_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
         limits = _limits(np.concatenate(scalars))
@@ -95,10 +94,13 @@ def _layers(options: Namespace, paths: Sequence[str], world_from_model: Float64A
     return [Layer(mesh, **style) for mesh, style in zip(meshes, styles, strict=True)]
 
 
-def _stack(instances: npt.NDArray[Any]) -> Float64Array:
-    if instances.ndim != 3 or instances.shape[1:] != (4, 4) or len(instances) == 0:
-        raise ArgumentError(f"--instances: expected an array of shape (k, 4, 4), got {instances.shape}")
-    return square_matrices(instances, "--instances", 4)
+def _instances(source: Template, path: str) -> Float64Array:
+    """Return the matrices (k, 4, 4), k > 0, in the .npy file that belongs to a model file."""
+    array_path = source.path(path)
+    stack = files.read_stack(array_path, "k")
+    if len(stack) == 0:
+        raise ArgumentError(f"{array_path}: expected at least one matrix, got none")
+    return square_matrices(stack, array_path, 4)
 
 
 def _with_arrays(value: Any, path: str) -> Any:

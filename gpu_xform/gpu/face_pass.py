@@ -12,7 +12,7 @@ from . import layouts, uniforms
 from .buffers import STORAGE, Buffer
 from .compute import Binding, bind, dispatch
 from .device import Device
-from .frame import Projected
+from .frame import HEAD_BYTES, Projected
 from .plans import n_workgroups, workgroup_size
 from .shapes import Cue
 from .targets import Target
@@ -20,7 +20,6 @@ from .targets import Target
 TRIANGLE_BYTES = 12
 PLACE_BYTES = 4
 GROUP = 64  # triangles whose bindings begin where any adapter lets them
-LARGE_HEAD = 16  # bytes: three numbers of workgroups, and how many triangles they take
 LEFT_BITS = 8  # of a mark, where distance pales faces; as in mark.wgsl
 MOST_CUED_COLORS = (1 << (32 - LEFT_BITS)) - 1
 
@@ -65,7 +64,7 @@ class FacePass:
         self._marks: Buffer = pool.get("face marks", 4 * n_depths if self._palette else 4)
         self._no_places = pool.get("no places", PLACE_BYTES)
         most = max((batch.n_triangles * batch.shape.n_instances for batch in self._batches), default=0)
-        self._large = pool.get("large triangles", LARGE_HEAD + 4 * most, STORAGE | wgpu.BufferUsage.INDIRECT)
+        self._large = pool.get("large triangles", HEAD_BYTES + 4 * most, STORAGE | wgpu.BufferUsage.INDIRECT)
         self._structs = uniforms.upload(device, "faces", [batch.struct() for batch in self._batches])
 
     @property
@@ -110,7 +109,7 @@ class FacePass:
                 batch.color_places or self._no_places,
                 self._large,
             )
-            encoder.clear_buffer(self._large.handle, 0, LARGE_HEAD)
+            encoder.clear_buffer(self._large.handle, 0, HEAD_BYTES)
             grid = n_workgroups(self._device, batch.n_triangles), batch.shape.n_instances
             dispatch(encoder, small_ones, bind(self._device, small_ones, buffers), *grid)
             dispatch(encoder, large_ones, bind(self._device, large_ones, buffers), self._large)

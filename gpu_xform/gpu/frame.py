@@ -15,7 +15,7 @@ from .shapes import Shape
 
 CLIP_POSITION_BYTES = 16
 NUMBER_BYTES = 4
-HEAD_BYTES = 16  # before the numbers
+HEAD_BYTES = 16  # before the numbers of large triangles: workgroups (x, y, z), and how many triangles they take
 
 
 @dataclass(frozen=True)

@@ -96,10 +96,9 @@ def _projected(
 ) -> Painted:
     clip = mesh.positions @ clip_from_model[:, :3].T + clip_from_model[:, 3]
     pieces = _in_view(mesh, clip, seen if len(seen) == mesh.n_faces else np.full(mesh.n_faces, seen.all()), cue)
-    x, y, z, w = pieces.corners.T
-    pixels = (np.column_stack([x, y]) / w[:, np.newaxis] * (0.5, -0.5) + 0.5) * size
+    pixels = (pieces.corners[:, :2] / pieces.corners[:, 3:] * (0.5, -0.5) + 0.5) * size
     own = colors[pieces.owners] if len(colors) == mesh.n_faces else np.repeat(colors[:1], len(pieces.owners), axis=0)
-    left = 1.0 - _means(lost_by_distance(cue, z / w, w), pieces.offsets)
+    left = 1.0 - _means(lost_by_distance(cue, pieces.corners).clip(0.0, cue[3]), pieces.offsets)
     paled = np.column_stack([own[:, :3], own[:, 3] * left])
     return Painted(pieces.offsets, pixels, paled, _nearness(mesh, clip, pieces)[pieces.owners])
 
@@ -130,11 +129,7 @@ def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: F
     """Return the faces that are seen, those cut that reach out of the view, or that distance does not pale evenly."""
 
     def lost(corners: Float64Array) -> Float64Array:
-        return lost_by_distance(cue, corners[:, 2] / corners[:, 3], corners[:, 3])
-
-    def lost_without_end(corners: Float64Array) -> Float64Array:
-        values: Float64Array = cue[3] * (cue[0] * corners[:, 2] / corners[:, 3] + cue[1] * corners[:, 3] + cue[2])
-        return values
+        return lost_by_distance(cue, corners)
 
     sizes = np.diff(mesh.offsets)
     faces = np.flatnonzero(seen & (sizes > 2))
@@ -143,7 +138,7 @@ def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: F
     sides = _sides(float(np.abs(clip[:, 3]).max(initial=0.0)))
     is_in = np.all([extremes(whole, side(whole.corners))[0] >= 0.0 for side in sides], axis=0)
     inside = chosen(whole, is_in)
-    low, high = extremes(inside, lost(inside.corners))
+    low, high = extremes(inside, lost(inside.corners).clip(0.0, cue[3]))
     # In a parallel view of what is projected once more, what is lost is not linear: such faces pale as a whole.
     is_linear = cue[1] != 0.0 or not _varies(whole.corners[:, 3])
     is_even = (high - low <= STEP) | (not is_linear)
@@ -161,7 +156,7 @@ def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: F
         reaching_out = clipped(reaching_out, side)
     uneven = together([cut(inside.owners[~is_even]), reaching_out])
     levels = np.arange(0.0, cue[3] + STEP, STEP) if is_linear and cue[3] > 0.0 else np.empty(0)
-    return together([chosen(inside, is_even), strips(uneven, lost_without_end, levels)])
+    return together([chosen(inside, is_even), strips(uneven, lost, levels)])
 
 
 def _varies(values: Float64Array) -> bool:

@@ -81,9 +81,13 @@ def depth_cue(clip_from_world: Float64Array, outline: Callable[[], Float64Array]
     return np.array([-scale if is_parallel else 0.0, 0.0 if is_parallel else scale, -nearest * scale, amount])
 
 
-def lost_by_distance(cue: Float64Array, depth: Float64Array, w: Float64Array) -> Float64Array:
-    """Return what a cue (4,) takes of the strength at each depth, turned round, and distance."""
-    lost: Float64Array = cue[3] * np.clip(cue[0] * depth + cue[1] * w + cue[2], 0.0, 1.0)
+def lost_by_distance(cue: Float64Array, corners: Float64Array) -> Float64Array:
+    """Return what a cue (4,) takes of the strength at corners (c, 4) in clip space, depth turned round: (c,).
+
+    It is not limited: before the nearest point it is less than 0, behind the farthest one more than the cue's amount.
+    """
+    z, w = corners[:, 2], corners[:, 3]
+    lost: Float64Array = cue[3] * (cue[0] * z / w + cue[1] * w + cue[2])
     return lost
 
 

@@ -6,7 +6,7 @@
 
 override hidden: u32; // what is done with an edge behind a face
 override is_cued: bool; // distance pales it
-override drawn: u32 = 0; // which parts of edges
+override drawn: u32 = ALL_PARTS; // of edges
 override is_outline: bool; // faces turn away from the eye along it
 
 const SHOWN = 0u;
@@ -14,7 +14,7 @@ const REMOVED = 1u;
 const DASHED = 2u;
 const FADED = 3u;
 
-const ALL = 0u;
+const ALL_PARTS = 0u;
 const HIDDEN_PARTS = 1u;
 const VISIBLE_PARTS = 2u;
 
