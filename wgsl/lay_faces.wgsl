@@ -4,6 +4,7 @@
 @group(0) @binding(7) var<storage, read_write> large: array<atomic<u32>>; // workgroups (x, y, z), how many, and which
 
 const LARGE = 256; // pixels of the box around
+const BAND = 8192u; // pixels; a workgroup's own start costs about as much as a tenth of that
 const LEAST_GROUPS = 64u; // side by side, where there are as many triangles
 const MOST_GROUPS = 65535u; // that WebGPU lets a dispatch have
 const MOST_ROUNDS = 32768u; // of an invocation: lavapipe stops loops after twice as many, without a word
@@ -11,16 +12,17 @@ const MOST_ROUNDS = 32768u; // of an invocation: lavapipe stops loops after twic
 // How many workgroups take `n` large triangles, each of which may be as large as the tile.
 fn groups_of(n: u32) -> u32 {
     let extent = vec2<u32>(tile.depth_extent);
-    let rounds = ((extent.y + LARGE_ROWS - 1u) / LARGE_ROWS) * (extent.x / workgroup_size + 2u) + 1u;
+    let blocks = extent / block() + 2u;
+    let rounds = blocks.x * (blocks.y / MOST_BANDS + 1u) + 1u;
     let together = max(MOST_ROUNDS / rounds, 1u);
     return min(max(min(n, LEAST_GROUPS), (n + together - 1u) / together), MOST_GROUPS);
 }
 
-fn leave(index: u32) {
+fn leave(index: u32, n_pixels: i32) {
     let place = atomicAdd(&large[3], 1u);
     atomicStore(&large[4u + place], index);
     atomicMax(&large[0], groups_of(place + 1u));
-    atomicStore(&large[1], LARGE_ROWS);
+    atomicMax(&large[1], clamp(u32(n_pixels) / BAND, 1u, MOST_BANDS));
     atomicStore(&large[2], 1u);
 }
 
@@ -31,7 +33,7 @@ fn lay(index: u32) {
     }
     let extent = face.high - face.low + 1;
     if extent.x * extent.y > LARGE {
-        leave(index);
+        leave(index, extent.x * extent.y);
         return;
     }
     for (var y = face.low.y; y <= face.high.y; y++) {

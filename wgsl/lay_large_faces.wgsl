@@ -1,4 +1,4 @@
-// Depths of large triangles: a workgroup takes some of their rows together, a pixel an invocation.
+// Depths of large triangles: workgroups go through bands of the box around one, a block of pixels at a time.
 #import triangle
 
 @group(0) @binding(7) var<storage, read> large: array<u32>; // workgroups (x, y, z), how many, and which
@@ -12,8 +12,10 @@ fn main(
     for (var i = group.x; i < large[3]; i += n_groups.x) {
         let index = large[i + 4u];
         let face = triangle(index);
-        for (var y = face.low.y + i32(group.y); y <= face.high.y; y += i32(n_groups.y)) {
-            for (var x = face.low.x + i32(member); x <= face.high.x; x += i32(workgroup_size)) {
+        let step = vec2<i32>(block() * vec2(1u, n_groups.y));
+        let start = face.low + vec2<i32>(vec2(member % block().x, group.y * block().y + member / block().x));
+        for (var y = start.y; y <= face.high.y; y += step.y) {
+            for (var x = start.x; x <= face.high.x; x += step.x) {
                 touch_pixel(face, index, vec2(x, y));
             }
         }

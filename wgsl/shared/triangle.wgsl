@@ -20,7 +20,7 @@ struct Faces {
 override painting: bool; // the second time round, when all depths are known
 override workgroup_size: u32;
 
-const LARGE_ROWS = 16u; // of a large triangle that are gone through side by side
+const MOST_BANDS = 16u; // of a large triangle, that workgroups go through side by side
 const RIM = 0.01; // pixels by which a triangle is larger, so that none falls between two
 const NEARLY = 1.0 + 1e-6; // two pipelines may round differently
 const BIAS = 0.25; // of a pixel's width along the view: for other faces about a corner
@@ -34,6 +34,12 @@ struct Triangle {
     low: vec2<i32>, // pixels
     high: vec2<i32>,
     exists: bool,
+}
+
+// How many pixels across and down a workgroup takes at once.
+fn block() -> vec2<u32> {
+    let width = min(workgroup_size, 16u);
+    return vec2(width, workgroup_size / width);
 }
 
 fn in_picture(clip: vec4<f32>) -> vec3<f32> {
