@@ -2,10 +2,11 @@
 #import across
 #import strength
 #import colors
+#import nearness
 #import each_mark
 
 override is_plain: bool; // all that is drawn looks the same
-@group(0) @binding(5) var<storage, read> marks: array<u32>;
+@group(0) @binding(5) var<storage, read> marks: array<u32>; // keys, or 1 where all looks the same
 
 fn is_marked(index: u32) -> bool {
     return marks[index] != 0u;
@@ -15,9 +16,9 @@ fn color_at_mark(place: u32) -> vec4<f32> {
     if is_plain {
         return premultiplied(style.color, style.strength);
     }
-    let mark = marks[place] - 1u;
-    let index = mark % style.n_edges;
-    let line = segment(edges[index], mark / style.n_edges, 1.0);
+    let edge = edge_of(marks[place]);
+    let index = edge % style.n_edges;
+    let line = segment(edges[index], edge / style.n_edges, 1.0);
     let way = walk(line);
     let pixel = pixel_of(place);
     let t = part_at(way, select(pixel.x, pixel.y, way.is_steep));

@@ -1,6 +1,7 @@
-// Lines one pixel wide: each pixel takes the number of the last edge through it, counted from 1.
+// Lines one pixel wide: each pixel takes the nearest edge through it.
 #import across
 #import strength
+#import nearness
 
 @group(0) @binding(5) var<storage, read_write> marks: array<atomic<u32>>;
 override workgroup_size: u32;
@@ -16,7 +17,6 @@ fn mark_pixels(index: u32, instance: u32) {
     // Half open, so that a chain of edges lights each column once; but every edge lights a pixel.
     let begin = i32(ceil(way.start.x - 0.5));
     let before = max(i32(ceil(way.start.x + way.run - 0.5)), begin + 1);
-    let mark = instance * style.n_edges + index + 1u;
     for (var x = max(begin, bounds.x); x < min(before, bounds.y + 1); x++) {
         let along = clamp(f32(x) + 0.5 - way.start.x, 0.0, way.run);
         let y = i32(floor(way.start.y + way.slope * along));
@@ -26,8 +26,11 @@ fn mark_pixels(index: u32, instance: u32) {
         let place = tile_index(pixel_at(way, x, y));
         if is_plain && hidden == SHOWN {
             atomicStore(&marks[place], 1u);
-        } else if strength_at(line, part_at(way, x)) >= 0.5 / 255.0 {
-            atomicMax(&marks[place], mark);
+            continue;
+        }
+        let t = part_at(way, x);
+        if (hidden == SHOWN && !is_cued) || strength_at(line, t) >= 0.5 / 255.0 {
+            atomicMax(&marks[place], key_at(line, t, instance * style.n_edges + index));
         }
     }
 }

@@ -25,7 +25,7 @@ class Binding(NamedTuple):
 
 def bind(
     device: "Device",
-    pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline,
+    pipeline: wgpu.GPUComputePipeline,
     bindings: Sequence[Buffer | Binding] | Mapping[int, Buffer | Binding],
 ) -> wgpu.GPUBindGroup:
     """Bind whole buffers and parts of them to bindings 0, 1, ... of group 0, or to those that are named.
@@ -52,7 +52,7 @@ def bind(
 
 def _bind_group(
     device: "Device",
-    pipeline: wgpu.GPUComputePipeline | wgpu.GPURenderPipeline,
+    pipeline: wgpu.GPUComputePipeline,
     parts: Sequence[tuple[int, Binding]],
 ) -> wgpu.GPUBindGroup:
     with device_errors("bind the buffers"):

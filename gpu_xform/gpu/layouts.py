@@ -50,10 +50,10 @@ TILE = np.dtype(
 
 STYLE = np.dtype(
     {
-        "names": ["cue", "color", "line_width", "strength", "n_edges", "n_points"],
-        "formats": [("<f4", (4,)), ("<f4", (4,)), "<f4", "<f4", "<u4", "<u4"],
-        "offsets": [0, 16, 32, 36, 40, 44],
-        "itemsize": 48,
+        "names": ["cue", "color", "line_width", "strength", "n_edges", "n_points", "edge_bits", "log2_lanes"],
+        "formats": [("<f4", (4,)), ("<f4", (4,)), "<f4", "<f4", "<u4", "<u4", "<u4", "<u4"],
+        "offsets": [0, 16, 32, 36, 40, 44, 48, 52],
+        "itemsize": 64,
     }
 )
 

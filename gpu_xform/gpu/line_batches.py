@@ -1,5 +1,6 @@
 """Lines of projected shapes, cut into what one binding holds."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -15,9 +16,13 @@ from .device import Device
 from .frame import Projected
 from .plans import n_workgroups, workgroup_size
 from .shapes import ColorMode, Hidden, Lines
+from .tiles import TILE_SIDE
 
 EDGE_BYTES = 8
 COLOR_BYTES = 4
+MOST_PIXELS = 1 << 15  # that an invocation goes through: lavapipe ends loops after twice as many, and says nothing
+LEAST_EDGE_BITS = 8
+INVOCATIONS = 2048  # that keep all processors of a device busy
 GROUP = 64  # edges whose bindings begin where any adapter lets them
 
 Bindings: TypeAlias = dict[int, Buffer | Binding]
@@ -62,7 +67,20 @@ def style_struct(batch: Batch) -> npt.NDArray[np.void]:
     struct["strength"] = lines.strength
     struct["n_edges"] = batch.n_edges
     struct["n_points"] = batch.shape.stride
+    n_edges = batch.n_edges * batch.shape.n_instances  # counted from 1
+    struct["edge_bits"] = max(n_edges.bit_length(), LEAST_EDGE_BITS)
+    struct["log2_lanes"] = log2_lanes(batch)
     return struct
+
+
+def log2_lanes(batch: Batch) -> int:
+    """Return how many invocations share an edge, as a power of two: enough for short loops, and for all processors."""
+    lines = batch.lines
+    width = math.ceil((lines.line_width or 1.0) * math.sqrt(2.0)) + 2
+    longest = width if lines.are_dots else TILE_SIDE
+    needed = longest * min(width, TILE_SIDE) / MOST_PIXELS
+    wanted = min(INVOCATIONS / (batch.n_edges * batch.shape.n_instances), longest / 8)
+    return max(0, math.ceil(math.log2(max(needed, wanted))))
 
 
 def strength_constants(batch: Batch, *, nothing_hides: bool) -> dict[str, float]:
@@ -76,10 +94,12 @@ def over_edges(
     stage: str,
     batch: Batch,
     bindings: Bindings,
+    *,
+    n_lanes: int = 1,
     **constants: float,
 ) -> None:
-    """Record a stage that goes through the edges of a batch, an edge an invocation."""
+    """Record a stage that goes through the edges of a batch, an edge an invocation, or several."""
     device = batch.shape.positions.device
     pipeline = device.pipelines.compute(stage, workgroup_size=workgroup_size(device), **constants)
-    grid = n_workgroups(device, batch.n_edges), batch.shape.n_instances
+    grid = n_workgroups(device, batch.n_edges * n_lanes), batch.shape.n_instances
     dispatch(encoder, pipeline, bind(device, pipeline, bindings), *grid)

@@ -1,7 +1,7 @@
-"""Edges to pixels, in one of three ways: ink, marks, or quads."""
+"""Edges to pixels: ink where they are anti-aliased, marks where each pixel is on or off."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import groupby
 from typing import NamedTuple
 
@@ -13,17 +13,17 @@ from .compute import Binding, bind
 from .device import Device
 from .face_pass import FacePass
 from .frame import Projected
-from .line_batches import COLOR_BYTES, Batch, Bindings, batches, over_edges, strength_constants, style_struct
+from .line_batches import COLOR_BYTES, Batch, Bindings, batches, log2_lanes, over_edges, strength_constants, style_struct
 from .shapes import Hidden, Lines
-from .targets import FORMAT, Target
+from .targets import Target
 
 # Ink is counted in steps for a factor of e. Where the sum of all edges could be more than 32 bits hold, which must be
 # watched, coarser steps are tried first: they make a dense opaque model a twentieth faster, and the coarsest are off by
 # 5/255 at most, and a hundredth of one on average, where two million edges were compared with the finest.
 INK_STEPS = (2048, 1024, 512, 256)
 LEAST_LIGHT = 4e-4  # that an edge lets through, for ink: a fifth of what eight bits show
-HIDDEN_PARTS, VISIBLE_PARTS = 1, 2  # as in strength.wgsl
-WIDEST_INK = 8.0  # pixels; an invocation lays an edge's ink alone, so that wide lines are better off as quads
+MOST_LISTED = 4096  # edges whose pixels are so few that a list of them is gone through faster than all
+NARROW = 8.0  # pixels; in wider lines it shows what is told by steps along them
 
 
 class _Part(NamedTuple):
@@ -43,34 +43,32 @@ class LinePass:
         self._styles = uniforms.upload(device, "styles", [style_struct(batch) for batch in self._batches])
         self._constants = [strength_constants(batch, nothing_hides=faces.is_empty) for batch in self._batches]
         self._depths = faces.depths
-        on_pixels = any(not _is_quads(batch.lines) for batch in self._batches)
-        self._ink: Buffer = device.pool.get("ink", 4 * extent[0] * extent[1] if on_pixels else 4)
+        n_pixels = extent[0] * extent[1]
+        self._ink: Buffer = device.pool.get("ink", 4 * n_pixels)
+        has_keys = any(_is_colored(batch.lines) for batch in self._batches)
+        self._inked: Buffer = device.pool.get("inked pixels", 4 * n_pixels + 4)
+        self._nearest: Buffer = device.pool.get("nearest edges", 8 * n_pixels if has_keys else 8)
         self._no_colors: Buffer = device.pool.get("no colours", COLOR_BYTES)
 
     @property
     def buffers(self) -> list[Buffer]:
         """All that a submission of these passes uses."""
-        own = [self._depths, self._ink, self._no_colors, *(part.buffer for part in self._styles)]
+        own = [self._depths, self._ink, self._inked, self._nearest, self._no_colors, *(part.buffer for part in self._styles)]
         for batch in self._batches:
             own += [batch.shape.positions, batch.edges.buffer, *([batch.colors.buffer] if batch.colors else [])]
         return own
-
-    @property
-    def needs_texture(self) -> bool:
-        """Whether anything is drawn as quads."""
-        return any(_is_quads(batch.lines) for batch in self._batches)
 
     def draw(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding) -> None:
         """Record all lines, each over what is there."""
         for _, alike in groupby(self._parts(tile), key=lambda part: id(part.batch.lines)):
             parts = list(alike)
             lines = parts[0].batch.lines
-            if _is_quads(lines):
-                self._draw_quads(encoder, target, parts)
-            elif lines.line_width is None:
+            if lines.line_width is None:
                 self._draw_thin(encoder, target, parts)
-            else:
+            elif lines.colors is None:
                 self._draw_ink(encoder, target, parts)
+            else:
+                self._draw_colored(encoder, target, parts)
 
     def _parts(self, tile: Binding) -> list[_Part]:
         return [
@@ -80,17 +78,14 @@ class LinePass:
 
     def _draw_ink(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         n_edges = sum(batch.n_edges * batch.shape.n_instances for batch, _, _ in parts)
-        ink_steps, may_overflow = _ink_steps(parts[0].batch.lines, n_edges)
-        ink = {"ink_steps": ink_steps, "least_light": LEAST_LIGHT}
-        encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
+        looks = self._begin_ink(encoder, target, parts[0].batch.lines, n_edges)
+        inked: Bindings = {5: self._ink, 9: self._inked}
         for batch, bindings, constants in parts:
-            looks = {**constants, **ink, "may_overflow": may_overflow}
-            over_edges(encoder, "ink_lines", batch, bindings | {5: self._ink}, **looks)
-        tile, style = parts[0].bindings[0], parts[0].bindings[1]
-        target.blend(encoder, "blend_ink", {0: tile, 1: style, 5: self._ink}, **ink)
+            self._go_along(encoder, "ink_lines", batch, bindings | inked, {**constants, **looks})
+        self._end_ink(encoder, target, "blend_ink", {0: parts[0].bindings[0], 1: parts[0].bindings[1]} | inked, looks)
 
     def _draw_thin(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
-        for batch, bindings, constants in _in_turns(parts):
+        for batch, bindings, constants in parts:
             marked = bindings | {5: self._ink}
             looks = {**constants, "is_plain": _is_plain(batch.lines)}
             encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
@@ -98,32 +93,49 @@ class LinePass:
             colored = {**looks, "color_mode": batch.lines.color_mode}
             target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **colored)
 
-    def _draw_quads(
+    def _draw_colored(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
+        for batch, bindings, constants in parts:
+            lines = batch.lines
+            looks = self._begin_ink(encoder, target, lines, batch.n_edges * batch.shape.n_instances)
+            looks |= constants | {"color_mode": lines.color_mode, "is_wide": _is_wide(lines)}
+            inked = bindings | {5: self._ink, 6: self._colors(batch), 8: self._nearest, 9: self._inked}
+            encoder.clear_buffer(self._nearest.handle, 0, 2 * target.n_bytes)
+            self._go_along(encoder, "ink_colored_lines", batch, inked, looks | {"is_clear": lines.is_clear})
+            self._end_ink(encoder, target, "blend_colored_lines", inked, looks)
+
+    def _begin_ink(
+        self, encoder: wgpu.GPUCommandEncoder, target: Target, lines: Lines, n_edges: int
+    ) -> dict[str, float]:
+        """Record that there is no ink, and return what the shaders are compiled for that lay it and blend it."""
+        encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
+        encoder.clear_buffer(self._inked.handle, 0, 4)
+        ink_steps, may_overflow = _ink_steps(lines, n_edges)
+        return {"ink_steps": ink_steps, "may_overflow": may_overflow, "is_listed": n_edges <= MOST_LISTED}
+
+    @staticmethod
+    def _end_ink(
+        encoder: wgpu.GPUCommandEncoder, target: Target, stage: str, bindings: Bindings, looks: dict[str, float]
+    ) -> None:
+        """Record what blends the ink into the picture."""
+        own = {name: value for name, value in looks.items() if name != "may_overflow"}
+        blend = target.blend_listed if looks["is_listed"] else target.blend
+        blend(encoder, stage, bindings, **own)
+
+    def _go_along(
         self,
         encoder: wgpu.GPUCommandEncoder,
-        target: Target,
-        parts: Sequence[_Part],
+        stage: str,
+        batch: Batch,
+        bindings: Bindings,
+        looks: dict[str, float],
     ) -> None:
-        with target.apart(encoder) as render:
-            for batch, bindings, constants in _in_turns(parts):
-                looks = {**constants, "color_mode": batch.lines.color_mode}
-                pipeline = self._device.pipelines.render("draw_lines", "triangle-strip", FORMAT, **looks)
-                render.set_pipeline(pipeline)
-                render.set_bind_group(0, bind(self._device, pipeline, bindings | {6: self._colors(batch)}))
-                render.draw(4, batch.n_edges * batch.shape.n_instances)
+        """Record a stage that lays ink."""
+        n_lanes = 1 << log2_lanes(batch)
+        own = {"least_light": LEAST_LIGHT, "is_wide": _is_wide(batch.lines)}
+        over_edges(encoder, stage, batch, bindings, n_lanes=n_lanes, **looks | own)
 
     def _colors(self, batch: Batch) -> Binding:
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)
-
-
-def _in_turns(parts: Sequence[_Part]) -> Iterator[_Part]:
-    """Yield the parts; where hidden lines show in colours of their own, all hidden ones before all visible ones."""
-    lines = parts[0].batch.lines
-    if lines.colors is None or lines.hidden not in {Hidden.DASHED, Hidden.FADED}:
-        yield from parts
-        return
-    for drawn in (HIDDEN_PARTS, VISIBLE_PARTS):
-        yield from (part._replace(constants=part.constants | {"drawn": drawn}) for part in parts)
 
 
 def _ink_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:
@@ -140,5 +152,10 @@ def _is_plain(lines: Lines) -> bool:
     return lines.colors is None and lines.cue[3] == 0.0 and lines.hidden in {Hidden.SHOWN, Hidden.REMOVED}
 
 
-def _is_quads(lines: Lines) -> bool:
-    return lines.line_width is not None and (lines.line_width > WIDEST_INK or lines.colors is not None)
+def _is_colored(lines: Lines) -> bool:
+    """Say whether lines are anti-aliased, and of several colours."""
+    return lines.line_width is not None and lines.colors is not None
+
+
+def _is_wide(lines: Lines) -> bool:
+    return (lines.line_width or 1.0) > NARROW

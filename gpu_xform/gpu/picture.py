@@ -89,7 +89,7 @@ def draw(
         @uninterrupted()
         def drawn(part: Tile, wait: Callable[[], None]) -> Target:
             (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, ground)])
-            target = Target(device, part.extent, tile, ground, apart=lines.needs_texture)
+            target = Target(device, part.extent, tile)
             unread.callback(_give_up, target)
             with device.recording(*target.buffers, *common) as encoder:
                 if part is parts[0]:

@@ -3,10 +3,7 @@
 import itertools
 from typing import TYPE_CHECKING
 
-import wgpu
-
 from .buffers import STORAGE, Buffer
-from .faults import device_errors
 
 if TYPE_CHECKING:
     from .device import Device
@@ -21,7 +18,6 @@ class Pool:
         self._device = device
         self._kept: dict[str, Buffer] = {}
         self._spare: dict[str, list[Buffer]] = {}
-        self._texture: wgpu.GPUTexture | None = None
 
     def get(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
         """Return the buffer kept for `role`, made anew where it is smaller than `n_bytes`; what it holds is undefined.
@@ -36,22 +32,6 @@ class Pool:
             kept.release()
         self._kept[role] = Buffer(self._device, n_bytes, usage, stays=True)
         return self._kept[role]
-
-    def texture(self, extent: tuple[int, int], texture_format: str) -> wgpu.GPUTexture:
-        """Return the texture kept for drawing on, made anew where it is not of `extent`; what it holds is undefined."""
-        if self._texture is None or self._texture.size[:2] != extent or self._texture.format != texture_format:
-            self._drop_texture()
-            usage = wgpu.TextureUsage.RENDER_ATTACHMENT | wgpu.TextureUsage.COPY_SRC
-            with device_errors(f"allocate a picture of {extent[0]} x {extent[1]} pixels"):
-                self._texture = self._device.handle.create_texture(
-                    size=(*extent, 1), format=texture_format, usage=usage
-                )
-        return self._texture
-
-    def _drop_texture(self) -> None:
-        if self._texture is not None:
-            self._texture.destroy()
-            self._texture = None
 
     def take(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
         """Return a buffer that is the caller's alone until it is given back."""
@@ -75,4 +55,3 @@ class Pool:
             buffer.release()
         self._kept.clear()
         self._spare.clear()
-        self._drop_texture()

@@ -68,7 +68,6 @@ class Pipelines:
     def __init__(self, device: "Device") -> None:
         self._device = device
         self._modules: dict[str, wgpu.GPUShaderModule] = {}
-        self._render: dict[tuple[str, str, str, tuple[tuple[str, float], ...]], wgpu.GPURenderPipeline] = {}
         self._compute: dict[tuple[str, tuple[tuple[str, float], ...]], wgpu.GPUComputePipeline] = {}
 
     def module(self, stage: str) -> wgpu.GPUShaderModule:
@@ -95,32 +94,3 @@ class Pipelines:
                 except wgpu.GPUError as error:
                     raise ShaderError(f"{stage}.wgsl with {constants} is refused: {error}") from error
             return self._compute[key]
-
-    def render(self, stage: str, topology: str, target_format: str, **constants: float) -> wgpu.GPURenderPipeline:
-        """Return the render pipeline of `stage` onto one target, blended as premultiplied alpha.
-
-        constants : of the fragment stage
-        """
-        key = (stage, topology, target_format, tuple(sorted(constants.items())))
-        with self._device.lock:
-            self._device.require_usable()
-            if key not in self._render:
-                module = self.module(stage)
-                over = {"src_factor": "one", "dst_factor": "one-minus-src-alpha", "operation": "add"}
-                target = {"format": target_format, "blend": {"color": over, "alpha": over}}
-                try:
-                    self._render[key] = self._device.handle.create_render_pipeline(
-                        label=stage,
-                        layout="auto",
-                        vertex={"module": module, "entry_point": "vs_main"},
-                        primitive={"topology": topology},
-                        fragment={
-                            "module": module,
-                            "entry_point": "fs_main",
-                            "targets": [target],
-                            "constants": constants,
-                        },
-                    )
-                except wgpu.GPUError as error:
-                    raise ShaderError(f"{stage}.wgsl with {constants} is refused: {error}") from error
-            return self._render[key]

@@ -42,6 +42,12 @@ def by_face(layer: Layer) -> bool:
     return layer.face_colors is not None or (_is_cycle(layer.color) and all(colors is None for colors in others))
 
 
+def has_several_colors(layer: Layer) -> bool:
+    """Whether the lines of a layer may differ in colour."""
+    others = (layer.edge_colors, layer.vertex_colors, layer.scalars)
+    return by_face(layer) or any(colors is not None for colors in others)
+
+
 def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> LineColors:
     """Return the colours that `layer` asks for; for `by_face`, a row for each face.
 

@@ -19,7 +19,7 @@ from ..gpu.layouts import CANDIDATE
 from ..gpu.shapes import ColorMode, Cue, Faces, Hidden, Lines, Shape
 from ..mesh import IndexArray
 from .layers import Layer
-from .line_colors import NO_ROWS, LineColors, fill_colors, line_colors
+from .line_colors import NO_ROWS, LineColors, fill_colors, has_several_colors, line_colors
 from .subjects import Candidates, Subject
 from .views import eye
 
@@ -90,6 +90,12 @@ def unscaled(matrices: Float64Array) -> Float64Array:
 def hides(layer: Layer) -> Hidden:
     """Return what is done with the layer's hidden edges."""
     return HIDDEN[layer.hidden or ("show" if layer.fill is None else "remove")]
+
+
+def needs_distance(layer: Layer) -> bool:
+    """Say whether distance pales a layer, or nearer lines of it must lie over farther ones that look different."""
+    differs = has_several_colors(layer) or (not layer.antialias and hides(layer) in {Hidden.DASHED, Hidden.FADED})
+    return differs or layer.depth_cue > 0.0
 
 
 class _Shaper:

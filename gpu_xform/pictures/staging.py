@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
+import numpy as np
+
 from .._arguments import Float64Array
 from ..cameras import Camera, require_in_reach
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -14,7 +16,7 @@ from ..gpu.device import Device, chosen_device
 from ..gpu.frame import View
 from ..point_buffer import PointBuffer
 from .layers import Layer, Models, Style, as_layers
-from .shaping import Shaped, shaped
+from .shaping import Shaped, needs_distance, shaped
 from .subjects import Subject, outline, subject
 from .views import depth_cue, pixel_depth, with_depth
 
@@ -63,7 +65,9 @@ def staged(models: Models, camera: Camera | None, size: Size, device: Device | N
         _require_room(model, device)
     clip_from_world = with_depth(camera.clip_from_world(width / height), held)
     view = View((width, height), pixel_depth(clip_from_world, width))
-    cues = [depth_cue(clip_from_world, held, layer.depth_cue) for layer in layers]
+    cues = [
+        depth_cue(clip_from_world, held, layer.depth_cue) if needs_distance(layer) else np.zeros(4) for layer in layers
+    ]
     with device.lock, contextlib.ExitStack() as stack:
         device.residents.trim()
         shapes = shaped(layers, subjects, clip_from_world, cues, device, stack)

@@ -65,8 +65,6 @@ def pixel_depth(clip_from_world: Float64Array, width: int) -> tuple[float, float
 
 def depth_cue(clip_from_world: Float64Array, outline: Callable[[], Float64Array], amount: float) -> Float64Array:
     """Return `Lines.cue` by which the farthest of `outline` (n, 3) loses `amount`, and the nearest nothing."""
-    if amount == 0.0:
-        return np.zeros(4)
     points = outline()
     homogeneous = points @ clip_from_world[:, :3].T + clip_from_world[:, 3]
     homogeneous = homogeneous[homogeneous[:, 3] > 0.0]

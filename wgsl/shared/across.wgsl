@@ -26,6 +26,13 @@ fn part_at(way: Walk, x: i32) -> f32 {
     return select(t, 1.0 - t, way.is_backward);
 }
 
+// The part of the segment, from p to q, nearest to the middle of a pixel.
+fn foot(line: Segment, pixel: vec2<i32>) -> f32 {
+    let span = line.q - line.p;
+    let square = dot(span, span);
+    return select(0.0, clamp(dot(vec2<f32>(pixel) + 0.5 - line.p, span) / square, 0.0, 1.0), square > 0.0);
+}
+
 // What of the tile the walk goes through: the first and the last step along, the first and the last across.
 fn bounds_in_tile(way: Walk) -> vec4<i32> {
     let first = select(tile.origin, tile.origin.yx, way.is_steep);

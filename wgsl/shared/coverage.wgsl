@@ -1,6 +1,8 @@
 // How much of a pixel lies under a line: the pixel is a unit square, the line a capsule.
 #import across
 
+override is_wide: bool; // what holds of a line is asked for each pixel across, not once for each step along
+
 // Straight outwards from the line, its rim lies this far to the left above, to the right below.
 fn rim_lean(way: Walk, half_width: f32) -> f32 {
     return half_width * way.slope * inverseSqrt(1.0 + way.slope * way.slope);

@@ -8,6 +8,8 @@ struct Style {
     strength: f32, // of all edges, from 0 to 1
     n_edges: u32,
     n_points: u32, // of one instance in `projected`, padding included
+    edge_bits: u32, // of a key: which edge it is; 8 to 31, so that nearness has no more bits than a float
+    log2_lanes: u32, // invocations an edge, each of which takes every so many-th step along it
 }
 
 const NO_POINT = 0xffffffffu;

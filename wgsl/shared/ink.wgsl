@@ -1,6 +1,6 @@
 // Ink: the negative logarithm of what shines through, in whole steps, so that sums do not depend on their order.
 override ink_steps: f32; // for a factor of e
-override least_light: f32; // that a line lets through
+override least_light: f32 = 1.0; // that a line lets through
 
 const OPAQUE = 8.0; // the logarithm where no more light is seen
 

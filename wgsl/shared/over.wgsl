@@ -3,6 +3,7 @@
 
 @group(0) @binding(7) var<storage, read_write> picture: array<u32>; // of the tile, premultiplied
 override workgroup_size: u32;
+override is_first: bool = false; // nothing is there yet, not even the background
 
 fn n_pixels() -> u32 {
     return u32(tile.extent.x * tile.extent.y);
@@ -18,6 +19,13 @@ fn premultiplied(color: vec4<f32>, strength: f32) -> vec4<f32> {
     return vec4(color.rgb * alpha, alpha);
 }
 
+fn ground_at(index: u32) -> vec4<f32> {
+    if is_first {
+        return tile.background;
+    }
+    return unpack4x8unorm(picture[index]);
+}
+
 fn draw_over(index: u32, color: vec4<f32>) {
-    picture[index] = pack4x8unorm(color + unpack4x8unorm(picture[index]) * (1.0 - color.a));
+    picture[index] = pack4x8unorm(color + ground_at(index) * (1.0 - color.a));
 }

@@ -6,17 +6,12 @@
 
 override hidden: u32; // what is done with an edge behind a face
 override is_cued: bool; // distance pales it
-override drawn: u32 = ALL_PARTS; // of edges
 override is_outline: bool; // faces turn away from the eye along it
 
 const SHOWN = 0u;
 const REMOVED = 1u;
 const DASHED = 2u;
 const FADED = 3u;
-
-const ALL_PARTS = 0u;
-const HIDDEN_PARTS = 1u;
-const VISIBLE_PARTS = 2u;
 
 const PALE = 0.25; // what hidden edges keep of their strength where they fade
 const DASH = vec2(4.0, 3.0); // on and off, in line widths
@@ -64,11 +59,7 @@ fn strength_at(line: Segment, t: f32) -> f32 {
     if hidden == SHOWN {
         return strength;
     }
-    let is_covered = is_hidden(line, t);
-    if drawn == select(HIDDEN_PARTS, VISIBLE_PARTS, is_covered) {
-        return 0.0;
-    }
-    if !is_covered {
+    if !is_hidden(line, t) {
         return strength;
     }
     if hidden == DASHED {

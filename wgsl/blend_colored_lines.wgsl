@@ -1,0 +1,45 @@
+// Lines of several colours over the picture. All ink that is not the nearest edge's own has the second one's colour.
+#import coverage
+#import strength
+#import colors
+#import nearness
+#import each_inked
+
+@group(0) @binding(8) var<storage, read> nearest: array<vec2<u32>>; // keys
+
+fn line_of(key: u32) -> Segment {
+    let edge = edge_of(key);
+    return segment(edges[edge % style.n_edges], edge / style.n_edges, 0.5 * style.line_width + 1.0);
+}
+
+fn color_of(key: u32, pixel: vec2<i32>) -> vec4<f32> {
+    let index = edge_of(key) % style.n_edges;
+    if color_mode == COLOR_AN_EDGE {
+        return unpack4x8unorm(colors[index]);
+    }
+    let line = line_of(key);
+    return color_at(index, line, foot(line, pixel));
+}
+
+// How much of a pixel an edge leaves no light through by itself.
+fn alpha_alone(key: u32, pixel: vec2<i32>) -> f32 {
+    let line = line_of(key);
+    let way = walk(line);
+    let half_width = 0.5 * style.line_width;
+    let step = select(pixel, pixel.yx, way.is_steep);
+    let covered = coverage(strips_at(way, half_width, rim_lean(way, half_width), step.x), step.y);
+    let t = select(part_at(way, step.x), foot(line, pixel), is_wide);
+    return color_of(key, pixel).a * strength_at(line, t) * covered;
+}
+
+fn color_at_mark(place: u32) -> vec4<f32> {
+    let alpha = alpha_of(ink[place]);
+    let keys = nearest[place];
+    let pixel = pixel_of(place);
+    var color = color_of(keys.x, pixel).rgb;
+    // A CPU takes both ways of an `if`, but ends a loop that none of those in step goes on with.
+    for (var others = min(keys.y, 1u); others > 0u; others--) {
+        color = mix(color_of(keys.y, pixel).rgb, color, min(alpha_alone(keys.x, pixel) / alpha, 1.0));
+    }
+    return vec4(color * alpha, alpha);
+}
