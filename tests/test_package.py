@@ -148,7 +148,7 @@ def unit(name: str) -> str:
 # Each imports only from the rows above its own.
 LAYERS = [
     {"errors", "_interrupts"},
-    {"_arguments", "_files", "_memmap", "images", "progress"},
+    {"_arguments", "_files", "_memmap", "_npy", "images", "progress"},
     {"pictures.__init__", "_affine", "_points", "colors", "comparison", "triangulation"},
     {"_influences", "colormaps", "matrices", "planar", "mesh", "scene", "vector"},
     {"samples", "cameras", "edge_sets", "formats"},
