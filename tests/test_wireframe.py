@@ -494,8 +494,10 @@ def test_an_argument_that_cannot_be_taken_is_named(
 
 
 def test_what_is_no_model_is_refused() -> None:
-    with pytest.raises(ArgumentTypeError, match=r"^model must be a Mesh, a PointBuffer or a path, got ndarray$"):
-        gx.render_array(np.zeros((3, 3)))  # type: ignore[arg-type]
+    message = "^model must be a Mesh, an array of points, a PointBuffer or a path, got "
+    for wrong, got in ((3.5, "float"), ([(0, 0, 0), (1, 0, 0)], "tuple"), ([[[0, 0, 0]]], "list")):
+        with pytest.raises(ArgumentTypeError, match=f"{message}{got}$"):
+            gx.render_array(wrong)  # type: ignore[arg-type]
 
 
 def test_numpy_integers_are_a_size() -> None:

@@ -56,10 +56,11 @@ def animate(
 ) -> "Animation":
     """Return an animation of models; nothing is drawn before a frame, or a file, is asked for.
 
-    models : as `render` takes them: a Mesh, the path of a model file, a PointBuffer, a Layer, a Scene, or several
+    models : as `render` takes them: a Mesh, an array of points (n, 3), the path of a model file, a PointBuffer, a
+        Layer, a Scene, or several
     frames : for each frame the (4, 4) matrix that moves the models, or a dict from names of a scene's nodes to their
-        matrices, or another model in their place: several of them, a stack (k, 4, 4), a stack of SciPy's rotations; or
-        a function that gives one
+        matrices, or another model in their place, an array of points as `Mesh(points)`: several of them, a stack
+        (k, 4, 4), a stack of SciPy's rotations; or a function that gives one
     path : where to save it at once, as `Animation.save` does
     n_frames : for a function, which is called with the frame's number, from 0 on
     duration : in place of n_frames, for a function that is called with the frame's time; both in seconds

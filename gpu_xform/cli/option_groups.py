@@ -1,13 +1,12 @@
 """The options of the commands, in the groups that the help shows."""
 
 import argparse
-from collections.abc import Sequence
 from typing import Any
 
 from . import further_layers, values
 
 # What `load_mesh` reads; asking it would cost every command the time of importing the readers.
-MODEL_TYPES = ("3mf", "glb", "gltf", "obj", "off", "ply", "stl", "vrml", "wrl", "wrz")
+MODEL_TYPES = ("3mf", "glb", "gltf", "npy", "obj", "off", "ply", "stl", "vrml", "wrl", "wrz")
 
 
 def add_render_files(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +25,9 @@ def add_render_files(parser: argparse.ArgumentParser) -> None:
 
 def add_models(group: Any) -> None:
     """Add the models that are shown."""
-    group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
+    group.add_argument(
+        "models", metavar="MODEL", nargs="+", help="model files, or .npy files of points; - for standard input"
+    )
     group.add_argument(
         "--layer",
         metavar="'MODEL ...'",
@@ -65,8 +66,10 @@ def add_transform_files(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "output", metavar="OUT", type=values.file_path, help="the result; - for standard output, as the type of IN"
     )
-    add_file_type(group, sorted([*MODEL_TYPES, "npy"]))
-    group.add_argument("--resume", action="store_true", help="go on where an interrupted run stopped (.npy)")
+    add_file_type(group)
+    group.add_argument(
+        "--resume", action="store_true", help="go on where an interrupted run stopped, from .npy to .npy"
+    )
 
 
 def add_bench(parser: argparse.ArgumentParser) -> None:
@@ -84,9 +87,9 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_file_type(group: Any, types: Sequence[str] = MODEL_TYPES) -> None:
+def add_file_type(group: Any) -> None:
     """Add the type of what is read."""
-    *others, last = types
+    *others, last = MODEL_TYPES
     group.add_argument(
         "--file-type", metavar="TYPE", help=f"what the input is, whatever its name: {', '.join(others)} or {last}"
     )

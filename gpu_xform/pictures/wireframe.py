@@ -26,8 +26,9 @@ def render(
 ) -> "Image":
     """Draw the edges of models; return a Pillow image, mode RGBA.
 
-    models : a Mesh, the path of a model file, or a PointBuffer (n, 3); a `Layer`, which is one of these with a style of
-        its own; a `Scene` of these; or several of all these, of which later ones are drawn over earlier ones
+    models : a Mesh, an array of points (n, 3), the path of a model file, or a PointBuffer (n, 3); a `Layer`, which is
+        one of these with a style of its own; a `Scene` of these; or several of all these in a list, of which later ones
+        are drawn over earlier ones
     camera : `Camera.fit` of all models by default
     size : (width, height) in pixels
     background : a colour, or None for transparent

@@ -222,7 +222,11 @@ def test_a_turntable_takes_what_animate_takes(tmp_path: Path) -> None:
         (call(animate, HOUSE, TURNS, size=(10, 0)), "size must be two positive whole numbers"),
         (call(animate, HOUSE, TURNS, camera="front"), "camera must be a Camera or a dict of Camera.fit's, got str"),
         (call(animate, HOUSE, TURNS, camera={"margin": 0.5}), r"margin must lie in \[0, 0.5\)"),
-        (call(animate, 5, TURNS), "model must be a Mesh, a PointBuffer, a path, a Layer or a Scene, got int"),
+        (
+            call(animate, 5, TURNS),
+            "model must be a Mesh, an array of points, a PointBuffer, a path, a Layer or a Scene, got int",
+        ),
+        (call(animate, np.zeros((5, 2)), TURNS), r"model must have shape \(n, 3\), got \(5, 2\)"),
         (call(animate, HOUSE, TURNS, transform=np.eye(3)), "transform must have shape"),
         (call(animate, HOUSE, TURNS, "out.avi"), r"path must end in one of .*\.gif, .*\.mp4.*, got 'out.avi'"),
         (call(animate, HOUSE, TURNS, "out"), r"path must end in one of .*, got 'out'"),
