@@ -7,11 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from . import matrices
-from ._arguments import Float64Array, direction, number, real_array, vector
+from ._arguments import Float64Array, direction, nonzero_vector, number, real_array, vector
 from .errors import ArgumentError, MeshError
 from .mesh import Mesh
 
-DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)
+DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)  # where +y is up
+DEFAULT_UP = (0.0, 1.0, 0.0)
 DEFAULT_FOV_Y = 30.0
 DEFAULT_MARGIN = 0.05
 # A depth buffer spends its precision near the eye; nothing closer than a thousandth of the way is drawn.
@@ -42,7 +43,7 @@ class Camera:
         cls,
         eye: npt.ArrayLike,
         target: npt.ArrayLike,
-        up: npt.ArrayLike = (0.0, 1.0, 0.0),
+        up: npt.ArrayLike = DEFAULT_UP,
         *,
         fov_y: float = DEFAULT_FOV_Y,
         near: float | None = None,
@@ -115,8 +116,8 @@ class Camera:
         cls,
         model: Mesh | npt.ArrayLike,
         *,
-        direction: npt.ArrayLike = DEFAULT_DIRECTION,
-        up: npt.ArrayLike = (0.0, 1.0, 0.0),
+        direction: npt.ArrayLike | None = None,
+        up: npt.ArrayLike = DEFAULT_UP,
         margin: float = DEFAULT_MARGIN,
         fov_y: float = DEFAULT_FOV_Y,
         orthographic: bool = False,
@@ -124,6 +125,8 @@ class Camera:
         """Look along `direction` (3,) from just far enough to hold all points of `model`.
 
         model : a mesh, or points (n, 3)
+        direction : by default (-0.45, -0.4, -1): from the front, somewhat from the right and from above; where `up` is
+            not +y, turned with it
         margin : the fraction of the picture left free on each side, in [0, 0.5)
         fov_y : degrees; not used where `orthographic`
 
@@ -137,7 +140,7 @@ class Camera:
         require_in_reach(points, "model")
         if not 0.0 <= number(margin, "margin") < 0.5:
             raise ArgumentError(f"margin must lie in [0, 0.5), got {margin}")
-        view_from_world = matrices.look_at((0.0, 0.0, 0.0), _unit(direction), up)
+        view_from_world = _looking(direction, up)
         in_view = points @ view_from_world[:3, :3].T
         matrices.perspective(fov_y, 1.0, 1.0, 2.0)  # raises now, not at the first picture
         place = _fit_parallel if orthographic else _fit_perspective
@@ -159,8 +162,8 @@ def outermost(
     points: Float64Array,
     aspect: float,
     *,
-    direction: npt.ArrayLike = DEFAULT_DIRECTION,
-    up: npt.ArrayLike = (0.0, 1.0, 0.0),
+    direction: npt.ArrayLike | None = None,
+    up: npt.ArrayLike = DEFAULT_UP,
     margin: float = DEFAULT_MARGIN,
     fov_y: float = DEFAULT_FOV_Y,
     orthographic: bool = False,
@@ -169,7 +172,7 @@ def outermost(
 
     So a motion of any length is framed, a frame at a time: only the outermost points so far have to be kept.
     """
-    view_from_world = matrices.look_at((0.0, 0.0, 0.0), _unit(direction), up)
+    view_from_world = _looking(direction, up)
     across = np.eye(3)
     if not orthographic:
         tangent = math.tan(math.radians(fov_y) / 2.0) * (1.0 - 2.0 * margin)
@@ -181,15 +184,22 @@ def outermost(
 
 def turn_up(up: Float64Array) -> Float64Array:
     """Return the smallest rotation (3, 3) that takes +y to `up`."""
-    axis = np.cross((0.0, 1.0, 0.0), up)
+    axis = np.cross(DEFAULT_UP, up)
     if not axis.any():
         axis = np.array([1.0, 0.0, 0.0])
     angle = math.atan2(math.hypot(up[0], up[2]), up[1])
     return matrices.rotate(axis, angle)[:3, :3]
 
 
-def _unit(value: npt.ArrayLike) -> Float64Array:
-    return direction(value, "direction", 3)
+def default_direction(up: npt.ArrayLike) -> Float64Array:
+    """Return along which direction (3,) a model is looked at whose `up` (3,) is up."""
+    return turn_up(nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
+
+
+def _looking(along: npt.ArrayLike | None, up: npt.ArrayLike) -> Float64Array:
+    """Return view_from_world (4, 4) of an eye in the origin."""
+    along = default_direction(up) if along is None else along
+    return matrices.look_at((0.0, 0.0, 0.0), direction(along, "direction", 3), up)
 
 
 def _window_limits(xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Float64Array:

@@ -62,11 +62,11 @@ def _aimed(options: Namespace, points: Float64Array) -> "Camera":
 
 def _fit(options: Namespace) -> dict[str, Any]:
     """Return the keywords of `Camera.fit`."""
-    from ..cameras import DEFAULT_DIRECTION, turn_up
+    from ..cameras import default_direction
 
     along = options.camera_direction
     if along is None:
-        along = turn_up(options.up) @ DEFAULT_DIRECTION
+        along = default_direction(options.up)  # of the model, which --camera-view-up only turns in the picture
     return {"direction": along, **_lens(options)}
 
 

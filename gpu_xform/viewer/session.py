@@ -11,7 +11,7 @@ import numpy as np
 from .. import images
 from .._arguments import Float64Array
 from .._files import atomic_write
-from ..cameras import DEFAULT_DIRECTION, Camera, turn_up
+from ..cameras import Camera
 from ..colors import ColorLike, backdrop
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
@@ -52,7 +52,7 @@ class Session:
         render_array(self._layers, camera=camera, size=size, background=background, device=device)
         points = outline(self._layers)
         if camera is None:
-            camera = Camera.fit(points) if up is None else _fit(points, up)
+            camera = Camera.fit(points) if up is None else Camera.fit(points, up=up)
         first = next((layer for layer in self._layers if has_faces(layer)), self._layers[0])
         self._camera = camera
         self._controls = Controls(
@@ -120,8 +120,3 @@ class Session:
         except OSError as error:
             return f"not saved: {error.strerror or error}"
         return f"saved {path}"
-
-
-def _fit(points: Float64Array, up: Float64Array) -> Camera:
-    """Return the camera that stands to `up` as the usual one does to +y."""
-    return Camera.fit(points, direction=turn_up(up) @ DEFAULT_DIRECTION, up=up)
