@@ -1,14 +1,16 @@
 """Cameras: where a picture is taken from, and how it fills a frame of any shape without stretching."""
 
+import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from . import matrices
 from ._arguments import Float64Array, direction, nonzero_vector, number, real_array, vector
-from .errors import ArgumentError, MeshError
+from .errors import ArgumentError, ArgumentTypeError, MeshError
 from .mesh import Mesh
 
 DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)  # where +y is up
@@ -149,6 +151,28 @@ class Camera:
             return place(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
         return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r})")
+
+
+CameraLike: TypeAlias = Camera | Mapping[str, Any]
+
+_FIT_OPTIONS = [
+    name for name, option in inspect.signature(Camera.fit).parameters.items() if option.kind is option.KEYWORD_ONLY
+]
+
+
+def fit_options(camera: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the keywords of `Camera.fit` that are given in place of a camera; none for None.
+
+    Raises `ArgumentTypeError` for what is no dict and for other keys. Values are left to `Camera.fit`.
+    """
+    if camera is None:
+        return {}
+    if not isinstance(camera, Mapping):
+        raise ArgumentTypeError(f"camera must be a Camera or a dict of Camera.fit's, got {type(camera).__name__}")
+    unknown = [key for key in camera if key not in _FIT_OPTIONS]
+    if unknown:
+        raise ArgumentTypeError(f"camera must have keys among {', '.join(_FIT_OPTIONS)}, got {unknown[0]!r}")
+    return dict(camera)
 
 
 def require_in_reach(points: Float64Array, name: str) -> None:

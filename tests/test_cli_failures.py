@@ -152,6 +152,8 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         (RENDER + "--camera-direction -Y", "--camera-direction must not be parallel to what is up in the picture"),
         (RENDER + "--camera-direction -Y", "give another --camera-view-up"),
         (RENDER + "--camera-direction Z --camera-view-up 0,0,2", "give another --camera-view-up"),
+        (RENDER + "--camera-view-up=-0.45,-0.4,-1", "camera options: the direction of view must not be parallel to"),
+        ("animate house.obj -o out.gif --camera-view-up=-0.45,-0.4,-1", "camera options: the direction of view must"),
         (RENDER + "--camera-position 0,9,0", "camera options: up must not be parallel"),
         (RENDER + "--camera-position 0,9,0", "give another --camera-view-up"),
         ("animate house.obj -o out.gif --camera-direction -Y", "give another --camera-view-up"),

@@ -70,11 +70,11 @@ def animate(options: argparse.Namespace) -> int:
     from .. import animation
 
     paths = files.matching(options.models)
-    shown, points = read_layers(options, paths, composed(options))
+    shown = read_layers(options, paths, composed(options))
     arguments: dict[str, Any] = {
         "fps": options.fps,
         "size": options.resolution,
-        "camera": aim.steady_camera(options, points),
+        "camera": aim.camera(options, shown),
         "background": options.background,
         "device": chosen_device(options),
     }

@@ -43,11 +43,11 @@ def view(options: argparse.Namespace) -> int:
     from ..viewer.window import view
 
     paths = files.matching(options.models)
-    shown, points = read_layers(options, paths, composed(options))
+    shown = read_layers(options, paths, composed(options))
     with naming(options, paths):
         view(
             shown,
-            camera=aim.camera(options, points),
+            camera=aim.camera(options, shown),
             up=options.up if options.camera_view_up is None else None,
             size=options.resolution,
             background=options.background,
