@@ -463,6 +463,10 @@ def test_further_layers_have_a_style_of_their_own() -> None:
         (["--instances", "no_places.npy"], "no_places.npy: expected at least one matrix, got none"),
         (["--edges", "heights.npy"], "heights.npy: expected an array of shape (m, 2), got (10,)"),
         (["--edges", "no_pairs.npy"], "house.obj: edges must choose at least one edge, an array chooses none of"),
+        (
+            ["--edges", "feature,boundary", "--feature-angle", "180"],
+            "edges must choose at least one edge, 'feature' and 'boundary' choose none of 15: no two faces turn",
+        ),
         (["--layer", "none.obj"], "none.obj: No such file"),
         (["--layer", "--color red"], "--layer: the following arguments are required: MODEL"),
         (["--layer", "house.obj --color blurple"], "--layer: argument --color: "),

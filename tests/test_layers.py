@@ -115,8 +115,34 @@ def test_a_model_with_faces_or_dots_to_draw_needs_no_edges(style: dict[str, Any]
     assert (bare != 255).any()
     for edges in ("feature", "boundary"):
         assert gx.render_array(ball, size=SIZE, edges=edges, **style).tobytes() == bare.tobytes()
-    with pytest.raises(MeshError, match=r"^models\[0\]: edges must choose .*, 'feature' chooses none of 480$"):
+    turn = "no two faces turn by more than 30 degrees; 'silhouette' draws the outline"
+    with pytest.raises(MeshError, match=rf"^models\[0\]: edges must choose .*, 'feature' chooses none of 480: {turn}$"):
         gx.render_array([ball, CUBE], size=SIZE, edges="feature")
+
+
+CLOSED = ": no edge is on one face alone; 'silhouette' draws the outline"
+SMOOTH = ": no two faces turn by more than {} degrees; 'silhouette' draws the outline"
+
+
+@pytest.mark.parametrize(
+    ("edges", "message"),
+    [
+        ("feature", "'feature' chooses none of 480" + SMOOTH.format("62.5")),
+        ([np.str_("feature")], "'feature' chooses none of 480" + SMOOTH.format("62.5")),
+        ("boundary", "'boundary' chooses none of 480" + CLOSED),
+        (["boundary", "feature"], "'boundary' and 'feature' choose none of 480" + SMOOTH.format("62.5")),
+        (["feature", np.empty((0, 2), int)], "'feature' and an array choose none of 480" + SMOOTH.format("62.5")),
+        (np.empty((0, 2), int), "an array chooses none of 480"),
+        ([], "an array chooses none of 480"),
+    ],
+    ids=str,
+)
+def test_edges_that_are_none_are_called_as_typed_with_a_way_out(edges: Any, message: str) -> None:
+    ball = samples.icosphere(2)
+    with pytest.raises(MeshError, match=f"^edges must choose at least one edge, {message}$"):
+        gx.render_array(ball, size=SIZE, edges=edges, feature_angle=62.5)
+    with_outline = [edges, "silhouette"] if isinstance(edges, str | np.ndarray) else [*edges, "silhouette"]
+    assert (gx.render_array(ball, size=SIZE, edges=with_outline, feature_angle=62.5) != 255).any()
 
 
 def test_colours_by_face_go_with_all_edges_and_give_way_to_other_colours() -> None:

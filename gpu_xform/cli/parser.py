@@ -51,11 +51,13 @@ pip install 'gpu_xform[pdf]'.
 examples:
   # one picture
   gpu-xform render ball.wrl -o ball.png --color face --no-background
-  gpu-xform render part.stl -o part.png --up +Z --edges feature --hidden dash
+  gpu-xform render part.stl -o part.png --up +Z --edges feature,silhouette \\
+      --hidden dash
   gpu-xform render house.obj -o top.png --camera-direction -Y \\
       --camera-view-up -Z --camera-orthographic
   # the same in lines that stay sharp, for papers and plotters
-  gpu-xform render part.stl -o part.svg --up +Z --edges feature --hidden dash
+  gpu-xform render part.stl -o part.svg --up +Z --edges feature,silhouette \\
+      --hidden dash
   # painted faces; heights in colours
   gpu-xform render ball.wrl -o ball.png --fill face
   gpu-xform render hills.ply -o hills.png --up +Z --scalars z --cmap terrain

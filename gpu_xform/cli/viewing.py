@@ -18,7 +18,7 @@ in the window:
 {IN_THE_WINDOW}
 examples:
   gpu-xform view ball.wrl --color face
-  gpu-xform view part.stl --up +Z --edges feature --hidden dash
+  gpu-xform view part.stl --up +Z --edges feature,silhouette --hidden dash
   gpu-xform view house.obj garden.ply --resolution 1280x960 --fill gold
 """
 
