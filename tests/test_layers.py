@@ -1,6 +1,7 @@
 """What a layer may be given, and what a picture of several layers is."""
 
-from typing import Any
+import dataclasses
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu.frame import in_bindings
 from gpu_xform.gpu.shapes import Faces, Lines, Shape
-from gpu_xform.pictures.layers import HiddenStyle
+from gpu_xform.pictures.layers import HiddenStyle, Style
 
 CUBE = samples.cube()
 SIZE = (90, 70)
@@ -160,6 +161,15 @@ def test_colours_by_face_go_with_all_edges_and_give_way_to_other_colours() -> No
 def test_a_points_buffer_has_no_faces_to_colour(name: str) -> None:
     with PointBuffer(CUBE.positions) as points, pytest.raises(ArgumentError, match=r"(?i)colours by face|^fill must"):
         gx.render_array(points, size=SIZE, **{name: np.zeros((6, 3))})  # type: ignore[arg-type]
+
+
+def test_a_layer_takes_its_style_by_name_alone_and_all_that_pictures_take() -> None:
+    with pytest.raises(TypeError, match="positional argument"):
+        Layer(CUBE, matrices.scale(2))  # type: ignore[call-arg]
+    style = get_type_hints(Style)
+    fields = get_type_hints(Layer)
+    assert list(style) == [field.name for field in dataclasses.fields(Layer)][1:]
+    assert style == {name: fields[name] for name in style}
 
 
 def test_later_layers_lie_over_earlier_ones() -> None:
