@@ -61,6 +61,7 @@ class Camera:
 
         Raises `ArgumentError` as `matrices.look_at` and `matrices.perspective` do.
         """
+        others = _unusual(near=(near, None), far=(far, None), orthographic=(orthographic, False))
         view_from_world = matrices.look_at(eye, target, up)
         distance = float(np.linalg.norm(np.subtract(target, eye)))
         near = distance * NEAR_FRACTION if near is None else near
@@ -76,7 +77,7 @@ class Camera:
                 clip_from_view = matrices.perspective(fov_y, aspect, near, far)
             return clip_from_view @ view_from_world
 
-        return cls(clip_from_world, f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r})")
+        return cls(clip_from_world, f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r}{others})")
 
     @classmethod
     def window(cls, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
@@ -150,7 +151,8 @@ class Camera:
         def clip_from_world(aspect: float) -> Float64Array:
             return place(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
-        return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r})")
+        others = _unusual(fov_y=(fov_y, DEFAULT_FOV_Y), orthographic=(orthographic, False))
+        return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r}{others})")
 
 
 CameraLike: TypeAlias = Camera | Mapping[str, Any]
@@ -218,6 +220,11 @@ def turn_up(up: Float64Array) -> Float64Array:
 def default_direction(up: npt.ArrayLike) -> Float64Array:
     """Return along which direction (3,) a model is looked at whose `up` (3,) is up."""
     return turn_up(nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
+
+
+def _unusual(**options: tuple[object, object]) -> str:
+    """Return how the options are typed whose value, the first of two, is not their default, the second."""
+    return "".join(f", {name}={value!r}" for name, (value, default) in options.items() if value != default)
 
 
 def _looking(along: npt.ArrayLike | None, up: npt.ArrayLike) -> Float64Array:

@@ -225,6 +225,23 @@ def test_a_camera_tells_how_it_was_made() -> None:
     assert repr(Camera.fit(samples.cube(), margin=0.2)).startswith("Camera.fit(direction=")
 
 
+@pytest.mark.parametrize(
+    "made",
+    [
+        "Camera.fit(direction=None, up=(0, 0, 1), margin=0.05)",
+        "Camera.fit(direction=(0, 0, -1), up=(0.0, 1.0, 0.0), margin=0.2, fov_y=60, orthographic=True)",
+        "Camera.fit(direction=(0, 0, -1), up=(0.0, 1.0, 0.0), margin=0.2, orthographic=True)",
+        "Camera.look_at(eye=(1, 2, 3), target=(0, 0, 0), up=(0.0, 1.0, 0.0), fov_y=30.0)",
+        "Camera.look_at(eye=(1, 2, 3), target=(0, 0, 0), up=(0, 0, 1), fov_y=50, near=1, far=9.5, orthographic=True)",
+        "Camera.look_at(eye=(1, 2, 3), target=(0, 0, 0), up=(0, 0, 1), fov_y=50, far=9.5)",
+    ],
+)
+def test_what_a_camera_tells_makes_another_that_tells_the_same(made: str) -> None:
+    names = {"Camera": Camera, "house": samples.house()}
+    camera = eval(made.replace("fit(", "fit(house, "), names)  # noqa: S307 - the text is ours
+    assert repr(camera) == made
+
+
 WRONG: list[tuple[Any, type[Exception], str]] = [
     (lambda: Camera.fit(Mesh([])), MeshError, "without points"),
     (lambda: Camera.fit(np.empty((0, 3))), MeshError, "without points"),
