@@ -93,6 +93,8 @@ def test_the_corners_of_the_model_are_lit_and_the_frame_is_not() -> None:
             ["--camera-direction=0,-1,0", "--camera-view-up", "-Z", "--camera-orthographic"],
             {"camera": Camera.fit(samples.house(), direction=(0, -1, 0), up=(0, 0, -1), orthographic=True)},
         ),
+        (["--background", "navy"], {"background": "navy"}),
+        (["--fov", "60"], {"camera": {"fov_y": 60}}),
         (["--camera-view-angle", "60"], {"camera": Camera.fit(samples.house(), fov_y=60)}),
         (
             ["--camera-position", "-3,4,5", "--camera-focal-point", "-1,0,.5", "--camera-view-angle", "50"],
@@ -474,6 +476,7 @@ def test_further_layers_have_a_style_of_their_own() -> None:
             ["--layer", "house.obj --resolution 5,5"],
             "--layer: expected models with transforms and a style, got",
         ),
+        (["--layer", "house.obj --colour red"], "got '--colour'; did you mean --color?"),
         (["--layer", "house.obj --cmap magma"], "--cmap must come with --scalars"),
         (["--layer", "'house.obj"], "--layer: No closing quotation"),
         (["--layer", "house.obj --edges boundary"], "gpu-xform: error: house: edges must choose at least one edge"),

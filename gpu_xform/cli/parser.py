@@ -10,7 +10,7 @@ from .. import __version__
 from ..errors import ArgumentError
 from . import animating, commands, files, option_groups, rendering, values, viewing
 from .failures import DEVICE_FAILED, DIFFERENT, NO_ADAPTER, WRONG_INPUT
-from .words import attach_values
+from .words import OptionParser, attach_values
 
 HELP_COLUMN = 31
 
@@ -119,7 +119,7 @@ exit codes:
 """
 
 
-class Parser(argparse.ArgumentParser):
+class Parser(OptionParser):
     """An argument parser that complains in one line."""
 
     def error(self, message: str) -> NoReturn:
@@ -135,7 +135,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         options.models += rest  # argparse takes models only as far as the first option between them
         _require_models(parser, options.models)
     elif rest:
-        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+        asked = parser if options.command is None else options.parser
+        parser.error(f"unrecognized arguments: {' '.join(rest)}{asked.meant(rest)}")
     if options.command is None:
         parser.error(
             "a command is needed: render, animate, view, transform, explain, doctor or bench; see gpu-xform --help"
@@ -152,15 +153,13 @@ def _require_models(parser: Parser, models: Sequence[str]) -> None:
 
 
 def make_parser() -> Parser:
-    """Return the parser; what it parses has `run`, the function of the command."""
+    """Return the parser; what it parses has `run`, the function of the command, and `parser`, its own."""
     parser = Parser(
         prog="gpu-xform",
         usage="gpu-xform COMMAND ...",
         description=DESCRIPTION,
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-        add_help=False,
     )
     add = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND").add_parser
 
@@ -174,10 +173,8 @@ def make_parser() -> Parser:
             description=description,
             epilog=epilog,
             formatter_class=functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=HELP_COLUMN),
-            allow_abbrev=False,
-            add_help=False,
         )
-        new.set_defaults(run=run)
+        new.set_defaults(run=run, parser=new)
         return new
 
     render = command("render", rendering.render, "draw models as PNG, SVG or PDF", USAGE, RENDER, RENDER_EPILOG)
