@@ -124,21 +124,26 @@ def add_transforms(parser: argparse.ArgumentParser) -> Any:
 def add_picture(parser: argparse.ArgumentParser) -> None:
     """Add the picture's size and ground."""
     group = parser.add_argument_group("picture")
-    group.add_argument(
+    _add_named_twice(
+        group,
         "--resolution",
+        "--size",
         metavar="W,H",
         type=values.resolution,
         default="1024,1024",
-        help="size in pixels, also WxH (default: %(default)s)",
+        dest="resolution",
+        help="size in pixels, also WxH; also --size (default: %(default)s)",
     )
     either = group.add_mutually_exclusive_group()
-    either.add_argument(
+    _add_named_twice(
+        either,
         "--background-color",
+        "--background",
         metavar="COLOR",
         type=values.color,
         default="white",
         dest="background",
-        help="(default: %(default)s)",
+        help="also --background (default: %(default)s)",
     )
     either.add_argument("--no-background", action="store_const", const=None, dest="background", help="transparent")
 
@@ -229,14 +234,23 @@ def add_camera(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--camera-view-up", metavar="DIR", type=values.direction, help="up in the picture (default: --up)"
     )
-    group.add_argument(
+    _add_named_twice(
+        group,
         "--camera-view-angle",
+        "--fov",
         metavar="DEG",
         type=values.view_angle,
         default="30",
-        help="from bottom to top (default: %(default)s)",
+        dest="camera_view_angle",
+        help="from bottom to top; also --fov (default: %(default)s)",
     )
     group.add_argument("--camera-orthographic", action="store_true", help="parallel lines stay parallel")
+
+
+def _add_named_twice(group: Any, name: str, other: str, **option: Any) -> None:
+    """Add an option that is taken by another name as well: not in the help's column, but in messages, as typed."""
+    group.add_argument(name, **option)
+    group.add_argument(other, **option | {"help": argparse.SUPPRESS})
 
 
 def add_rest(parser: argparse.ArgumentParser, *, adapter: bool) -> Any:

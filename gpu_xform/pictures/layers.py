@@ -2,7 +2,7 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import KW_ONLY, dataclass, fields, replace
 from typing import Any, Literal, TypeAlias, TypedDict, TypeGuard, get_args
 
 import numpy as np
@@ -77,6 +77,7 @@ class Layer:
     """
 
     model: Model
+    _: KW_ONLY
     transform: MatrixLike | None = None
     name: str | None = None
     edges: EdgesLike | None = None

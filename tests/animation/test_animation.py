@@ -221,6 +221,7 @@ def test_a_turntable_takes_what_animate_takes(tmp_path: Path) -> None:
         (call(turntable, Mesh([], [])), "a model without points"),
         (call(animate, HOUSE, TURNS, size=(10, 0)), "size must be two positive whole numbers"),
         (call(animate, HOUSE, TURNS, camera="front"), "camera must be a Camera or a dict of Camera.fit's, got str"),
+        (call(animate, HOUSE, TURNS, camera={"zoom": 2}), "camera must have keys among direction, .*, got 'zoom'$"),
         (call(animate, HOUSE, TURNS, camera={"margin": 0.5}), r"margin must lie in \[0, 0.5\)"),
         (
             call(animate, 5, TURNS),
