@@ -1,17 +1,20 @@
 """Cameras: where a picture is taken from, and how it fills a frame of any shape without stretching."""
 
+import inspect
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from . import matrices
-from ._arguments import Float64Array, direction, number, real_array, vector
-from .errors import ArgumentError, MeshError
+from ._arguments import Float64Array, direction, nonzero_vector, number, real_array, vector
+from .errors import ArgumentError, ArgumentTypeError, MeshError
 from .mesh import Mesh
 
-DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)
+DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)  # where +y is up
+DEFAULT_UP = (0.0, 1.0, 0.0)
 DEFAULT_FOV_Y = 30.0
 DEFAULT_MARGIN = 0.05
 # A depth buffer spends its precision near the eye; nothing closer than a thousandth of the way is drawn.
@@ -42,7 +45,7 @@ class Camera:
         cls,
         eye: npt.ArrayLike,
         target: npt.ArrayLike,
-        up: npt.ArrayLike = (0.0, 1.0, 0.0),
+        up: npt.ArrayLike = DEFAULT_UP,
         *,
         fov_y: float = DEFAULT_FOV_Y,
         near: float | None = None,
@@ -58,6 +61,7 @@ class Camera:
 
         Raises `ArgumentError` as `matrices.look_at` and `matrices.perspective` do.
         """
+        others = _unusual(near=(near, None), far=(far, None), orthographic=(orthographic, False))
         view_from_world = matrices.look_at(eye, target, up)
         distance = float(np.linalg.norm(np.subtract(target, eye)))
         near = distance * NEAR_FRACTION if near is None else near
@@ -73,7 +77,7 @@ class Camera:
                 clip_from_view = matrices.perspective(fov_y, aspect, near, far)
             return clip_from_view @ view_from_world
 
-        return cls(clip_from_world, f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r})")
+        return cls(clip_from_world, f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r}{others})")
 
     @classmethod
     def window(cls, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
@@ -115,8 +119,8 @@ class Camera:
         cls,
         model: Mesh | npt.ArrayLike,
         *,
-        direction: npt.ArrayLike = DEFAULT_DIRECTION,
-        up: npt.ArrayLike = (0.0, 1.0, 0.0),
+        direction: npt.ArrayLike | None = None,
+        up: npt.ArrayLike = DEFAULT_UP,
         margin: float = DEFAULT_MARGIN,
         fov_y: float = DEFAULT_FOV_Y,
         orthographic: bool = False,
@@ -124,6 +128,8 @@ class Camera:
         """Look along `direction` (3,) from just far enough to hold all points of `model`.
 
         model : a mesh, or points (n, 3)
+        direction : by default (-0.45, -0.4, -1): from the front, somewhat from the right and from above; where `up` is
+            not +y, turned with it
         margin : the fraction of the picture left free on each side, in [0, 0.5)
         fov_y : degrees; not used where `orthographic`
 
@@ -137,7 +143,7 @@ class Camera:
         require_in_reach(points, "model")
         if not 0.0 <= number(margin, "margin") < 0.5:
             raise ArgumentError(f"margin must lie in [0, 0.5), got {margin}")
-        view_from_world = matrices.look_at((0.0, 0.0, 0.0), _unit(direction), up)
+        view_from_world = _looking(direction, up)
         in_view = points @ view_from_world[:3, :3].T
         matrices.perspective(fov_y, 1.0, 1.0, 2.0)  # raises now, not at the first picture
         place = _fit_parallel if orthographic else _fit_perspective
@@ -145,7 +151,30 @@ class Camera:
         def clip_from_world(aspect: float) -> Float64Array:
             return place(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
-        return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r})")
+        others = _unusual(fov_y=(fov_y, DEFAULT_FOV_Y), orthographic=(orthographic, False))
+        return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r}{others})")
+
+
+CameraLike: TypeAlias = Camera | Mapping[str, Any]
+
+_FIT_OPTIONS = [
+    name for name, option in inspect.signature(Camera.fit).parameters.items() if option.kind is option.KEYWORD_ONLY
+]
+
+
+def fit_options(camera: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the keywords of `Camera.fit` that are given in place of a camera; none for None.
+
+    Raises `ArgumentTypeError` for what is no dict and for other keys. Values are left to `Camera.fit`.
+    """
+    if camera is None:
+        return {}
+    if not isinstance(camera, Mapping):
+        raise ArgumentTypeError(f"camera must be a Camera or a dict of Camera.fit's, got {type(camera).__name__}")
+    unknown = [key for key in camera if key not in _FIT_OPTIONS]
+    if unknown:
+        raise ArgumentTypeError(f"camera must have keys among {', '.join(_FIT_OPTIONS)}, got {unknown[0]!r}")
+    return dict(camera)
 
 
 def require_in_reach(points: Float64Array, name: str) -> None:
@@ -159,8 +188,8 @@ def outermost(
     points: Float64Array,
     aspect: float,
     *,
-    direction: npt.ArrayLike = DEFAULT_DIRECTION,
-    up: npt.ArrayLike = (0.0, 1.0, 0.0),
+    direction: npt.ArrayLike | None = None,
+    up: npt.ArrayLike = DEFAULT_UP,
     margin: float = DEFAULT_MARGIN,
     fov_y: float = DEFAULT_FOV_Y,
     orthographic: bool = False,
@@ -169,7 +198,7 @@ def outermost(
 
     So a motion of any length is framed, a frame at a time: only the outermost points so far have to be kept.
     """
-    view_from_world = matrices.look_at((0.0, 0.0, 0.0), _unit(direction), up)
+    view_from_world = _looking(direction, up)
     across = np.eye(3)
     if not orthographic:
         tangent = math.tan(math.radians(fov_y) / 2.0) * (1.0 - 2.0 * margin)
@@ -181,15 +210,27 @@ def outermost(
 
 def turn_up(up: Float64Array) -> Float64Array:
     """Return the smallest rotation (3, 3) that takes +y to `up`."""
-    axis = np.cross((0.0, 1.0, 0.0), up)
+    axis = np.cross(DEFAULT_UP, up)
     if not axis.any():
         axis = np.array([1.0, 0.0, 0.0])
     angle = math.atan2(math.hypot(up[0], up[2]), up[1])
     return matrices.rotate(axis, angle)[:3, :3]
 
 
-def _unit(value: npt.ArrayLike) -> Float64Array:
-    return direction(value, "direction", 3)
+def default_direction(up: npt.ArrayLike) -> Float64Array:
+    """Return along which direction (3,) a model is looked at whose `up` (3,) is up."""
+    return turn_up(nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
+
+
+def _unusual(**options: tuple[object, object]) -> str:
+    """Return how the options are typed whose value, the first of two, is not their default, the second."""
+    return "".join(f", {name}={value!r}" for name, (value, default) in options.items() if value != default)
+
+
+def _looking(along: npt.ArrayLike | None, up: npt.ArrayLike) -> Float64Array:
+    """Return view_from_world (4, 4) of an eye in the origin."""
+    along = default_direction(up) if along is None else along
+    return matrices.look_at((0.0, 0.0, 0.0), direction(along, "direction", 3), up)
 
 
 def _window_limits(xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Float64Array:

@@ -18,7 +18,7 @@ THRESHOLD = 8.0
 DARKER, LIGHTER = (208, 0, 0, 255), (0, 80, 255, 255)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Difference:
     """What sets a picture apart from its reference, in units of a channel, 0..255.
 
@@ -75,6 +75,14 @@ class Difference:
         shown[different & (brightness < expected)] = DARKER
         shown[different & (brightness >= expected)] = LIGHTER
         return image(shown)
+
+    def __repr__(self) -> str:
+        height, width = self.by_pixel.shape
+        where = f" at {self.largest_at}" if self.largest else ""
+        return (
+            f"<Difference: {self.n_pixels} of {width} x {height} pixels by more than {self.threshold:g}, "
+            f"largest {self.largest}{where}, mean {self.mean:.3g}>"
+        )
 
 
 def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float = THRESHOLD) -> Difference:

@@ -84,22 +84,6 @@ def face_normals(mesh: Mesh) -> Float64Array:
     return normals
 
 
-def feature_edges(mesh: Mesh, angle_degrees: float = 30.0) -> IndexArray:
-    """Return the edges that show the shape, (m, 2) int64, as `edge_faces` has them.
-
-    They are those where two faces turn by more than the angle (0 between faces in one plane, whichever way each is
-    wound), those on one face, those on three or more, and all segments. A face without area turns by nothing.
-
-    Raises ArgumentError unless 0 <= angle_degrees <= 180.
-    """
-    return _features(mesh, edge_faces(mesh), angle(angle_degrees, "angle_degrees"))
-
-
-def boundary_edges(mesh: Mesh) -> IndexArray:
-    """Return the edges on one face alone, (m, 2) int64, as `edge_faces` has them."""
-    return _boundary(edge_faces(mesh))
-
-
 def without_silhouette(edges: EdgesLike) -> tuple[EdgesLike | None, bool]:
     """Return `edges` without "silhouette", None where that is all, and whether it was there: a view finds its own."""
     parts = edge_parts(edges)
@@ -117,7 +101,11 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
     """Return the edges that `edges` asks for: (m, 2) int64.
 
     edges : "all", "feature", "boundary", or (m, 2) integers; or several of these, of which each edge is taken once
-    feature_angle : as in `feature_edges`, degrees
+    feature_angle : degrees by which two faces must turn at a crease
+
+    Features are the edges that show the shape: those where two faces turn by more than the angle (0 between faces in
+    one plane, whichever way each is wound), those on one face, those on three or more, and all segments. A face without
+    area turns by nothing. The boundary is the edges on one face alone. Both are as `edge_faces` has them.
 
     One array by itself keeps its rows as they are. All else is ordered as `mesh.edges`: lower index first, sorted.
     Raises ArgumentError for an unknown name, a wrong shape, an index that names no point, an angle outside 0..180;

@@ -1,4 +1,4 @@
-"""Homogeneous 3x3 matrices for R^2, in float64 and for column vectors: `target = M @ source`, L6 and L8.
+"""Homogeneous 3x3 matrices for R^2, in float64 and for column vectors: `target = M @ source`.
 
 `chain`, `inverse` and `explain` of `gpu_xform.matrices` take these as they take 4x4.
 """
@@ -58,5 +58,5 @@ def project_onto(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -
 
 
 def homogeneous(a: MatrixLike) -> Float64Array:
-    """Return the 2x2 matrix `a` carried along in a 3x3: [[a, 0], [0, 1]], L5."""
+    """Return the 2x2 matrix `a` carried along in a 3x3: [[a, 0], [0, 1]]."""
     return _affine.about(None, square_matrix(a, "a", 2))

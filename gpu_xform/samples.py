@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from ._arguments import Float64Array, whole_number
 from .errors import ArgumentError
-from .matrices import translate
+from .matrices import rotate, translate
 from .mesh import IndexArray, Mesh
 from .scene import Scene
 
@@ -131,10 +131,8 @@ def _count(value: int, name: str, least: int, most: int | None = None) -> int:
 
 def _icosahedral_rotations() -> Float64Array:
     """Return the rotations that carry the icosahedron with corners (0, +-phi, +-1), ... to itself: (60, 3, 3)."""
-    # A fifth of a turn about the corner (0, phi, 1), by Rodrigues' formula, and a third about (1, 1, 1).
-    x, y, z = np.array([0.0, _PHI, 1.0]) / math.hypot(1.0, _PHI)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    fifth = np.eye(3) + math.sin(math.tau / 5) * cross + (1.0 - math.cos(math.tau / 5)) * cross @ cross
+    # A fifth of a turn about the corner (0, phi, 1), and a third about (1, 1, 1).
+    fifth = rotate((0.0, _PHI, 1.0), math.tau / 5)[:3, :3]
     third = np.roll(np.eye(3), 1, axis=0)
     group = [np.eye(3)]
     for rotation in group:  # the list grows until it is closed under both generators

@@ -276,6 +276,10 @@ def _identity(value: Any) -> Any:
     return value
 
 
+def _described(model: "Model") -> str:
+    return f"<array {model.shape}>" if isinstance(model, np.ndarray) else repr(model)
+
+
 def _summary(node: Node) -> str:
-    models = ", ".join(repr(shown.model) for shown in node.models)
+    models = ", ".join(_described(shown.model) for shown in node.models)
     return f"{node.name!r}: {models}" if models else repr(node.name)

@@ -3,8 +3,6 @@
 import hashlib
 import json
 import os
-import tokenize
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BufferedReader
@@ -15,14 +13,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ._arguments import MatrixLike, square_matrix
+from ._npy import read_header
 from ._precision import Precision
 from .errors import ArgumentError, ArgumentTypeError
 from .gpu.device import Device
 from .transform import project_points, transform_points
 
 CHUNK_BYTES = 32 << 20
-# NumPy's reader of a malformed header lets through what Python's own parser raises.
-MALFORMED_HEADER = (ValueError, TypeError, OverflowError, EOFError, SyntaxError, tokenize.TokenError)
 StrPath = str | os.PathLike[str]
 Progress = Callable[[int, int], object]
 
@@ -88,17 +85,14 @@ def n_columns(source: StrPath) -> int | None:
 
 def _read_header(reader: BufferedReader, source: StrPath) -> tuple[tuple[int, ...], np.dtype[Any]]:
     try:
-        version = np.lib.format.read_magic(reader)
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        with warnings.catch_warnings(action="ignore"):  # Python's own parser grumbles at a malformed header
-            shape, fortran_order, dtype = read(reader)
-    except MALFORMED_HEADER as error:
+        shape, is_fortran, dtype = read_header(reader)
+    except ValueError as error:
         raise ArgumentError(f"source must be a .npy file, got {os.fspath(source)!r}: {error}") from None
     if dtype.kind != "f" or dtype.itemsize not in {4, 8}:
         raise ArgumentTypeError(f"source must hold float32 or float64, got {dtype} in {os.fspath(source)!r}")
     if len(shape) != 2 or shape[1] not in {2, 3}:
         raise ArgumentError(f"source must have shape (n, 3) or (n, 2), got {shape} in {os.fspath(source)!r}")
-    if fortran_order and min(shape) > 1:
+    if is_fortran and min(shape) > 1:
         raise ArgumentError(f"source must be C-ordered, got a Fortran-ordered array in {os.fspath(source)!r}")
     return shape, dtype
 

@@ -3,10 +3,15 @@
 import re
 from pathlib import Path
 
+import numpy as np
+
 import gpu_xform
 from gpu_xform import errors
+from gpu_xform.gpu.device import Device
 
-PAGE = (Path(__file__).parent.parent / "docs" / "api.md").read_text("utf-8")
+PAGE, RETURNED = (
+    (Path(__file__).parent.parent / "docs" / "api.md").read_text("utf-8").split("\n## What functions return\n")
+)
 ROWS = re.findall(r"^\| `(\w+)` +\| (.+?) +\|$", PAGE, re.MULTILINE)
 
 
@@ -23,3 +28,19 @@ def test_the_page_says_what_an_error_is_besides() -> None:
             continue
         others = {base.__name__ for base in value.__bases__} - {"GpuXformError"}
         assert set(re.findall(r"`(\w+)`", phrase)) == others, name
+
+
+def test_the_page_says_all_that_returned_values_hold(device: Device) -> None:
+    picture = np.zeros((2, 2, 4), np.uint8)
+    values = [
+        gpu_xform.decompose(np.eye(4)),
+        gpu_xform.Scene().add(name="node"),
+        gpu_xform.compare_images(picture, picture),
+        device.adapter,
+        device.limits,
+    ]
+    rows = re.findall(r"^\| `(\w+)` +\| (.+?) +\| (.+?) \|$", RETURNED, re.MULTILINE)
+    assert len(rows) == RETURNED.count("\n| `")
+    held = {type(value).__name__: {name for name in dir(value) if name[0] != "_"} for value in values}
+    held["Decomposition"] -= set(dir(tuple))
+    assert {name: set(re.findall(r"`(\w+)(?:\(\))?`", phrase)) for name, _, phrase in rows} == held

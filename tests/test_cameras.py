@@ -83,6 +83,27 @@ def test_a_fitted_camera_looks_along_its_direction_with_up_upwards() -> None:
             assert front[2] < middle[2]
 
 
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_the_default_direction_turns_with_up(orthographic: bool) -> None:
+    house = samples.house()
+    usual = Camera.fit(house, orthographic=orthographic).clip_from_world(1.5)
+    explicit = Camera.fit(house, direction=(-0.45, -0.4, -1.0), orthographic=orthographic)
+    assert np.array_equal(explicit.clip_from_world(1.5), usual)
+    for up, turn in [
+        ((0, 0, 1), matrices.rotate_x(90, degrees=True)),
+        ((0, 0, -7e-5), matrices.rotate_x(-90, degrees=True)),
+        ((1, 0, 0), matrices.rotate_z(-90, degrees=True)),
+        ((0, -1e200, 0), matrices.rotate_x(180, degrees=True)),
+        ((0, 3, 4), matrices.rotate_x(np.arctan2(4, 3))),
+    ]:
+        turned = house.transformed(turn)
+        camera = Camera.fit(turned, up=up, orthographic=orthographic)
+        np.testing.assert_allclose(camera.clip_from_world(1.5) @ turn, usual, rtol=0, atol=1e-12)
+        held = outermost(turned.positions, 1.5, up=up, orthographic=orthographic)
+        few = Camera.fit(held, up=up, orthographic=orthographic)
+        np.testing.assert_allclose(few.clip_from_world(1.5) @ turn, usual, rtol=0, atol=1e-12)
+
+
 def test_a_cube_looks_larger_in_front_in_perspective_and_not_in_parallel() -> None:
     front, back = np.array([(-1.0, 0, 1), (1, 0, 1)]), np.array([(-1.0, 0, -1), (1, 0, -1)])
     for orthographic in (False, True):
@@ -204,6 +225,23 @@ def test_a_camera_tells_how_it_was_made() -> None:
     assert repr(Camera.fit(samples.cube(), margin=0.2)).startswith("Camera.fit(direction=")
 
 
+@pytest.mark.parametrize(
+    "made",
+    [
+        "Camera.fit(direction=None, up=(0, 0, 1), margin=0.05)",
+        "Camera.fit(direction=(0, 0, -1), up=(0.0, 1.0, 0.0), margin=0.2, fov_y=60, orthographic=True)",
+        "Camera.fit(direction=(0, 0, -1), up=(0.0, 1.0, 0.0), margin=0.2, orthographic=True)",
+        "Camera.look_at(eye=(1, 2, 3), target=(0, 0, 0), up=(0.0, 1.0, 0.0), fov_y=30.0)",
+        "Camera.look_at(eye=(1, 2, 3), target=(0, 0, 0), up=(0, 0, 1), fov_y=50, near=1, far=9.5, orthographic=True)",
+        "Camera.look_at(eye=(1, 2, 3), target=(0, 0, 0), up=(0, 0, 1), fov_y=50, far=9.5)",
+    ],
+)
+def test_what_a_camera_tells_makes_another_that_tells_the_same(made: str) -> None:
+    names = {"Camera": Camera, "house": samples.house()}
+    camera = eval(made.replace("fit(", "fit(house, "), names)  # noqa: S307 - the text is ours
+    assert repr(camera) == made
+
+
 WRONG: list[tuple[Any, type[Exception], str]] = [
     (lambda: Camera.fit(Mesh([])), MeshError, "without points"),
     (lambda: Camera.fit(np.empty((0, 3))), MeshError, "without points"),
@@ -215,6 +253,9 @@ WRONG: list[tuple[Any, type[Exception], str]] = [
     (lambda: Camera.fit(samples.cube(), fov_y=180.0), ArgumentError, "fov_y"),
     (lambda: Camera.fit(samples.cube(), direction=(0, 0, 0)), ArgumentError, "direction"),
     (lambda: Camera.fit(samples.cube(), direction=(0, 2, 0)), ArgumentError, "up"),
+    (lambda: Camera.fit(samples.cube(), up=(0, 0, 0)), ArgumentError, "^up must not be the zero vector$"),
+    (lambda: Camera.fit(samples.cube(), up=(0, 1)), ArgumentError, r"^up must have shape \(3,\), got \(2,\)$"),
+    (lambda: Camera.fit(samples.cube(), up="z"), ArgumentTypeError, "^up must hold real numbers"),
     (lambda: Camera.look_at((1, 2, 3), (1, 2, 3)), ArgumentError, "eye and target must differ"),
     (lambda: Camera.look_at((0, 0, 0), (0, 1, 0)), ArgumentError, "up must not be parallel"),
     (lambda: Camera.look_at((0, 0, 0), (0, 0, 1), fov_y=0), ArgumentError, "fov_y"),

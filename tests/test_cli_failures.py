@@ -49,6 +49,11 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     Path("mixed.npy").write_bytes(whole.replace(b" 'shape'", b"b'shape'"))
     Path("grumble.npy").write_bytes(whole.replace(b"(4, 3)", b"(4or3)"))
     Path("short.npy").write_bytes(whole[:-1])
+    for name, shape in (("sum.npy", "+".join("1" * 4000)), ("minus.npy", "-" * 9000 + "1")):
+        header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape}, 3)}}\n".encode()
+        Path(name).write_bytes(whole[:8] + len(header).to_bytes(2, "little") + header + whole[128:])
+    Path("version.npy").write_bytes(whole.replace(b"NUMPY\x01", b"NUMPY\x09"))
+    Path("long.npy").write_bytes(whole + b"\0")
     Path("empty.npy").write_bytes(b"")
     Path("garbage.obj").write_bytes(b"v 0 0 0\nv 1 0 zero\nf 1 2 3\n")
     Path("binary.obj").write_bytes(bytes(range(256)) * 8)
@@ -146,12 +151,23 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         (RENDER + "--color '#12'", "--color"),
         (RENDER + "--background-color face", "--background-color"),
         (RENDER + "--background-color red --no-background", "--no-background"),
+        (
+            RENDER + "--background red --no-background",
+            "argument --no-background: not allowed with argument --background",
+        ),
+        (RENDER + "--background face", "argument --background: "),
+        (RENDER + "--size 0,5", "argument --size: expected a width and a height in pixels"),
+        (RENDER + "--fov 180", "argument --fov: expected degrees between 0 and 180"),
+        ("explain --rotate-zz 3", "unrecognized arguments: --rotate-zz 3; did you mean --rotate-z?"),
+        ("--versoin", "unrecognized arguments: --versoin; did you mean --version?"),
         (RENDER + "--up Q", "--up"),
         (RENDER + "--up 0,0,0", "--up"),
         (RENDER + "--camera-view-angle 180", "--camera-view-angle"),
         (RENDER + "--camera-direction -Y", "--camera-direction must not be parallel to what is up in the picture"),
         (RENDER + "--camera-direction -Y", "give another --camera-view-up"),
         (RENDER + "--camera-direction Z --camera-view-up 0,0,2", "give another --camera-view-up"),
+        (RENDER + "--camera-view-up=-0.45,-0.4,-1", "camera options: the direction of view must not be parallel to"),
+        ("animate house.obj -o out.gif --camera-view-up=-0.45,-0.4,-1", "camera options: the direction of view must"),
         (RENDER + "--camera-position 0,9,0", "camera options: up must not be parallel"),
         (RENDER + "--camera-position 0,9,0", "give another --camera-view-up"),
         ("animate house.obj -o out.gif --camera-direction -Y", "give another --camera-view-up"),
@@ -166,7 +182,16 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         ("transform none.obj out.3mf", "out.3mf: the type must be one of"),
         ("transform none.obj out", "out: the type must be one of"),
         ("transform house.obj out.npy", "out.npy: "),
-        ("transform points.npy out.obj", "out.obj: "),
+        (
+            "transform house.obj out.npy",
+            "out.npy: NPY holds points only, and would lose the faces of this mesh, 7 of them",
+        ),
+        ("transform words.npy out.obj", "words.npy: positions must have shape (n, 3), got (2,)"),
+        ("transform objects.npy out.obj", "objects.npy: not an .npy file of numbers: it holds Python's objects"),
+        ("transform points.npy out.obj --resume", "--resume is for .npy files that become .npy files"),
+        ("transform points.npy out.stl", "out.stl: STL holds triangles only, this mesh has no faces"),
+        ("render huge.npy -o out.png", "huge.npy: not an .npy file of numbers: the header declares 2,"),
+        ("render cube.npy -o out.png", "cube.npy: positions must have shape (n, 3), got (2, 2, 4)"),
         ("transform house.obj none/out.obj", "none/out.obj: No such file"),
         ("transform house.obj folder.png/../house.obj/x.obj", "x.obj: Not a directory"),
         ("transform points.npy none/out.npy", "none/out.npy: No such file"),
@@ -183,6 +208,10 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
         ("transform octal.npy out.npy", "octal.npy: not an .npy file"),
         ("transform mixed.npy out.npy", "mixed.npy: not an .npy file"),
         ("transform grumble.npy out.npy", "grumble.npy: "),
+        ("transform sum.npy out.npy", "sum.npy: not an .npy file"),
+        ("transform minus.npy out.npy", "minus.npy: not an .npy file"),
+        ("transform version.npy out.npy", "version.npy: not an .npy file of numbers: version 9.0 is not known"),
+        (RENDER + "--scalars long.npy", "long.npy: not an .npy file of numbers: the header declares 96 bytes, got 97"),
         ("transform short.npy out.npy", "got 95 in 'short.npy'"),
         ("transform empty.npy out.npy", "empty.npy: "),
         ("transform house.obj out.npy --file-type npy", "house.obj: not an .npy file"),

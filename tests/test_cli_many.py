@@ -83,10 +83,21 @@ def test_models_may_stand_between_the_options() -> None:
     assert np.array_equal(png("one.png"), png("other.png"))
 
 
-@pytest.mark.parametrize("typed", [["--scal", "2", "cube.off"], ["cube.off", "--frob"]])
-def test_an_unknown_option_is_no_model(typed: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "house.obj", "-o", "x.png", *typed]) == 2
-    assert capsys.readouterr().err == f"gpu-xform: error: unrecognized arguments: {' '.join(typed)}\n"
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("--scal 2 cube.off", "; did you mean --scale?"),
+        ("cube.off --frob", ""),
+        ("--colour=red --edgs feature --width 2 --colr blue", "; did you mean --color and --edges and --line-width?"),
+        ("--out y.png", "; did you mean --output?"),
+        ("--rotatex=-30", "; did you mean --rotate-x?"),
+        ("--angle 3", ""),
+        ("-q", ""),
+    ],
+)
+def test_an_unknown_option_is_no_model(typed: str, meant: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "house.obj", "-o", "x.png", *typed.split()]) == 2
+    assert capsys.readouterr().err == f"gpu-xform: error: unrecognized arguments: {typed}{meant}\n"
     assert not pictures()
 
 

@@ -93,6 +93,8 @@ def test_the_corners_of_the_model_are_lit_and_the_frame_is_not() -> None:
             ["--camera-direction=0,-1,0", "--camera-view-up", "-Z", "--camera-orthographic"],
             {"camera": Camera.fit(samples.house(), direction=(0, -1, 0), up=(0, 0, -1), orthographic=True)},
         ),
+        (["--background", "navy"], {"background": "navy"}),
+        (["--fov", "60"], {"camera": {"fov_y": 60}}),
         (["--camera-view-angle", "60"], {"camera": Camera.fit(samples.house(), fov_y=60)}),
         (
             ["--camera-position", "-3,4,5", "--camera-focal-point", "-1,0,.5", "--camera-view-angle", "50"],
@@ -463,6 +465,10 @@ def test_further_layers_have_a_style_of_their_own() -> None:
         (["--instances", "no_places.npy"], "no_places.npy: expected at least one matrix, got none"),
         (["--edges", "heights.npy"], "heights.npy: expected an array of shape (m, 2), got (10,)"),
         (["--edges", "no_pairs.npy"], "house.obj: edges must choose at least one edge, an array chooses none of"),
+        (
+            ["--edges", "feature,boundary", "--feature-angle", "180"],
+            "edges must choose at least one edge, 'feature' and 'boundary' choose none of 15: no two faces turn",
+        ),
         (["--layer", "none.obj"], "none.obj: No such file"),
         (["--layer", "--color red"], "--layer: the following arguments are required: MODEL"),
         (["--layer", "house.obj --color blurple"], "--layer: argument --color: "),
@@ -470,6 +476,7 @@ def test_further_layers_have_a_style_of_their_own() -> None:
             ["--layer", "house.obj --resolution 5,5"],
             "--layer: expected models with transforms and a style, got",
         ),
+        (["--layer", "house.obj --colour red"], "got '--colour'; did you mean --color?"),
         (["--layer", "house.obj --cmap magma"], "--cmap must come with --scalars"),
         (["--layer", "'house.obj"], "--layer: No closing quotation"),
         (["--layer", "house.obj --edges boundary"], "gpu-xform: error: house: edges must choose at least one edge"),

@@ -7,6 +7,7 @@ from PIL import Image
 
 from gpu_xform import DisplayError, render, samples, save_mesh
 from gpu_xform.cli import main
+from gpu_xform.cli.parser import parse
 from gpu_xform.viewer import window
 
 
@@ -65,6 +66,16 @@ def test_models_are_named_after_their_files(viewed: dict[str, Any]) -> None:
     assert main(["view", "house.obj", "--resolution", "300x200", "cube.obj"]) == 0
     assert [layer.name for layer in viewed["models"]] == ["house", "cube"]
     assert viewed["size"] == (300, 200)
+
+
+@pytest.mark.parametrize(
+    ("command", "usual"), [("render", (1024, 1024)), ("animate", (640, 480)), ("view", (960, 720))]
+)
+def test_a_size_has_two_names_and_each_command_its_own(command: str, usual: tuple[int, int]) -> None:
+    typed = [command, "house.obj", *([] if command == "view" else ["-o", "out"])]
+    assert parse(typed).resolution == usual
+    assert parse([*typed, "--size", "30x20"]).resolution == (30, 20)
+    assert parse([*typed, "--resolution", "30,20"]).resolution == (30, 20)
 
 
 @pytest.mark.parametrize(

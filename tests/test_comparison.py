@@ -35,6 +35,13 @@ def test_a_difference_by_hand() -> None:
     assert (found.threshold, found.n_pixels) == (8, 1)
 
 
+def test_a_difference_tells_how_large_it_is_and_where() -> None:
+    found = gx.compare_images(PICTURE, REFERENCE)
+    assert repr(found) == "<Difference: 1 of 3 x 2 pixels by more than 8, largest 9 at (2, 1), mean 0.917>"
+    none = gx.compare_images(PICTURE, PICTURE, threshold=0.5)
+    assert repr(none) == "<Difference: 0 of 3 x 2 pixels by more than 0.5, largest 0, mean 0>"
+
+
 @pytest.mark.parametrize("swap", [False, True])
 @pytest.mark.parametrize("as_", [Image.fromarray, lambda array: array[..., :3], "path", Path])
 def test_pictures_may_be_images_arrays_and_files(as_: Any, swap: bool, tmp_path: Path) -> None:

@@ -10,14 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gpu_xform import samples
-from gpu_xform.edge_sets import (
-    boundary_edges,
-    edge_faces,
-    face_normals,
-    feature_edges,
-    resolve_edges,
-    without_silhouette,
-)
+from gpu_xform.edge_sets import edge_faces, face_normals, resolve_edges, without_silhouette
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.matrices import chain, rotate_x, rotate_y, rotate_z, translate
 from gpu_xform.mesh import Mesh
@@ -68,42 +61,43 @@ solids = st.sampled_from(sorted(SOLIDS)).map(SOLIDS.__getitem__)
 def test_a_cube_has_twelve_features_below_a_right_angle(make: Any) -> None:
     cube = make(samples.cube())
     for angle in (0.0, 1.0, 30.0, 89.0, 89.999999):
-        edges = feature_edges(cube, angle)
+        edges = resolve_edges(cube, "feature", angle)
         assert edges.dtype == np.int64
         assert len(places(cube, edges)) == 12
         lengths = np.linalg.norm(np.diff(cube.positions[edges], axis=1), axis=(1, 2))
         assert (lengths == 2.0).all()
     for angle in (90.0, 91.0, 180.0):
-        assert feature_edges(cube, angle).shape == (0, 2)
-    assert boundary_edges(cube).shape == (0, 2)
+        assert resolve_edges(cube, "feature", angle).shape == (0, 2)
+    assert resolve_edges(cube, "boundary").shape == (0, 2)
 
 
 def test_features_of_the_samples() -> None:
-    assert len(feature_edges(samples.snub_dodecahedron(), 1)) == 150
-    assert len(feature_edges(samples.snub_dodecahedron(), 90)) == 0
-    assert len(feature_edges(samples.icosphere(3))) == 0
-    assert len(feature_edges(samples.icosphere(0), 41)) == 30  # 180 - 138.19 degrees
-    assert len(feature_edges(samples.icosphere(0), 42)) == 0
-    assert len(feature_edges(samples.house())) == 15
+    assert len(resolve_edges(samples.snub_dodecahedron(), "feature", 1)) == 150
+    assert len(resolve_edges(samples.snub_dodecahedron(), "feature", 90)) == 0
+    assert len(resolve_edges(samples.icosphere(3), "feature")) == 0
+    assert len(resolve_edges(samples.icosphere(0), "feature", 41)) == 30  # 180 - 138.19 degrees
+    assert len(resolve_edges(samples.icosphere(0), "feature", 42)) == 0
+    assert len(resolve_edges(samples.house(), "feature")) == 15
     # The roof turns by the same angle at the ridge as no other edge: 2 atan(0.75).
     ridge = 2.0 * math.degrees(math.atan(0.75))
-    assert len(feature_edges(samples.house(), ridge - 1e-9)) - len(feature_edges(samples.house(), ridge + 1e-9)) == 1
+    below, above = (resolve_edges(samples.house(), "feature", ridge + by) for by in (-1e-9, 1e-9))
+    assert len(below) - len(above) == 1
 
 
 @pytest.mark.parametrize("n", [1, 2, 7])
 def test_a_grid_is_bounded_by_its_rim(n: int) -> None:
     grid = samples.grid(n)
-    edges = boundary_edges(grid)
+    edges = resolve_edges(grid, "boundary")
     assert len(edges) == 4 * n
     assert (np.abs(grid.positions[edges]).max(axis=2) == 1.0).all()
-    assert np.array_equal(feature_edges(grid), edges)
-    assert len(places(unwelded(grid), boundary_edges(unwelded(grid)))) == 4 * n
+    assert np.array_equal(resolve_edges(grid, "feature"), edges)
+    assert len(places(unwelded(grid), resolve_edges(unwelded(grid), "boundary"))) == 4 * n
 
 
 @pytest.mark.parametrize("make", [lambda m: m, unwelded])
 def test_closed_solids_have_no_rim_and_a_hole_shows_its_own(make: Any) -> None:
     for mesh in (samples.torus(5, 4), samples.icosphere(2), samples.snub_dodecahedron()):
-        assert len(boundary_edges(make(mesh))) == 0
+        assert len(resolve_edges(make(mesh), "boundary")) == 0
         found = edge_faces(make(mesh))
         assert (found.n_faces == 2).all()
         assert not found.turned.any()
@@ -111,7 +105,7 @@ def test_closed_solids_have_no_rim_and_a_hole_shows_its_own(make: Any) -> None:
     sphere = samples.icosphere(3)
     around = np.flatnonzero((np.asarray(sphere.faces) == 20).any(axis=1))
     holed = make(without(sphere, *around))
-    assert len(feature_edges(holed)) == len(boundary_edges(holed)) == len(around)
+    assert len(resolve_edges(holed, "feature")) == len(resolve_edges(holed, "boundary")) == len(around)
 
 
 @given(st.floats(0.001, 179.999), st.booleans(), st.booleans())
@@ -121,22 +115,22 @@ def test_the_angle_divides_creases_from_the_rest(degrees: float, turned: bool, a
         mesh = Mesh(mesh.positions, [mesh.faces[0], mesh.faces[1][::-1]])
     if apart:
         mesh = unwelded(mesh)
-    assert len(boundary_edges(mesh)) == 4
-    assert len(feature_edges(mesh, degrees - 1e-9)) == 5
-    assert len(feature_edges(mesh, degrees + 1e-9)) == 4
+    assert len(resolve_edges(mesh, "boundary")) == 4
+    assert len(resolve_edges(mesh, "feature", degrees - 1e-9)) == 5
+    assert len(resolve_edges(mesh, "feature", degrees + 1e-9)) == 4
 
 
 @pytest.mark.parametrize(("degrees", "limit", "shown"), [(1e-7, 9e-8, 5), (1e-7, 1.1e-7, 4), (0, 0, 4), (90, 90, 4)])
 def test_small_and_right_angles_are_exact(degrees: float, limit: float, shown: int) -> None:
-    assert len(feature_edges(wedge(degrees), limit)) == shown
+    assert len(resolve_edges(wedge(degrees), "feature", limit)) == shown
 
 
 @given(solids, st.tuples(*[st.floats(-3.0, 3.0)] * 6), st.sampled_from([5.0, 25.0, 50.0, 80.0]))
 def test_features_move_with_the_mesh(mesh: Mesh, p: tuple[float, ...], angle: float) -> None:
     moved = mesh.transformed(chain(rotate_x(p[0]), rotate_y(p[1]), rotate_z(p[2]), translate(*p[3:])))
-    assert np.array_equal(feature_edges(moved, angle), feature_edges(mesh, angle))
+    assert np.array_equal(resolve_edges(moved, "feature", angle), resolve_edges(mesh, "feature", angle))
     tiny = mesh.transformed(np.diag([1e-200, 1e-200, 1e-200, 1]))
-    assert np.array_equal(feature_edges(tiny, angle), feature_edges(mesh, angle))
+    assert np.array_equal(resolve_edges(tiny, "feature", angle), resolve_edges(mesh, "feature", angle))
 
 
 @given(solids, st.randoms(use_true_random=False), st.sampled_from([5.0, 25.0, 50.0, 80.0]), st.booleans())
@@ -146,8 +140,8 @@ def test_neither_the_order_of_faces_nor_their_winding_matters(mesh: Mesh, random
     mixed = Mesh(mesh.positions, faces)
     if stl:
         mixed = unwelded(mixed)
-    assert places(mixed, feature_edges(mixed, angle)) == places(mesh, feature_edges(mesh, angle))
-    assert places(mixed, boundary_edges(mixed)) == places(mesh, boundary_edges(mesh))
+    assert places(mixed, resolve_edges(mixed, "feature", angle)) == places(mesh, resolve_edges(mesh, "feature", angle))
+    assert places(mixed, resolve_edges(mixed, "boundary")) == places(mesh, resolve_edges(mesh, "boundary"))
 
 
 def described(mesh: Mesh) -> list[Any]:
@@ -204,23 +198,23 @@ def test_edge_faces_are_what_a_plain_walk_finds(data: st.DataObject) -> None:
     ]
     assert rows == described(mesh)
     assert found.edges.dtype == found.faces.dtype == found.n_faces.dtype == np.int64
-    feature_edges(mesh)
+    resolve_edges(mesh, "feature")
 
 
 def test_segments_are_features_and_have_no_faces() -> None:
     mesh = Mesh(samples.cube().positions, [*samples.cube().faces, (7, 0), (0, 1)])
-    assert feature_edges(mesh, 91).tolist() == [[0, 1], [0, 7]]
+    assert resolve_edges(mesh, "feature", 91).tolist() == [[0, 1], [0, 7]]
     found = edge_faces(mesh)
     assert len(found.edges) == 13
     assert found.faces[found.edges.tolist().index([0, 7])].tolist() == [-1, -1]
-    assert len(boundary_edges(mesh)) == 0
+    assert len(resolve_edges(mesh, "boundary")) == 0
 
 
 def test_three_faces_at_an_edge_show_it_however_flat() -> None:
     points = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 2, 0)]
     mesh = Mesh(points, [(0, 1, 2), (1, 0, 3), (0, 1, 4)])
-    assert [0, 1] in feature_edges(mesh, 180).tolist()
-    assert [0, 1] not in boundary_edges(mesh).tolist()
+    assert [0, 1] in resolve_edges(mesh, "feature", 180).tolist()
+    assert [0, 1] not in resolve_edges(mesh, "boundary").tolist()
 
 
 def test_solids_side_by_side_stay_apart() -> None:
@@ -229,15 +223,15 @@ def test_solids_side_by_side_stay_apart() -> None:
         np.concatenate([cube.positions, cube.positions + np.array([2.0, 0.0, 0.0])]),
         np.concatenate([np.asarray(cube.faces), np.asarray(cube.faces) + 8]),
     )
-    assert len(feature_edges(both)) == 24
+    assert len(resolve_edges(both, "feature")) == 24
 
 
 def test_points_weld_where_they_are_equal_and_nowhere_else() -> None:
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (-0.0, -0.0, 0), (1, 0, 0), (1, -1, 0)], dtype=float)
     faces = [(0, 1, 2), (4, 3, 5)]
-    assert len(boundary_edges(Mesh(points, faces))) == 4
+    assert len(resolve_edges(Mesh(points, faces), "boundary")) == 4
     points[4, 0] = np.nextafter(1.0, 2.0)
-    assert len(boundary_edges(Mesh(points, faces))) == 6
+    assert len(resolve_edges(Mesh(points, faces), "boundary")) == 6
 
 
 def test_a_pole_of_needles_shows_no_spokes() -> None:
@@ -247,15 +241,15 @@ def test_a_pole_of_needles_shows_no_spokes() -> None:
     copies = Mesh(np.concatenate([np.zeros((8, 3)), rim]), [(i, i + 8, (i + 1) % 8 + 8, (i + 1) % 8) for i in range(8)])
     one = Mesh(np.concatenate([np.zeros((1, 3)), rim]), [(0, i + 1, (i + 1) % 8 + 1, 0) for i in range(8)])
     for mesh in (copies, one, triangulated(copies), triangulated(one), unwelded(triangulated(copies))):
-        assert len(places(mesh, feature_edges(mesh))) == 8
-        assert len(boundary_edges(mesh)) == 8
+        assert len(places(mesh, resolve_edges(mesh, "feature"))) == 8
+        assert len(resolve_edges(mesh, "boundary")) == 8
 
 
 def test_the_bridge_to_a_hole_is_neither_feature_nor_rim() -> None:
     outer, hole = np.array(SQUARE) * 4.0, np.array(SQUARE)[::-1] + np.array([1.0, 1.0, 0.0])
     mesh = Mesh(np.concatenate([outer, hole]), [(0, 1, 2, 3, 0, 4, 5, 6, 7, 4)])
-    assert len(boundary_edges(mesh)) == len(feature_edges(mesh, 0)) == 8
-    assert [0, 4] not in boundary_edges(mesh).tolist()
+    assert len(resolve_edges(mesh, "boundary")) == len(resolve_edges(mesh, "feature", 0)) == 8
+    assert [0, 4] not in resolve_edges(mesh, "boundary").tolist()
     assert [0, 4] in edge_faces(mesh).edges.tolist()
 
 
@@ -285,10 +279,8 @@ def test_meshes_without_edges_have_none_to_draw(mesh: Mesh) -> None:
 def test_names_stand_for_their_edges() -> None:
     mesh = without(triangulated(samples.cube()), 0)
     assert np.array_equal(resolve_edges(mesh, "all"), mesh.edges)
-    assert np.array_equal(resolve_edges(mesh, "boundary"), boundary_edges(mesh))
-    for angle in (10.0, 91.0):
-        assert np.array_equal(resolve_edges(mesh, "feature", angle), feature_edges(mesh, angle))
-    assert len(resolve_edges(mesh, "feature")) == 13
+    assert len(resolve_edges(mesh, "boundary")) == len(resolve_edges(mesh, "feature", 91.0)) == 3
+    assert len(resolve_edges(mesh, "feature", 10.0)) == len(resolve_edges(mesh, "feature")) == 13
 
 
 @pytest.mark.parametrize("edges", [[(5, 2), (0, 1), (0, 1)], np.array([[5, 2], [0, 1], [0, 1]], np.uint8)])
@@ -302,7 +294,7 @@ def test_sets_combine_to_each_edge_once_in_order() -> None:
     mesh = without(triangulated(samples.cube()), 0)
     extra = np.array([(7, 0), (1, 0), (0, 1)])
     found = resolve_edges(mesh, ["boundary", extra, "feature", [(6, 1)]])
-    expected = {*map(tuple, feature_edges(mesh).tolist()), (0, 7), (0, 1), (1, 6)}
+    expected = {*map(tuple, resolve_edges(mesh, "feature").tolist()), (0, 7), (0, 1), (1, 6)}
     assert list(map(tuple, found.tolist())) == sorted(expected)
     assert found.dtype == np.int64
     assert np.array_equal(resolve_edges(mesh, {"all", "feature"}), mesh.edges)
@@ -354,10 +346,9 @@ def test_what_is_no_set_of_edges_is_refused(edges: Any, error: type[Exception], 
 
 @pytest.mark.parametrize("angle", [-1.0, 180.1, math.nan, math.inf])
 def test_angles_outside_half_a_turn_are_refused(angle: float) -> None:
-    with pytest.raises(ArgumentError, match=r"^angle_degrees must be"):
-        feature_edges(samples.cube(), angle)
-    with pytest.raises(ArgumentError, match=r"^feature_angle must be"):
-        resolve_edges(samples.cube(), "all", angle)
+    for name in ("all", "feature"):
+        with pytest.raises(ArgumentError, match=r"^feature_angle must be"):
+            resolve_edges(samples.cube(), name, angle)
 
 
 def test_a_million_triangles_cost_a_few_sorts() -> None:
@@ -368,5 +359,5 @@ def test_a_million_triangles_cost_a_few_sorts() -> None:
     mesh = triangulated(samples.grid(700))
     assert mesh.n_faces == 980_000
     start = time.perf_counter()
-    assert len(feature_edges(mesh)) == 4 * 700
+    assert len(resolve_edges(mesh, "feature")) == 4 * 700
     assert time.perf_counter() - start < 10 * one_sort + 1.0

@@ -1,6 +1,7 @@
 """What a layer may be given, and what a picture of several layers is."""
 
-from typing import Any
+import dataclasses
+from typing import Any, get_type_hints
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu.frame import in_bindings
 from gpu_xform.gpu.shapes import Faces, Lines, Shape
-from gpu_xform.pictures.layers import HiddenStyle
+from gpu_xform.pictures.layers import HiddenStyle, Style
 
 CUBE = samples.cube()
 SIZE = (90, 70)
@@ -115,8 +116,34 @@ def test_a_model_with_faces_or_dots_to_draw_needs_no_edges(style: dict[str, Any]
     assert (bare != 255).any()
     for edges in ("feature", "boundary"):
         assert gx.render_array(ball, size=SIZE, edges=edges, **style).tobytes() == bare.tobytes()
-    with pytest.raises(MeshError, match=r"^models\[0\]: edges must choose .*, 'feature' chooses none of 480$"):
+    turn = "no two faces turn by more than 30 degrees; 'silhouette' draws the outline"
+    with pytest.raises(MeshError, match=rf"^models\[0\]: edges must choose .*, 'feature' chooses none of 480: {turn}$"):
         gx.render_array([ball, CUBE], size=SIZE, edges="feature")
+
+
+CLOSED = ": no edge is on one face alone; 'silhouette' draws the outline"
+SMOOTH = ": no two faces turn by more than {} degrees; 'silhouette' draws the outline"
+
+
+@pytest.mark.parametrize(
+    ("edges", "message"),
+    [
+        ("feature", "'feature' chooses none of 480" + SMOOTH.format("62.5")),
+        ([np.str_("feature")], "'feature' chooses none of 480" + SMOOTH.format("62.5")),
+        ("boundary", "'boundary' chooses none of 480" + CLOSED),
+        (["boundary", "feature"], "'boundary' and 'feature' choose none of 480" + SMOOTH.format("62.5")),
+        (["feature", np.empty((0, 2), int)], "'feature' and an array choose none of 480" + SMOOTH.format("62.5")),
+        (np.empty((0, 2), int), "an array chooses none of 480"),
+        ([], "an array chooses none of 480"),
+    ],
+    ids=str,
+)
+def test_edges_that_are_none_are_called_as_typed_with_a_way_out(edges: Any, message: str) -> None:
+    ball = samples.icosphere(2)
+    with pytest.raises(MeshError, match=f"^edges must choose at least one edge, {message}$"):
+        gx.render_array(ball, size=SIZE, edges=edges, feature_angle=62.5)
+    with_outline = [edges, "silhouette"] if isinstance(edges, str | np.ndarray) else [*edges, "silhouette"]
+    assert (gx.render_array(ball, size=SIZE, edges=with_outline, feature_angle=62.5) != 255).any()
 
 
 def test_colours_by_face_go_with_all_edges_and_give_way_to_other_colours() -> None:
@@ -134,6 +161,15 @@ def test_colours_by_face_go_with_all_edges_and_give_way_to_other_colours() -> No
 def test_a_points_buffer_has_no_faces_to_colour(name: str) -> None:
     with PointBuffer(CUBE.positions) as points, pytest.raises(ArgumentError, match=r"(?i)colours by face|^fill must"):
         gx.render_array(points, size=SIZE, **{name: np.zeros((6, 3))})  # type: ignore[arg-type]
+
+
+def test_a_layer_takes_its_style_by_name_alone_and_all_that_pictures_take() -> None:
+    with pytest.raises(TypeError, match="positional argument"):
+        Layer(CUBE, matrices.scale(2))  # type: ignore[call-arg]
+    style = get_type_hints(Style)
+    fields = get_type_hints(Layer)
+    assert list(style) == [field.name for field in dataclasses.fields(Layer)][1:]
+    assert style == {name: fields[name] for name in style}
 
 
 def test_later_layers_lie_over_earlier_ones() -> None:

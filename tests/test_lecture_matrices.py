@@ -1,4 +1,8 @@
-"""The lecture's matrices and worked examples, under the numbers L4 to L8."""
+"""The matrices and worked examples of the lecture whose figures `docs/lecture.ipynb` makes.
+
+L4 to L8 are the sections of that notebook: circling the camera, homogeneous coordinates, the matrices, perspective,
+composition.
+"""
 
 import math
 

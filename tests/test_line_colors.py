@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, samples
 from gpu_xform.colormaps import mapped
-from gpu_xform.edge_sets import feature_edges
+from gpu_xform.edge_sets import resolve_edges
 from gpu_xform.errors import ArgumentError
 
 CUBE = samples.cube()
@@ -52,7 +52,7 @@ def test_edges_by_name_keep_the_colours_of_their_own_rows() -> None:
     rows = RNG.uniform(0, 1, (7, 4))
     rows[:, 3] = 1.0
     camera = Camera.window((-0.3, 2.3), (-0.3, 1.3))
-    chosen = feature_edges(roof)
+    chosen = resolve_edges(roof, "feature")
     assert len(chosen) == 6
     style: dict[str, Any] = {"camera": camera, "size": SIZE, "line_width": 4.0, "edge_colors": rows}
     ends, _ = in_pixels(roof.positions, camera)

@@ -2,6 +2,7 @@
 
 import ast
 import inspect
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -147,7 +148,7 @@ def unit(name: str) -> str:
 # Each imports only from the rows above its own.
 LAYERS = [
     {"errors", "_interrupts"},
-    {"_arguments", "_files", "_memmap", "images", "progress"},
+    {"_arguments", "_files", "_memmap", "_npy", "images", "progress"},
     {"pictures.__init__", "_affine", "_points", "colors", "comparison", "triangulation"},
     {"_influences", "colormaps", "matrices", "planar", "mesh", "scene", "vector"},
     {"samples", "cameras", "edge_sets", "formats"},
@@ -234,6 +235,11 @@ def test_every_public_function_class_and_method_has_a_docstring() -> None:
             if "overload" not in map(ast.unparse, node.decorator_list) and ast.get_docstring(node) is None:
                 missing.append(f"{file.name}: {node.name}")
     assert not missing
+
+
+def test_no_docstring_cites_the_lecture_by_a_number() -> None:
+    for file in FILES:
+        assert not re.search(r"\bL\d\b", file.read_text("utf-8")), file
 
 
 def test_the_package_is_typed() -> None:

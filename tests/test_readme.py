@@ -51,6 +51,8 @@ def assert_what_python_made(place: Path, names: dict[str, Any]) -> None:
     turned = expected @ gx.rotate_x(0.1)[:3, :3].T
     np.testing.assert_allclose([names["low"], names["high"]], [turned.min(axis=0), turned.max(axis=0)], atol=5e-6)
     assert gx.load_mesh(place / "house.obj").n_faces == gx.samples.house().n_faces
+    with Image.open(place / "cloud.png") as cloud:
+        assert len(cloud.convert("RGB").getcolors(1 << 24) or ()) > 1000
     assert colors_in(place / "house.png") >= 4
     with Image.open(place / "dashed.png") as dashed:
         assert (np.asarray(dashed)[..., 0] < 128).sum() > 3000

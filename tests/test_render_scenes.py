@@ -164,7 +164,9 @@ def test_what_cannot_be_drawn_is_named() -> None:
         render_array(scene, size=SIZE)
     scene = Scene()
     scene.add(3, name="wrong")  # type: ignore[arg-type]
-    with pytest.raises(ArgumentTypeError, match=r"^'wrong': model must be a Mesh, a PointBuffer or a path, got int"):
+    with pytest.raises(
+        ArgumentTypeError, match=r"^'wrong': model must be a Mesh, an array of points, a PointBuffer or a path, got int"
+    ):
         render_array(scene, size=SIZE)
     scene = Scene()
     scene.add(CUBE, name="wrong", hidden="gone")

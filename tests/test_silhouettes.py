@@ -9,7 +9,7 @@ from solids import star_prism
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
-from gpu_xform.edge_sets import edge_faces, face_normals, feature_edges, resolve_edges
+from gpu_xform.edge_sets import edge_faces, face_normals, resolve_edges
 from gpu_xform.mesh import pair_keys
 from gpu_xform.pictures.layers import HiddenStyle
 
@@ -89,7 +89,7 @@ def test_edges_that_are_chosen_twice_are_drawn_once(name: str, other: str) -> No
     layers = [Layer(mesh, edges=part, alpha=0.5) for part in (drawn, also) if len(part)]
     apart = gx.render_array(layers, camera=camera, size=SIZE)
     assert np.abs(shown.astype(int) - apart).max() <= 1
-    if len(feature_edges(mesh, 20.0)) and other == "feature":
+    if len(resolve_edges(mesh, "feature", 20.0)) and other == "feature":
         twice = gx.render_array(
             [Layer(mesh, edges=part, alpha=0.5) for part in (drawn, "silhouette")], camera=camera, size=SIZE
         )

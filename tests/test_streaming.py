@@ -195,6 +195,14 @@ def test_what_is_not_a_npy_file_is_refused(tmp_path: Path) -> None:
         gx.transform_file(source, tmp_path / "out.npy", AFFINE)
 
 
+@pytest.mark.parametrize("shape", ["+".join("1" * 4000), "-" * 9000 + "1"])
+def test_no_depth_of_a_header_exhausts_a_stack(tmp_path: Path, shape: str) -> None:
+    header = f"{{'descr': '<f8', 'fortran_order': False, 'shape': ({shape}, 3)}}\n".encode()
+    (tmp_path / "in.npy").write_bytes(b"\x93NUMPY\x01\0" + len(header).to_bytes(2, "little") + header)
+    with pytest.raises(ArgumentError, match=r"source must be a \.npy file"):
+        gx.transform_file(tmp_path / "in.npy", tmp_path / "out.npy", AFFINE)
+
+
 def test_memory_maps_go_in_and_out_without_staying_in_memory(tmp_path: Path) -> None:
     """A map of 240 MB each way, in chunks of 16 MiB: the process grows by far less than either."""
     script = (

@@ -156,6 +156,29 @@ def test_every_pixel_agrees_with_the_twin_in_any_colours(
     assert_drawn(capsule_areas, samples.house(), CAMERAS["look at"], line_width=4.0, color=color, background=background)
 
 
+FITTED: list[dict[str, Any]] = [
+    {},
+    {"direction": (0, 0, -1)},
+    {"up": (0, 0, 1), "margin": 0.2, "fov_y": 60},
+    {"orthographic": True},
+]
+
+
+@pytest.mark.parametrize("options", FITTED, ids=str)
+def test_a_dict_in_place_of_a_camera_fits_one_to_all_models_where_they_stand(options: dict[str, Any]) -> None:
+    house, cube = samples.house(), samples.cube()
+    aside, apart = matrices.translate(5, 0, 0), matrices.translate(2, 3, 4)
+    models = [house, gx.Layer(cube, transform=apart)]
+    held = np.concatenate([house.transformed(aside).positions, cube.transformed(apart).positions])
+    renderers: list[Callable[..., Any]] = [gx.render, gx.render_svg, gx.render_pdf]
+    for render in renderers:
+        drawn, expected = (
+            render(models, camera=camera, transform=aside, size=(90, 60))
+            for camera in (options, Camera.fit(held, **options))
+        )
+        assert drawn == expected
+
+
 def test_a_transform_may_be_a_projection(capsule_areas: CapsuleAreas) -> None:
     transform = matrices.chain(matrices.rotate_y(0.4), matrices.perspective_from_eye(2.5))
     assert_drawn(capsule_areas, samples.house(), CAMERAS["window"], transform=transform)
@@ -481,7 +504,20 @@ BAD_ARGUMENTS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"background": (0.5,)}, ArgumentError, "^background must be"),
     ({"transform": np.eye(3)}, ArgumentError, r"^transform must have shape \(4, 4\)"),
     ({"transform": np.full((4, 4), np.nan)}, ArgumentError, "^transform must be finite"),
-    ({"camera": np.eye(4)}, ArgumentTypeError, r"^camera must be a Camera, got ndarray$"),
+    (
+        {"camera": np.eye(4)},
+        ArgumentTypeError,
+        r"^camera must be a Camera or a dict of Camera\.fit's, got ndarray$",
+    ),
+    (
+        {"camera": {"up": (0, 0, 1), "zoom": 2}},
+        ArgumentTypeError,
+        r"^camera must have keys among direction, up, margin, fov_y, orthographic, got 'zoom'$",
+    ),
+    ({"camera": {"model": samples.cube()}}, ArgumentTypeError, "^camera must have keys among .*, got 'model'$"),
+    ({"camera": {0: 1}}, ArgumentTypeError, "^camera must have keys among .*, got 0$"),
+    ({"camera": {"margin": 0.5}}, ArgumentError, r"^margin must lie in \[0, 0\.5\), got 0\.5$"),
+    ({"camera": {"direction": (0, 1, 0)}}, ArgumentError, "^up must not be parallel"),
 ]
 
 
@@ -494,8 +530,10 @@ def test_an_argument_that_cannot_be_taken_is_named(
 
 
 def test_what_is_no_model_is_refused() -> None:
-    with pytest.raises(ArgumentTypeError, match=r"^model must be a Mesh, a PointBuffer or a path, got ndarray$"):
-        gx.render_array(np.zeros((3, 3)))  # type: ignore[arg-type]
+    message = "^model must be a Mesh, an array of points, a PointBuffer or a path, got "
+    for wrong, got in ((3.5, "float"), ([(0, 0, 0), (1, 0, 0)], "tuple"), ([[[0, 0, 0]]], "list")):
+        with pytest.raises(ArgumentTypeError, match=f"{message}{got}$"):
+            gx.render_array(wrong)  # type: ignore[arg-type]
 
 
 def test_numpy_integers_are_a_size() -> None:

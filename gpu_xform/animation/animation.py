@@ -3,7 +3,7 @@
 import contextlib
 import io
 import os
-from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 
@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from .. import images
 from .._arguments import Float64Array, MatrixLike, direction, whole_number
-from ..cameras import Camera, outermost, require_in_reach
+from ..cameras import Camera, CameraLike, fit_options, outermost, require_in_reach
 from ..colors import ColorLike, rgba
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu.device import Device
@@ -48,7 +48,7 @@ def animate(
     duration: float | None = None,
     fps: float = 20,
     size: Size = DEFAULT_SIZE,
-    camera: Camera | Mapping[str, Any] | None = None,
+    camera: CameraLike | None = None,
     background: ColorLike | None = "white",
     device: Device | None = None,
     progress: Progress | None = None,
@@ -56,10 +56,11 @@ def animate(
 ) -> "Animation":
     """Return an animation of models; nothing is drawn before a frame, or a file, is asked for.
 
-    models : as `render` takes them: a Mesh, the path of a model file, a PointBuffer, a Layer, a Scene, or several
+    models : as `render` takes them: a Mesh, an array of points (n, 3), the path of a model file, a PointBuffer, a
+        Layer, a Scene, or several
     frames : for each frame the (4, 4) matrix that moves the models, or a dict from names of a scene's nodes to their
-        matrices, or another model in their place: several of them, a stack (k, 4, 4), a stack of SciPy's rotations; or
-        a function that gives one
+        matrices, or another model in their place, an array of points as `Mesh(points)`: several of them, a stack
+        (k, 4, 4), a stack of SciPy's rotations; or a function that gives one
     path : where to save it at once, as `Animation.save` does
     n_frames : for a function, which is called with the frame's number, from 0 on
     duration : in place of n_frames, for a function that is called with the frame's time; both in seconds
@@ -130,7 +131,7 @@ class Animation:
         models: Models,
         motion: Motion,
         size: Size,
-        camera: Camera | Mapping[str, Any] | None,
+        camera: CameraLike | None,
         background: ColorLike | None,
         device: Device | None,
         style: Style,
@@ -145,11 +146,9 @@ class Animation:
         self._is_opaque = background is not None and rgba(background, "background")[3] == 1.0
         if isinstance(camera, Camera):
             self.camera = camera
-        elif camera is None or isinstance(camera, Mapping):
-            self._fit: Mapping[str, Any] = camera or {}
-            Camera.fit(np.zeros((1, 3)), **self._fit)  # raises now, not at the first frame, as do the lines above
         else:
-            raise ArgumentTypeError(f"camera must be a Camera or a dict of Camera.fit's, got {type(camera).__name__}")
+            self._fit = fit_options(camera)
+            Camera.fit(np.zeros((1, 3)), **self._fit)  # raises now, not at the first frame, as do the lines above
 
     @property
     def size(self) -> tuple[int, int]:

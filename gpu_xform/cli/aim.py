@@ -1,6 +1,7 @@
-"""From the camera options to a camera."""
+"""From the camera options to a camera, or to how one is fitted."""
 
 from argparse import Namespace
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import matrices
@@ -9,7 +10,8 @@ from ..errors import ArgumentError
 from ..mesh import Mesh
 
 if TYPE_CHECKING:
-    from ..cameras import Camera
+    from ..cameras import CameraLike
+    from ..pictures.layers import Layer
 
 
 def require_one_aim(options: Namespace) -> None:
@@ -17,8 +19,7 @@ def require_one_aim(options: Namespace) -> None:
     if options.camera_position is None:
         if options.camera_focal_point is not None:
             raise ArgumentError("camera options: --camera-focal-point must come with --camera-position")
-        if options.camera_direction is not None:
-            _require_upright(options)
+        _require_upright(options)
     elif options.camera_direction is not None:
         raise ArgumentError(
             "camera options: --camera-direction cannot go with --camera-position: give --camera-focal-point"
@@ -27,47 +28,38 @@ def require_one_aim(options: Namespace) -> None:
 
 def _require_upright(options: Namespace) -> None:
     try:
-        matrices.look_at((0.0, 0.0, 0.0), direction(options.camera_direction, "--camera-direction", 3), _up(options))
+        matrices.look_at((0.0, 0.0, 0.0), direction(_direction(options), "--camera-direction", 3), _up(options))
     except ArgumentError:
+        what = "the direction of view" if options.camera_direction is None else "--camera-direction"
         raise ArgumentError(
-            "camera options: --camera-direction must not be parallel to what is up in the picture: "
-            "give another --camera-view-up"
+            f"camera options: {what} must not be parallel to what is up in the picture: give another --camera-view-up"
         ) from None
 
 
-def camera(options: Namespace, points: Float64Array) -> "Camera":
-    """Return the camera of the options, for models whose `points` (n, 3) are in the world."""
+def camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
+    """Return the camera of the options, or the keywords of `Camera.fit` where it has no position."""
+    if options.camera_position is None:
+        return {"direction": _direction(options), **_lens(options)}
+    from ..cameras import Camera
+    from ..pictures.opening import outline
+
+    target = options.camera_focal_point
+    if target is None:
+        target = Mesh(outline(layers)).center
     try:
-        return _aimed(options, points)
+        return Camera.look_at(options.camera_position, target, **_lens(options))
     except ArgumentError as error:
         hint = ": give another --camera-view-up" if str(error).startswith("up ") else ""
         raise ArgumentError(f"camera options: {error}{hint}") from None
 
 
-def steady_camera(options: Namespace, points: Float64Array) -> "Camera | dict[str, Any]":
-    """Return the camera for models that move, or how to fit it; their `points` (n, 3) are in the world as it begins."""
-    return _fit(options) if options.camera_position is None else camera(options, points)
+def _direction(options: Namespace) -> Float64Array:
+    """Return along which direction (3,) a camera without a position looks."""
+    from ..cameras import default_direction
 
-
-def _aimed(options: Namespace, points: Float64Array) -> "Camera":
-    from ..cameras import Camera
-
-    if options.camera_position is None:
-        return Camera.fit(points, **_fit(options))
-    target = options.camera_focal_point
-    if target is None:
-        target = Mesh(points).center
-    return Camera.look_at(options.camera_position, target, **_lens(options))
-
-
-def _fit(options: Namespace) -> dict[str, Any]:
-    """Return the keywords of `Camera.fit`."""
-    from ..cameras import DEFAULT_DIRECTION, turn_up
-
-    along = options.camera_direction
-    if along is None:
-        along = turn_up(options.up) @ DEFAULT_DIRECTION
-    return {"direction": along, **_lens(options)}
+    along: Float64Array | None = options.camera_direction
+    # By default that of the model's own up, which --camera-view-up only turns in the picture.
+    return default_direction(options.up) if along is None else along
 
 
 def _lens(options: Namespace) -> dict[str, Any]:

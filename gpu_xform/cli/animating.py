@@ -23,8 +23,8 @@ four digits, one PNG a frame. MP4 and WebM need PyAV: pip install
 
 examples:
   gpu-xform animate ball.wrl -o ball.gif --turntable --color face
-  gpu-xform animate part.stl -o part.mp4 --up +Z --edges feature --frames 200 \\
-      --fps 30 --resolution 1280x720
+  gpu-xform animate part.stl -o part.mp4 --up +Z --edges feature,silhouette \\
+      --frames 200 --fps 30 --resolution 1280x720
   gpu-xform animate house.obj -o "frames/{frame:04}.png" --rotate-x 20
   gpu-xform animate arm.ply -o arm.html --matrices poses.npy --no-background
 """
@@ -70,11 +70,11 @@ def animate(options: argparse.Namespace) -> int:
     from .. import animation
 
     paths = files.matching(options.models)
-    shown, points = read_layers(options, paths, composed(options))
+    shown = read_layers(options, paths, composed(options))
     arguments: dict[str, Any] = {
         "fps": options.fps,
         "size": options.resolution,
-        "camera": aim.steady_camera(options, points),
+        "camera": aim.camera(options, shown),
         "background": options.background,
         "device": chosen_device(options),
     }

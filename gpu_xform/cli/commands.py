@@ -22,19 +22,17 @@ AFFINE_ROW = (0.0, 0.0, 0.0, 1.0)
 
 
 def transform(options: Namespace) -> int:
-    """Transform a model file or an array."""
+    """Transform a model file or an array, or make one of the other."""
     source = files.kind(options.input, options.file_type)
     target = source if options.output == files.STANDARD else files.kind(options.output)
-    if (source == "npy") != (target == "npy"):
-        raise ArgumentError(f"{options.output}: an .npy array can only become an .npy array, and a model a model")
     matrix = composed(options)
     if not options.project and tuple(matrix[3]) != AFFINE_ROW:
         raise ArgumentError("the transforms are projective: with --project, points are divided by w")
-    if source == "npy":
+    if source == target == "npy":
         _transform_array(options, matrix)
     else:
         if options.resume:
-            raise ArgumentError("--resume is for .npy files")
+            raise ArgumentError("--resume is for .npy files that become .npy files")
         from ..formats.registry import WRITERS
 
         files.require_type(options.output, tuple(sorted(WRITERS)), target)

@@ -6,8 +6,6 @@ import glob
 import io
 import os
 import sys
-import tokenize
-import warnings
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -15,6 +13,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from .. import _npy
 from .._files import atomic_write
 from ..errors import ArgumentError
 from ..mesh import Mesh
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 STANDARD = "-"
-# NumPy's reader of a malformed header lets through what Python's own parser raises.
-MALFORMED_ARRAY = (ValueError, TypeError, OverflowError, SyntaxError, tokenize.TokenError)
 
 
 def kind(path: str, file_type: str | None = None) -> str:
@@ -86,25 +83,18 @@ def read_stack(path: str, count: str) -> npt.NDArray[Any]:
 
 def read_array(path: str) -> npt.NDArray[Any]:
     """Return the array in an .npy file."""
-    with contextlib.nullcontext(_standard("stdin")) if path == STANDARD else Path(path).open("rb") as file:
-        # NumPy seeks in whatever has a file descriptor.
-        source = file if file.seekable() else io.BytesIO(file.read())
-        try:
-            with warnings.catch_warnings(action="ignore"):  # Python's own parser grumbles at a malformed header
-                array: npt.NDArray[Any] = np.lib.format.read_array(source, allow_pickle=False)
-        except MALFORMED_ARRAY as error:
-            raise ArgumentError(f"{path}: not an .npy file of numbers: {error}") from None
-        except MemoryError as error:
-            raise ArgumentError(f"{path}: not enough memory: {error}") from None
-    return array
+    try:
+        return _npy.read_array(_standard("stdin").read() if path == STANDARD else Path(path).read_bytes())
+    except ValueError as error:
+        raise ArgumentError(f"{path}: not an .npy file of numbers: {error}") from None
+    except MemoryError as error:
+        raise ArgumentError(f"{path}: not enough memory: {error}") from None
 
 
 def write_array(array: npt.NDArray[Any], path: str) -> None:
     """Write a C-ordered array to an .npy file."""
     with _output(path) as file:
-        # Not np.save, which seeks as well.
-        np.lib.format.write_array_header_1_0(file, np.lib.format.header_data_from_array_1_0(array))
-        file.write(array.data)
+        _npy.write_array(array, file)
 
 
 def read_matrix(path: str) -> npt.NDArray[Any]:

@@ -6,10 +6,10 @@ from typing import NoReturn
 
 from . import files
 from .values import option_value
-from .words import attach_values
+from .words import OptionParser, attach_values
 
 
-class _Parser(argparse.ArgumentParser):
+class _Parser(OptionParser):
     def error(self, message: str) -> NoReturn:
         raise ValueError(" ".join(message.split()))
 
@@ -19,7 +19,7 @@ def further(text: str) -> argparse.Namespace:
     """Read models and their options, as after `gpu-xform render`."""
     from . import option_groups
 
-    parser = _Parser(add_help=False, allow_abbrev=False)
+    parser = _Parser()
     parser.add_argument("models", metavar="MODEL", nargs="+")
     option_groups.add_file_type(parser)
     option_groups.add_transforms(parser)
@@ -28,7 +28,7 @@ def further(text: str) -> argparse.Namespace:
     options.models += rest
     for path in options.models:
         if path.startswith("-"):
-            raise ValueError(f"expected models with transforms and a style, got {path!r}")
+            raise ValueError(f"expected models with transforms and a style, got {path!r}{parser.meant([path])}")
         files.require_path(path)
     options.further = []
     return options

@@ -28,16 +28,12 @@ def require_scalars(options: Namespace) -> None:
                 raise ArgumentError(f"--{name} must come with --scalars")
 
 
-def read_layers(
-    options: Namespace, paths: Sequence[str], world_from_model: Float64Array
-) -> tuple[list["Layer"], Float64Array]:
-    """Return a layer for each model file, --layer's after the others, and points (n, 3) that a camera must hold."""
-    from ..pictures.opening import outline
-
+def read_layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
+    """Return a layer for each model file, --layer's after the others."""
     layers = _layers(options, paths, world_from_model)
     for further in options.further:
         layers += _layers(further, files.matching(further.models), composed(further))
-    return layers, outline(layers)
+    return layers
 
 
 # The options that give the library's arguments, where the library alone knows what is allowed.

@@ -1,13 +1,12 @@
 """The options of the commands, in the groups that the help shows."""
 
 import argparse
-from collections.abc import Sequence
 from typing import Any
 
 from . import further_layers, values
 
 # What `load_mesh` reads; asking it would cost every command the time of importing the readers.
-MODEL_TYPES = ("3mf", "glb", "gltf", "obj", "off", "ply", "stl", "vrml", "wrl", "wrz")
+MODEL_TYPES = ("3mf", "glb", "gltf", "npy", "obj", "off", "ply", "stl", "vrml", "wrl", "wrz")
 
 
 def add_render_files(parser: argparse.ArgumentParser) -> None:
@@ -26,7 +25,9 @@ def add_render_files(parser: argparse.ArgumentParser) -> None:
 
 def add_models(group: Any) -> None:
     """Add the models that are shown."""
-    group.add_argument("models", metavar="MODEL", nargs="+", help="model files; - for standard input")
+    group.add_argument(
+        "models", metavar="MODEL", nargs="+", help="model files, or .npy files of points; - for standard input"
+    )
     group.add_argument(
         "--layer",
         metavar="'MODEL ...'",
@@ -65,8 +66,10 @@ def add_transform_files(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "output", metavar="OUT", type=values.file_path, help="the result; - for standard output, as the type of IN"
     )
-    add_file_type(group, sorted([*MODEL_TYPES, "npy"]))
-    group.add_argument("--resume", action="store_true", help="go on where an interrupted run stopped (.npy)")
+    add_file_type(group)
+    group.add_argument(
+        "--resume", action="store_true", help="go on where an interrupted run stopped, from .npy to .npy"
+    )
 
 
 def add_bench(parser: argparse.ArgumentParser) -> None:
@@ -84,9 +87,9 @@ def add_bench(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def add_file_type(group: Any, types: Sequence[str] = MODEL_TYPES) -> None:
+def add_file_type(group: Any) -> None:
     """Add the type of what is read."""
-    *others, last = types
+    *others, last = MODEL_TYPES
     group.add_argument(
         "--file-type", metavar="TYPE", help=f"what the input is, whatever its name: {', '.join(others)} or {last}"
     )
@@ -121,21 +124,26 @@ def add_transforms(parser: argparse.ArgumentParser) -> Any:
 def add_picture(parser: argparse.ArgumentParser) -> None:
     """Add the picture's size and ground."""
     group = parser.add_argument_group("picture")
-    group.add_argument(
+    _add_named_twice(
+        group,
         "--resolution",
+        "--size",
         metavar="W,H",
         type=values.resolution,
         default="1024,1024",
-        help="size in pixels, also WxH (default: %(default)s)",
+        dest="resolution",
+        help="size in pixels, also WxH; also --size (default: %(default)s)",
     )
     either = group.add_mutually_exclusive_group()
-    either.add_argument(
+    _add_named_twice(
+        either,
         "--background-color",
+        "--background",
         metavar="COLOR",
         type=values.color,
         default="white",
         dest="background",
-        help="(default: %(default)s)",
+        help="also --background (default: %(default)s)",
     )
     either.add_argument("--no-background", action="store_const", const=None, dest="background", help="transparent")
 
@@ -226,14 +234,23 @@ def add_camera(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--camera-view-up", metavar="DIR", type=values.direction, help="up in the picture (default: --up)"
     )
-    group.add_argument(
+    _add_named_twice(
+        group,
         "--camera-view-angle",
+        "--fov",
         metavar="DEG",
         type=values.view_angle,
         default="30",
-        help="from bottom to top (default: %(default)s)",
+        dest="camera_view_angle",
+        help="from bottom to top; also --fov (default: %(default)s)",
     )
     group.add_argument("--camera-orthographic", action="store_true", help="parallel lines stay parallel")
+
+
+def _add_named_twice(group: Any, name: str, other: str, **option: Any) -> None:
+    """Add an option that is taken by another name as well: not in the help's column, but in messages, as typed."""
+    group.add_argument(name, **option)
+    group.add_argument(other, **option | {"help": argparse.SUPPRESS})
 
 
 def add_rest(parser: argparse.ArgumentParser, *, adapter: bool) -> Any:

@@ -10,7 +10,7 @@ from .. import __version__
 from ..errors import ArgumentError
 from . import animating, commands, files, option_groups, rendering, values, viewing
 from .failures import DEVICE_FAILED, DIFFERENT, NO_ADAPTER, WRONG_INPUT
-from .words import attach_values
+from .words import OptionParser, attach_values
 
 HELP_COLUMN = 31
 
@@ -51,14 +51,17 @@ pip install 'gpu_xform[pdf]'.
 examples:
   # one picture
   gpu-xform render ball.wrl -o ball.png --color face --no-background
-  gpu-xform render part.stl -o part.png --up +Z --edges feature --hidden dash
+  gpu-xform render part.stl -o part.png --up +Z --edges feature,silhouette \\
+      --hidden dash
   gpu-xform render house.obj -o top.png --camera-direction -Y \\
       --camera-view-up -Z --camera-orthographic
   # the same in lines that stay sharp, for papers and plotters
-  gpu-xform render part.stl -o part.svg --up +Z --edges feature --hidden dash
+  gpu-xform render part.stl -o part.svg --up +Z --edges feature,silhouette \\
+      --hidden dash
   # painted faces; heights in colours
   gpu-xform render ball.wrl -o ball.png --fill face
   gpu-xform render hills.ply -o hills.png --up +Z --scalars z --cmap terrain
+  gpu-xform render scan.npy -o scan.png --up +Z --scalars z --point-size 3
   # arrays of colours, of pairs of points, of places
   gpu-xform render part.stl -o part.png --face-colors stress.npy --alpha 0.8
   gpu-xform render house.obj -o street.png --instances places.npy --fill gold
@@ -84,10 +87,11 @@ TRANSFORM = """\
 Move the points of a model, its polygons kept, or of an array, in double
 precision for models and in its own precision for an array."""
 TRANSFORM_EPILOG = """\
-IN and OUT are model files of any known types, or both NumPy arrays (.npy) of
-shape (n, 3) or (n, 2), which may be larger than memory. With no option the file
-is only converted. What an interrupted run has done of an array is kept beside
-OUT, as OUT.partial, and --resume takes it up.
+IN and OUT are model files of any known types; an array of points (.npy), of
+shape (n, 3), is one. From .npy to .npy the shape may be (n, 2) as well, and the
+array larger than memory: what an interrupted run has done of it is kept beside
+OUT, as OUT.partial, and --resume takes it up. With no option the file is only
+converted.
 
 examples:
   gpu-xform transform in.obj out.ply --scale 0.3 --translate -0.5,2,0
@@ -117,7 +121,7 @@ exit codes:
 """
 
 
-class Parser(argparse.ArgumentParser):
+class Parser(OptionParser):
     """An argument parser that complains in one line."""
 
     def error(self, message: str) -> NoReturn:
@@ -133,7 +137,8 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
         options.models += rest  # argparse takes models only as far as the first option between them
         _require_models(parser, options.models)
     elif rest:
-        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+        asked = parser if options.command is None else options.parser
+        parser.error(f"unrecognized arguments: {' '.join(rest)}{asked.meant(rest)}")
     if options.command is None:
         parser.error(
             "a command is needed: render, animate, view, transform, explain, doctor or bench; see gpu-xform --help"
@@ -150,15 +155,13 @@ def _require_models(parser: Parser, models: Sequence[str]) -> None:
 
 
 def make_parser() -> Parser:
-    """Return the parser; what it parses has `run`, the function of the command."""
+    """Return the parser; what it parses has `run`, the function of the command, and `parser`, its own."""
     parser = Parser(
         prog="gpu-xform",
         usage="gpu-xform COMMAND ...",
         description=DESCRIPTION,
         epilog=EPILOG,
         formatter_class=argparse.RawDescriptionHelpFormatter,
-        allow_abbrev=False,
-        add_help=False,
     )
     add = parser.add_subparsers(title="commands", dest="command", metavar="COMMAND").add_parser
 
@@ -172,10 +175,8 @@ def make_parser() -> Parser:
             description=description,
             epilog=epilog,
             formatter_class=functools.partial(argparse.RawDescriptionHelpFormatter, max_help_position=HELP_COLUMN),
-            allow_abbrev=False,
-            add_help=False,
         )
-        new.set_defaults(run=run)
+        new.set_defaults(run=run, parser=new)
         return new
 
     render = command("render", rendering.render, "draw models as PNG, SVG or PDF", USAGE, RENDER, RENDER_EPILOG)

@@ -60,11 +60,11 @@ def _finish(options: Namespace, world_from_model: Float64Array, device: "Device"
 
 def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device", picture: Picture) -> Any:
     """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
-    shown, points = read_layers(options, picture.models, world_from_model)
+    shown = read_layers(options, picture.models, world_from_model)
     with naming(options, picture.models):
         return _renderer(picture.kind)(
             shown,
-            camera=aim.camera(options, points),
+            camera=aim.camera(options, shown),
             size=options.resolution,
             background=options.background,
             device=device,

@@ -18,7 +18,7 @@ in the window:
 {IN_THE_WINDOW}
 examples:
   gpu-xform view ball.wrl --color face
-  gpu-xform view part.stl --up +Z --edges feature --hidden dash
+  gpu-xform view part.stl --up +Z --edges feature,silhouette --hidden dash
   gpu-xform view house.obj garden.ply --resolution 1280x960 --fill gold
 """
 
@@ -43,11 +43,11 @@ def view(options: argparse.Namespace) -> int:
     from ..viewer.window import view
 
     paths = files.matching(options.models)
-    shown, points = read_layers(options, paths, composed(options))
+    shown = read_layers(options, paths, composed(options))
     with naming(options, paths):
         view(
             shown,
-            camera=aim.camera(options, points),
+            camera=aim.camera(options, shown),
             up=options.up if options.camera_view_up is None else None,
             size=options.resolution,
             background=options.background,

@@ -1,7 +1,12 @@
-"""The words of a command line, before argparse has them."""
+"""The words of a command line, before argparse has them, and where it knows none of them."""
 
+import argparse
+import difflib
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+ALIKE = 0.65  # of 1: --width is like --line-width, and --angle not like --scale
 
 
 def attach_values(argv: Sequence[str]) -> list[str]:
@@ -16,3 +21,17 @@ def attach_values(argv: Sequence[str]) -> list[str]:
         else:
             attached.append(argument)
     return attached
+
+
+class OptionParser(argparse.ArgumentParser):
+    """An argument parser that takes its options by their whole names, and knows them."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(allow_abbrev=False, add_help=False, **settings)
+
+    def meant(self, words: Iterable[str]) -> str:
+        """Return which options may be meant by the unknown ones among `words`, to be put after what is wrong."""
+        known = [name.removeprefix("--") for name in self._option_string_actions if name.startswith("--")]
+        typed = [word[2:].partition("=")[0] for word in words if word.startswith("--")]
+        found = [f"--{close}" for name in typed for close in difflib.get_close_matches(name, known, 1, ALIKE)]
+        return f"; did you mean {' and '.join(dict.fromkeys(found))}?" if found else ""

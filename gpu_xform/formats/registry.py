@@ -10,7 +10,7 @@ from .._files import atomic_write
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..mesh import Mesh
 from ..scene import Scene
-from . import glb, gltf, obj, off, ply, stl, vrml, zipped
+from . import glb, gltf, npy, obj, off, ply, stl, vrml, zipped
 
 Model = TypeVar("Model", Mesh, Scene)
 
@@ -24,6 +24,7 @@ READERS: dict[str, Reader] = {
     "3mf": zipped.read,
     "glb": glb.read,
     "gltf": gltf.read,
+    "npy": npy.read,
     "obj": obj.read,
     "off": off.read,
     "ply": ply.read,
@@ -34,6 +35,7 @@ READERS: dict[str, Reader] = {
 }
 WRITERS: dict[str, Writer] = {
     "glb": glb.write,
+    "npy": npy.write,
     "obj": obj.write,
     "off": off.write,
     "ply": ply.write,
@@ -83,7 +85,8 @@ def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -
     target : a path, or a binary file object
     file_type : "obj", ".OBJ", ...; from the file's name where not given
 
-    OBJ, OFF and PLY keep polygons and every bit of the coordinates; STL and GLB hold triangles and float32.
+    OBJ, OFF and PLY keep polygons and every bit of the coordinates; STL and GLB hold triangles and float32; NPY
+    holds an array of points, and no faces.
     Raises MeshError for an unknown type and for a mesh that the format cannot hold; ArgumentError for a nameless file
     object without `file_type`; OSError from the operating system unchanged.
     """

@@ -4,7 +4,6 @@ Primitives (Box, Sphere, ...), text, prototypes, scripts and inlined files are p
 """
 
 import gzip
-import math
 import zlib
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
@@ -14,6 +13,7 @@ import numpy as np
 
 from .._arguments import Float64Array
 from ..errors import MeshError
+from ..matrices import rotate
 from ..mesh import IndexArray, Mesh
 from ._text import printable
 from .vrml_syntax import Node, Numbers, parse_nodes
@@ -228,14 +228,10 @@ def _placement(node: Node, scale_name: str) -> Float64Array:
 
 
 def _rotation(node: Node, name: str) -> Float64Array:
-    """Return the matrix of an axis and an angle in radians, by Rodrigues' formula: (3, 3)."""
-    x, y, z, angle = node.floats(name, (0.0, 0.0, 1.0, 0.0)).tolist()
-    length = math.hypot(x, y, z)
+    """Return the matrix of an axis and an angle in radians: (3, 3)."""
+    *axis, angle = node.floats(name, (0.0, 0.0, 1.0, 0.0)).tolist()
     if angle == 0.0:
         return np.eye(3)
-    if length == 0.0:
+    if not any(axis):
         raise MeshError(f"line {node.numbers[name].line}: {name} by {angle} needs an axis that is not zero")
-    x, y, z = x / length, y / length, z / length
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    turn: Float64Array = np.eye(3) + math.sin(angle) * cross + (1.0 - math.cos(angle)) * cross @ cross
-    return turn
+    return rotate(axis, angle)[:3, :3]

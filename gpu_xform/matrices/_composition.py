@@ -23,7 +23,7 @@ def factors(matrices: tuple[MatrixLike, ...]) -> list[Float64Array]:
 
 
 def chain(*matrices: MatrixLike) -> Float64Array:
-    """Return the one matrix that applies `matrices` in the order given: of a, b and c it is c @ b @ a, L8.
+    """Return the one matrix that applies `matrices` in the order given: of a, b and c it is c @ b @ a.
 
     All are 4x4 or all are 3x3.
     """

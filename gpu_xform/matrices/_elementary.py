@@ -1,4 +1,4 @@
-"""The affine matrices of R^3 from which others are composed, L5 and L6."""
+"""The affine matrices of R^3 from which others are composed."""
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ def identity() -> Float64Array:
 
 
 def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Array:
-    """Return diag(x, y, z, 1); one number scales all three axes, L6."""
+    """Return diag(x, y, z, 1); one number scales all three axes."""
     if y is None and z is None:
         y = z = x
     if y is None or z is None:
@@ -23,12 +23,12 @@ def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Ar
 
 
 def translate(x: float, y: float, z: float) -> Float64Array:
-    """Return the translation [[I, (x, y, z)], [0, 1]]: points (w = 1) move, vectors (w = 0) do not, L5."""
+    """Return the translation [[I, (x, y, z)], [0, 1]]: points (w = 1) move, vectors (w = 0) do not."""
     return _affine.translation(x=x, y=y, z=z)
 
 
 def rotate_x(angle: float, *, degrees: bool = False) -> Float64Array:
-    """Return the rotation [[1, 0, 0], [0, c, -s], [0, s, c]], carried along in a 4x4: y turns towards z, L6.
+    """Return the rotation [[1, 0, 0], [0, c, -s], [0, s, c]], carried along in a 4x4: y turns towards z.
 
     Radians; with `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking down x towards the origin.
     """
@@ -36,17 +36,17 @@ def rotate_x(angle: float, *, degrees: bool = False) -> Float64Array:
 
 
 def rotate_y(angle: float, *, degrees: bool = False) -> Float64Array:
-    """Return the rotation [[c, 0, s], [0, 1, 0], [-s, 0, c]], carried along in a 4x4: z turns towards x, L6.
+    """Return the rotation [[c, 0, s], [0, 1, 0], [-s, 0, c]], carried along in a 4x4: z turns towards x.
 
     Radians; with `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking down y towards the origin.
-    The lecture's camera-circling animation has the inverse, [[c, 0, -s], [0, 1, 0], [s, 0, c]]: that matrix is
-    `rotate_y(-angle)`, L4.
+    A camera that circles a model by `angle` sees it turned by the inverse, [[c, 0, -s], [0, 1, 0], [s, 0, c]]: that
+    matrix is `rotate_y(-angle)`.
     """
     return _affine.about(None, _affine.rotation(3, 2, 0, angle, degrees=degrees))
 
 
 def rotate_z(angle: float, *, degrees: bool = False) -> Float64Array:
-    """Return the rotation [[c, -s, 0], [s, c, 0], [0, 0, 1]], carried along in a 4x4: x turns towards y, L6.
+    """Return the rotation [[c, -s, 0], [s, c, 0], [0, 0, 1]], carried along in a 4x4: x turns towards y.
 
     Radians; with `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking down z towards the origin.
     """
@@ -79,7 +79,7 @@ def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Flo
 def shear(
     *, xy: float = 0.0, xz: float = 0.0, yx: float = 0.0, yz: float = 0.0, zx: float = 0.0, zy: float = 0.0
 ) -> Float64Array:
-    """Return the shear [[1, xy, xz], [yx, 1, yz], [zx, zy, 1]], carried along in a 4x4: x gains `xy` times y, L6."""
+    """Return the shear [[1, xy, xz], [yx, 1, yz], [zx, zy, 1]], carried along in a 4x4: x gains `xy` times y."""
     return _affine.shearing(3, xy=xy, xz=xz, yx=yx, yz=yz, zx=zx, zy=zy)
 
 
@@ -93,7 +93,7 @@ def project_onto(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -
 
 
 def homogeneous(a: MatrixLike) -> Float64Array:
-    """Return the 3x3 matrix `a` carried along in a 4x4, or a 2x2 in a 3x3: [[a, 0], [0, 1]], L5.
+    """Return the 3x3 matrix `a` carried along in a 4x4, or a 2x2 in a 3x3: [[a, 0], [0, 1]].
 
     Of an object with `as_matrix()` it returns the 4x4.
     """

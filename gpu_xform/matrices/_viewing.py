@@ -1,4 +1,4 @@
-"""The matrices between a world and its picture: the lecture's perspective, L7, and WebGPU's clip space."""
+"""The matrices between a world and its picture: the perspective onto a plane, and WebGPU's clip space."""
 
 import math
 
@@ -17,7 +17,7 @@ def perspective_from_eye(d: float) -> Float64Array:
     """Return the perspective onto the xy-plane seen from the eye (0, 0, d): (x, y, z, 1) goes to (x, y, 0, 1 - z/d).
 
     The third row is zero and the fourth (0, 0, -1/d, 1): dividing by w gives x* = d x / (d - z). The matrix is
-    singular, L7.
+    singular.
     """
     d = number(d, "d")
     if d == 0.0:

@@ -2,13 +2,14 @@
 
 import os
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any, Literal, TypeAlias, TypedDict, get_args
+from dataclasses import KW_ONLY, dataclass, fields, replace
+from typing import Any, Literal, TypeAlias, TypedDict, TypeGuard, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from .._arguments import Float64Array, MatrixLike, number, square_matrices
+from .._arguments import Float64Array, MatrixLike, number, real_array, square_matrices
+from .._points import host_array
 from ..colors import ColorLike
 from ..edge_sets import EdgesLike, angle
 from ..errors import ArgumentError, ArgumentTypeError
@@ -16,7 +17,7 @@ from ..mesh import Mesh
 from ..point_buffer import PointBuffer
 from ..scene import Instances, Scene
 
-Model: TypeAlias = Mesh | PointBuffer | str | os.PathLike[str]
+Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | str | os.PathLike[str]
 HiddenStyle: TypeAlias = Literal["show", "remove", "dash", "fade"]
 
 _MODEL_TYPES = (Mesh, PointBuffer, str, os.PathLike)
@@ -50,7 +51,8 @@ class Style(TypedDict, total=False):
 class Layer:
     """A model of a picture, where it stands, and how it is drawn.
 
-    model : a Mesh, the path of a model file, or a PointBuffer (n, 3), which is drawn where it is
+    model : a Mesh, an array of points (n, 3), of which a Mesh is made, the path of a model file, or a PointBuffer
+        (n, 3), which is drawn where it is
     transform : (4, 4), from the model to the world, or (k, 4, 4) for k instances; the identity by default
     name : of the model in vector pictures; a file's own by default
     edges : which to draw: "all", "feature" (creases and rims), "boundary" (rims), "silhouette" (what is seen edge-on,
@@ -75,6 +77,7 @@ class Layer:
     """
 
     model: Model
+    _: KW_ONLY
     transform: MatrixLike | None = None
     name: str | None = None
     edges: EdgesLike | None = None
@@ -95,8 +98,12 @@ class Layer:
     point_size: float | None = None
 
     def __post_init__(self) -> None:
+        if is_cloud(self.model):
+            object.__setattr__(self, "model", cloud(self.model))
         if not isinstance(self.model, _MODEL_TYPES):
-            raise ArgumentTypeError(f"model must be a Mesh, a PointBuffer or a path, got {type(self.model).__name__}")
+            raise ArgumentTypeError(
+                f"model must be a Mesh, an array of points, a PointBuffer or a path, got {type(self.model).__name__}"
+            )
         if not isinstance(self.name, str | None):
             raise ArgumentTypeError(f"name must be a string, got {self.name!r}")
         hidden: object = self.hidden
@@ -133,6 +140,19 @@ Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]
 
 _COLORS_OF_THEIR_OWN = ("face_colors", "edge_colors", "vertex_colors", "scalars")
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
+
+
+def is_cloud(model: object) -> TypeGuard[npt.NDArray[Any]]:
+    """Return whether a model is an array, of NumPy or of what it takes for one."""
+    return hasattr(model, "__array__") and not isinstance(model, _MODEL_TYPES)
+
+
+def cloud(points: npt.NDArray[Any]) -> Mesh:
+    """Return the mesh of `points` (n, 3) without faces; raise errors that call them the model."""
+    array = host_array(points, "model")
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise ArgumentError(f"model must have shape (n, 3), got {array.shape}")
+    return Mesh(real_array(array, "model"))
 
 
 def as_layers(models: Models, style: Style) -> list[Layer]:

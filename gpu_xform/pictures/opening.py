@@ -12,27 +12,35 @@ from ..mesh import Mesh
 from ..point_buffer import PointBuffer
 from ..scene import Scene
 from . import subjects
-from .layers import Layer, Model, Models
+from .layers import Layer, Model, Models, cloud, is_cloud
 
 FILES = (str, os.PathLike)
 
 
 def opened(models: Models) -> Models:
-    """Return models that are in memory, each file read once; of a scene, a copy."""
+    """Return models that are in memory, each file read once, and one mesh made of each array; of a scene, a copy."""
     read = cache(load_mesh)
+    clouds: dict[int, Mesh] = {}
 
     def in_memory(model: Model) -> Model:
-        return read(os.fspath(model)) if isinstance(model, FILES) else model
+        if isinstance(model, FILES):
+            return read(os.fspath(model))
+        if not is_cloud(model):
+            return model
+        if id(model) not in clouds:
+            clouds[id(model)] = cloud(model)
+        return clouds[id(model)]
 
     def one(model: Model | Layer | Scene) -> Model | Layer | Scene:
         if isinstance(model, Scene):
             return model.with_models(in_memory)
         if isinstance(model, Layer):
             return replace(model, model=in_memory(model.model))
-        if isinstance(model, (Mesh, PointBuffer, *FILES)):
+        if is_cloud(model) or isinstance(model, (Mesh, PointBuffer, *FILES)):
             return in_memory(model)
         raise ArgumentTypeError(
-            f"model must be a Mesh, a PointBuffer, a path, a Layer or a Scene, got {type(model).__name__}"
+            "model must be a Mesh, an array of points, a PointBuffer, a path, a Layer or a Scene, "
+            f"got {type(model).__name__}"
         )
 
     if isinstance(models, Sequence) and not isinstance(models, str):

@@ -161,8 +161,15 @@ class _Shaper:
         edges, subject = self._layer.edges, self._subject
         if edges is None or subject.mesh is None:
             return f"model must have edges to draw, got {subject.n_points} points and {subject.n_faces} faces"
-        chosen = repr(edges) if all(isinstance(part, str) for part in edge_parts(edges)) else "an array"
-        return f"edges must choose at least one edge, {chosen} chooses none of {len(subject.mesh.edges)}"
+        chosen = [repr(str(part)) if isinstance(part, str) else "an array" for part in edge_parts(edges)]
+        said = f"{' and '.join(chosen) or 'an array'} choose{'s' if len(chosen) < 2 else ''}"
+        reason = ""
+        if "'feature'" in chosen:
+            reason = f": no two faces turn by more than {self._layer.feature_angle:g} degrees"
+        elif "'boundary'" in chosen:
+            reason = ": no edge is on one face alone"
+        way_out = "; 'silhouette' draws the outline" if reason else ""
+        return f"edges must choose at least one edge, {said} none of {len(subject.mesh.edges)}{reason}{way_out}"
 
     def _colored(self, style: Lines, colors: LineColors, places: Callable[[], IndexArray | None]) -> Lines:
         """Return `style` in `colors`; `places` gives which row each edge has, or None where they are in order."""

@@ -9,8 +9,8 @@ from typing import TypeAlias
 import numpy as np
 
 from .._arguments import Float64Array
-from ..cameras import Camera, require_in_reach
-from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..cameras import Camera, CameraLike, fit_options, require_in_reach
+from ..errors import ArgumentError, MeshError
 from ..gpu import frame
 from ..gpu.device import Device, chosen_device
 from ..gpu.frame import View
@@ -44,7 +44,9 @@ class Stage:
 
 
 @contextlib.contextmanager
-def staged(models: Models, camera: Camera | None, size: Size, device: Device | None, style: Style) -> Iterator[Stage]:
+def staged(
+    models: Models, camera: CameraLike | None, size: Size, device: Device | None, style: Style
+) -> Iterator[Stage]:
     """Lend everything that a picture needs, on its device, for the time of the block. Raises as `render` does."""
     width, height = picture_size(size)
     layers = as_layers(models, style)
@@ -53,13 +55,12 @@ def staged(models: Models, camera: Camera | None, size: Size, device: Device | N
         if model.n_points == 0:
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
     held = cache(lambda: outline(layers, subjects))
-    if camera is None:
+    if not isinstance(camera, Camera):
+        options = fit_options(camera)
         require_in_reach(held(), "models")
         if len(held()) == 0:
             raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
-        camera = Camera.fit(held())
-    elif not isinstance(camera, Camera):
-        raise ArgumentTypeError(f"camera must be a Camera, got {type(camera).__name__}")
+        camera = Camera.fit(held(), **options)
     device = chosen_device(device or _own_device(layers))
     for model in subjects:
         _require_room(model, device)

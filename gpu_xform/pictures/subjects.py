@@ -1,6 +1,7 @@
 """What the model of a layer holds: points, edges, faces, and how they get onto a device."""
 
 import itertools
+import os
 from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -115,7 +116,8 @@ def subject(layer: Layer) -> Subject:
         return MeshSubject(model, layer.name or "")
     from ..formats import load_mesh
 
-    return MeshSubject(load_mesh(model), Path(model).stem if layer.name is None else layer.name)
+    path: str | os.PathLike[str] = model  # type: ignore[assignment]  # of an array, the layer has made a Mesh
+    return MeshSubject(load_mesh(path), Path(path).stem if layer.name is None else layer.name)
 
 
 class MeshSubject:

@@ -2,7 +2,7 @@
 
 from typing import Unpack
 
-from ..cameras import Camera
+from ..cameras import CameraLike
 from ..colors import ColorLike, FloatColor, backdrop
 from ..errors import ArgumentError
 from ..gpu.cut_pass import MARGIN
@@ -16,7 +16,7 @@ from .strokes import strokes
 def render_svg(
     models: Models,
     *,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
@@ -38,7 +38,7 @@ def render_svg(
 def render_pdf(
     models: Models,
     *,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
@@ -54,7 +54,7 @@ def render_pdf(
 
 def _drawn(
     models: Models,
-    camera: Camera | None,
+    camera: CameraLike | None,
     size: Size,
     background: ColorLike | None,
     device: Device | None,

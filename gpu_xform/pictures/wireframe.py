@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Unpack
 
 from .. import images
-from ..cameras import Camera
+from ..cameras import CameraLike
 from ..colors import ColorLike, backdrop
 from ..gpu import picture
 from ..gpu.device import Device
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def render(
     models: Models,
     *,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
@@ -26,9 +26,11 @@ def render(
 ) -> "Image":
     """Draw the edges of models; return a Pillow image, mode RGBA.
 
-    models : a Mesh, the path of a model file, or a PointBuffer (n, 3); a `Layer`, which is one of these with a style of
-        its own; a `Scene` of these; or several of all these, of which later ones are drawn over earlier ones
-    camera : `Camera.fit` of all models by default
+    models : a Mesh, an array of points (n, 3), the path of a model file, or a PointBuffer (n, 3); a `Layer`, which is
+        one of these with a style of its own; a `Scene` of these; or several of all these in a list, of which later ones
+        are drawn over earlier ones
+    camera : by default `Camera.fit` of all models where they stand; a dict of its keywords, such as
+        {"direction": (0, 0, -1)}, says how
     size : (width, height) in pixels
     background : a colour, or None for transparent
     device : by default the process's own
@@ -42,7 +44,7 @@ def render(
 def render_array(
     models: Models,
     *,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
@@ -55,7 +57,7 @@ def render_array(
 def begun(
     models: Models,
     *,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,

@@ -11,7 +11,7 @@ import numpy as np
 from .. import images
 from .._arguments import Float64Array
 from .._files import atomic_write
-from ..cameras import DEFAULT_DIRECTION, Camera, turn_up
+from ..cameras import Camera, CameraLike, fit_options
 from ..colors import ColorLike, backdrop
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
@@ -36,7 +36,7 @@ class Session:
     def __init__(
         self,
         models: Models,
-        camera: Camera | None,
+        camera: CameraLike | None,
         up: Float64Array | None,
         size: tuple[int, int],
         background: ColorLike | None,
@@ -48,11 +48,13 @@ class Session:
         self._background = background
         self._device = device
         self._size, self._pixel_ratio = size, 1.0
+        if not isinstance(camera, Camera):
+            camera = ({} if up is None else {"up": up}) | fit_options(camera)
         # Whatever cannot be drawn is said here, before there is a window.
         render_array(self._layers, camera=camera, size=size, background=background, device=device)
         points = outline(self._layers)
-        if camera is None:
-            camera = Camera.fit(points) if up is None else _fit(points, up)
+        if not isinstance(camera, Camera):
+            camera = Camera.fit(points, **camera)
         first = next((layer for layer in self._layers if has_faces(layer)), self._layers[0])
         self._camera = camera
         self._controls = Controls(
@@ -120,8 +122,3 @@ class Session:
         except OSError as error:
             return f"not saved: {error.strerror or error}"
         return f"saved {path}"
-
-
-def _fit(points: Float64Array, up: Float64Array) -> Camera:
-    """Return the camera that stands to `up` as the usual one does to +y."""
-    return Camera.fit(points, direction=turn_up(up) @ DEFAULT_DIRECTION, up=up)

@@ -12,7 +12,7 @@ from typing import Any, Unpack
 import numpy.typing as npt
 
 from .._arguments import direction
-from ..cameras import Camera
+from ..cameras import CameraLike
 from ..colors import ColorLike
 from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import quiet_runtime_dir
@@ -29,7 +29,7 @@ EVENTS = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down")
 def view(
     models: Models,
     *,
-    camera: Camera | None = None,
+    camera: CameraLike | None = None,
     up: npt.ArrayLike | None = None,
     size: Size = DEFAULT_SIZE,
     background: ColorLike | None = "white",
@@ -44,8 +44,9 @@ def view(
     draws.
 
     models : as `render` takes them; each file is read once
-    camera : where the view begins, and begins again with R; `Camera.fit` of all models by default
-    up : (3,), what drags sideways turn about; by default the axis that `camera` keeps upright
+    camera : where the view begins, and begins again with R; as `render` takes it
+    up : (3,), what drags sideways turn about, and what is up where `camera` does not say; by default the axis that
+        `camera` keeps upright
     size : (width, height) of the window; the screen says how many pixels they are
     background : a colour, or None for transparent, which is shown on white
     device : by default the process's own

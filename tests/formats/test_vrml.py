@@ -107,6 +107,13 @@ def test_later_transforms_of_vrml_1_apply_first() -> None:
     assert mesh.positions[0].tolist() == pytest.approx([-3, 12, 4])
 
 
+@pytest.mark.parametrize("length", [1e-200, 1.0, 1.5e308])
+def test_an_axis_may_have_any_length(length: float) -> None:
+    turn = f"Rotation {{ rotation {length!r} {length!r} 0 {math.pi!r} }}"
+    mesh = v1(f"{turn} Coordinate3 {{ point 1 0 3 }} IndexedLineSet {{ coordIndex [0 0] }}")
+    assert mesh.positions[0].tolist() == pytest.approx([0, 1, -3], abs=1e-14)
+
+
 def test_matrix_transform_is_for_row_vectors() -> None:
     mesh = v1(
         "MatrixTransform { matrix 0 1 0 0  -1 0 0 0  0 0 2 0  5 6 7 1 }"

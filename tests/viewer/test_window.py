@@ -16,6 +16,7 @@ from rendercanvas.offscreen import OffscreenRenderCanvas
 from screen import Screen
 
 from gpu_xform import Camera, Layer, Mesh, Scene, render_array, samples, save_mesh, translate, view
+from gpu_xform.cameras import CameraLike
 from gpu_xform.cli import main
 from gpu_xform.colors import ColorLike
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError, DisplayError, MeshError, MissingExtraError
@@ -40,7 +41,7 @@ class Window:
         self,
         models: Models = HOUSE,
         *,
-        camera: Camera | None = None,
+        camera: CameraLike | None = None,
         up: Array | None = None,
         background: ColorLike | None = "white",
         pixel_ratio: float = 1.0,
@@ -92,6 +93,7 @@ def scene() -> Scene:
         (HOUSE, {}),
         (HOUSE, {"color": "face", "line_width": 3.0, "transform": translate(1, 2, 3)}),
         (HOUSE, {"camera": Camera.window((-3, 3), (-3, 3)), "background": "navy"}),
+        (HOUSE, {"camera": {"direction": (0, 0, -1), "margin": 0.2}, "transform": translate(1, 2, 3)}),
         ([HOUSE, Layer(samples.cube(), fill="gold")], {"hidden": "dash"}),
         (scene(), {}),
         (Mesh(HOUSE.positions, []), {}),
@@ -109,6 +111,17 @@ def test_an_up_says_how_the_first_view_stands_and_what_drags_turn_about() -> Non
     orbit = Orbit.of(upright, 1.5, Ball.around(HOUSE.positions)).turned(np.pi / 2, 0.0)
     np.testing.assert_array_equal(orbit.up, (0, 0, 1))
     np.testing.assert_array_equal(window.shown(), expected(camera=orbit.camera))
+
+
+@pytest.mark.parametrize(("own", "up"), [({}, (0, 0, 1)), ({"up": (1, 0, 0)}, (1, 0, 0))])
+def test_an_up_is_that_of_a_dict_that_has_none(own: dict[str, Any], up: tuple[int, int, int]) -> None:
+    window = Window(camera={"direction": (0, -1, 0), **own}, up=np.array([0.0, 0.0, 1.0]))
+    seen = Camera.fit(HOUSE, direction=(0, -1, 0), up=up)
+    np.testing.assert_array_equal(window.shown(), expected(camera=seen))
+    window.do("wheel", x=60, y=40, dx=0, dy=-300)
+    assert not np.array_equal(window.shown(), expected(camera=seen))
+    window.key("r")
+    np.testing.assert_array_equal(window.shown(), expected(camera=seen))
 
 
 def test_a_file_is_read_once(tmp_path: Path) -> None:
