@@ -7,7 +7,6 @@ import pytest
 
 from gpu_xform.gpu import shaders
 from gpu_xform.gpu.face_pass import LEFT_BITS
-from gpu_xform.gpu.line_pass import HIDDEN_PARTS, VISIBLE_PARTS
 from gpu_xform.gpu.shapes import ColorMode, Hidden
 from gpu_xform.gpu.transform_pass import Finish
 from gpu_xform.pictures.strokes import PALE
@@ -19,9 +18,7 @@ def constants(stage: str) -> dict[str, str]:
     return dict(re.findall(r"^const (\w+) = (.+?);", shaders.source(stage), re.MULTILINE))
 
 
-def test_passes_name_parts_of_edges_and_bits_of_marks_as_the_shaders_do() -> None:
-    there = constants("draw_lines")
-    assert (there["HIDDEN_PARTS"], there["VISIBLE_PARTS"]) == (f"{HIDDEN_PARTS}u", f"{VISIBLE_PARTS}u")
+def test_passes_name_bits_of_marks_as_the_shaders_do() -> None:
     assert constants("blend_faces")["LEFT_BITS"] == f"{LEFT_BITS}u"
 
 
@@ -35,9 +32,9 @@ def test_vector_pictures_fade_and_dash_as_the_shaders_do() -> None:
 @pytest.mark.parametrize(
     ("stage", "names"),
     [
-        ("draw_lines", {member.name: member for member in Hidden}),
+        ("ink_lines", {member.name: member for member in Hidden}),
         (
-            "draw_lines",
+            "ink_colored_lines",
             {"ONE_COLOR": ColorMode.ONE, "COLOR_AN_EDGE": ColorMode.AN_EDGE, "COLOR_A_POINT": ColorMode.A_POINT},
         ),
         ("transform_points_f32", {member.name: member for member in Finish}),

@@ -43,22 +43,37 @@ def cut(a: Array, b: Array) -> tuple[Array, Array] | None:
     return a + low * (b - a), a + high * (b - a)
 
 
+def visible(mesh: Mesh, clip_from_model: Array, edges: Array | None = None) -> list[Array | None]:
+    """Return the visible part of every edge in clip space (2, 4), or None where there is none."""
+    clip = np.column_stack([mesh.positions, np.ones(mesh.n_points)]) @ clip_from_model.T
+    parts = [cut(clip[i], clip[j]) for i, j in (mesh.edges if edges is None else edges)]
+    return [None if part is None else np.array(part) for part in parts]
+
+
 def segments(
     mesh: Mesh, clip_from_model: Array, size: tuple[int, int], edges: Array | None = None
 ) -> list[Array | None]:
     """Return the visible part of every edge in pixels (2, 2), or None where there is none."""
-    clip = np.column_stack([mesh.positions, np.ones(mesh.n_points)]) @ clip_from_model.T
-    parts = [cut(clip[i], clip[j]) for i, j in (mesh.edges if edges is None else edges)]
-    return [None if part is None else in_pixels(np.array(part), size) for part in parts]
+    return [None if part is None else in_pixels(part, size) for part in visible(mesh, clip_from_model, edges)]
+
+
+def middles(size: tuple[int, int]) -> Array:
+    """Return the middle of every pixel: (height, width, 2)."""
+    y, x = np.mgrid[: size[1], : size[0]] + 0.5
+    return np.stack([x, y], axis=-1)
+
+
+def feet(size: tuple[int, int], ends: Array) -> Array:
+    """Return which part of a segment is nearest to the middle of every pixel, from 0 to 1: (height, width)."""
+    along = ends[1] - ends[0]
+    result: Array = np.clip((middles(size) - ends[0]) @ along / max(along @ along, 1e-300), 0.0, 1.0)
+    return result
 
 
 def distances(size: tuple[int, int], ends: Array) -> Array:
     """Return how far the middle of every pixel is from a segment: (height, width)."""
-    y, x = np.mgrid[: size[1], : size[0]] + 0.5
-    pixel = np.stack([x, y], axis=-1)
-    along = ends[1] - ends[0]
-    t = np.clip((pixel - ends[0]) @ along / max(along @ along, 1e-300), 0.0, 1.0)
-    result: Array = np.linalg.norm(pixel - (ends[0] + t[..., np.newaxis] * along), axis=-1)
+    foot = ends[0] + feet(size, ends)[..., np.newaxis] * (ends[1] - ends[0])
+    result: Array = np.linalg.norm(middles(size) - foot, axis=-1)
     return result
 
 
@@ -101,12 +116,18 @@ def assert_drawn(
     backdrop = np.zeros(4) if background is None else np.array(rgba(background, "background"))
     twin = np.empty((size[1], size[0], 4))
     twin[:] = np.append(backdrop[:3] * backdrop[3], backdrop[3])
-    n_layers = np.zeros(twin.shape[:2])
-    for ends, (*hue, alpha) in zip(segments(mesh, clip_from_model, size, edges), colors, strict=True):
-        if ends is not None:
-            opacity = (alpha * capsule_areas(ends[0], ends[1], line_width, size))[..., np.newaxis]
-            twin = np.array([*hue, 1.0]) * opacity + twin * (1.0 - opacity)
-            n_layers += opacity[..., 0] > 0.0
+    layers = []
+    for part, (*hue, alpha) in zip(visible(mesh, clip_from_model, edges), colors, strict=True):
+        if part is not None:
+            ends, depths = in_pixels(part, size), part[:, 2] / part[:, 3]
+            opacity = alpha * capsule_areas(ends[0], ends[1], line_width, size)
+            layers.append((opacity, depths[0] + feet(size, ends) * (depths[1] - depths[0]), [*hue, 1.0]))
+    opacities, depths, hues = (np.array(column) for column in zip(*layers, strict=True))
+    n_layers = (opacities > 0.0).sum(axis=0)
+    order = np.argsort(np.where(opacities > 0.0, -depths, -np.inf), axis=0, kind="stable")  # the farthest first
+    for row in order:
+        opacity = np.take_along_axis(opacities, row[np.newaxis], axis=0)[0][..., np.newaxis]
+        twin = hues[row] * opacity + twin * (1.0 - opacity)
     error = np.abs(premultiplied(picture) - twin).max(axis=-1)
     assert error[n_layers == 0].max(initial=0.0) == 0.0 or background is not None
     # Each line may be off by 16/255 at most, and by a thousandth where the projection to single precision moved it;
@@ -383,7 +404,15 @@ def test_edges_in_batches_make_the_same_picture(
     options = {"camera": Camera.fit(STAR), "size": (120, 100), "color": color}
     whole = gx.render_array(STAR, **options, device=device)  # type: ignore[arg-type]
     parts = gx.render_array(STAR, **options, device=limited(**limits))  # type: ignore[arg-type]
-    assert whole.tobytes() == parts.tobytes()
+    differs = (whole != parts).any(axis=-1)
+    if color == "face" and limits.keys() & {"max_binding_bytes", "max_buffer_bytes"}:
+        # Of what one binding cannot hold, later parts lie over earlier ones; of each, what is nearest.
+        ends = segments(STAR, Camera.fit(STAR).clip_from_world(1.2), (120, 100))
+        near = [distances((120, 100), each) < 0.75 + DIAGONAL for each in ends if each is not None]
+        n_lines = np.sum(near, axis=0)
+        assert (n_lines == 1).sum() > 50
+        differs &= n_lines <= 1
+    assert not differs.any()
     assert (whole[..., 0] < 200).sum() + (whole[..., 1] < 200).sum() > 1000
 
 

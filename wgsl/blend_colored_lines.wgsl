@@ -1,11 +1,12 @@
-// Lines of several colours over the picture. All ink that is not the nearest edge's own has the second one's colour.
+// Lines of several colours over the picture. What the nearest edges let through of all ink has the last one's colour.
 #import coverage
 #import strength
 #import colors
 #import nearness
 #import each_inked
 
-@group(0) @binding(8) var<storage, read> nearest: array<vec2<u32>>; // keys
+@group(0) @binding(8) var<storage, read> nearest: array<u32>; // as in ink_colored_lines.wgsl
+override n_keys: u32;
 
 fn line_of(key: u32) -> Segment {
     let edge = edge_of(key);
@@ -34,12 +35,19 @@ fn alpha_alone(key: u32, pixel: vec2<i32>) -> f32 {
 
 fn color_at_mark(place: u32) -> vec4<f32> {
     let alpha = alpha_of(ink[place]);
-    let keys = nearest[place];
     let pixel = pixel_of(place);
-    var color = color_of(keys.x, pixel).rgb;
-    // A CPU takes both ways of an `if`, but ends a loop that none of those in step goes on with.
-    for (var others = min(keys.y, 1u); others > 0u; others--) {
-        color = mix(color_of(keys.y, pixel).rgb, color, min(alpha_alone(keys.x, pixel) / alpha, 1.0));
+    let keys = n_keys * place;
+    var color = vec4(0.0);
+    var key = nearest[keys];
+    for (var i = 1u; key != 0u; i++) {
+        // A CPU takes both ways of an `if`, but ends a loop that none of those in step goes on with.
+        let next = select(0u, nearest[keys + min(i, n_keys - 1u)], i < n_keys);
+        var share = alpha - color.a;
+        for (var others = min(next, 1u); others > 0u; others--) {
+            share = min(share, (1.0 - color.a) * alpha_alone(key, pixel));
+        }
+        color += vec4(color_of(key, pixel).rgb * share, share);
+        key = next;
     }
-    return vec4(color * alpha, alpha);
+    return color;
 }

@@ -94,11 +94,11 @@ def over_edges(
     stage: str,
     batch: Batch,
     bindings: Bindings,
-    *,
-    n_lanes: int = 1,
+    n_lanes: int,
+    /,
     **constants: float,
 ) -> None:
-    """Record a stage that goes through the edges of a batch, an edge an invocation, or several."""
+    """Record a stage that goes through the edges of a batch, an edge an invocation, or `n_lanes`."""
     device = batch.shape.positions.device
     pipeline = device.pipelines.compute(stage, workgroup_size=workgroup_size(device), **constants)
     grid = n_workgroups(device, batch.n_edges * n_lanes), batch.shape.n_instances

@@ -9,11 +9,20 @@ import wgpu
 
 from . import uniforms
 from .buffers import Buffer
-from .compute import Binding, bind
+from .compute import Binding
 from .device import Device
 from .face_pass import FacePass
 from .frame import Projected
-from .line_batches import COLOR_BYTES, Batch, Bindings, batches, log2_lanes, over_edges, strength_constants, style_struct
+from .line_batches import (
+    COLOR_BYTES,
+    Batch,
+    Bindings,
+    batches,
+    log2_lanes,
+    over_edges,
+    strength_constants,
+    style_struct,
+)
 from .shapes import Hidden, Lines
 from .targets import Target
 
@@ -22,7 +31,7 @@ from .targets import Target
 # 5/255 at most, and a hundredth of one on average, where two million edges were compared with the finest.
 INK_STEPS = (2048, 1024, 512, 256)
 LEAST_LIGHT = 4e-4  # that an edge lets through, for ink: a fifth of what eight bits show
-MOST_LISTED = 4096  # edges whose pixels are so few that a list of them is gone through faster than all
+MOST_LISTED = 16384  # edges whose pixels are so few that a list of them is gone through faster than all
 NARROW = 8.0  # pixels; in wider lines it shows what is told by steps along them
 
 
@@ -45,15 +54,22 @@ class LinePass:
         self._depths = faces.depths
         n_pixels = extent[0] * extent[1]
         self._ink: Buffer = device.pool.get("ink", 4 * n_pixels)
-        has_keys = any(_is_colored(batch.lines) for batch in self._batches)
+        n_keys = max((_n_keys(batch) for batch in self._batches if _is_colored(batch.lines)), default=0)
         self._inked: Buffer = device.pool.get("inked pixels", 4 * n_pixels + 4)
-        self._nearest: Buffer = device.pool.get("nearest edges", 8 * n_pixels if has_keys else 8)
+        self._nearest: Buffer = device.pool.get("nearest edges", max(4 * n_keys * n_pixels, 4))
         self._no_colors: Buffer = device.pool.get("no colours", COLOR_BYTES)
 
     @property
     def buffers(self) -> list[Buffer]:
         """All that a submission of these passes uses."""
-        own = [self._depths, self._ink, self._inked, self._nearest, self._no_colors, *(part.buffer for part in self._styles)]
+        own = [
+            self._depths,
+            self._ink,
+            self._inked,
+            self._nearest,
+            self._no_colors,
+            *(part.buffer for part in self._styles),
+        ]
         for batch in self._batches:
             own += [batch.shape.positions, batch.edges.buffer, *([batch.colors.buffer] if batch.colors else [])]
         return own
@@ -89,7 +105,7 @@ class LinePass:
             marked = bindings | {5: self._ink}
             looks = {**constants, "is_plain": _is_plain(batch.lines)}
             encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
-            over_edges(encoder, "mark_thin_lines", batch, marked, **looks)
+            over_edges(encoder, "mark_thin_lines", batch, marked, 1, **looks)
             colored = {**looks, "color_mode": batch.lines.color_mode}
             target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **colored)
 
@@ -97,9 +113,9 @@ class LinePass:
         for batch, bindings, constants in parts:
             lines = batch.lines
             looks = self._begin_ink(encoder, target, lines, batch.n_edges * batch.shape.n_instances)
-            looks |= constants | {"color_mode": lines.color_mode, "is_wide": _is_wide(lines)}
+            looks |= constants | {"color_mode": lines.color_mode, "is_wide": _is_wide(lines), "n_keys": _n_keys(batch)}
             inked = bindings | {5: self._ink, 6: self._colors(batch), 8: self._nearest, 9: self._inked}
-            encoder.clear_buffer(self._nearest.handle, 0, 2 * target.n_bytes)
+            encoder.clear_buffer(self._nearest.handle, 0, _n_keys(batch) * target.n_bytes)
             self._go_along(encoder, "ink_colored_lines", batch, inked, looks | {"is_clear": lines.is_clear})
             self._end_ink(encoder, target, "blend_colored_lines", inked, looks)
 
@@ -132,7 +148,7 @@ class LinePass:
         """Record a stage that lays ink."""
         n_lanes = 1 << log2_lanes(batch)
         own = {"least_light": LEAST_LIGHT, "is_wide": _is_wide(batch.lines)}
-        over_edges(encoder, stage, batch, bindings, n_lanes=n_lanes, **looks | own)
+        over_edges(encoder, stage, batch, bindings, n_lanes, **looks | own)
 
     def _colors(self, batch: Batch) -> Binding:
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)
@@ -155,6 +171,11 @@ def _is_plain(lines: Lines) -> bool:
 def _is_colored(lines: Lines) -> bool:
     """Say whether lines are anti-aliased, and of several colours."""
     return lines.line_width is not None and lines.colors is not None
+
+
+def _n_keys(batch: Batch) -> int:
+    """Return how many edges a pixel tells apart: more than two hardly show where edges are many."""
+    return 4 if batch.n_edges * batch.shape.n_instances <= MOST_LISTED else 2
 
 
 def _is_wide(lines: Lines) -> bool:

@@ -73,8 +73,8 @@ class Lines:
     is_clear : whether some of colors let something shine through
     are_dots : the edges join points to themselves
     are_outlines : faces turn away from the eye along them
-    cue : how far off a place of depth d at distance w is, from 0 for the picture's nearest, is clamp(x * d + y * w + z,
-        0, 1): of lines of different looks nearer ones lie over farther ones; what it loses of its strength is w times that
+    cue : a place of depth d at distance w is clamp(x * d + y * w + z, 0, 1) of the way from the picture's nearest point
+        to its farthest: nearer lines lie over farther ones; what it loses of its strength is w times that
     """
 
     edges: Buffer

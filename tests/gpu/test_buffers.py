@@ -7,7 +7,6 @@ from gpu_xform.errors import DeviceError
 from gpu_xform.gpu.buffers import READBACK, STORAGE, UNIFORM, Buffer
 from gpu_xform.gpu.compute import bind
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.targets import FORMAT
 
 DATA = np.arange(1, 1001, dtype=np.uint32)
 
@@ -195,18 +194,6 @@ def test_of_what_is_given_back_the_largest_is_kept(any_device: Device) -> None:
     pool.clear()
     with pytest.raises(DeviceError, match="released"):
         taken[0].upload(DATA[:4])
-
-
-def test_a_texture_is_kept_as_long_as_its_extent_is_asked_for(any_device: Device) -> None:
-    pool = type(any_device.pool)(any_device)
-    first = pool.texture((8, 4), FORMAT)
-    assert pool.texture((8, 4), FORMAT) is first
-    other = pool.texture((4, 8), FORMAT)
-    assert other is not first
-    assert other.size == (4, 8, 1)
-    pool.clear()
-    assert pool.texture((4, 8), FORMAT) is not other
-    pool.clear()
 
 
 def test_what_has_arrived_is_lent_once_and_then_free_again(any_device: Device) -> None:

@@ -7,7 +7,6 @@ import gpu_xform
 from gpu_xform.errors import DeviceError, ShaderError
 from gpu_xform.gpu import shaders
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.targets import FORMAT
 
 FOLDER = Path(str(shaders.shader_folder()))
 STAGES = sorted(file.stem for file in FOLDER.glob("*.wgsl"))
@@ -17,7 +16,7 @@ PACKAGE = Path(gpu_xform.__file__).parent
 
 def test_the_shaders_are_where_the_package_looks() -> None:
     assert "transform_points_f32" in STAGES
-    assert "draw_lines" in STAGES
+    assert "ink_lines" in STAGES
     assert "homogeneous" in SHARED
     assert not [file for file in FOLDER.rglob("*") if file.is_file() and file.suffix != ".wgsl"]
 
@@ -36,18 +35,14 @@ def test_the_checkouts_shaders_are_found_where_the_package_holds_none(
     assert shaders.shader_folder() == tmp_path / "gpu_xform" / "wgsl"
 
 
-def entry_points(stage: str) -> set[str]:
-    return set(re.findall(r"^fn (main|vs_main|fs_main)\(", shaders.source(stage), re.MULTILINE))
+def entry_points(stage: str) -> list[str]:
+    return re.findall(r"^@compute .*\nfn (\w+)\(", shaders.source(stage), re.MULTILINE)
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_every_stage_compiles(stage: str, device: Device) -> None:
-    entries = entry_points(stage)
     chosen = dict.fromkeys(re.findall(r"^override (\w+)", shaders.source(stage), re.MULTILINE), 1.0)
-    if entries == {"vs_main", "fs_main"}:
-        assert device.pipelines.render(stage, "triangle-strip", FORMAT, **chosen)
-        return
-    assert entries == {"main"}
+    assert entry_points(stage) == ["main"]
     if "f64" in stage and not device.has_float64:
         with pytest.raises(ShaderError):
             device.pipelines.module(stage)
@@ -144,8 +139,6 @@ def test_a_shader_that_does_not_compile_is_a_shader_error(monkeypatch: pytest.Mo
         monkeypatch.setattr(shaders, "source", lambda _: "@compute @workgroup_size(1) fn main() {}")
         with pytest.raises(ShaderError, match=r"^plain\.wgsl with \{'missing': 1\.0\} is refused"):
             other.pipelines.compute("plain", missing=1.0)
-        with pytest.raises(ShaderError, match=r"^lines\.wgsl with \{\} is refused"):
-            other.pipelines.render("lines", "triangle-strip", FORMAT)
 
 
 def test_a_pipeline_is_compiled_once_for_each_choice_of_its_constants(device: Device) -> None:
@@ -161,5 +154,3 @@ def test_a_closed_device_compiles_nothing() -> None:
         pass
     with pytest.raises(DeviceError, match="closed"):
         other.pipelines.compute("transform_in_place_f32", workgroup_size=64, finish=1)
-    with pytest.raises(DeviceError, match="closed"):
-        other.pipelines.render("draw_lines", "triangle-strip", FORMAT)

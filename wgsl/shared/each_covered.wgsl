@@ -16,9 +16,9 @@ fn go_along(index: u32, instance: u32, lane: u32) {
     let first = max(i32(floor(way.start.x - half_width)), bounds.x);
     let last = min(i32(floor(way.start.x + way.run + half_width)), bounds.y);
     for (var x = first + i32(lane); x <= last; x += 1 << style.log2_lanes) {
-        var t = part_at(way, x);
         var strength = 0.0;
         if !is_wide {
+            let t = part_at(way, x);
             strength = opacity_at(index, line, t) * strength_at(line, t);
             if hidden != SHOWN && strength <= 0.0 {
                 continue;
@@ -29,8 +29,8 @@ fn go_along(index: u32, instance: u32, lane: u32) {
         let highest = min(rows.y, bounds.w);
         for (var y = max(rows.x, bounds.z); y <= highest; y++) {
             let pixel = pixel_at(way, x, y);
+            let t = foot(line, pixel);
             if is_wide {
-                t = foot(line, pixel);
                 strength = opacity_at(index, line, t) * strength_at(line, t);
             }
             let alpha = strength * coverage(strips, y);
