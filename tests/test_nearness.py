@@ -155,3 +155,17 @@ def test_no_shader_is_compiled_again_for_the_next_picture() -> None:
     assert len(seconds) == 10
     # A picture takes 2 to 8 ms of the processors' time, a shader 30 and more.
     assert {style: took for style, took in seconds.items() if took > 0.025} == {}
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize("z", [-0.4, 0.0, 0.3])
+def test_vector_pictures_draw_the_nearer_line_last(camera: str, z: float) -> None:
+    for colors in ([RED, BLUE], [BLUE, RED]):
+        svg = gx.render_svg(
+            cross(z), camera=CAMERAS[camera], size=SIZE, edge_colors=np.array(colors) / 255.0, line_width=5.0
+        )
+        first, last = ("#ff0000", "#0000ff") if (colors[0] == RED) == (z >= 0) else ("#0000ff", "#ff0000")
+        assert 0 < svg.index(first) < svg.index(last)
+    rows = np.array([RED, RED, BLUE, BLUE]) / 255.0
+    dots = gx.render_svg(cross(z), camera=CAMERAS[camera], size=SIZE, vertex_colors=rows, edges=[], point_size=9.0)
+    assert (dots.index("#ff0000") < dots.index("#0000ff")) == (z >= 0)

@@ -8,6 +8,7 @@ struct Piece {
     is_hidden: u32,
     along: vec2<f32>, // of the edge in clip space, at the piece's middle; and what distance leaves of its strength there
     start: f32, // pixels along the segment, where the piece begins
+    farness: f32, // of the piece's middle, as in cue.wgsl
 }
 
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>; // of pieces, an edge; when writing, of those before
@@ -30,6 +31,7 @@ fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is
         u32(is_covered),
         vec2(along, strength_in_sight(line, middle)),
         part.x * distance(line.p, line.q),
+        farness_at(line, middle),
     );
 }
 

@@ -74,9 +74,9 @@ VIEW = np.dtype(
 
 PIECE = np.dtype(
     {
-        "names": ["ends", "edge", "is_hidden", "along", "start"],
-        "formats": [("<f4", (4,)), "<u4", "<u4", ("<f4", (2,)), "<f4"],
-        "offsets": [0, 16, 20, 24, 32],
+        "names": ["ends", "edge", "is_hidden", "along", "start", "farness"],
+        "formats": [("<f4", (4,)), "<u4", "<u4", ("<f4", (2,)), "<f4", "<f4"],
+        "offsets": [0, 16, 20, 24, 32, 36],
         "itemsize": 48,
     }
 )

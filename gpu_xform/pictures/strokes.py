@@ -58,7 +58,10 @@ def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons
         kept = np.isfinite(one.pieces["ends"]).all(axis=1)  # an edge to a point that is none is not drawn
         if lines.hidden not in {Hidden.DASHED, Hidden.FADED}:
             kept &= ~is_hidden
-        pieces, is_hidden = one.pieces[kept], is_hidden[kept]
+        chosen = np.flatnonzero(kept)
+        if lines.color_mode is not ColorMode.ONE:
+            chosen = chosen[np.argsort(-one.pieces["farness"][chosen], kind="stable")]  # nearer ones over farther ones
+        pieces, is_hidden = one.pieces[chosen], is_hidden[chosen]
         own = _colors(one, pieces)
         if lines.hidden is Hidden.FADED:
             own[is_hidden, 3] *= PALE

@@ -2,8 +2,3 @@
 fn farness(cue: vec4<f32>, depth: f32, w: f32) -> f32 {
     return clamp(cue.x * depth + cue.y * w + cue.z, 0.0, 1.0);
 }
-
-// What distance leaves of a strength, from 0 to 1.
-fn left_by_distance(cue: vec4<f32>, depth: f32, w: f32) -> f32 {
-    return 1.0 - cue.w * farness(cue, depth, w);
-}

@@ -1,12 +1,9 @@
 // Which of the lines through a pixel lies over the others: the nearest, of several at one distance the last. A key's upper
 // bits tell how near an edge is, its lower ones which it is, counted from 1 over all instances.
-#import edge
-#import cue
+#import far_along
 
 fn key_at(line: Segment, t: f32, edge: u32) -> u32 {
-    let depth = mix(line.depth.x, line.depth.y, t);
-    let w = 1.0 / mix(line.inverse_w.x, line.inverse_w.y, t);
-    let nearness = 1.0 - farness(style.cue, depth, w);
+    let nearness = 1.0 - farness_at(line, t);
     let steps = (1u << (32u - style.edge_bits)) - 1u;
     return (u32(nearness * f32(steps)) << style.edge_bits) | (edge + 1u);
 }

@@ -1,6 +1,5 @@
 // How strongly a place of an edge is drawn: faces before it hide it, and distance pales it.
-#import edge
-#import cue
+#import far_along
 
 @group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
 
@@ -48,9 +47,7 @@ fn strength_in_sight(line: Segment, t: f32) -> f32 {
     if !is_cued {
         return style.strength;
     }
-    let depth = mix(line.depth.x, line.depth.y, t);
-    let w = 1.0 / mix(line.inverse_w.x, line.inverse_w.y, t);
-    return style.strength * left_by_distance(style.cue, depth, w);
+    return style.strength * (1.0 - style.cue.w * farness_at(line, t));
 }
 
 // The strength at the part t of a segment, from 0 to 1, less where a face hides it.

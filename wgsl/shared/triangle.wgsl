@@ -105,7 +105,7 @@ fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
         atomicMax(&face_depths[slot], bitcast<u32>(pushed));
     } else if pushed * NEARLY >= bitcast<f32>(atomicLoad(&face_depths[slot])) {
         let color = triangle_colors[min(index % faces.n_triangles, arrayLength(&triangle_colors) - 1u)];
-        let left = left_by_distance(faces.cue, depth, 1.0 / (shares.x + shares.y + shares.z));
+        let left = 1.0 - faces.cue.w * farness(faces.cue, depth, 1.0 / (shares.x + shares.y + shares.z));
         atomicMax(&face_marks[slot], mark_of(faces.first_color + color + 1u, left));
     }
 }
