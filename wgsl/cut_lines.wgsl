@@ -39,8 +39,9 @@ fn cut(index: u32, instance: u32) {
     var n_pieces = 0u;
     if line.exists {
         let way = walk(line);
-        let first = i32(floor(way.start.x));
-        let last = max(i32(ceil(way.start.x + way.run)) - 1, first);
+        let bounds = bounds_in_tile(way);
+        let first = clamp(i32(floor(way.start.x)), bounds.x, bounds.y);
+        let last = clamp(i32(ceil(way.start.x + way.run)), first + 1, bounds.y + 1) - 1;
         var begin = 0.0;
         var state = false;
         for (var x = first; x <= last; x++) {
