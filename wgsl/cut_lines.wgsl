@@ -1,4 +1,5 @@
-// Edges into pieces that are wholly visible or wholly hidden, for vector pictures: counted first, then written.
+// Edges into pieces that are wholly visible or wholly hidden, for vector pictures: counted first, then written. One
+// pipeline does both: another might round otherwise, and write another number of pieces than was counted.
 #import across
 #import strength
 
@@ -12,12 +13,12 @@ struct Piece {
 
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>; // of pieces, an edge; when writing, of those before
 @group(0) @binding(6) var<storage, read_write> pieces: array<Piece>;
-override writing: bool;
+@group(0) @binding(7) var<uniform> is_writing: u32; // not counting
 override longest: f32; // pixels a piece may have along the axis it advances most on
 override workgroup_size: u32;
 
 fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is_covered: bool) {
-    if !writing {
+    if is_writing == 0u {
         return;
     }
     let part = select(vec2(begin, end), vec2(1.0 - end, 1.0 - begin), way.is_backward);
@@ -61,7 +62,7 @@ fn cut(index: u32, instance: u32) {
         put(line, way, edge, n_pieces, begin, 1.0, state);
         n_pieces++;
     }
-    if !writing {
+    if is_writing == 0u {
         counts[edge] = n_pieces;
     }
 }

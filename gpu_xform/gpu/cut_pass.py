@@ -93,11 +93,11 @@ def _pieces(
     n_edges = batch.n_edges * batch.shape.n_instances
     grid = n_workgroups(device, batch.n_edges), batch.shape.n_instances
 
-    def run(writing: bool, counts: Buffer, pieces: Buffer) -> None:
-        pipeline = device.pipelines.compute(
-            "cut_lines", workgroup_size=workgroup_size(device), writing=writing, **constants
-        )
-        bound = (*buffers, counts, pieces)
+    pipeline = device.pipelines.compute("cut_lines", workgroup_size=workgroup_size(device), **constants)
+
+    def run(is_writing: bool, counts: Buffer, pieces: Buffer) -> None:
+        (switch,) = uniforms.upload(device, "switch", [np.array([is_writing, 0, 0, 0], np.uint32)])
+        bound = (*buffers, counts, pieces, switch)
         used = [part.buffer if isinstance(part, Binding) else part for part in bound]
         with device.recording(*used) as encoder:
             dispatch(encoder, pipeline, bind(device, pipeline, bound), *grid)

@@ -9,6 +9,7 @@ struct Faces {
     n_triangles: u32,
     n_points: u32, // of one instance in `projected`, padding included
     first_color: u32,
+    is_painting: u32, // the second time round, when all depths are known
 }
 
 @group(0) @binding(1) var<uniform> faces: Faces;
@@ -17,12 +18,11 @@ struct Faces {
 @group(0) @binding(4) var<storage, read_write> face_depths: array<atomic<u32>>; // the nearest, as a float's bits
 @group(0) @binding(5) var<storage, read_write> face_marks: array<atomic<u32>>; // as in mark.wgsl
 @group(0) @binding(6) var<storage, read> triangle_colors: array<u32>; // the colour's place, one a triangle or one for all
-override painting: bool; // the second time round, when all depths are known
 override workgroup_size: u32;
 
 const LARGE_ROWS = 16u; // of a large triangle that are gone through side by side
 const RIM = 0.01; // pixels by which a triangle is larger, so that none falls between two
-const NEARLY = 1.0 + 1e-6; // two pipelines may round differently
+const NEARLY = 1.0 + 1e-6; // faces in one plane are rounded apart
 const BIAS = 0.25; // of a pixel's width along the view: for other faces about a corner
 
 struct Triangle {
@@ -95,7 +95,7 @@ fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
     }
     let slot = depth_index(pixel);
     let pushed = max(depth - face.bias - BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y), 0.0);
-    if !painting {
+    if faces.is_painting == 0u {
         atomicMax(&face_depths[slot], bitcast<u32>(pushed));
     } else if pushed * NEARLY >= bitcast<f32>(atomicLoad(&face_depths[slot])) {
         let color = triangle_colors[min(index % faces.n_triangles, arrayLength(&triangle_colors) - 1u)];
