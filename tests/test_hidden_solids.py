@@ -146,3 +146,17 @@ def test_any_number_of_large_faces_hides(limited: Any) -> None:
     device: Device = limited(max_workgroup_size=1)
     picture = gx.render_array([sheets, bar], camera=Camera.window((-1, 1), (-0.8, 0.8)), size=(500, 400), device=device)
     assert (picture[..., 0] == 255).all()
+
+
+@pytest.mark.parametrize("line_width", [8.0, 30.0])
+@pytest.mark.parametrize("x", [-3.0, -1.2, 0.5, 65.5, 67.0])
+def test_a_line_is_hidden_at_the_border_as_well(x: float, line_width: float) -> None:
+    """Its axis may lie beside the picture: there, too, what lies before it must be known."""
+    wall = samples.cube().transformed(matrices.translate(32, 32, 50) @ matrices.scale(80))
+    line = Mesh([(x, -50, 0), (x, 100, 0)], [(0, 1)])
+    camera = Camera.window((0, 64), (0, 64))
+    for transform in (matrices.identity(), matrices.rotate_z(90, degrees=True) @ matrices.translate(0, -64, 0)):
+        drawn = Layer(line, transform=transform, line_width=line_width, hidden="remove")
+        assert (gx.render_array(drawn, camera=camera, size=(64, 64)) != 255).any()
+        hider = Layer(wall, hidden="remove", color="none")
+        assert (gx.render_array([hider, drawn], camera=camera, size=(64, 64)) == 255).all()

@@ -58,9 +58,9 @@ fn triangle(index: u32) -> Triangle {
         let q = to_pixels(b);
         let r = to_pixels(c);
         // Only pixels whose middle lies in the triangle are touched.
-        let lowest = clamp(ceil(min(min(p, q), r) - 0.5 - RIM), vec2(-1.0), tile.size);
-        let highest = clamp(floor(max(max(p, q), r) - 0.5 + RIM), vec2(-1.0), tile.size);
-        out.anchor = vec2<i32>(lowest);
+        let lowest = ceil(min(min(p, q), r) - 0.5 - RIM);
+        let highest = floor(max(max(p, q), r) - 0.5 + RIM);
+        out.anchor = vec2<i32>(clamp(lowest, vec2(-1.0), tile.size));
         out.low = max(out.low, vec2<i32>(lowest));
         out.high = min(out.high, vec2<i32>(highest));
     }
