@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+import wgpu
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.edge_sets import edge_faces, face_normals
+from gpu_xform.gpu.buffers import STORAGE
 from gpu_xform.gpu.device import Device
 
 Array = npt.NDArray[Any]
@@ -160,3 +162,12 @@ def test_a_line_is_hidden_at_the_border_as_well(x: float, line_width: float) -> 
         assert (gx.render_array(drawn, camera=camera, size=(64, 64)) != 255).any()
         hider = Layer(wall, hidden="remove", color="none")
         assert (gx.render_array([hider, drawn], camera=camera, size=(64, 64)) == 255).all()
+
+
+def test_what_passes_beside_the_eye_is_not_gone_through_pixel_by_pixel(device: Device) -> None:
+    """Hundreds of triangles as large as the picture would keep some devices busy until the system resets them."""
+    inside = Camera.look_at((0.05, 0.02, 0.01), (1, 0.3, 0.2))
+    gx.render_array(samples.icosphere(5), camera=inside, size=(64, 64), hidden="remove", device=device)
+    large = device.pool.get("large triangles", 16, STORAGE | wgpu.BufferUsage.INDIRECT)
+    with large.downloaded(16) as view:
+        assert view.view(np.uint32)[3] == 0

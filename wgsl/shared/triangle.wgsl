@@ -40,6 +40,19 @@ fn in_picture(clip: vec4<f32>) -> vec3<f32> {
     return vec3((clip.xy * vec2(0.5, -0.5) + 0.5 * clip.w) * tile.size, clip.w);
 }
 
+// Whether what reaches behind the eye lies before the near plane, or beside the tile by a pixel. Else it may be seen
+// anywhere: a hull of what its corners are in the picture is not known. The columns are their x, y and w.
+fn is_elsewhere(corners: mat3x3<f32>, depth: vec3<f32>) -> bool {
+    let x = corners[0];
+    let y = corners[1];
+    let w = corners[2];
+    let first = vec2<f32>(tile.depth_origin) - 1.0;
+    let last = vec2<f32>(tile.depth_origin + tile.depth_extent) + 1.0;
+    return all(depth > w)
+        || all(x < first.x * w) || all(x > last.x * w)
+        || all(y < first.y * w) || all(y > last.y * w);
+}
+
 fn triangle(index: u32) -> Triangle {
     var out: Triangle;
     let corner = 3u * (index % faces.n_triangles);
@@ -63,6 +76,8 @@ fn triangle(index: u32) -> Triangle {
         out.anchor = vec2<i32>(clamp(lowest, vec2(-1.0), tile.size));
         out.low = max(out.low, vec2<i32>(lowest));
         out.high = min(out.high, vec2<i32>(highest));
+    } else if is_elsewhere(transpose(mat3x3(in_picture(a), in_picture(b), in_picture(c))), vec3(a.z, b.z, c.z)) {
+        return out;
     }
     if any(out.high < out.low) {
         return out;
