@@ -11,21 +11,27 @@ struct Piece {
     start: f32, // pixels along the segment, where the piece begins
 }
 
+struct Turn {
+    is_writing: u32, // not counting
+    first: u32, // of all pieces, the one that `pieces` begins with, which may not hold all
+}
+
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>; // of pieces, an edge; when writing, of those before
 @group(0) @binding(6) var<storage, read_write> pieces: array<Piece>;
-@group(0) @binding(7) var<uniform> is_writing: u32; // not counting
+@group(0) @binding(7) var<uniform> turn: Turn;
 override longest: f32; // pixels a piece may have along the axis it advances most on
 override workgroup_size: u32;
 
 fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is_covered: bool) {
-    if is_writing == 0u {
+    let index = counts[edge] + place - turn.first; // far beyond the end for those before the first
+    if turn.is_writing == 0u || index >= arrayLength(&pieces) {
         return;
     }
     let part = select(vec2(begin, end), vec2(1.0 - end, 1.0 - begin), way.is_backward);
     let middle = 0.5 * (part.x + part.y);
     let weights = vec2(1.0 - middle, middle) * line.inverse_w;
     let along = mix(line.part.x, line.part.y, weights.y / (weights.x + weights.y));
-    pieces[counts[edge] + place] = Piece(
+    pieces[index] = Piece(
         vec4(mix(line.p, line.q, part.x), mix(line.p, line.q, part.y)),
         edge,
         u32(is_covered),
@@ -62,7 +68,7 @@ fn cut(index: u32, instance: u32) {
         put(line, way, edge, n_pieces, begin, 1.0, state);
         n_pieces++;
     }
-    if is_writing == 0u {
+    if turn.is_writing == 0u {
         counts[edge] = n_pieces;
     }
 }
