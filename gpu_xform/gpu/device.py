@@ -18,8 +18,9 @@ from .pool import Pool
 from .residents import Residents
 from .shaders import Pipelines
 
-# Memory that the host can map is the device's own on these kinds; on the others a copy over the bus is faster.
-HOST_MAPPABLE_KINDS = {"CPU", "IntegratedGPU"}
+# Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus
+# is faster; on integrated ones wgpu makes what the host may write write-combined, from which it reads at a crawl.
+HOST_MAPPABLE_KINDS = {"CPU"}
 WANTED_FEATURES = {"shader-f64", "timestamp-query"}
 WANTED_LIMITS = (
     "max-buffer-size",

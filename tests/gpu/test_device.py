@@ -296,6 +296,23 @@ def test_a_device_tells_who_it_is(device: Device) -> None:
     assert device.limits == device.adapter.limits
 
 
+@pytest.mark.parametrize(
+    ("kind", "is_mapped"), [("CPU", True), ("IntegratedGPU", False), ("DiscreteGPU", False), ("Unknown", False)]
+)
+def test_the_host_maps_no_memory_that_it_would_read_slowly(
+    kind: str, is_mapped: bool, device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a GPU shares with the host, wgpu makes write-combined where the host may write it."""
+    features = device.adapter.features | {"mappable-primary-buffers"}
+    seen = dataclasses.replace(device.adapter, kind=kind, features=features)
+    monkeypatch.setattr(device_module, "described", lambda _: seen)
+    with Device() as other:
+        assert other.host_mappable is is_mapped
+        assert Buffer(other, 16).can_map is is_mapped
+        points = np.arange(3000, dtype=np.float32).reshape(-1, 3)
+        assert (gx.transform_points(points, gx.translate(1, 1, 1), device=other) == points + 1).all()
+
+
 def test_stricter_limits_are_taken_and_the_adapters_own_kept_beside(device: Device) -> None:
     strict = dataclasses.replace(device.limits, max_binding_bytes=4096)
     with Device(limits=strict) as other:
