@@ -57,11 +57,7 @@ class Device:
         self.features: frozenset[str] = frozenset(
             (WANTED_FEATURES & self.adapter.features) | ({"mappable-primary-buffers"} if self.host_mappable else set())
         )
-        with quiet_runtime_dir(), device_errors("open the adapter"):
-            self.handle: wgpu.GPUDevice = chosen.request_device_sync(
-                required_features=sorted(self.features),
-                required_limits={name: chosen.limits[name] for name in WANTED_LIMITS},
-            )
+        self.handle: wgpu.GPUDevice = _opened(chosen, self.features)
         global _process_of_first_device
         _process_of_first_device = os.getpid()
         self.lock = threading.RLock()
@@ -146,6 +142,15 @@ def chosen_device(device: Device | None) -> Device:
     if not isinstance(device, Device):
         raise ArgumentTypeError(f"device must be a Device, got {device!r}")
     return device
+
+
+def _opened(adapter: wgpu.GPUAdapter, features: frozenset[str]) -> wgpu.GPUDevice:
+    limits = {name: adapter.limits[name] for name in WANTED_LIMITS}
+    with quiet_runtime_dir(), device_errors(f"open the adapter {adapter.info['device']!r}"):
+        try:
+            return adapter.request_device_sync(required_features=sorted(features), required_limits=limits)
+        except RuntimeError as error:  # as wgpu says that a driver refuses, but nothing else
+            raise wgpu.GPUError(str(error)) from error
 
 
 def _refuse_fork() -> None:
