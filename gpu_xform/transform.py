@@ -178,25 +178,29 @@ def _run(
 
     n_components = points.shape[-1]
     stack = embedded(matrix.reshape(-1, *matrix.shape[-2:]))
-    if picked is None and not _one_by_one(points, stack):
-        place = np.arange(len(stack)).reshape(*matrix.shape[:-2], 1)
-        picked = Influences(np.broadcast_to(place, shape[:-1]).reshape(-1, 1), None)
-        points = np.broadcast_to(points, shape)
-    rows = points.reshape(-1, n_components)
     target = out if out.ndim == 2 or out.flags.c_contiguous else np.empty(shape, dtype)
-    if picked is None:
+    if picked is None and _one_by_one(points, stack):
+        rows = points.reshape(-1, n_components)
         results = target[None] if len(stack) == 1 and target.ndim == 2 else target.reshape(len(stack), -1, n_components)
         if how.rebased:
             _rebased.transform(device, rows, stack, results, finish)
         else:
             transform_pass.transform(device, rows, stack, results, how.dtype, finish)
-    else:
-        if how.rebased:
-            raise PrecisionError("rebased precision takes the same matrices for all points: use precision='float32'")
+    elif not how.rebased:
+        if picked is None:
+            place = np.arange(len(stack)).reshape(*matrix.shape[:-2], 1)
+            picked = Influences(np.broadcast_to(place, shape[:-1]).reshape(-1, 1), None)
+        rows = np.broadcast_to(points, shape).reshape(-1, n_components)
         results = target.reshape(-1, n_components)
         blend_pass.blend(
             device, rows, stack, *picked, results, how.dtype, finish, inverse_transposed=inverse_transposed
         )
+    elif picked is None:
+        sets, own = np.broadcast_to(points, shape), np.broadcast_to(matrix, (*batch, *matrix.shape[-2:]))
+        for one in np.ndindex(batch):
+            _rebased.transform(device, sets[one], embedded(own[one][None]), target[one][None], finish)
+    else:
+        raise PrecisionError("rebased precision takes the same matrices for all points: use precision='float32'")
     if target is not out:
         out[...] = target
     return out

@@ -5,10 +5,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
+import wgpu
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.edge_sets import edge_faces, face_normals
+from gpu_xform.gpu.buffers import STORAGE
 from gpu_xform.gpu.device import Device
 
 Array = npt.NDArray[Any]
@@ -146,3 +148,26 @@ def test_any_number_of_large_faces_hides(limited: Any) -> None:
     device: Device = limited(max_workgroup_size=1)
     picture = gx.render_array([sheets, bar], camera=Camera.window((-1, 1), (-0.8, 0.8)), size=(500, 400), device=device)
     assert (picture[..., 0] == 255).all()
+
+
+@pytest.mark.parametrize("line_width", [8.0, 30.0])
+@pytest.mark.parametrize("x", [-3.0, -1.2, 0.5, 65.5, 67.0])
+def test_a_line_is_hidden_at_the_border_as_well(x: float, line_width: float) -> None:
+    """Its axis may lie beside the picture: there, too, what lies before it must be known."""
+    wall = samples.cube().transformed(matrices.translate(32, 32, 50) @ matrices.scale(80))
+    line = Mesh([(x, -50, 0), (x, 100, 0)], [(0, 1)])
+    camera = Camera.window((0, 64), (0, 64))
+    for transform in (matrices.identity(), matrices.rotate_z(90, degrees=True) @ matrices.translate(0, -64, 0)):
+        drawn = Layer(line, transform=transform, line_width=line_width, hidden="remove")
+        assert (gx.render_array(drawn, camera=camera, size=(64, 64)) != 255).any()
+        hider = Layer(wall, hidden="remove", color="none")
+        assert (gx.render_array([hider, drawn], camera=camera, size=(64, 64)) == 255).all()
+
+
+def test_what_passes_beside_the_eye_is_not_gone_through_pixel_by_pixel(device: Device) -> None:
+    """Hundreds of triangles as large as the picture would keep some devices busy until the system resets them."""
+    inside = Camera.look_at((0.05, 0.02, 0.01), (1, 0.3, 0.2))
+    gx.render_array(samples.icosphere(5), camera=inside, size=(64, 64), hidden="remove", device=device)
+    large = device.pool.get("large triangles", 16, STORAGE | wgpu.BufferUsage.INDIRECT)
+    with large.downloaded(16) as view:
+        assert view.view(np.uint32)[3] == 0

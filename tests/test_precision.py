@@ -118,6 +118,30 @@ def test_rebased_batches_and_projections_agree_with_double() -> None:
     assert np.allclose(gx.project_points(points, camera, precision="rebased"), double, rtol=0, atol=1e-6)
 
 
+@pytest.mark.parametrize(
+    ("point_batch", "matrix_batch"),
+    [((), (3,)), ((3,), (3,)), ((2, 1), (3,)), ((1,), (2, 2)), ((0, 1), (2,))],
+)
+@pytest.mark.parametrize("n", [1, 10, _rebased.BLOCK - 1, _rebased.BLOCK])
+@pytest.mark.parametrize("columns", [2, 3])
+def test_rebased_stacks_are_their_matrices_one_at_a_time(
+    point_batch: tuple[int, ...], matrix_batch: tuple[int, ...], n: int, columns: int, single_device: Device
+) -> None:
+    rng = np.random.default_rng(3)
+    points = rng.normal(size=(*point_batch, n, columns)) + 5e6
+    matrices = np.broadcast_to(np.eye(columns + 1), (*matrix_batch, columns + 1, columns + 1)).copy()
+    matrices[..., :columns, :] = rng.normal(size=(*matrix_batch, columns, columns + 1))
+    batch = np.broadcast_shapes(point_batch, matrix_batch)
+    sets = np.broadcast_to(points, (*batch, n, columns))
+    own = np.broadcast_to(matrices, (*batch, columns + 1, columns + 1))
+    for transform in (gx.transform_points, gx.project_points, gx.transform_vectors):
+        result = transform(points, matrices, precision="rebased")
+        assert result.shape == sets.shape
+        assert np.array_equal(transform(points, matrices, device=single_device), result)
+        for place in np.ndindex(batch):
+            assert np.array_equal(result[place], transform(sets[place], own[place], precision="rebased"))
+
+
 def test_rebased_points_may_be_transformed_in_place() -> None:
     points = some_points(10_000, np.float64) + EARTH
     expected = gx.transform_points(points, AFFINE, precision="rebased")

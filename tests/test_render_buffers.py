@@ -8,8 +8,9 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-from gpu_xform.gpu import buffers
+from gpu_xform.gpu import buffers, cut_pass
 from gpu_xform.gpu.device import Device
+from gpu_xform.pictures.staging import staged
 
 HOUSE = gx.samples.house()
 CAMERA = gx.Camera.look_at((5, 4, 9), (0, 0.5, 0))
@@ -165,3 +166,16 @@ def test_edges_to_points_that_are_none_are_not_drawn() -> None:
         assert gx.render_svg(some, edges=edges, **SEEN) == gx.render_svg(finite, edges=rest, **SEEN)
         with pytest.raises(MeshError, match=r"^models must have finite points with w > 0 to be framed; give a camera"):
             gx.render_array(some, edges=edges)
+
+
+def test_edges_to_points_that_are_none_are_not_walked_along() -> None:
+    """Their steps would be counted between any two numbers: on some devices, until the system resets them."""
+    none = np.array([(0, 0, 0), (np.nan, 0, 0), (np.inf, 0, 0), (-np.inf, 0, 0), (3e38, -3e38, 3e38)], np.float32)
+    edges = [(i, j) for i in range(5) for j in range(5) if i != j]
+    with (
+        gx.PointBuffer(none) as points,
+        staged(points, CAMERA, (150, 100), None, {"edges": edges, "line_width": 2.0}) as stage,
+    ):
+        (cut,), _ = cut_pass.cut(stage.device, stage.shaped.shapes, stage.shaped.palette, stage.view, lambda _: 150.0)
+    assert np.isfinite(cut.pieces["ends"]).all()
+    assert len(cut.pieces) <= 2

@@ -242,3 +242,22 @@ def test_a_picture_of_more_pixels_than_a_binding_holds_depths_for_is_refused(dev
     ):
         render_svg(CUBE, size=(200, 100), device=small)
     assert default_device() is device
+
+
+@pytest.mark.parametrize("style", [{"hidden": "dash"}, {"scalars": BALL.positions[:, 1], "hidden": "remove"}])
+def test_more_pieces_than_one_binding_holds_are_written_in_turns(
+    style: Any, device: Device, limited: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options: dict[str, Any] = {"camera": CAMERA, "size": (60, 50), "transform": ASIDE, **style}
+    whole = render_svg(BALL, device=device, **options)
+    small: Device = limited(max_binding_bytes=1 << 14)
+    sizes: list[int] = []
+    create = type(small.handle).create_bind_group
+
+    def spy(handle: Any, *, entries: Any, **rest: Any) -> Any:
+        sizes.extend(entry["resource"]["size"] for entry in entries)
+        return create(handle, entries=entries, **rest)
+
+    monkeypatch.setattr(type(small.handle), "create_bind_group", spy)
+    assert render_svg(BALL, device=small, **options) == whole
+    assert 1 << 13 < max(sizes) <= 1 << 14

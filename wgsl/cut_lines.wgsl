@@ -1,4 +1,5 @@
-// Edges into pieces that are wholly visible or wholly hidden, for vector pictures: counted first, then written.
+// Edges into pieces that are wholly visible or wholly hidden, for vector pictures: counted first, then written. One
+// pipeline does both: another might round otherwise, and write another number of pieces than was counted.
 #import across
 #import strength
 
@@ -11,21 +12,27 @@ struct Piece {
     farness: f32, // of the piece's middle, as in cue.wgsl
 }
 
+struct Turn {
+    is_writing: u32, // not counting
+    first: u32, // of all pieces, the one that `pieces` begins with, which may not hold all
+}
+
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>; // of pieces, an edge; when writing, of those before
 @group(0) @binding(6) var<storage, read_write> pieces: array<Piece>;
-override writing: bool;
+@group(0) @binding(7) var<uniform> turn: Turn;
 override longest: f32; // pixels a piece may have along the axis it advances most on
 override workgroup_size: u32;
 
 fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is_covered: bool) {
-    if !writing {
+    let index = counts[edge] + place - turn.first; // far beyond the end for those before the first
+    if turn.is_writing == 0u || index >= arrayLength(&pieces) {
         return;
     }
     let part = select(vec2(begin, end), vec2(1.0 - end, 1.0 - begin), way.is_backward);
     let middle = 0.5 * (part.x + part.y);
     let weights = vec2(1.0 - middle, middle) * line.inverse_w;
     let along = mix(line.part.x, line.part.y, weights.y / (weights.x + weights.y));
-    pieces[counts[edge] + place] = Piece(
+    pieces[index] = Piece(
         vec4(mix(line.p, line.q, part.x), mix(line.p, line.q, part.y)),
         edge,
         u32(is_covered),
@@ -41,8 +48,9 @@ fn cut(index: u32, instance: u32) {
     var n_pieces = 0u;
     if line.exists {
         let way = walk(line);
-        let first = i32(floor(way.start.x));
-        let last = max(i32(ceil(way.start.x + way.run)) - 1, first);
+        let bounds = bounds_in_tile(way);
+        let first = clamp(i32(floor(way.start.x)), bounds.x, bounds.y);
+        let last = clamp(i32(ceil(way.start.x + way.run)), first + 1, bounds.y + 1) - 1;
         var begin = 0.0;
         var state = false;
         for (var x = first; x <= last; x++) {
@@ -62,7 +70,7 @@ fn cut(index: u32, instance: u32) {
         put(line, way, edge, n_pieces, begin, 1.0, state);
         n_pieces++;
     }
-    if !writing {
+    if turn.is_writing == 0u {
         counts[edge] = n_pieces;
     }
 }

@@ -1,7 +1,7 @@
 """Device memory, and the way in and out of it for NumPy arrays.
 
-Where the host can map the device's own memory (CPU and integrated adapters), an array is copied once each way;
-elsewhere the queue stages it.
+Where the host can map the device's own memory (CPU adapters), an array is copied once each way; elsewhere the queue
+stages it.
 """
 
 import contextlib

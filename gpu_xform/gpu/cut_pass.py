@@ -92,12 +92,11 @@ def _pieces(
 ) -> npt.NDArray[np.void]:
     n_edges = batch.n_edges * batch.shape.n_instances
     grid = n_workgroups(device, batch.n_edges), batch.shape.n_instances
+    pipeline = device.pipelines.compute("cut_lines", workgroup_size=workgroup_size(device), **constants)
 
-    def run(writing: bool, counts: Buffer, pieces: Buffer) -> None:
-        pipeline = device.pipelines.compute(
-            "cut_lines", workgroup_size=workgroup_size(device), writing=writing, **constants
-        )
-        bound = (*buffers, counts, pieces)
+    def run(counts: Buffer, pieces: Buffer, first: int | None) -> None:
+        turn = np.array([first is not None, first or 0, 0, 0], np.uint32)
+        bound = (*buffers, counts, pieces, *uniforms.upload(device, "turn", [turn]))
         used = [part.buffer if isinstance(part, Binding) else part for part in bound]
         with device.recording(*used) as encoder:
             dispatch(encoder, pipeline, bind(device, pipeline, bound), *grid)
@@ -107,15 +106,19 @@ def _pieces(
         stack.callback(counts.release)
         nothing = Buffer(device, PIECE.itemsize)
         stack.callback(nothing.release)
-        run(False, counts, nothing)
+        run(counts, nothing, None)
         with counts.downloaded(4 * n_edges) as view:
             numbers = view.view(np.uint32).astype(np.int64)
-        total = int(numbers.sum())
-        if total == 0:
-            return np.empty(0, PIECE)
+        result = np.empty(int(numbers.sum()), PIECE)
+        if len(result) == 0:
+            return result
         counts.upload((np.cumsum(numbers) - numbers).astype(np.uint32))
-        pieces = Buffer(device, PIECE.itemsize * total)
+        most = min(len(result), max(1, device.limits.max_bound_bytes // PIECE.itemsize))
+        pieces = Buffer(device, PIECE.itemsize * most)
         stack.callback(pieces.release)
-        run(True, counts, pieces)
-        with pieces.downloaded(PIECE.itemsize * total) as view:
-            return view.view(PIECE).copy()
+        for first in range(0, len(result), most):
+            part = result[first : first + most]
+            run(counts, pieces, first)
+            with pieces.downloaded(part.nbytes) as view:
+                part[:] = view.view(PIECE)
+        return result

@@ -18,8 +18,9 @@ from .pool import Pool
 from .residents import Residents
 from .shaders import Pipelines
 
-# Memory that the host can map is the device's own on these kinds; on the others a copy over the bus is faster.
-HOST_MAPPABLE_KINDS = {"CPU", "IntegratedGPU"}
+# Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus
+# is faster; on integrated ones wgpu makes what the host may write write-combined, from which it reads at a crawl.
+HOST_MAPPABLE_KINDS = {"CPU"}
 WANTED_FEATURES = {"shader-f64", "timestamp-query"}
 WANTED_LIMITS = (
     "max-buffer-size",
@@ -56,11 +57,7 @@ class Device:
         self.features: frozenset[str] = frozenset(
             (WANTED_FEATURES & self.adapter.features) | ({"mappable-primary-buffers"} if self.host_mappable else set())
         )
-        with quiet_runtime_dir(), device_errors("open the adapter"):
-            self.handle: wgpu.GPUDevice = chosen.request_device_sync(
-                required_features=sorted(self.features),
-                required_limits={name: chosen.limits[name] for name in WANTED_LIMITS},
-            )
+        self.handle: wgpu.GPUDevice = _opened(chosen, self.features)
         global _process_of_first_device
         _process_of_first_device = os.getpid()
         self.lock = threading.RLock()
@@ -145,6 +142,15 @@ def chosen_device(device: Device | None) -> Device:
     if not isinstance(device, Device):
         raise ArgumentTypeError(f"device must be a Device, got {device!r}")
     return device
+
+
+def _opened(adapter: wgpu.GPUAdapter, features: frozenset[str]) -> wgpu.GPUDevice:
+    limits = {name: adapter.limits[name] for name in WANTED_LIMITS}
+    with quiet_runtime_dir(), device_errors(f"open the adapter {adapter.info['device']!r}"):
+        try:
+            return adapter.request_device_sync(required_features=sorted(features), required_limits=limits)
+        except RuntimeError as error:  # as wgpu says that a driver refuses, but nothing else
+            raise wgpu.GPUError(str(error)) from error
 
 
 def _refuse_fork() -> None:

@@ -35,8 +35,8 @@ class _Batch:
     first_color: int
     cue: Cue
 
-    def struct(self) -> npt.NDArray[np.void]:
-        fields = (self.cue, self.n_triangles, self.shape.stride, self.first_color)
+    def struct(self, *, is_painting: bool) -> npt.NDArray[np.void]:
+        fields = (self.cue, self.n_triangles, self.shape.stride, self.first_color, is_painting)
         return np.array(fields, layouts.FACES)
 
 
@@ -65,7 +65,8 @@ class FacePass:
         self._no_places = pool.get("no places", PLACE_BYTES)
         most = max((batch.n_triangles * batch.shape.n_instances for batch in self._batches), default=0)
         self._large = pool.get("large triangles", HEAD_BYTES + 4 * most, STORAGE | wgpu.BufferUsage.INDIRECT)
-        self._structs = uniforms.upload(device, "faces", [batch.struct() for batch in self._batches])
+        structs = [batch.struct(is_painting=again) for again in (False, True) for batch in self._batches]
+        self._structs = uniforms.upload(device, "faces", structs)
 
     @property
     def is_empty(self) -> bool:
@@ -87,17 +88,19 @@ class FacePass:
         if self.is_empty:
             return
         encoder.clear_buffer(self.depths.handle, 0, 4 * self._n_depths)
-        self._go_through(encoder, tile, painting=False)
+        self._go_through(encoder, tile, again=False)
         if self._palette:
             encoder.clear_buffer(self._marks.handle, 0, 4 * self._n_depths)
-            self._go_through(encoder, tile, painting=True)
+            self._go_through(encoder, tile, again=True)
 
-    def _go_through(self, encoder: wgpu.GPUCommandEncoder, tile: Binding, *, painting: bool) -> None:
-        constants = {"workgroup_size": workgroup_size(self._device), "painting": painting, "is_cued": self._is_cued}
+    def _go_through(self, encoder: wgpu.GPUCommandEncoder, tile: Binding, *, again: bool) -> None:
+        # The same pipelines both times: others might round otherwise, and no face would be as near as the nearest.
+        constants = {"workgroup_size": workgroup_size(self._device), "is_cued": self._is_cued}
         small_ones = self._device.pipelines.compute("lay_faces", **constants)
         large_ones = self._device.pipelines.compute("lay_large_faces", **constants)
-        for batch, struct in zip(self._batches, self._structs, strict=True):
-            if painting and batch.color_places is None:
+        structs = self._structs[len(self._batches) :] if again else self._structs[: len(self._batches)]
+        for batch, struct in zip(self._batches, structs, strict=True):
+            if again and batch.color_places is None:
                 continue
             buffers = (
                 tile,

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 import wgpu
+from wgpu.backends.wgpu_native import lib
 
 from .buffers import Buffer, Usage
 from .compute import Binding, bind, dispatch
@@ -34,4 +35,10 @@ def kernel_seconds(
                 begin, end = view.view(np.uint64).tolist()
         finally:
             ticks.release()
-        return float(end - begin) * 1e-9
+        return float(end - begin) * nanoseconds_a_tick(device) * 1e-9
+
+
+def nanoseconds_a_tick(device: Device) -> float:
+    """Return what a device's clock counts in: a nanosecond on some, ten or eighty on others."""
+    period: float = lib.wgpuQueueGetTimestampPeriod(device.handle.queue._internal)
+    return period

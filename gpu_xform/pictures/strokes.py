@@ -55,10 +55,7 @@ def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons
         lines = one.batch.lines
         fades |= lines.hidden is Hidden.FADED
         is_hidden = one.pieces["is_hidden"] == 1
-        kept = np.isfinite(one.pieces["ends"]).all(axis=1)  # an edge to a point that is none is not drawn
-        if lines.hidden not in {Hidden.DASHED, Hidden.FADED}:
-            kept &= ~is_hidden
-        chosen = np.flatnonzero(kept)
+        chosen = np.flatnonzero(~is_hidden | (lines.hidden in {Hidden.DASHED, Hidden.FADED}))
         if lines.color_mode is not ColorMode.ONE:
             chosen = chosen[np.argsort(-one.pieces["farness"][chosen], kind="stable")]  # nearer ones over farther ones
         pieces, is_hidden = one.pieces[chosen], is_hidden[chosen]

@@ -10,6 +10,7 @@ from gpu_xform import Camera, matrices, samples
 from gpu_xform.gpu import compute
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.shaders import Pipelines
 
 CAMERA = Camera.window((-2, 2), (-2, 2))
 LOOKS: list[dict[str, Any]] = [
@@ -82,3 +83,18 @@ def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
     kept = {number for _, *parts in device.bind_groups for _, number, *_ in parts}
     assert kept
     assert own not in kept
+
+
+def test_what_is_gone_through_twice_goes_through_one_pipeline(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two may round otherwise: faces would not be as near as they were found, edges have more pieces than counted."""
+    asked: list[tuple[str, str]] = []
+    compute = Pipelines.compute
+
+    def spy(pipelines: Pipelines, stage: str, **constants: float) -> Any:
+        asked.append((stage, repr(sorted(constants.items()))))
+        return compute(pipelines, stage, **constants)
+
+    monkeypatch.setattr(Pipelines, "compute", spy)
+    gx.render_svg(samples.snub_dodecahedron(), device=device, camera=CAMERA, hidden="dash", fill="face")
+    for stage in ("lay_faces", "lay_large_faces", "cut_lines"):
+        assert len({constants for name, constants in asked if name == stage}) == 1

@@ -5,6 +5,7 @@ import sys
 import textwrap
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu import drivers
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device, default_device
+from gpu_xform.gpu.doctor import examine
 from gpu_xform.gpu.faults import device_errors
 
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="concerns Linux's driver loader and fork")
@@ -294,6 +296,43 @@ def test_a_device_tells_who_it_is(device: Device) -> None:
     assert device.has_float64 == ("shader-f64" in device.features)
     assert device.features <= device.adapter.features
     assert device.limits == device.adapter.limits
+
+
+@pytest.mark.parametrize(
+    ("kind", "is_mapped"), [("CPU", True), ("IntegratedGPU", False), ("DiscreteGPU", False), ("Unknown", False)]
+)
+def test_the_host_maps_no_memory_that_it_would_read_slowly(
+    kind: str, is_mapped: bool, device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What a GPU shares with the host, wgpu makes write-combined where the host may write it."""
+    features = device.adapter.features | {"mappable-primary-buffers"}
+    seen = dataclasses.replace(device.adapter, kind=kind, features=features)
+    monkeypatch.setattr(device_module, "described", lambda _: seen)
+    with Device() as other:
+        assert other.host_mappable is is_mapped
+        assert Buffer(other, 16).can_map is is_mapped
+        points = np.arange(3000, dtype=np.float32).reshape(-1, 3)
+        assert (gx.transform_points(points, gx.translate(1, 1, 1), device=other) == points + 1).all()
+
+
+@pytest.mark.parametrize(("limit", "expected"), [(2**60, DeviceError), (None, DeviceMemoryError)])
+def test_an_adapter_that_cannot_be_opened_is_a_device_error(
+    limit: int | None, expected: type[Exception], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def asking_for_more(adapter: Any, **options: Any) -> Any:
+        if limit is None:
+            raise RuntimeError("Request device failed (3): Not enough memory left.")
+        options["required_limits"]["max-buffer-size"] = limit
+        return request(adapter, **options)
+
+    adapter_type = type(adapters_module.find_adapter(None))
+    request = adapter_type.request_device_sync
+    monkeypatch.setattr(adapter_type, "request_device_sync", asking_for_more)
+    with pytest.raises(DeviceError, match=r"^the device .* open the adapter '") as caught:
+        Device()
+    assert type(caught.value) is expected
+    (opened,) = [check for check in examine().checks if check.name == "open the device"]
+    assert not opened.passed
 
 
 def test_stricter_limits_are_taken_and_the_adapters_own_kept_beside(device: Device) -> None:

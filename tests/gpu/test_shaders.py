@@ -76,6 +76,14 @@ def test_every_line_reaches_the_device_as_it_stands_in_its_file(stage: str) -> N
     assert not [line for line in resolved if line.startswith("#")]
 
 
+@pytest.mark.parametrize("stage", STAGES)
+def test_only_buffers_are_written_at_an_index(stage: str) -> None:
+    """The compiler that Direct3D 12 has by default knows no other l-value with an index, such as a vector."""
+    code = shaders.source(stage)
+    buffers = set(re.findall(r"var<storage, read_write> (\w+):", code))
+    assert set(re.findall(r"(\w+)\[[^\]]*\](?:\+\+|--| [-+*/]?= )", code)) <= buffers
+
+
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     (tmp_path / "shared").mkdir()

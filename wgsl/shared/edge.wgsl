@@ -27,6 +27,11 @@ struct Segment {
     exists: bool,
 }
 
+// By bits: WGSL lets a compiler take it for granted that no number is infinite or NaN.
+fn is_finite(x: vec4<f32>) -> bool {
+    return all((bitcast<vec4<u32>>(x) & vec4(0x7f800000u)) != vec4(0x7f800000u));
+}
+
 // The part of `range` for which a coordinate that goes from `at_a` to `at_b` is not negative.
 fn clipped(range: vec2<f32>, at_a: f32, at_b: f32) -> vec2<f32> {
     if at_a < 0.0 && at_b < 0.0 {
@@ -70,6 +75,7 @@ fn segment(edge: vec2<u32>, instance: u32, reach: f32) -> Segment {
     out.inverse_w = 1.0 / vec2(start.w, end.w);
     out.depth = vec2(start.z, end.z) * out.inverse_w;
     out.part = part;
-    out.exists = true;
+    // An edge to a point that is none; walked along, its ends could be any whole numbers.
+    out.exists = is_finite(vec4(out.p, out.q));
     return out;
 }

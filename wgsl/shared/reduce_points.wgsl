@@ -8,8 +8,8 @@ override n_components: u32; // 2 or 3
 override untouched: bool; // no matrix: an infinite coordinate times 0 would poison the others
 
 // By bits: WGSL lets a compiler take it for granted that no number is NaN.
-fn is_nan(x: f32) -> bool {
-    return (bitcast<u32>(x) & 0x7fffffffu) > 0x7f800000u;
+fn is_nan(x: vec3<f32>) -> vec3<bool> {
+    return (bitcast<vec3<u32>>(x) & vec3(0x7fffffffu)) > vec3(0x7f800000u);
 }
 
 fn loaded(point: u32) -> Vec3 {
@@ -38,11 +38,7 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workg
     var n_nans = vec3<u32>();
     for (var point = invocation.x; point < transforms[0].n_points; point += stride) {
         let p = loaded(point);
-        for (var axis = 0u; axis < 3u; axis++) {
-            if is_nan(f32(p[axis])) {
-                n_nans[axis]++;
-            }
-        }
+        n_nans += vec3<u32>(is_nan(vec3<f32>(p)));
         lowest = min(lowest, p);
         highest = max(highest, p);
         sum += p;

@@ -9,6 +9,7 @@ struct Faces {
     n_triangles: u32,
     n_points: u32, // of one instance in `projected`, padding included
     first_color: u32,
+    is_painting: u32, // the second time round, when all depths are known
 }
 
 @group(0) @binding(1) var<uniform> faces: Faces;
@@ -17,12 +18,11 @@ struct Faces {
 @group(0) @binding(4) var<storage, read_write> face_depths: array<atomic<u32>>; // the nearest, as a float's bits
 @group(0) @binding(5) var<storage, read_write> face_marks: array<atomic<u32>>; // as in mark.wgsl
 @group(0) @binding(6) var<storage, read> triangle_colors: array<u32>; // the colour's place, one a triangle or one for all
-override painting: bool; // the second time round, when all depths are known
 override workgroup_size: u32;
 
 const MOST_BANDS = 16u; // of a large triangle, that workgroups go through side by side
 const RIM = 0.01; // pixels by which a triangle is larger, so that none falls between two
-const NEARLY = 1.0 + 1e-6; // two pipelines may round differently
+const NEARLY = 1.0 + 1e-6; // faces in one plane are rounded apart
 const BIAS = 0.25; // of a pixel's width along the view: for other faces about a corner
 
 struct Triangle {
@@ -46,6 +46,19 @@ fn in_picture(clip: vec4<f32>) -> vec3<f32> {
     return vec3((clip.xy * vec2(0.5, -0.5) + 0.5 * clip.w) * tile.size, clip.w);
 }
 
+// Whether what reaches behind the eye lies before the near plane, or beside the tile by a pixel. Else it may be seen
+// anywhere: a hull of what its corners are in the picture is not known. The columns are their x, y and w.
+fn is_elsewhere(corners: mat3x3<f32>, depth: vec3<f32>) -> bool {
+    let x = corners[0];
+    let y = corners[1];
+    let w = corners[2];
+    let first = vec2<f32>(tile.depth_origin) - 1.0;
+    let last = vec2<f32>(tile.depth_origin + tile.depth_extent) + 1.0;
+    return all(depth > w)
+        || all(x < first.x * w) || all(x > last.x * w)
+        || all(y < first.y * w) || all(y > last.y * w);
+}
+
 fn triangle(index: u32) -> Triangle {
     var out: Triangle;
     let corner = 3u * (index % faces.n_triangles);
@@ -64,11 +77,13 @@ fn triangle(index: u32) -> Triangle {
         let q = to_pixels(b);
         let r = to_pixels(c);
         // Only pixels whose middle lies in the triangle are touched.
-        let lowest = clamp(ceil(min(min(p, q), r) - 0.5 - RIM), vec2(-1.0), tile.size);
-        let highest = clamp(floor(max(max(p, q), r) - 0.5 + RIM), vec2(-1.0), tile.size);
-        out.anchor = vec2<i32>(lowest);
+        let lowest = ceil(min(min(p, q), r) - 0.5 - RIM);
+        let highest = floor(max(max(p, q), r) - 0.5 + RIM);
+        out.anchor = vec2<i32>(clamp(lowest, vec2(-1.0), tile.size));
         out.low = max(out.low, vec2<i32>(lowest));
         out.high = min(out.high, vec2<i32>(highest));
+    } else if is_elsewhere(transpose(mat3x3(in_picture(a), in_picture(b), in_picture(c))), vec3(a.z, b.z, c.z)) {
+        return out;
     }
     if any(out.high < out.low) {
         return out;
@@ -101,7 +116,7 @@ fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
     }
     let slot = depth_index(pixel);
     let pushed = max(depth - face.bias - BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y), 0.0);
-    if !painting {
+    if faces.is_painting == 0u {
         atomicMax(&face_depths[slot], bitcast<u32>(pushed));
     } else if pushed * NEARLY >= bitcast<f32>(atomicLoad(&face_depths[slot])) {
         let color = triangle_colors[min(index % faces.n_triangles, arrayLength(&triangle_colors) - 1u)];

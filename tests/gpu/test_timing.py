@@ -1,0 +1,39 @@
+import time
+from collections.abc import Iterator
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gpu_xform.gpu import timing, transform_pass
+from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.plans import Plan
+
+
+@pytest.fixture
+def kernel(device: Device) -> Iterator[tuple[Any, Any, int]]:
+    """A pipeline, its bindings, and how many workgroups of it take a while."""
+    plan = Plan.of(device, 1 << 20, 3, np.dtype(np.float32))
+    with device.lock:
+        buffers = [device.pool.get(role, plan.chunk * plan.point_bytes) for role in ("source", "destination")]
+        (transforms,) = transform_pass.upload_transforms(plan, np.eye(4)[None], plan.chunk)
+        pipeline = plan.pipeline("transform_points", finish=transform_pass.Finish.AS_IT_IS, n_rows=1)
+        yield pipeline, (transforms, *buffers), plan.n_workgroups(plan.chunk)
+
+
+def test_a_kernel_takes_less_than_the_call_that_runs_it(device: Device, kernel: tuple[Any, Any, int]) -> None:
+    start = time.perf_counter()
+    seconds = timing.kernel_seconds(device, *kernel)
+    assert 0.0 < seconds < time.perf_counter() - start
+
+
+def test_a_devices_clock_ticks_as_it_says(
+    device: Device, kernel: tuple[Any, Any, int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if "timestamp-query" not in device.features:
+        pytest.skip("the host's clock is taken")
+    monkeypatch.setattr(timing, "lib", SimpleNamespace(wgpuQueueGetTimestampPeriod=lambda _: 1e9))
+    assert timing.kernel_seconds(device, *kernel) >= 1000.0
+    monkeypatch.undo()
+    assert timing.nanoseconds_a_tick(device) > 0.0
