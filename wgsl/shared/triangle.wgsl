@@ -58,11 +58,14 @@ fn triangle(index: u32) -> Triangle {
         let q = to_pixels(b);
         let r = to_pixels(c);
         // Only pixels whose middle lies in the triangle are touched.
-        let lowest = clamp(ceil(min(min(p, q), r) - 0.5 - RIM), vec2(-1.0), tile.size);
-        let highest = clamp(floor(max(max(p, q), r) - 0.5 + RIM), vec2(-1.0), tile.size);
-        out.anchor = vec2<i32>(lowest);
-        out.low = max(out.low, vec2<i32>(lowest));
-        out.high = min(out.high, vec2<i32>(highest));
+        let lowest = ceil(min(min(p, q), r) - 0.5 - RIM);
+        let highest = floor(max(max(p, q), r) - 0.5 + RIM);
+        // Beside the picture too: there lies the axis of a wide line whose rim is seen.
+        let first = vec2<f32>(out.low);
+        let last = vec2<f32>(out.high);
+        out.anchor = vec2<i32>(clamp(lowest, vec2(-1.0), tile.size));
+        out.low = vec2<i32>(clamp(lowest, first, last + 1.0));
+        out.high = vec2<i32>(clamp(highest, first - 1.0, last));
     }
     if any(out.high < out.low) {
         return out;
