@@ -30,6 +30,7 @@ struct Triangle {
     rim: vec3<f32>,
     depth: vec3<f32>,
     bias: f32,
+    unsure: vec3<f32>, // of the depth, times w, at each corner
     anchor: vec2<i32>,
     low: vec2<i32>, // pixels
     high: vec2<i32>,
@@ -82,7 +83,12 @@ fn triangle(index: u32) -> Triangle {
     }
     out.inside = inside * (1.0 / volume);
     out.rim = RIM * vec3(length(out.inside[0].xy), length(out.inside[1].xy), length(out.inside[2].xy));
-    out.depth = out.inside * vec3(a.z, b.z, c.z);
+    // In a slender triangle what rounding leaves of a small difference counts for its whole length: taken off once.
+    let corners = mat3x3(u, v, t);
+    let z = vec3(a.z, b.z, c.z);
+    let rough = out.inside * z;
+    out.depth = rough + out.inside * (z - rough * corners);
+    out.unsure = abs(z - out.depth * corners);
     // A line is tested up to half a pixel beside the pixel's middle.
     out.bias = 0.5 * (abs(out.depth.x) + abs(out.depth.y));
     out.exists = true;
@@ -97,7 +103,8 @@ fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
         return;
     }
     let slot = depth_index(pixel);
-    let pushed = max(depth - face.bias - BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y), 0.0);
+    let bias = face.bias + dot(abs(shares), face.unsure) + BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y);
+    let pushed = max(depth - bias, 0.0);
     if !painting {
         atomicMax(&face_depths[slot], bitcast<u32>(pushed));
     } else if pushed * NEARLY >= bitcast<f32>(atomicLoad(&face_depths[slot])) {
