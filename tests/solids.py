@@ -67,3 +67,19 @@ def staircase(n: int = 5) -> Mesh:
 def centred(mesh: Mesh, size: float = 1.0) -> Mesh:
     """Return a mesh with the middle of its bounds at 0, scaled."""
     return mesh.transformed(chain(translate(*-mesh.center), scale(size)))
+
+
+def with_points_on_edges(mesh: Mesh, n: int) -> Mesh:
+    """Return a mesh with n points more on every edge, evenly spaced, which its faces all have as corners."""
+    parts = (np.arange(n)[:, np.newaxis] + 1.0) / (n + 1)
+    points = [mesh.positions]
+    between = {}
+    for number, (a, b) in enumerate(mesh.edges.tolist()):
+        points.append((1.0 - parts) * mesh.positions[a] + parts * mesh.positions[b])
+        between[a, b] = list(range(mesh.n_points + number * n, mesh.n_points + (number + 1) * n))
+        between[b, a] = between[a, b][::-1]
+    faces = [
+        [corner for a, b in zip(face, [*face[1:], face[0]], strict=True) for corner in (a, *between[a, b])]
+        for face in map(list, mesh.faces)
+    ]
+    return Mesh(np.concatenate(points), faces)

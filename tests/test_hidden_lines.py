@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from solids import centred, interlocking, l_prism, staircase, star_prism, thin_plates, together
+from solids import centred, interlocking, l_prism, staircase, star_prism, thin_plates, together, with_points_on_edges
 from visibility import SLIVER, Array, in_pixels, in_view, visible_intervals
 
 import gpu_xform as gx
-from gpu_xform import Camera, Mesh, rotate_x, rotate_y, samples, scale
+from gpu_xform import Camera, Mesh, rotate, rotate_x, rotate_y, samples, scale
 from gpu_xform.gpu import cut_pass
 from gpu_xform.pictures.staging import staged
 
@@ -388,6 +388,21 @@ def test_a_picture_of_several_tiles_is_as_right_as_one() -> None:
     judged = judge_picture(picture, *seen(mesh, matrix(camera, size), size))
     assert sum(judged.wrong) <= MOST_WRONG
     assert judged.part > 0.9
+
+
+@pytest.mark.parametrize("n_points", [1, 3])
+@pytest.mark.parametrize("name", ["cube", "house"])
+def test_points_in_line_on_an_edge_do_not_break_it(name: str, n_points: int) -> None:
+    # Three corners in line make a triangle that rounding gives some area, but no plane.
+    size = (1024, 1024)
+    for axis in ((1, 2, 3), (3, -1, 2), (-2, 1, 1)):
+        for angle in (0.5, 1.1, 1.9):
+            plain = SAMPLES[name].transformed(rotate(axis, angle))
+            camera = Camera.fit(plain)
+            picture = gx.render_array(
+                with_points_on_edges(plain, n_points), camera=camera, size=size, hidden="remove", line_width=LINE_WIDTH
+            )
+            assert judge_picture(picture, *seen(plain, matrix(camera, size), size)).wrong == (0.0, 0.0)
 
 
 @pytest.mark.parametrize("style", ["thin", "as quads"])

@@ -91,6 +91,30 @@ def test_dashes_are_drawn_where_an_edge_is_hidden_and_lines_where_it_is_not() ->
         assert np.diff(starts) == pytest.approx(7 * width, abs=1.01)
 
 
+@pytest.mark.parametrize("antialias", [True, False])
+@pytest.mark.parametrize("color", ["black", "face"])
+@pytest.mark.parametrize("line_width", [3.0, 8.0, 40.0])
+def test_a_wide_line_beside_the_picture_is_hidden_where_its_rim_reaches_into_it(
+    line_width: float, color: str, antialias: bool
+) -> None:
+    square = Mesh([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
+    wall = Layer(square, transform=matrices.chain(matrices.scale(500), matrices.translate(0, 0, 1)), hidden="remove")
+    camera = Camera.window((-50, 50), (-50, 50))
+    for outside in (0.4, 1.3, 2.6, 7.0, 19.0):
+        frame = Layer(
+            square,
+            transform=matrices.scale(50 + outside, 50 + outside, 1),
+            hidden="remove",
+            line_width=line_width,
+            color=color,
+            antialias=antialias,
+        )
+        picture = gx.render_array([wall, frame], camera=camera, size=(100, 100))
+        assert (picture == 255).all(), outside
+        without = gx.render_array(frame, camera=camera, size=(100, 100))
+        assert (without != 255).any() == (antialias and outside < 0.5 * line_width)
+
+
 def test_one_model_hides_anothers_edges_unless_it_shows_all_its_own() -> None:
     square = Mesh([(-0.5, -0.5, 1), (0.5, -0.5, 1), (0.5, 0.5, 1), (-0.5, 0.5, 1)], [(0, 1, 2, 3)])
     bar = Mesh([(-0.9, 0.01, 0), (0.9, 0.01, 0)], [(0, 1)])

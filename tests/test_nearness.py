@@ -144,6 +144,12 @@ for style in styles:
         gx.render_array(ball, transform=turned, camera=camera, size=(640, 480), **style)
         seconds.append(time.process_time() - begin)
     print(json.dumps([str(style.keys()), min(seconds[2:])]))
+seconds = []
+for _ in range(8):
+    begin = time.process_time()
+    gx.render_svg(ball, camera=camera, size=(64, 48), hidden="dash", fill="red")
+    seconds.append(time.process_time() - begin)
+print(json.dumps(["vector", min(seconds[2:])]))
 """
 
 
@@ -152,7 +158,7 @@ def test_no_shader_is_compiled_again_for_the_next_picture() -> None:
     environment = os.environ | {"MESA_SHADER_CACHE_DISABLE": "true"}
     output = subprocess.run([sys.executable, "-c", AGAIN], env=environment, check=True, capture_output=True, text=True)
     seconds = dict(json.loads(line) for line in output.stdout.splitlines())
-    assert len(seconds) == 10
+    assert len(seconds) == 11
     # A picture takes 2 to 8 ms of the processors' time, a shader 30 and more.
     assert {style: took for style, took in seconds.items() if took > 0.025} == {}
 

@@ -2,6 +2,7 @@
 // pipeline does both: another might round otherwise, and write another number of pieces than was counted.
 #import across
 #import strength
+#import asked
 
 struct Piece {
     ends: vec4<f32>, // pixels, in the edge's direction
@@ -25,7 +26,7 @@ override workgroup_size: u32;
 
 fn put(line: Segment, way: Walk, edge: u32, place: u32, begin: f32, end: f32, is_covered: bool) {
     let index = counts[edge] + place - turn.first; // far beyond the end for those before the first
-    if turn.is_writing == 0u || index >= arrayLength(&pieces) {
+    if !is_asked(turn.is_writing, edge) || index >= arrayLength(&pieces) {
         return;
     }
     let part = select(vec2(begin, end), vec2(1.0 - end, 1.0 - begin), way.is_backward);
@@ -70,7 +71,7 @@ fn cut(index: u32, instance: u32) {
         put(line, way, edge, n_pieces, begin, 1.0, state);
         n_pieces++;
     }
-    if turn.is_writing == 0u {
+    if !is_asked(turn.is_writing, edge) {
         counts[edge] = n_pieces;
     }
 }

@@ -3,6 +3,7 @@
 #import tile
 #import cue
 #import mark
+#import asked
 
 struct Faces {
     cue: vec4<f32>, // what distance leaves of their colours, as in cue.wgsl
@@ -30,6 +31,7 @@ struct Triangle {
     rim: vec3<f32>,
     depth: vec3<f32>,
     bias: f32,
+    unsure: vec3<f32>, // of the depth, times w, at each corner
     anchor: vec2<i32>,
     low: vec2<i32>, // pixels
     high: vec2<i32>,
@@ -79,9 +81,12 @@ fn triangle(index: u32) -> Triangle {
         // Only pixels whose middle lies in the triangle are touched.
         let lowest = ceil(min(min(p, q), r) - 0.5 - RIM);
         let highest = floor(max(max(p, q), r) - 0.5 + RIM);
+        // Beside the picture too: there lies the axis of a wide line whose rim is seen.
+        let first = vec2<f32>(out.low);
+        let last = vec2<f32>(out.high);
         out.anchor = vec2<i32>(clamp(lowest, vec2(-1.0), tile.size));
-        out.low = max(out.low, vec2<i32>(lowest));
-        out.high = min(out.high, vec2<i32>(highest));
+        out.low = vec2<i32>(clamp(lowest, first, last + 1.0));
+        out.high = vec2<i32>(clamp(highest, first - 1.0, last));
     } else if is_elsewhere(transpose(mat3x3(in_picture(a), in_picture(b), in_picture(c))), vec3(a.z, b.z, c.z)) {
         return out;
     }
@@ -100,7 +105,12 @@ fn triangle(index: u32) -> Triangle {
     }
     out.inside = inside * (1.0 / volume);
     out.rim = RIM * vec3(length(out.inside[0].xy), length(out.inside[1].xy), length(out.inside[2].xy));
-    out.depth = out.inside * vec3(a.z, b.z, c.z);
+    // In a slender triangle what rounding leaves of a small difference counts for its whole length: taken off once.
+    let corners = mat3x3(u, v, t);
+    let z = vec3(a.z, b.z, c.z);
+    let rough = out.inside * z;
+    out.depth = rough + out.inside * (z - rough * corners);
+    out.unsure = abs(z - out.depth * corners);
     // A line is tested up to half a pixel beside the pixel's middle.
     out.bias = 0.5 * (abs(out.depth.x) + abs(out.depth.y));
     out.exists = true;
@@ -115,8 +125,9 @@ fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
         return;
     }
     let slot = depth_index(pixel);
-    let pushed = max(depth - face.bias - BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y), 0.0);
-    if faces.is_painting == 0u {
+    let bias = face.bias + dot(abs(shares), face.unsure) + BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y);
+    let pushed = max(depth - bias, 0.0);
+    if !is_asked(faces.is_painting, index) {
         atomicMax(&face_depths[slot], bitcast<u32>(pushed));
     } else if pushed * NEARLY >= bitcast<f32>(atomicLoad(&face_depths[slot])) {
         let color = triangle_colors[min(index % faces.n_triangles, arrayLength(&triangle_colors) - 1u)];
