@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
+import numpy as np
+
 from .._arguments import Float64Array
 from ..cameras import Camera, require_in_reach
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -15,7 +17,7 @@ from ..gpu.frame import View
 from ..point_buffer import PointBuffer
 from .layers import Layer, Models, Style, as_layers
 from .shaping import Shaped, shaped
-from .subjects import Subject, outline, subject
+from .subjects import Subject, outline, strays, subject
 from .views import depth_cue, pixel_depth, with_depth
 
 LONGEST_SIDE = 1 << 16  # there single precision still places lines within a hundredth of a pixel
@@ -61,9 +63,10 @@ def staged(models: Models, camera: Camera | None, size: Size, device: Device | N
     device = chosen_device(device or _own_device(layers))
     for model in subjects:
         _require_room(model, device)
-    clip_from_world = with_depth(camera.clip_from_world(width / height), held)
+    drawn = cache(lambda: np.concatenate([held(), strays(layers, subjects)]))
+    clip_from_world = with_depth(camera.clip_from_world(width / height), drawn)
     view = View((width, height), pixel_depth(clip_from_world, width))
-    cues = [depth_cue(clip_from_world, held, layer.depth_cue) for layer in layers]
+    cues = [depth_cue(clip_from_world, drawn, layer.depth_cue) for layer in layers]
     with device.lock, contextlib.ExitStack() as stack:
         device.residents.trim()
         shapes = shaped(layers, subjects, clip_from_world, cues, device, stack)
