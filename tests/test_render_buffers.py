@@ -179,3 +179,25 @@ def test_edges_to_points_that_are_none_are_not_walked_along() -> None:
         (cut,), _ = cut_pass.cut(stage.device, stage.shaped.shapes, stage.shaped.palette, stage.view, lambda _: 150.0)
     assert np.isfinite(cut.pieces["ends"]).all()
     assert len(cut.pieces) <= 2
+
+
+@pytest.mark.parametrize("orthographic", [True, False])
+@pytest.mark.parametrize("stray", [np.nan, np.inf])
+def test_points_that_are_none_cut_nothing_off_in_parallel_views(stray: float, orthographic: bool) -> None:
+    cloud = np.random.default_rng(7).uniform(-1.0, 1.0, (60, 3)).astype(np.float32) + np.array([0, 0, 40], np.float32)
+    strays = np.concatenate([cloud, np.array([(stray, 0, 0), (0, stray, stray)], np.float32)])
+    camera = gx.Camera.window((-1.2, 1.2), (-1.2, 1.2))
+    if orthographic:
+        camera = gx.Camera.look_at((0, 0, 45), (0, 0, 0), fov_y=4.0, orthographic=True)
+    wall = gx.Layer(gx.samples.cube(), hidden="remove")  # 39 before it
+    options: dict[str, Any] = {"camera": camera, "size": (90, 90)}
+    styles: list[dict[str, Any]] = [{}, {"depth_cue": 0.8}, {"hidden": "remove", "point_size": 5.0}]
+    with gx.PointBuffer(strays) as some, gx.PointBuffer(cloud) as finite:
+        for style in styles:
+            shown = gx.render_array(some, **options, **style)
+            assert (shown != 255).any(axis=2).sum() > 30
+            assert np.array_equal(shown, gx.render_array(finite, **options, **style))
+            shown = gx.render_array([wall, some], **options, **style)
+            assert np.array_equal(shown, gx.render_array([wall, finite], **options, **style))
+        with pytest.raises(MeshError, match=r"^models must have finite points with w > 0 to be framed; give a camera"):
+            gx.render_array(some)

@@ -17,7 +17,7 @@ from ..gpu.frame import View
 from ..point_buffer import PointBuffer
 from .layers import Layer, Models, Style, as_layers
 from .shaping import Shaped, needs_distance, shaped
-from .subjects import Subject, outline, subject
+from .subjects import Subject, outline, strays, subject
 from .views import depth_cue, pixel_depth, with_depth
 
 LONGEST_SIDE = 1 << 16  # there single precision still places lines within a hundredth of a pixel
@@ -64,10 +64,11 @@ def staged(
     device = chosen_device(device or _own_device(layers))
     for model in subjects:
         _require_room(model, device)
-    clip_from_world = with_depth(camera.clip_from_world(width / height), held)
+    drawn = cache(lambda: np.concatenate([held(), strays(layers, subjects)]))
+    clip_from_world = with_depth(camera.clip_from_world(width / height), drawn)
     view = View((width, height), pixel_depth(clip_from_world, width))
     cues = [
-        depth_cue(clip_from_world, held, layer.depth_cue) if needs_distance(layer) else np.zeros(4) for layer in layers
+        depth_cue(clip_from_world, drawn, layer.depth_cue) if needs_distance(layer) else np.zeros(4) for layer in layers
     ]
     with device.lock, contextlib.ExitStack() as stack:
         device.residents.trim()

@@ -3,6 +3,7 @@
 import itertools
 import os
 from collections.abc import Callable, Hashable, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple, Protocol
 
@@ -277,9 +278,21 @@ class BufferSubject:
         return np.empty((0, 3), np.int64), np.empty(0, np.int64)
 
     def outline(self, world_from_model: Float64Array) -> Float64Array:
-        """Return the corners of the points' box, found on the device."""
-        corners = box_corners(self._points.bounds().astype(np.float64))
-        return np.concatenate([world_positions(corners, matrix) for matrix in world_from_model])
+        """Return the corners of the points' box, found on the device; none where a point is not finite."""
+        bounds = self._bounds
+        return _box_in_world(bounds if np.isfinite(bounds).all() else bounds[:0], world_from_model)
+
+    def strays(self, world_from_model: Float64Array) -> Float64Array:
+        """Return the corners of the box of the finite points, which are drawn, where `outline` has none."""
+        if np.isfinite(self._bounds).all():
+            return np.empty((0, 3))
+        points = self._points.numpy().astype(np.float64)
+        points = points[np.isfinite(points).all(axis=1)]
+        return _box_in_world(points, world_from_model)
+
+    @cached_property
+    def _bounds(self) -> Float64Array:
+        return self._points.bounds().astype(np.float64)
 
     def on_device(self, device: Device) -> tuple[Points, Float64Array]:
         """Return the points as they are; what is pending goes into the matrix."""
@@ -295,9 +308,27 @@ def outline(layers: Sequence[Layer], subjects: Sequence[Subject]) -> Float64Arra
     return np.concatenate(parts)
 
 
+def strays(layers: Sequence[Layer], subjects: Sequence[Subject]) -> Float64Array:
+    """Return points of the world (k, 3) that hold what is drawn beside `outline`."""
+    found = [
+        model.strays(layer.world_from_model)
+        for layer, model in zip(layers, subjects, strict=True)
+        if isinstance(model, BufferSubject)
+    ]
+    return np.concatenate([np.empty((0, 3)), *found])
+
+
 def box_corners(bounds: Float64Array) -> Float64Array:
     """Return the corners (8, 3) of the box from `bounds` (2, 3)."""
     return np.array(list(itertools.product(*bounds.T)))
+
+
+def _box_in_world(points: Float64Array, world_from_model: Float64Array) -> Float64Array:
+    """Return the corners of the box around `points` (n, 3) in each of the instances (k, 4, 4)."""
+    if len(points) == 0:
+        return np.empty((0, 3))
+    corners = box_corners(np.stack([points.min(axis=0), points.max(axis=0)]))
+    return np.concatenate([world_positions(corners, matrix) for matrix in world_from_model])
 
 
 def world_positions(positions: Float64Array, world_from_model: Float64Array) -> Float64Array:
