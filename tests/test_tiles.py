@@ -82,13 +82,6 @@ def test_the_axis_of_a_slanting_line_is_tested_where_its_rim_reaches_into_the_ti
         assert 0.1 < (whole[..., 0] < 128).mean() < 0.9
 
 
-def test_a_texture_that_is_smaller_than_the_picture_cuts_it(limited: Limited, device: Device) -> None:
-    for style in ({}, {"line_width": 12.0}, {"fill": "face", "point_size": 9.0}):
-        options: dict[str, Any] = {"camera": CAMERA, "size": (151, 200), **style}
-        small = gx.render_array(SNUB, device=limited(max_texture_size=64), **options)
-        assert small.tobytes() == gx.render_array(SNUB, device=device, **options).tobytes()
-
-
 @pytest.mark.parametrize("size", [(1, 1), (64, 64), (65, 63), (128, 1), (130, 67)])
 @pytest.mark.parametrize("origin", [(0, 0), (3, 100)])
 def test_tiles_cover_every_pixel_once(origin: tuple[int, int], size: tuple[int, int]) -> None:

@@ -23,13 +23,12 @@ FASTEST_FIRST = ("DiscreteGPU", "IntegratedGPU", "VirtualGPU", "Unknown", "CPU")
 
 @dataclass(frozen=True)
 class Limits:
-    """What one adapter can hold: bytes a buffer and a binding, workgroups a dispatch, pixels a texture's side."""
+    """What one adapter can hold: bytes a buffer and a binding, workgroups a dispatch, invocations a workgroup."""
 
     max_buffer_bytes: int
     max_binding_bytes: int
     max_workgroups: int
     max_workgroup_size: int
-    max_texture_size: int
 
     @property
     def max_bound_bytes(self) -> int:
@@ -69,7 +68,6 @@ def described(adapter: wgpu.GPUAdapter) -> Adapter:
             max_workgroup_size=min(
                 limits["max-compute-workgroup-size-x"], limits["max-compute-invocations-per-workgroup"]
             ),
-            max_texture_size=limits["max-texture-dimension-2d"],
         ),
         features=frozenset(adapter.features),
     )

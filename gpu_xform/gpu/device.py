@@ -28,7 +28,6 @@ WANTED_LIMITS = (
     "max-compute-workgroups-per-dimension",
     "max-compute-workgroup-size-x",
     "max-compute-invocations-per-workgroup",
-    "max-texture-dimension-2d",
 )
 
 _process_of_first_device: int | None = None

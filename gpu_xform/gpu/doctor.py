@@ -184,7 +184,6 @@ def _device(report: Report) -> list[str]:
         "largest buffer": _human_bytes(limits.max_buffer_bytes),
         "largest binding": _human_bytes(limits.max_binding_bytes),
         "workgroups": f"{limits.max_workgroups:,} a dimension, of up to {limits.max_workgroup_size:,} invocations",
-        "largest texture": f"{limits.max_texture_size:,} x {limits.max_texture_size:,} pixels",
         "float64": _yes("shader-f64" in device.features),
         "memory that the host maps": _yes(mappable),
         "timestamps": _yes("timestamp-query" in device.features),

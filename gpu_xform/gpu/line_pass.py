@@ -110,6 +110,7 @@ class LinePass:
             target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **colored)
 
     def _draw_colored(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
+        # Keys name edges of one batch: nearer ones lie over farther ones in each, later batches over earlier ones.
         for batch, bindings, constants in parts:
             lines = batch.lines
             looks = self._begin_ink(encoder, target, lines, batch.n_edges * batch.shape.n_instances)

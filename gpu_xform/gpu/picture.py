@@ -69,9 +69,8 @@ def draw(
     after : what is waited for when all of the first tile is recorded, so that it can be read while that is drawn
     """
     is_opaque = background[3] == 1.0
-    side = min(TILE_SIDE, device.limits.max_texture_size)
     region = reached(shapes, view.size)
-    parts = list(tiles(region, side, _margin(shapes)))
+    parts = list(tiles(region, TILE_SIDE, _margin(shapes)))
     ground = _in_bytes(background)
     picture = _around(region, view.size, ground if is_opaque else straight_alpha(ground))
     n_depths = max(math.prod(part.depth_extent) for part in parts)

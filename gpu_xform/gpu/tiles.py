@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-TILE_SIDE = 2048  # pixels; up to forty bytes each, beside the models
+TILE_SIDE = 2048  # pixels; up to fifty bytes each, beside the models
 WIDEST_MARGIN = 256  # pixels around a tile whose depths are known, for what a line's axis is tested by
 
 

@@ -73,7 +73,8 @@ class Layer:
     fill : a colour that the faces are painted in, "face" for the cycle of ten, or (f, 3 or 4)
     point_size : diameter in pixels of a dot at each point; none by default, 2 for models that have points alone
 
-    Of colours, one of face_colors, edge_colors, vertex_colors and scalars may be given.
+    Of colours, one of face_colors, edge_colors, vertex_colors and scalars may be given. Of a layer's lines, and of its
+    dots, nearer ones lie over farther ones.
     """
 
     model: Model
