@@ -50,10 +50,12 @@ COMPARISONS = [
     Comparison(SMOOTH, "ours", "pygfx mesh wireframe, ppaa='fxaa'"),
     Comparison(SMOOTH, "ours", "pyvista lines, MSAA", 0.6),
     Comparison(f"{SMOOTH}, hidden lines removed", "ours, hidden lines removed", "f3d mesh with edges", 0.3),
+    Comparison(f"{SMOOTH}, hidden lines removed", "ours, hidden lines removed", "ours, aliased, hidden lines removed"),
+    Comparison(f"{SMOOTH}, in many colours", "ours, by height", "pyvista lines by height, MSAA"),
     Comparison(SMOOTH, "ours", "matplotlib Line3DCollection", largest=6),
     Comparison(SMOOTH, "ours", "skia, projected lines", largest=6),
 ]
-ALIASED = {"ours, aliased", "moderngl GL_LINES"}
+ALIASED = {"ours, aliased", "ours, aliased, hidden lines removed", "moderngl GL_LINES"}
 PACKAGES = ["wgpu", "moderngl", "pygfx", "pyvista", "vtk", "f3d", "matplotlib", "skia-python"]
 
 COARSE = 4  # an icosphere whose lines lie well apart in the picture

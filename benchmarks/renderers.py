@@ -16,6 +16,7 @@ import gpu_xform as gx
 SIDE = 1024
 EYE, TARGET, UP, FOV_Y = (0.9, 0.8, 3.5), (0.0, 0.0, 0.0), (0.0, 1.0, 0.0), 40.0
 LINE_WIDTH = 1.5
+COLORMAP = "viridis"
 CAMERA = gx.Camera.look_at(EYE, TARGET, UP, fov_y=FOV_Y)
 
 
@@ -32,6 +33,11 @@ def here(mesh: gx.Mesh, **style: Any) -> Scene:
 
     draw = partial(gx.render_array, mesh, camera=CAMERA, size=(SIDE, SIDE), line_width=LINE_WIDTH, **style)
     return Scene(draw, default_device().name)
+
+
+def here_by_height(mesh: gx.Mesh) -> Scene:
+    """Return the scene in this library, in colours that go by height."""
+    return here(mesh, scalars=mesh.positions[:, 2], cmap=COLORMAP)
 
 
 def moderngl_lines(mesh: gx.Mesh) -> Scene:
@@ -101,14 +107,17 @@ def _pygfx(shown: Any, ppaa: str) -> Scene:
     return Scene(lambda: np.asarray(canvas.draw()), renderer.device.adapter.info["device"])
 
 
-def pyvista_lines(mesh: gx.Mesh) -> Scene:
-    """Return a PolyData of lines, multisampled."""
+def pyvista_lines(mesh: gx.Mesh, *, by_height: bool = False) -> Scene:
+    """Return a PolyData of lines, multisampled, black or in colours that go by height."""
     import pyvista
 
     cells = np.insert(mesh.edges, 0, 2, axis=1)
     lines = pyvista.PolyData(mesh.positions.astype(np.float32), lines=cells.ravel())
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=[SIDE, SIDE])
-    plotter.add_mesh(lines, color="black", line_width=LINE_WIDTH, lighting=False)
+    colors: dict[str, Any] = {"color": "black"}
+    if by_height:
+        colors = {"scalars": mesh.positions[:, 2], "cmap": COLORMAP, "show_scalar_bar": False}
+    plotter.add_mesh(lines, line_width=LINE_WIDTH, lighting=False, **colors)
     plotter.background_color = "white"
     plotter.enable_anti_aliasing("msaa")
     plotter.camera_position = [EYE, TARGET, UP]
@@ -202,12 +211,15 @@ RENDERERS: Mapping[str, Callable[[gx.Mesh], Scene]] = {
     "ours": here,
     "ours, aliased": partial(here, antialias=False),
     "ours, hidden lines removed": partial(here, hidden="remove"),
+    "ours, aliased, hidden lines removed": partial(here, antialias=False, hidden="remove"),
+    "ours, by height": here_by_height,
     "moderngl GL_LINES": moderngl_lines,
     "pygfx line segments": pygfx_segments,
     "pygfx line segments, aa=True, ppaa='none'": partial(pygfx_segments, ppaa="none", aa=True, alpha_mode="blend"),
     "pygfx mesh wireframe": pygfx_wireframe,
     "pygfx mesh wireframe, ppaa='fxaa'": partial(pygfx_wireframe, ppaa="fxaa"),
     "pyvista lines, MSAA": pyvista_lines,
+    "pyvista lines by height, MSAA": partial(pyvista_lines, by_height=True),
     "f3d mesh with edges": f3d_edges,
     "matplotlib Line3DCollection": matplotlib_lines,
     "skia, projected lines": skia_lines,
