@@ -60,7 +60,7 @@ def staged(models: Models, camera: Camera | None, size: Size, device: Device | N
         camera = Camera.fit(held())
     elif not isinstance(camera, Camera):
         raise ArgumentTypeError(f"camera must be a Camera, got {type(camera).__name__}")
-    device = chosen_device(device or _own_device(layers))
+    device = chosen_device(_own_device(layers) if device is None else device)
     for model in subjects:
         _require_room(model, device)
     drawn = cache(lambda: np.concatenate([held(), strays(layers, subjects)]))
