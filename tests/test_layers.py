@@ -30,6 +30,8 @@ BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"feature_angle": [1.0]}, ArgumentError, "^feature_angle must be one number"),
     ({"feature_angle": 1j, "edges": "feature"}, ArgumentTypeError, "^feature_angle must hold real numbers"),
     ({"device": "llvmpipe"}, ArgumentTypeError, "^device must be a Device, got 'llvmpipe'$"),
+    ({"device": ""}, ArgumentTypeError, "^device must be a Device, got ''$"),
+    ({"device": np.zeros(2)}, ArgumentTypeError, "^device must be a Device, got array"),
     ({"alpha": 1.01}, ArgumentError, r"^alpha must lie in \[0, 1\], got 1.01$"),
     ({"alpha": -0.1}, ArgumentError, r"^alpha must lie in \[0, 1\], got -0.1$"),
     ({"alpha": float("nan")}, ArgumentError, "^alpha must"),

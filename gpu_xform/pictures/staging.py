@@ -61,7 +61,7 @@ def staged(
         if len(held()) == 0:
             raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
         camera = Camera.fit(held(), **options)
-    device = chosen_device(device or _own_device(layers))
+    device = chosen_device(_own_device(layers) if device is None else device)
     for model in subjects:
         _require_room(model, device)
     drawn = cache(lambda: np.concatenate([held(), strays(layers, subjects)]))
