@@ -59,7 +59,7 @@ STYLE = np.dtype(
 
 FACES = np.dtype(
     {
-        "names": ["cue", "n_triangles", "n_points", "first_color"],
+        "names": ["cue", "n_triangles", "n_points", "first_mark"],
         "formats": [("<f4", (4,)), "<u4", "<u4", "<u4"],
         "offsets": [0, 16, 20, 24],
         "itemsize": 32,
