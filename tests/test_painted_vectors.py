@@ -110,6 +110,10 @@ SCENES: dict[str, tuple[Any, Camera]] = {
         ],
         Camera.look_at((4, 5, 9), (0, 0, 0)),
     ),
+    "lines before the faces of a later model": (
+        [Layer(CUBE, line_width=3, color="red"), Layer(CUBE, transform=gx.translate(1.5, 0, 2), fill="gold")],
+        Camera.look_at((3, 2.2, 9), (0, 0, 0)),
+    ),
     "a floor through the eye's plane": (
         [Layer(FLOOR, fill="lightgray"), Layer(CUBE, fill="face", transform=gx.translate(0, 0.4, 0))],
         Camera.look_at((2, 2, 4), (0, 0.5, 0), fov_y=70),

@@ -19,7 +19,7 @@ UNCUT = 1e9
 
 
 def strokes(stage: Stage, backdrop: FloatColor) -> list[Strokes]:
-    """Return each layer's picture; where several are painted, the faces of all before them."""
+    """Return each layer's picture; before them all painted faces, unless they are the first layer's own."""
     shaped = stage.shaped
     cuts, seen = cut(stage.device, shaped.shapes, stage.view, _longest, painting=len(shaped.palette) > 0)
     owners, triangles = {}, {}
@@ -28,15 +28,14 @@ def strokes(stage: Stage, backdrop: FloatColor) -> list[Strokes]:
         if shape.faces is not None:
             triangles[owner] = of_shape
     faces = painted(stage, triangles, backdrop)
-    pictures = []
-    if len(faces) > 1:
-        of_all = [part for parts in faces.values() for part in parts]
-        pictures.append(_strokes("faces", 1.0, [], polygons(of_all, backdrop)))
+    of_all = [part for parts in faces.values() for part in parts]
+    filled = polygons(of_all, backdrop) if of_all else None
+    is_own = list(faces) == [0]
+    pictures = [] if filled is None or is_own else [_strokes("faces", 1.0, [], filled)]
     for number, (layer, subject) in enumerate(zip(stage.layers, stage.subjects, strict=True)):
         own = [one for one in cuts if owners[id(one.batch.lines)] == number]
-        filled = polygons(faces[number], backdrop) if number in faces and len(faces) == 1 else None
         line_width = layer.line_width if layer.antialias else 1.0
-        pictures.append(_strokes(subject.name, line_width, own, filled))
+        pictures.append(_strokes(subject.name, line_width, own, filled if is_own and number == 0 else None))
     return pictures
 
 
