@@ -348,8 +348,8 @@ def test_half_a_line_is_not_a_line() -> None:
 def cut(mesh: Mesh, camera: Camera, ends: Array, size: tuple[int, int] = SIZE) -> list[Array]:
     """Return the parts of every edge that the device finds visible, as `visible_intervals` has them."""
     with staged(mesh, camera, size, None, {"hidden": "remove", "line_width": LINE_WIDTH}) as stage:
-        shaped = stage.shaped
-        (batch,), _ = cut_pass.cut(stage.device, shaped.shapes, shaped.palette, stage.view, lambda _: max(size))
+        shapes, longest = stage.shaped.shapes, max(size)
+        (batch,), _ = cut_pass.cut(stage.device, shapes, stage.view, lambda _: longest, painting=False)
     shown = batch.pieces[batch.pieces["is_hidden"] == 0]
     return drawn_intervals(ends, shown["edge"].astype(np.int64), shown["ends"].reshape(-1, 2, 2).astype(np.float64))
 

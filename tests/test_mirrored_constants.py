@@ -10,6 +10,7 @@ from gpu_xform.gpu.face_pass import LEFT_BITS
 from gpu_xform.gpu.shapes import ColorMode, Hidden
 from gpu_xform.gpu.transform_pass import Finish
 from gpu_xform.pictures.strokes import PALE
+from gpu_xform.polygons.overlaps import NEARLY
 from gpu_xform.vector.strokes import DASH_OFF, DASH_ON, NARROWEST_DASHED
 
 
@@ -27,6 +28,10 @@ def test_vector_pictures_fade_and_dash_as_the_shaders_do() -> None:
     assert float(there["PALE"]) == PALE
     assert there["DASH"] == f"vec2({DASH_ON}, {DASH_OFF})"
     assert f"DASH * max(style.line_width, {NARROWEST_DASHED});" in shaders.source("ink_lines")
+
+
+def test_what_is_level_in_vector_pictures_is_so_in_the_shaders() -> None:
+    assert constants("lay_faces")["NEARLY"] == f"1.0 + {NEARLY:.0e}".replace("e-0", "e-")
 
 
 @pytest.mark.parametrize(

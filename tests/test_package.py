@@ -150,13 +150,13 @@ LAYERS = [
     {"errors", "_interrupts"},
     {"_arguments", "_files", "_memmap", "_npy", "images", "progress"},
     {"pictures.__init__", "_affine", "_points", "colors", "comparison", "triangulation"},
-    {"_influences", "colormaps", "matrices", "planar", "mesh", "scene", "vector"},
+    {"_influences", "colormaps", "matrices", "planar", "mesh", "scene", "polygons", "vector"},
     {"samples", "cameras", "edge_sets", "formats"},
     {"gpu"},
     {"_precision"},
     {"_rebased", "point_buffer"},
-    {"pictures.layers", "transform", "pictures.views", "pictures.clipping"},
-    {"pictures.line_colors"},
+    {"pictures.layers", "transform", "pictures.views"},
+    {"pictures.faces_in_view", "pictures.line_colors"},
     {"pictures.subjects"},
     {"pictures.opening", "pictures.shaping"},
     {"pictures.staging"},
@@ -190,7 +190,7 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
 
 PURE = [
     *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "scene"),
-    *("samples", "cameras", "comparison", "edge_sets", "colormaps", "vector"),
+    *("samples", "cameras", "comparison", "edge_sets", "colormaps", "polygons", "vector"),
 ]
 IMPORTED_LATE = {
     "mesh": {"trimesh"},

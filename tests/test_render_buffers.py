@@ -176,7 +176,7 @@ def test_edges_to_points_that_are_none_are_not_walked_along() -> None:
         gx.PointBuffer(none) as points,
         staged(points, CAMERA, (150, 100), None, {"edges": edges, "line_width": 2.0}) as stage,
     ):
-        (cut,), _ = cut_pass.cut(stage.device, stage.shaped.shapes, stage.shaped.palette, stage.view, lambda _: 150.0)
+        (cut,), _ = cut_pass.cut(stage.device, stage.shaped.shapes, stage.view, lambda _: 150.0, painting=False)
     assert np.isfinite(cut.pieces["ends"]).all()
     assert len(cut.pieces) <= 2
 

@@ -3,6 +3,7 @@
 import contextlib
 import math
 from collections.abc import Callable, Mapping, Sequence
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
@@ -39,21 +40,20 @@ class Cut(NamedTuple):
 
 
 def cut(
-    device: Device,
-    shapes: Sequence[Shape],
-    palette: npt.NDArray[np.uint32],
-    view: View,
-    longest: Callable[[Lines], float],
-) -> tuple[list[Cut], npt.NDArray[np.bool_]]:
-    """Return what each batch of lines is in the picture, and which colours of `palette` are seen in it.
+    device: Device, shapes: Sequence[Shape], view: View, longest: Callable[[Lines], float], *, painting: bool
+) -> tuple[list[Cut], list[npt.NDArray[np.bool_]]]:
+    """Return what each batch of lines is in the picture, and which triangles of each shape are the nearest somewhere.
 
     longest : gives the pixels that a piece of lines may have along the axis that it advances most on
+    painting : whether it is asked which triangles are; else none are
+
+    Of each shape, (n_instances, n_triangles), where it has no faces (n_instances, 0).
     """
     whole = Tile((0, 0), view.size, MARGIN)
-    with device.lock, contextlib.ExitStack() as stack:
-        colors = _uploaded(device, palette, stack) if len(palette) else None
-        projection = Projection(device, [part for shape in shapes for part in in_bindings(device, shape)])
-        faces = FacePass(device, projection.shapes, math.prod(whole.depth_extent), colors)
+    with device.lock:
+        parts = [list(in_bindings(device, shape)) for shape in shapes]
+        projection = Projection(device, [part for own in parts for part in own])
+        faces = FacePass(device, projection.shapes, math.prod(whole.depth_extent), numbered=painting)
         drawn = batches(device, projection.shapes)
         structs = [style_struct(batch) for batch in drawn]
         (tile,) = uniforms.upload(device, "tile", [tile_struct(whole, view)])
@@ -68,17 +68,8 @@ def cut(
             pieces = _pieces(device, batch, buffers, constants)
             own = _downloaded(batch.colors) if batch.colors else np.empty(0, np.uint32)
             results.append(Cut(batch, pieces, _downloaded(batch.edges).reshape(-1, 2), own))
-        seen = np.zeros(len(palette) + 1, np.bool_)
-        if len(palette):
-            seen[faces.marks()] = True
-        return results, seen[1:]
-
-
-def _uploaded(device: Device, array: npt.NDArray[np.uint32], stack: contextlib.ExitStack) -> Buffer:
-    buffer = Buffer(device, array.nbytes)
-    stack.callback(buffer.release)
-    buffer.upload(array)
-    return buffer
+        seen = iter(faces.seen(projection.shapes))
+        return results, [np.vstack(list(islice(seen, len(own)))) for own in parts]
 
 
 def _downloaded(part: Binding) -> npt.NDArray[np.uint32]:

@@ -59,7 +59,7 @@ STYLE = np.dtype(
 
 FACES = np.dtype(
     {
-        "names": ["cue", "n_triangles", "n_points", "first_color", "is_painting"],
+        "names": ["cue", "n_triangles", "n_points", "first_mark", "is_marking"],
         "formats": [("<f4", (4,)), "<u4", "<u4", "<u4", "<u4"],
         "offsets": [0, 16, 20, 24, 28],
         "itemsize": 32,

@@ -1,194 +1,132 @@
-"""Painted faces in the order in which a painter lays them, for vector pictures, which have no depth."""
+"""Painted faces as polygons of one colour each, for vector pictures, which have no depth."""
 
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .._arguments import Float64Array
-from ..colors import FloatColor
-from ..gpu.shapes import Hidden
-from ..mesh import Mesh
-from ..triangulation import triangles
+from ..colors import FloatColor, packed
+from ..mesh import IndexArray, Mesh
+from ..polygons import Flags, Pieces, fans, means, painters_order, together
 from ..vector import Polygons
-from .clipping import Height, Pieces, chosen, clipped, extremes, strips, together
+from .faces_in_view import Triangulation, faces_in_view
 from .line_colors import fill_colors
-from .shaping import hides, unscaled
+from .shaping import unscaled
 from .staging import Stage
 from .views import lost_by_distance
 
-STEP = 1.0 / 64.0  # of opacity, by which strips of a face that distance pales differ: four of 255
-FARTHEST_ASIDE = 16.0  # half widths of the picture, beyond which faces are cut off
-SLACK = 1e-9  # of w: what lies in a plane is on either side of it
 NOTHING_LOST = np.zeros(4)
 
 
 class Painted(NamedTuple):
-    """Polygons in the picture as `vector.Polygons` has them, and what they are sorted by.
+    """Polygons in the picture, x and y in pixels and depth turned round.
 
-    nearness : (k, 2) of the farthest corner and of the middle of the face that each is a piece of; more is nearer
+    colors : (k, 4)
+    seen : (k,) whether each is the nearest somewhere
+    triangles : gives the triangles (t, 3, 3) of all, and which polygon each belongs to (t,), ascending
     """
 
-    offsets: npt.NDArray[np.int64]
-    points: Float64Array
+    polygons: Pieces
     colors: Float64Array
-    nearness: Float64Array
+    seen: Flags
+    triangles: Callable[[], tuple[Float64Array, IndexArray]]
 
 
-def painted(stage: Stage, seen: npt.NDArray[np.bool_], backdrop: FloatColor) -> dict[int, Painted]:
-    """Return the painted faces of each layer that has some.
+def painted(stage: Stage, seen: Mapping[int, Flags], backdrop: FloatColor) -> dict[int, list[Painted]]:
+    """Return the painted faces of each layer that has some, instance by instance, and first those that only hide.
 
-    seen : of the palette, the colours that can be seen: a face with one of its own is left out where it is hidden
+    seen : of layers with faces, which triangles of each instance are the nearest somewhere (k, t). A face with a colour
+        of its own is left out where none is.
     backdrop : if opaque, the colour of faces that hide others without being painted; else these are left out
     """
-    found = {}
-    first_color = 0
-    hiding = len(stage.shaped.palette) > 0 and backdrop[3] == 1.0
-    for number, (layer, subject, cue) in enumerate(zip(stage.layers, stage.subjects, stage.cues, strict=True)):
+    found: dict[int, list[Painted]] = {}
+    if len(stage.shaped.palette) == 0:
+        return found
+    for number in sorted(seen, key=lambda number: stage.layers[number].fill is not None):
+        layer, subject, cue = stage.layers[number], stage.subjects[number], stage.cues[number]
         if layer.fill is not None:
             colors = fill_colors(layer, subject.n_faces) * (1.0, 1.0, 1.0, layer.alpha)
-            own = seen[first_color : first_color + len(colors)]
-            first_color += len(colors)
-        elif hiding and hides(layer) is not Hidden.SHOWN:
-            colors, own, cue = np.array([backdrop]), np.ones(1, np.bool_), NOTHING_LOST
+        elif backdrop[3] == 1.0:
+            colors, cue = np.array([backdrop]), NOTHING_LOST
         else:
             continue
         if subject.mesh is None:
             continue
-        copies = [
-            _projected(subject.mesh, stage.clip_from_world @ matrix, stage.view.size, own, colors, cue)
-            for matrix in unscaled(layer.world_from_model)
+        triangles = cache(subject.triangles)
+        found[number] = [
+            _painted(subject.mesh, matrix, stage.view.size, own, colors, cue, triangles)
+            for matrix, own in zip(stage.clip_from_world @ unscaled(layer.world_from_model), seen[number], strict=True)
         ]
-        found[number] = joined(copies)
     return found
 
 
-def joined(parts: list[Painted]) -> Painted:
-    """Return all polygons together, the farthest first."""
-    sizes = np.concatenate([np.diff(part.offsets) for part in parts])
-    nearness = np.concatenate([part.nearness for part in parts])
-    points = np.concatenate([part.points for part in parts])
-    colors = np.concatenate([part.colors for part in parts])
-    order = np.lexsort((nearness[:, 1], nearness[:, 0]))
-    rows, offsets = _rows(np.cumsum(sizes) - sizes, sizes, order)
-    return Painted(offsets, points[rows], colors[order], nearness[order])
-
-
-def polygons(faces: Painted, backdrop: FloatColor) -> Polygons:
-    """Return what is written of the faces, which lie straight over `backdrop`.
+def polygons(parts: Sequence[Painted], backdrop: FloatColor) -> Polygons:
+    """Return what is written of painted faces, which lie straight over `backdrop`, in the order in which it is.
 
     Where some are more opaque than others, a farther one would shine through: they get the colour that they have over
     the backdrop, if that is opaque itself.
     """
-    colors, alpha = faces.colors, faces.colors[:, 3:]
+    colors = np.concatenate([part.colors for part in parts])
+    alpha = colors[:, 3:]
     if backdrop[3] == 1.0 and len(alpha) and (alpha != alpha[0]).any():
         colors = alpha * np.insert(colors[:, :3], 3, 1.0, axis=1) + (1.0 - alpha) * backdrop
-    return Polygons(faces.offsets, faces.points, colors)
+    ordered = painters_order(
+        together([part.polygons for part in parts]),
+        np.concatenate([part.seen for part in parts]),
+        packed(colors).astype(np.int64),
+        lambda: _triangles(parts),
+    )
+    return Polygons(ordered.offsets, ordered.corners[:, :2], colors[ordered.owners])
 
 
-def _projected(
+def _painted(
     mesh: Mesh,
     clip_from_model: Float64Array,
     size: tuple[int, int],
-    seen: npt.NDArray[np.bool_],
+    seen: Flags,
     colors: Float64Array,
     cue: Float64Array,
+    in_triangles: Triangulation,
 ) -> Painted:
-    clip = mesh.positions @ clip_from_model[:, :3].T + clip_from_model[:, 3]
-    pieces = _in_view(mesh, clip, seen if len(seen) == mesh.n_faces else np.full(mesh.n_faces, seen.all()), cue)
-    pixels = (pieces.corners[:, :2] / pieces.corners[:, 3:] * (0.5, -0.5) + 0.5) * size
-    own = colors[pieces.owners] if len(colors) == mesh.n_faces else np.repeat(colors[:1], len(pieces.owners), axis=0)
-    left = 1.0 - _means(lost_by_distance(cue, pieces.corners).clip(0.0, cue[3]), pieces.offsets)
-    paled = np.column_stack([own[:, :3], own[:, 3] * left])
-    return Painted(pieces.offsets, pixels, paled, _nearness(mesh, clip, pieces)[pieces.owners])
+    """Return what is painted of one instance of a mesh.
 
-
-def _nearness(mesh: Mesh, clip: Float64Array, pieces: Pieces) -> Float64Array:
-    """Return the depth of each face's farthest corner, and the mean of all: (f, 2).
-
-    Of a face that reaches behind the eye, it is that of what is left; any other is sorted as if it were whole, or those
-    that one plane cuts would all be equally far.
+    seen : (t,) of its triangles
+    colors : (f, 4), or (1, 4) for all faces
     """
-    sizes = np.diff(mesh.offsets)
-    is_whole = np.zeros(mesh.n_faces, np.bool_)
-    if mesh.n_faces:
-        is_whole = np.minimum.reduceat(clip[mesh.indices, 3], mesh.offsets[:-1]) > 0.0
-    of_whole = np.repeat(is_whole, sizes)
-    owners = np.repeat(pieces.owners, np.diff(pieces.offsets))
-    is_left = ~is_whole[owners]
-    corners = np.concatenate([clip[mesh.indices[of_whole]], pieces.corners[is_left]])
-    owners = np.concatenate([np.repeat(np.arange(mesh.n_faces), sizes)[of_whole], owners[is_left]])
-    depth = corners[:, 2] / corners[:, 3]
-    farthest = np.full(mesh.n_faces, np.inf)
-    np.minimum.at(farthest, owners, depth)
-    n_corners = np.bincount(owners, minlength=mesh.n_faces)
-    return np.column_stack([farthest, np.bincount(owners, depth, mesh.n_faces) / np.maximum(n_corners, 1)])
+    is_seen = np.zeros(mesh.n_faces, np.bool_)
+    is_seen[in_triangles()[1][seen]] = True
+    clip = mesh.positions @ clip_from_model[:, :3].T + clip_from_model[:, 3]
+    shown = is_seen if len(colors) > 1 else np.full(mesh.n_faces, is_seen.any())
+    whole, cut = faces_in_view(mesh, in_triangles, clip, shown, cue)
+    pieces = together([whole, cut])
+    left = 1.0 - means(pieces, lost_by_distance(cue, pieces.corners).clip(0.0, cue[3]))
+    own = np.broadcast_to(colors, (mesh.n_faces, 4))[pieces.owners]
+    paled = np.column_stack([own[:, :3], own[:, 3] * left])
+
+    def triangles() -> tuple[Float64Array, IndexArray]:
+        points, faces = in_triangles()
+        number = np.full(mesh.n_faces, -1)
+        number[whole.owners] = np.arange(len(whole.owners))
+        chosen = number[faces] >= 0
+        corners, owners = fans(cut)
+        in_clip_space = np.concatenate([clip[points[chosen]], cut.corners[corners]])
+        return _in_picture(in_clip_space, size), np.append(number[faces[chosen]], owners + len(whole.owners))
+
+    return Painted(pieces._replace(corners=_in_picture(pieces.corners, size)), paled, is_seen[pieces.owners], triangles)
 
 
-def _in_view(mesh: Mesh, clip: Float64Array, seen: npt.NDArray[np.bool_], cue: Float64Array) -> Pieces:
-    """Return the faces that are seen, those cut that reach out of the view, or that distance does not pale evenly."""
-
-    def lost(corners: Float64Array) -> Float64Array:
-        return lost_by_distance(cue, corners)
-
-    sizes = np.diff(mesh.offsets)
-    faces = np.flatnonzero(seen & (sizes > 2))
-    rows, offsets = _rows(mesh.offsets[:-1], sizes, faces)
-    whole = Pieces(offsets, clip[mesh.indices[rows]], faces)
-    sides = _sides(float(np.abs(clip[:, 3]).max(initial=0.0)))
-    is_in = np.all([extremes(whole, side(whole.corners))[0] >= 0.0 for side in sides], axis=0)
-    inside = chosen(whole, is_in)
-    low, high = extremes(inside, lost(inside.corners).clip(0.0, cue[3]))
-    # In a parallel view of what is projected once more, what is lost is not linear: such faces pale as a whole.
-    is_linear = cue[1] != 0.0 or not _varies(whole.corners[:, 3])
-    is_even = (high - low <= STEP) | (not is_linear)
-    if is_in.all() and is_even.all():
-        return whole
-    indices, owners = triangles(mesh)
-
-    def cut(these: npt.NDArray[np.int64]) -> Pieces:
-        own = np.isin(owners, these)
-        corners = clip[indices[own]].reshape(-1, 4)
-        return Pieces(np.arange(0, len(corners) + 1, 3), corners, owners[own])
-
-    reaching_out = cut(whole.owners[~is_in])
-    for side in sides:
-        reaching_out = clipped(reaching_out, side)
-    uneven = together([cut(inside.owners[~is_even]), reaching_out])
-    levels = np.arange(0.0, cue[3] + STEP, STEP) if is_linear and cue[3] > 0.0 else np.empty(0)
-    return together([chosen(inside, is_even), strips(uneven, lost, levels)])
+def _in_picture(clip: Float64Array, size: tuple[int, int]) -> Float64Array:
+    """Return points (..., 4) in clip space as x and y in pixels, and the depth: (..., 3)."""
+    places: Float64Array = clip[..., :3] / clip[..., 3:]
+    places[..., :2] = (places[..., :2] * (0.5, -0.5) + 0.5) * size
+    return places
 
 
-def _varies(values: Float64Array) -> bool:
-    return len(values) > 0 and bool(np.ptp(values) > SLACK * np.abs(values).max())
-
-
-def _sides(largest_w: float) -> list[Height]:
-    """Return the planes between which everything is seen, and so near to the view that it has a place in a file."""
-    return [
-        lambda corners: corners[:, 3] - SLACK * largest_w,
-        lambda corners: (1.0 + SLACK) * corners[:, 3] - corners[:, 2],
-        lambda corners: corners[:, 2] + SLACK * corners[:, 3],
-        lambda corners: FARTHEST_ASIDE * corners[:, 3] - corners[:, 0],
-        lambda corners: FARTHEST_ASIDE * corners[:, 3] + corners[:, 0],
-        lambda corners: FARTHEST_ASIDE * corners[:, 3] - corners[:, 1],
-        lambda corners: FARTHEST_ASIDE * corners[:, 3] + corners[:, 1],
-    ]
-
-
-def _means(values: Float64Array, offsets: npt.NDArray[np.int64]) -> Float64Array:
-    """Return the mean of the values of each polygon's corners."""
-    if len(values) == 0:
-        return np.zeros(0)
-    means: Float64Array = np.add.reduceat(values, offsets[:-1]) / np.diff(offsets)
-    return means
-
-
-def _rows(
-    starts: npt.NDArray[np.int64], sizes: npt.NDArray[np.int64], chosen: npt.NDArray[np.int64]
-) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.int64]]:
-    """Return the rows of the chosen polygons, one after the other, and where each then starts: (k + 1,)."""
-    lengths = sizes[chosen]
-    offsets = np.concatenate([[0], np.cumsum(lengths)])
-    rows = np.repeat(starts[chosen] - offsets[:-1], lengths) + np.arange(offsets[-1])
-    return rows, offsets
+def _triangles(parts: Sequence[Painted]) -> tuple[Float64Array, IndexArray]:
+    """Return the triangles of all polygons of several parts, one after the other, as `Painted` has them."""
+    corners, owners = zip(*(part.triangles() for part in parts), strict=True)
+    firsts = np.cumsum([0, *(len(part.seen) for part in parts)])
+    polygon = [own + first for own, first in zip(owners, firsts[:-1].tolist(), strict=True)]
+    return np.concatenate(corners), np.concatenate(polygon)

@@ -10,7 +10,7 @@ from ..colors import FloatColor
 from ..gpu.cut_pass import Cut, cut
 from ..gpu.shapes import ColorMode, Hidden, Lines
 from ..vector import Dots, Polygons, Strokes
-from .painting import joined, painted, polygons
+from .painting import painted, polygons
 from .staging import Stage
 
 PALE = 0.25  # what hidden edges keep of their strength where they fade; as in the shaders
@@ -19,22 +19,23 @@ UNCUT = 1e9
 
 
 def strokes(stage: Stage, backdrop: FloatColor) -> list[Strokes]:
-    """Return each layer's picture; where several are painted, the faces of all before them."""
+    """Return each layer's picture; before them all painted faces, unless they are the first layer's own."""
     shaped = stage.shaped
-    lines_of = [
-        (owner, lines) for owner, shape in zip(shaped.layers, shaped.shapes, strict=True) for lines in shape.lines
-    ]
-    cuts, seen = cut(stage.device, shaped.shapes, shaped.palette, stage.view, _longest)
-    owners = {id(lines): owner for owner, lines in lines_of}
-    faces = painted(stage, seen, backdrop)
-    pictures = []
-    if len(faces) > 1:
-        pictures.append(_strokes("faces", 1.0, [], polygons(joined(list(faces.values())), backdrop)))
+    cuts, seen = cut(stage.device, shaped.shapes, stage.view, _longest, painting=len(shaped.palette) > 0)
+    owners, triangles = {}, {}
+    for owner, shape, of_shape in zip(shaped.layers, shaped.shapes, seen, strict=True):
+        owners.update({id(lines): owner for lines in shape.lines})
+        if shape.faces is not None:
+            triangles[owner] = of_shape
+    faces = painted(stage, triangles, backdrop)
+    of_all = [part for parts in faces.values() for part in parts]
+    filled = polygons(of_all, backdrop) if of_all else None
+    is_own = list(faces) == [0]
+    pictures = [] if filled is None or is_own else [_strokes("faces", 1.0, [], filled)]
     for number, (layer, subject) in enumerate(zip(stage.layers, stage.subjects, strict=True)):
         own = [one for one in cuts if owners[id(one.batch.lines)] == number]
-        filled = polygons(joined([faces[number]]), backdrop) if number in faces and len(faces) == 1 else None
         line_width = layer.line_width if layer.antialias else 1.0
-        pictures.append(_strokes(subject.name, line_width, own, filled))
+        pictures.append(_strokes(subject.name, line_width, own, filled if is_own and number == 0 else None))
     return pictures
 
 

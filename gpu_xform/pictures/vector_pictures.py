@@ -25,8 +25,9 @@ def render_svg(
     """Draw as `render` does, as an SVG document: a group a model, hidden parts of edges left out or apart.
 
     Which parts are hidden is found by the same passes as for pixels, to about a pixel. Faces are painted from the
-    farthest to the nearest by their farthest corners, which is right but where a face reaches behind a smaller one that
-    it hides, and where faces cross. Those that `depth_cue` pales unevenly are cut into strips of one colour each.
+    farthest to the nearest; those that cross, or hide one another in a circle, are cut, and those that `depth_cue`
+    pales unevenly are cut into strips of one colour each. Where cutting would make several times as many faces, or
+    millions overlap, some are painted in the order of their farthest corners.
     Without an opaque background, paling faces let others shine through, and faces that are not painted hide none. An
     edge that lets something shine through has one colour, that of its middle. Lines that are not anti-aliased become
     lines of one pixel.

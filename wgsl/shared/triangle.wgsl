@@ -9,8 +9,8 @@ struct Faces {
     cue: vec4<f32>, // what distance leaves of their colours, as in cue.wgsl
     n_triangles: u32,
     n_points: u32, // of one instance in `projected`, padding included
-    first_color: u32,
-    is_painting: u32, // the second time round, when all depths are known
+    first_mark: u32,
+    is_marking: u32, // the second time round, when all depths are known
 }
 
 @group(0) @binding(1) var<uniform> faces: Faces;
@@ -19,6 +19,7 @@ struct Faces {
 @group(0) @binding(4) var<storage, read_write> face_depths: array<atomic<u32>>; // the nearest, as a float's bits
 @group(0) @binding(5) var<storage, read_write> face_marks: array<atomic<u32>>; // as in mark.wgsl
 @group(0) @binding(6) var<storage, read> triangle_colors: array<u32>; // the colour's place, one a triangle or one for all
+override numbered: bool; // marks are the triangles' numbers, not their colours' places
 override workgroup_size: u32;
 
 const MOST_BANDS = 16u; // of a large triangle, that workgroups go through side by side
@@ -127,11 +128,18 @@ fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
     let slot = depth_index(pixel);
     let bias = face.bias + dot(abs(shares), face.unsure) + BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y);
     let pushed = max(depth - bias, 0.0);
-    if !is_asked(faces.is_painting, index) {
+    if !is_asked(faces.is_marking, index) {
         atomicMax(&face_depths[slot], bitcast<u32>(pushed));
-    } else if pushed * NEARLY >= bitcast<f32>(atomicLoad(&face_depths[slot])) {
+        return;
+    }
+    if pushed * NEARLY < bitcast<f32>(atomicLoad(&face_depths[slot])) {
+        return;
+    }
+    if numbered {
+        atomicMax(&face_marks[slot], faces.first_mark + index + 1u);
+    } else {
         let color = triangle_colors[min(index % faces.n_triangles, arrayLength(&triangle_colors) - 1u)];
         let left = 1.0 - faces.cue.w * farness(faces.cue, depth, 1.0 / (shares.x + shares.y + shares.z));
-        atomicMax(&face_marks[slot], mark_of(faces.first_color + color + 1u, left));
+        atomicMax(&face_marks[slot], mark_of(faces.first_mark + color + 1u, left));
     }
 }

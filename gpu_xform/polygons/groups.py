@@ -1,0 +1,30 @@
+"""Groups of rows, one after another: group i has the rows from offsets[i] to offsets[i + 1]."""
+
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+Indices: TypeAlias = npt.NDArray[np.int64]
+Flags: TypeAlias = npt.NDArray[np.bool_]
+
+
+def starts(sizes: Indices) -> Indices:
+    """Return the offsets of groups of these sizes: (k + 1,)."""
+    return np.concatenate([[0], np.cumsum(sizes)])
+
+
+def members(offsets: Indices, which: Indices) -> tuple[Indices, Indices]:
+    """Return the rows of the groups `which` (k,), one group after the other, and the offsets (k + 1,) among them."""
+    sizes = offsets[which + 1] - offsets[which]
+    found = starts(sizes)
+    return np.repeat(offsets[which] - found[:-1], sizes) + np.arange(found[-1]), found
+
+
+def products(offsets: Indices, i: Indices, j: Indices) -> tuple[Indices, Indices, Indices]:
+    """Return each row of group i with each row of group j, for pairs of groups (p,), and the pair that each is of."""
+    sizes = np.diff(offsets)
+    counts = sizes[i] * sizes[j]
+    pair = np.repeat(np.arange(len(i)), counts)
+    first, second = np.divmod(np.arange(len(pair)) - starts(counts)[pair], sizes[j][pair])
+    return offsets[i][pair] + first, offsets[j][pair] + second, pair

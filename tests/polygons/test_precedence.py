@@ -1,0 +1,71 @@
+"""Orders and circles, beside what the standard library and closures of relations say of them."""
+
+from graphlib import CycleError, TopologicalSorter
+from itertools import pairwise
+
+import numpy as np
+import numpy.typing as npt
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gpu_xform.polygons.precedence import circles, knotted, levels
+
+Relation = npt.NDArray[np.int64]
+
+N = 12
+RELATIONS = st.lists(st.tuples(st.integers(0, N - 1), st.integers(0, N - 1)), max_size=40).map(
+    lambda pairs: np.array(pairs, np.int64).reshape(-1, 2)
+)
+
+
+def reached(relation: Relation) -> npt.NDArray[np.bool_]:
+    """Return what is reached from what by one step or more: (N, N)."""
+    found = np.zeros((N, N), np.bool_)
+    found[relation[:, 0], relation[:, 1]] = True
+    for middle in range(N):
+        found |= found[:, middle, None] & found[middle]
+    return found
+
+
+@given(RELATIONS)
+def test_levels_rise_and_what_follows_a_circle_has_none(relation: Relation) -> None:
+    found = levels(N, *relation.T)
+    reach = reached(relation)
+    in_circle = reach.diagonal()
+    assert ((found < 0) == (in_circle | reach[in_circle].any(axis=0))).all()
+    settled = relation[(found[relation] >= 0).all(axis=1)]
+    assert (found[settled[:, 0]] < found[settled[:, 1]]).all()
+
+
+@given(RELATIONS)
+def test_knots_are_circles_and_what_is_between_them(relation: Relation) -> None:
+    reach = reached(relation)
+    in_circle = reach.diagonal()
+    after, before = in_circle | reach[in_circle].any(axis=0), in_circle | reach[:, in_circle].any(axis=1)
+    assert (knotted(N, *relation.T) == (after & before)).all()
+
+
+@given(RELATIONS)
+def test_circles_have_nothing_in_common_and_leave_no_other(relation: Relation) -> None:
+    found = circles(*relation.T)
+    steps = set(map(tuple, relation.tolist()))
+    for circle in found:
+        assert all(step in steps for step in pairwise([*circle, circle[0]]))
+    members = [thing for circle in found for thing in circle]
+    assert len(members) == len(set(members))
+    graph: dict[int, set[int]] = {}
+    for before, after in steps:
+        if before not in members and after not in members:
+            graph.setdefault(after, set()).add(before)
+    try:
+        TopologicalSorter(graph).prepare()
+    except CycleError as error:
+        raise AssertionError("a circle is left") from error
+
+
+def test_nothing_has_no_order() -> None:
+    nothing = np.empty(0, np.int64)
+    assert levels(0, nothing, nothing).shape == (0,)
+    assert levels(3, nothing, nothing).tolist() == [0, 0, 0]
+    assert not knotted(3, nothing, nothing).any()
+    assert circles(nothing, nothing) == []
