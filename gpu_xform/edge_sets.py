@@ -17,6 +17,9 @@ EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
 _BoolArray: TypeAlias = npt.NDArray[np.bool_]
 _KeyArray: TypeAlias = npt.NDArray[np.uint64]
 
+_SLIVER = 1e-6  # of the square of its extent: the area below which a face is a line
+_LONGEST_CHAIN = 64  # of such faces side by side, of which only the first has a neighbour that is none
+
 
 class EdgeFaces(NamedTuple):
     """The edges of a mesh, and the polygons on either side of each.
@@ -76,12 +79,52 @@ def edge_faces(mesh: Mesh) -> EdgeFaces:
     return EdgeFaces(edges[stays], sides.faces[stays], sides.n_faces[stays], sides.turned[stays], segments[stays])
 
 
-def face_normals(mesh: Mesh) -> Float64Array:
-    """Return the Newell normal of every polygon, of length 1: (f, 3); zero for one without area, and for a segment."""
+def face_normals(mesh: Mesh, negligible: float = 0.0) -> Float64Array:
+    """Return the Newell normal of every polygon, of length 1: (f, 3); zero for one without area, and for a segment.
+
+    negligible : as in `unit_normals`
+    """
     normals = np.zeros((mesh.n_faces, 3))
     for faces, polygons in polygons_by_size(mesh):
-        normals[faces] = unit_normals(mesh.positions, polygons)
+        normals[faces] = unit_normals(mesh.positions, polygons, negligible)
     return normals
+
+
+def plane_normals(mesh: Mesh, find: Callable[[], EdgeFaces]) -> Float64Array:
+    """Return the normals of the planes that faces are taken to lie in: (f, 3), as `face_normals`.
+
+    A face of hardly any area is a line, and where it looks is rounding: it goes with the neighbour along its longest
+    edge. So the poles of spheres and edges with further points in line have no silhouettes and creases of their own.
+
+    find : gives `edge_faces(mesh)`, which few meshes need
+    """
+    normals = face_normals(mesh, _SLIVER)
+    lacking = ~normals.any(axis=1) & (np.diff(mesh.offsets) > 2)
+    if not lacking.any():
+        return normals
+    found = find()
+    rows = np.flatnonzero(found.n_faces == 2)
+    rows = rows[lacking[found.faces[rows]].any(axis=1)]
+    ends = 0.5 * mesh.positions[found.edges[rows]]  # halves, whose difference cannot overflow
+    rows = rows[np.argsort(np.abs(ends[:, 1] - ends[:, 0]).max(axis=1), kind="stable")]
+    for _ in range(_LONGEST_CHAIN):
+        one, other = found.faces[rows].T
+        lends = lacking[one] != lacking[other]
+        if not lends.any():
+            break
+        one, other = np.where(lacking[one], (one, other), (other, one))[:, lends]
+        sign = np.where(found.turned[rows[lends]], -1.0, 1.0)
+        normals[one] = sign[:, np.newaxis] * normals[other]  # of several, the last, along the longest edge, stays
+        lacking[one] = False
+        rows = rows[lacking[found.faces[rows]].any(axis=1)]
+    return normals
+
+
+def may_show(mesh: Mesh, found: EdgeFaces) -> _BoolArray:
+    """Return which edges are more than a bridge to a hole, or a polygon's step from a place to itself: (m,)."""
+    start, end = mesh.positions[found.edges.T]
+    shows: _BoolArray = found.segments | ((found.n_faces > 0) & (start != end).any(axis=1))
+    return shows
 
 
 def without_silhouette(edges: EdgesLike) -> tuple[EdgesLike | None, bool]:
@@ -141,7 +184,7 @@ def angle(value: float, name: str) -> float:
 def _features(mesh: Mesh, found: EdgeFaces, angle_degrees: float) -> IndexArray:
     drawn = found.segments | (found.n_faces == 1) | (found.n_faces > 2)
     two = np.flatnonzero(found.n_faces == 2)
-    normals = face_normals(mesh)
+    normals = plane_normals(mesh, lambda: found)
     one, other = normals[found.faces[two, 0]], normals[found.faces[two, 1]]
     apart, together = _lengths(one - other), _lengths(one + other)
     apart, together = np.where(found.turned[two], (together, apart), (apart, together))
@@ -149,7 +192,7 @@ def _features(mesh: Mesh, found: EdgeFaces, angle_degrees: float) -> IndexArray:
     angle = np.degrees(2.0 * np.arctan2(apart, together))
     has_area = (normals != 0.0).any(axis=1)[found.faces[two]].all(axis=1)
     drawn[two] |= has_area & (angle > angle_degrees)
-    edges: IndexArray = found.edges[drawn]
+    edges: IndexArray = found.edges[drawn & may_show(mesh, found)]
     return edges
 
 

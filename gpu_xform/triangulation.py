@@ -52,9 +52,12 @@ def polygons_by_size(mesh: "Mesh") -> Iterator[tuple[_Indices, _Indices]]:
                 yield faces, mesh.indices[mesh.offsets[faces, None] + np.arange(k)]
 
 
-def unit_normals(positions: Float64Array, polygons: _Indices) -> Float64Array:
-    """Return the Newell normals of polygons (f, k), of length 1, or zero for one without area: (f, 3)."""
-    normals: Float64Array = np.ascontiguousarray(_normals(_shapes(positions, polygons)).T)
+def unit_normals(positions: Float64Array, polygons: _Indices, negligible: float = 0.0) -> Float64Array:
+    """Return the Newell normals of polygons (f, k), of length 1, or zero for one without area: (f, 3).
+
+    negligible : part of the square of a polygon's extent, about; less area counts for none
+    """
+    normals: Float64Array = np.ascontiguousarray(_normals(_shapes(positions, polygons), negligible).T)
     return normals
 
 
@@ -74,14 +77,16 @@ def _shapes(positions: Float64Array, polygons: _Indices) -> Float64Array:
     return points
 
 
-def _normals(points: Float64Array) -> Float64Array:
+def _normals(points: Float64Array, negligible: float = 0.0) -> Float64Array:
     """Return the sum of p_i x p_(i+1) (Newell), of length 1 or zero, for polygons (3, k, f) with p_0 = 0: (3, f)."""
     x, y, z = points[:, 1:]
     normals = np.empty((3, points.shape[2]))
     for i, (a, b) in enumerate(((y, z), (z, x), (x, y))):
         normals[i] = (a[:-1] * b[1:] - b[:-1] * a[1:]).sum(axis=0)
     length = np.sqrt(np.square(normals).sum(axis=0))
-    np.divide(normals, length, out=normals, where=length > 0.0)
+    has_area = length > negligible
+    np.divide(normals, length, out=normals, where=has_area)
+    normals[:, ~has_area] = 0.0
     return normals
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gpu_xform import samples
 from gpu_xform.edge_sets import edge_faces, face_normals, resolve_edges, without_silhouette
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
-from gpu_xform.matrices import chain, rotate_x, rotate_y, rotate_z, translate
+from gpu_xform.matrices import chain, rotate, rotate_x, rotate_y, rotate_z, translate
 from gpu_xform.mesh import Mesh
 from gpu_xform.triangulation import triangles
 
@@ -243,6 +243,20 @@ def test_a_pole_of_needles_shows_no_spokes() -> None:
     for mesh in (copies, one, triangulated(copies), triangulated(one), unwelded(triangulated(copies))):
         assert len(places(mesh, resolve_edges(mesh, "feature"))) == 8
         assert len(resolve_edges(mesh, "boundary")) == 8
+
+
+def test_a_crease_shows_where_a_face_without_area_lies_between_its_faces() -> None:
+    outline = [(0, 0), (1, 0), (1, 0), (1, 1), (0, 1)]  # one corner twice
+    points = [(x, y, z) for z in (0, 1) for x, y in outline]
+    sides = [(i, (i + 1) % 5, (i + 1) % 5 + 5, i + 5) for i in range(5)]
+    prism = Mesh(points, [(4, 3, 2, 1, 0), (5, 6, 7, 8, 9), *sides])
+    wound_anyhow = Mesh(points, [face[::-1] if i % 2 else face for i, face in enumerate(prism.faces)])
+    for mesh in (prism, triangulated(prism), wound_anyhow):
+        assert len(places(mesh, resolve_edges(mesh, "feature"))) == 12
+    turned = rotate((1, 2, 3), 0.7)  # where points in line are so but for rounding
+    split = Mesh([(0, 0, 0), (3, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 2, 3), (2, 1, 3), (0, 1, 2), (1, 0, 4)])
+    for mesh in (split, split.transformed(turned), split.transformed(turned @ rotate((3, 1, 2), 0.4))):
+        assert resolve_edges(mesh, "feature").tolist() == [[0, 2], [0, 3], [0, 4], [1, 2], [1, 3], [1, 4]]
 
 
 def test_the_bridge_to_a_hole_is_neither_feature_nor_rim() -> None:

@@ -119,6 +119,56 @@ def test_a_solid_has_no_silhouette_left_where_all_faces_look_away_or_none() -> N
     assert gx.render_array(flat, edges="silhouette", camera=camera, size=SIZE).tobytes() == rim.tobytes()
 
 
+def test_the_bridge_to_a_hole_and_edges_of_no_length_are_no_silhouette() -> None:
+    outer = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+    points = np.column_stack([[*outer, *np.multiply(outer[::-1], 0.4), outer[2]], np.zeros(9)])
+    plate = Mesh(points, [(0, 1, 2, 8, 3, 0, 7, 4, 5, 6, 7)])
+    rims = Mesh(points, [(0, 1, 2, 3), (4, 5, 6, 7)])
+    camera = CAMERAS["perspective"][0]
+    expected = gx.render_array(rims, camera=camera, size=SIZE)
+    shown = gx.render_array(plate, edges="silhouette", camera=camera, size=SIZE)
+    assert np.abs(shown.astype(int) - expected).max() <= 1
+
+
+def sphere_of_triangles(n: int) -> Mesh:
+    """Return rings of points, each pole as often as a ring has points, joined by quads cut into two triangles each."""
+    rows, columns = np.arange(n + 1), np.arange(2 * n)
+    polar, around = (np.pi / n * rows)[:, np.newaxis], np.pi / n * columns
+    radii = np.where((polar == 0.0) | (rows[:, np.newaxis] == n), 0.0, np.sin(polar))
+    heights = np.broadcast_to(np.cos(polar), (n + 1, 2 * n))
+    points = np.stack([radii * np.cos(around), heights, radii * np.sin(around)], axis=-1).reshape(-1, 3)
+    a = (2 * n * rows[:-1, np.newaxis] + columns).ravel()
+    b = (2 * n * rows[:-1, np.newaxis] + np.roll(columns, -1)).ravel()
+    faces = np.concatenate([np.stack([a, b, b + 2 * n], axis=1), np.stack([a, b + 2 * n, a + 2 * n], axis=1)])
+    return Mesh(points, faces)
+
+
+@pytest.mark.parametrize("camera", CAMERAS)
+@pytest.mark.parametrize("turn", [0.7, 2.4])
+def test_poles_made_of_faces_without_area_have_no_silhouette_of_their_own(turn: float, camera: str) -> None:
+    ball = sphere_of_triangles(12)
+    whole = np.linalg.norm(np.diff(ball.positions[ball.faces], axis=1), axis=2).min(axis=1) > 1e-9
+    whole &= face_normals(ball, 1e-9).any(axis=1)
+    without = Mesh(ball.positions, np.asarray(ball.faces)[whole])  # the triangles at the poles meet there by places
+    options: dict[str, Any] = {"camera": CAMERAS[camera][0], "size": SIZE, "transform": matrices.rotate_x(turn)}
+    expected = gx.render_array(without, edges="silhouette", **options)
+    shown = gx.render_array(ball, edges="silhouette", **options)
+    assert np.abs(shown.astype(int) - expected).max() <= 1
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-16, 1e-8])
+def test_an_edge_with_a_point_in_line_is_a_silhouette_where_it_would_be_without(apart: float) -> None:
+    # Two faces at an edge, one of which has a point on it, and the face of hardly any area between them.
+    points = [(-1, 0, 0), (1, 0, 0), (0.2, apart, -apart), (0.1, 1, 0.1), (0, -1, 0.4)]
+    split = Mesh(points, [(0, 2, 3), (2, 1, 3), (0, 1, 2), (1, 0, 4)])
+    plain = Mesh(points, [(0, 1, 3), (1, 0, 4)])
+    for direction in ((0.1, 0.2, -1.0), (0.1, -1.0, -0.4), (0.1, 1.0, 0.3), (0.3, 0.2, 1.0), (0.2, -1.0, 0.2)):
+        options: dict[str, Any] = {"camera": Camera.fit(plain, direction=direction), "size": SIZE}
+        shown = gx.render_array(split, edges="silhouette", **options)
+        expected = gx.render_array(plain, edges="silhouette", **options)
+        assert ((shown < 128) != (expected < 128)).sum() < 30  # round ends overlap where the point is
+
+
 @pytest.mark.parametrize("hidden", ["remove", "dash", "fade"])
 @pytest.mark.parametrize("antialias", [True, False])
 @pytest.mark.parametrize(("level", "size"), [(2, 300), (3, 256), (3, 900), (5, 700)])

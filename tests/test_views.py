@@ -26,9 +26,10 @@ def projected(matrix: Array, points: Array) -> Array:
         Camera.look_at(EYE, (0, 0, 0)),
         Camera.look_at(EYE, (0, 0, 0), orthographic=True),
         Camera.look_at(EYE, (0, 0, 0), near=12.4, far=13.1, orthographic=True),
+        Camera.look_at(EYE, (0, 0, 0), far=1e30, orthographic=True),
         Camera.window((-1, 1), (-1, 1)),
     ],
-    ids=["perspective", "parallel", "slice", "window"],
+    ids=["perspective", "parallel", "slice", "far plane at infinity", "window"],
 )
 def test_depth_falls_away_from_the_eye_and_the_picture_stays(camera: Camera) -> None:
     clip_from_world = camera.clip_from_world(1.5)

@@ -14,9 +14,10 @@ from .._arguments import Float64Array
 from ..edge_sets import (
     edge_faces,
     edge_parts,
-    face_normals,
     index_pairs,
     is_one_array,
+    may_show,
+    plane_normals,
     resolve_edges,
     without_silhouette,
 )
@@ -170,7 +171,7 @@ class MeshSubject:
 
         def find() -> npt.NDArray[np.void]:
             found = edge_faces(mesh)
-            left = np.ones(len(found.edges), np.bool_)
+            left = may_show(mesh, found)
             if rest is not None:
                 drawn = resolve_edges(mesh, rest, angle)
                 left = ~np.isin(pair_keys(*found.edges.T), pair_keys(*drawn.T))
@@ -223,7 +224,7 @@ class MeshSubject:
 
     def _planes(self) -> npt.NDArray[np.float32]:
         """Return the normal and the offset of each face, in the frame of the points on a device."""
-        normals = face_normals(self.mesh)
+        normals = plane_normals(self.mesh, lambda: edge_faces(self.mesh))
         a_corner = self.mesh.indices[self.mesh.offsets[:-1]]
         offsets = -np.einsum("ij,ij->i", normals, self._in_unit_cube()[a_corner])
         return np.column_stack([normals, offsets]).astype(np.float32)

@@ -20,10 +20,12 @@ def with_depth(clip_from_world: Float64Array, outline: Callable[[], Float64Array
     matrix: Float64Array = REVERSED_DEPTH @ clip_from_world
     if matrix[3, :3].any():
         return matrix
-    has_planes = clip_from_world[2, :3].any()
+    # Not yet turned round: 1 - z would lose what is left of z where the far plane is very far.
+    z = clip_from_world[2]
+    has_planes = z[:3].any()
     if not has_planes:
-        matrix[2] = np.append(_cross(matrix[0, :3], matrix[1, :3]), 0.0)
-    depth = (outline() @ matrix[2, :3] + matrix[2, 3]) / matrix[3, 3]
+        z = np.append(-_cross(matrix[0, :3], matrix[1, :3]), 0.0)
+    depth = (outline() @ z[:3] + z[3]) / matrix[3, 3]
     low, high = (float(depth.min()), float(depth.max())) if len(depth) else (0.0, 0.0)
     # From a quarter to three quarters, so that nothing is cut off.
     room = 0.5 * (high - low) or max(abs(high), 1.0)
@@ -31,7 +33,7 @@ def with_depth(clip_from_world: Float64Array, outline: Callable[[], Float64Array
     if has_planes:
         low, high = max(low, 0.0), min(high, 1.0)
     if low < high:
-        matrix[2] = (matrix[2] - low * matrix[3]) / (high - low)
+        matrix[2] = (high * matrix[3] - z) / (high - low)
     return matrix
 
 
