@@ -96,6 +96,19 @@ def test_edges_that_are_chosen_twice_are_drawn_once(name: str, other: str) -> No
         assert np.abs(shown.astype(int) - twice).max() > 30
 
 
+@pytest.mark.parametrize("flattened", [(0.0, 1.0, 1.0), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0)])
+@pytest.mark.parametrize("view", CAMERAS)
+def test_a_model_without_extent_in_the_picture_has_no_eye_and_no_warning(
+    view: str, flattened: tuple[float, float, float]
+) -> None:
+    straight_on = {"perspective": Camera.look_at((0, 0, 5), (0, 0, 0))}.get(view, CAMERAS[view][0])
+    flat = np.diag([*flattened, 1.0])
+    shown = gx.render_array(samples.cube(), edges="silhouette", transform=flat, camera=straight_on, size=SIZE)
+    assert shown.shape == (SIZE[1], SIZE[0], 4)
+    rim = opened(samples.cube(), 0)
+    assert (gx.render_array(rim, edges="silhouette", transform=flat, camera=straight_on, size=SIZE) < 255).any()
+
+
 def test_each_instance_has_its_own_silhouette() -> None:
     mesh = samples.icosphere(2)
     places = np.stack(

@@ -21,7 +21,7 @@ def find(device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, 
     """
     edges = Buffer(device, 8 * n_candidates)
     struct = np.zeros((), layouts.VIEW)
-    struct["eye"] = eye / np.abs(eye).max()
+    struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero where all the model is one line to the eye
     struct["n_candidates"] = n_candidates
     pipeline = device.pipelines.compute("find_silhouette", workgroup_size=workgroup_size(device))
     with device.lock:
