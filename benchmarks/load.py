@@ -19,7 +19,7 @@ from harness import Contender, Row, medians, table
 
 from gpu_xform import samples
 from gpu_xform.formats import load_mesh
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 
 def triangles(side: int) -> bytes:

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 import gpu_xform as gx
-from gpu_xform.colors import FACE_CYCLE
+from gpu_xform.imaging.colors import FACE_CYCLE
 
 SPHERE_SIZE, SPHERE_FRAMES = (1280, 720), 150
 BALL_SIZE, BALL_FRAMES = (640, 480), 100

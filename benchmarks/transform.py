@@ -18,13 +18,13 @@ import numpy.typing as npt
 from harness import Contender, Row, calm_threads, medians, table
 
 import gpu_xform as gx
-from gpu_xform.gpu import transform_pass
+from gpu_xform.compute.kernels import transform as transform_pass
+from gpu_xform.compute.kernels.transform import ROWS_AT_ONCE, Finish
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.compute import Binding, bind, dispatch
+from gpu_xform.gpu.chunking import Plan
 from gpu_xform.gpu.device import default_device
-from gpu_xform.gpu.plans import Plan
+from gpu_xform.gpu.dispatch import Binding, bind, dispatch
 from gpu_xform.gpu.timing import kernel_seconds
-from gpu_xform.gpu.transform_pass import ROWS_AT_ONCE, Finish
 
 Points = npt.NDArray[Any]
 

@@ -24,6 +24,8 @@ from .errors import (
     SingularMatrixError,
     SizeWarning,
 )
+from .geometry.mesh import Mesh
+from .geometry.scene import Scene
 from .matrices import (
     chain,
     decompose,
@@ -45,22 +47,20 @@ from .matrices import (
     shear,
     translate,
 )
-from .mesh import Mesh
-from .scene import Scene
 
 if TYPE_CHECKING:
     from .animation import Animation, animate, turntable
-    from .cameras import Camera
-    from .comparison import compare_images
+    from .compute.point_buffer import PointBuffer, bounds
+    from .compute.streaming import transform_file
+    from .compute.transform import project_points, transform_normals, transform_points, transform_vectors
+    from .drawing.camera import Camera
+    from .drawing.layer import Layer
     from .formats import load_mesh, load_scene, save_mesh
     from .gpu.adapters import adapters
     from .gpu.device import Device
-    from .pictures.layers import Layer
-    from .pictures.vector_pictures import render_pdf, render_svg
-    from .pictures.wireframe import render, render_array
-    from .point_buffer import PointBuffer, bounds
-    from .streaming import transform_file
-    from .transform import project_points, transform_normals, transform_points, transform_vectors
+    from .imaging.compare import compare_images
+    from .rendering.raster import render, render_array
+    from .rendering.vector import render_pdf, render_svg
     from .viewer.window import view
 
 __version__ = "0.1.0"
@@ -131,26 +131,26 @@ __all__ = [
 
 _LATE = {
     "Animation": ".animation",
-    "Camera": ".cameras",
+    "Camera": ".drawing.camera",
     "Device": ".gpu.device",
-    "Layer": ".pictures.layers",
-    "PointBuffer": ".point_buffer",
+    "Layer": ".drawing.layer",
+    "PointBuffer": ".compute.point_buffer",
     "adapters": ".gpu.adapters",
     "animate": ".animation",
-    "bounds": ".point_buffer",
-    "compare_images": ".comparison",
+    "bounds": ".compute.point_buffer",
+    "compare_images": ".imaging.compare",
     "load_mesh": ".formats",
     "load_scene": ".formats",
-    "project_points": ".transform",
-    "render": ".pictures.wireframe",
-    "render_array": ".pictures.wireframe",
-    "render_pdf": ".pictures.vector_pictures",
-    "render_svg": ".pictures.vector_pictures",
+    "project_points": ".compute.transform",
+    "render": ".rendering.raster",
+    "render_array": ".rendering.raster",
+    "render_pdf": ".rendering.vector",
+    "render_svg": ".rendering.vector",
     "save_mesh": ".formats",
-    "transform_file": ".streaming",
-    "transform_normals": ".transform",
-    "transform_points": ".transform",
-    "transform_vectors": ".transform",
+    "transform_file": ".compute.streaming",
+    "transform_normals": ".compute.transform",
+    "transform_points": ".compute.transform",
+    "transform_vectors": ".compute.transform",
     "turntable": ".animation",
     "view": ".viewer.window",
 }

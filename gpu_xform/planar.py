@@ -6,8 +6,9 @@
 import numpy as np
 import numpy.typing as npt
 
-from . import _affine
-from ._arguments import Float64Array, MatrixLike, square_matrix
+from ._core.arguments import square_matrix
+from ._core.types import Float64Array, MatrixLike
+from .matrices import _affine
 
 __all__ = ["homogeneous", "identity", "project_onto", "reflect", "rotate", "scale", "shear", "translate"]
 

@@ -9,11 +9,12 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ._arguments import Float64Array, whole_number
+from ._core.arguments import whole_number
+from ._core.types import Float64Array
 from .errors import ArgumentError
+from .geometry.mesh import IndexArray, Mesh
+from .geometry.scene import Scene
 from .matrices import rotate, translate
-from .mesh import IndexArray, Mesh
-from .scene import Scene
 
 _PHI = (1.0 + math.sqrt(5.0)) / 2.0
 _MOST_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB

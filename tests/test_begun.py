@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 
 from gpu_xform import ArgumentError, DeviceError, render_array, rotate, samples
-from gpu_xform.gpu import picture
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.targets import Target
-from gpu_xform.pictures.wireframe import begun
+from gpu_xform.raster.compute import rasterizer as picture
+from gpu_xform.raster.compute.render_target import Target
+from gpu_xform.rendering.raster import begun
 
 STYLES: dict[str, dict[str, Any]] = {
     "one colour": {},

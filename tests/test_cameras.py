@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gpu_xform import Camera, Mesh, matrices, render_array, samples
-from gpu_xform.cameras import outermost
+from gpu_xform.drawing.camera import outermost
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 
 Array = npt.NDArray[np.float64]

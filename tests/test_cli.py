@@ -14,8 +14,8 @@ import pytest
 
 from gpu_xform import Mesh, __version__, load_mesh, matrices, samples, save_mesh
 from gpu_xform.cli import files, main
+from gpu_xform.cli.argv import attach_values
 from gpu_xform.cli.parser import make_parser
-from gpu_xform.cli.words import attach_values
 from gpu_xform.formats.registry import READERS
 
 Points = npt.NDArray[np.float64]

@@ -12,8 +12,9 @@ import pytest
 from oracles import some_points
 
 import gpu_xform as gx
-from gpu_xform import streaming
-from gpu_xform.cli import commands, main
+from gpu_xform.cli import main
+from gpu_xform.cli.commands import transform as commands
+from gpu_xform.compute import streaming
 
 STEPS = ["--scale", "0.3", "--rotate-z", "90", "--translate", "-0.5,2,0"]
 MATRIX = gx.chain(gx.scale(0.3), gx.rotate_z(90, degrees=True), gx.translate(-0.5, 2, 0))
@@ -109,7 +110,7 @@ def test_bench_says_when_the_device_is_a_cpu(capsys: pytest.CaptureFixture[str],
 
 
 def test_bench_refuses_a_wrong_result(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr("gpu_xform.bench.transform_points", lambda points, matrix, out, device: out.fill(0))  # noqa: ARG005
+    monkeypatch.setattr("gpu_xform.diagnostics.bench.transform_points", lambda points, matrix, out, device: out.fill(0))  # noqa: ARG005
     assert main(["bench", "--points", "1e3"]) == 1
     assert "computes wrongly" in capsys.readouterr().err
 

@@ -12,13 +12,13 @@ import numpy as np
 import pytest
 
 from gpu_xform import Mesh, PrecisionError, samples, save_mesh
-from gpu_xform._files import atomic_write
+from gpu_xform._core.atomic_files import atomic_write
 from gpu_xform.cli import files, main
+from gpu_xform.compute.kernels import transform as transform_pass
 from gpu_xform.errors import DeviceError, DeviceMemoryError, ShaderError
 from gpu_xform.formats import registry
-from gpu_xform.gpu import transform_pass
 from gpu_xform.gpu.device import Device
-from gpu_xform.pictures import wireframe
+from gpu_xform.rendering import raster as wireframe
 
 OLD = b"what was there before"
 NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}

@@ -13,10 +13,10 @@ from terminals import on_a_terminal
 from gpu_xform import Camera, Mesh, load_mesh, matrices, render_array, samples, save_mesh
 from gpu_xform.cli import files, main
 from gpu_xform.cli.parser import parse
-from gpu_xform.cli.templates import Template
+from gpu_xform.cli.path_templates import Template
 from gpu_xform.errors import DeviceError
-from gpu_xform.images import Pixels
-from gpu_xform.pictures import wireframe
+from gpu_xform.imaging.image import Pixels
+from gpu_xform.rendering import raster as wireframe
 
 SIZE = ("--resolution", "60,40")
 MODELS = {

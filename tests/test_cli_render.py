@@ -12,10 +12,11 @@ import pytest
 from PIL import Image
 
 from gpu_xform import Camera, Mesh, matrices, render_array, render_pdf, render_svg, samples, save_mesh
-from gpu_xform.cli import main, option_groups
-from gpu_xform.colors import FACE_CYCLE
+from gpu_xform.cli import main
+from gpu_xform.cli import options as option_groups
+from gpu_xform.drawing.layer import Layer
 from gpu_xform.gpu.device import Device
-from gpu_xform.pictures.layers import Layer
+from gpu_xform.imaging.colors import FACE_CYCLE
 
 Pixels = npt.NDArray[np.uint8]
 SIZE = ("--resolution", "120,80")

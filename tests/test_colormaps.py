@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.colors import Normalize
 
-from gpu_xform.colormaps import mapped
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from gpu_xform.imaging.colormaps import mapped
 
 Array = npt.NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from PIL import ImageColor
 
-from gpu_xform.colors import FACE_CYCLE, color_rows, packed, rgba
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from gpu_xform.imaging.colors import FACE_CYCLE, color_rows, packed, rgba
 
 NAMES = sorted(name for name in matplotlib.colors.get_named_colors_mapping() if not name.startswith("xkcd:"))
 

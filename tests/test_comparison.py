@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 import gpu_xform as gx
-from gpu_xform.images import Pixels, premultiplied
+from gpu_xform.imaging.image import Pixels, premultiplied
 
 WHITE, BLACK = (255, 255, 255, 255), (0, 0, 0, 255)
 

@@ -13,10 +13,13 @@ import wgpu
 
 import gpu_xform
 from gpu_xform.cli import main
+from gpu_xform.compute.kernels import transform as transform_pass
+from gpu_xform.diagnostics import doctor
+from gpu_xform.diagnostics.doctor import Check, Report, examine
 from gpu_xform.errors import DeviceError
-from gpu_xform.gpu import doctor, picture, self_test, transform_pass
+from gpu_xform.gpu import self_test
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.doctor import Check, Report, examine
+from gpu_xform.raster.compute import rasterizer as picture
 
 NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
 CHECKS = ["matrix layout", "struct layout", "long loop", "float32 transform", "float64 transform", "picture"]

@@ -10,11 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gpu_xform import samples
-from gpu_xform.edge_sets import edge_faces, face_normals, resolve_edges, without_silhouette
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from gpu_xform.geometry.edges import edge_faces, face_normals, resolve_edges, without_silhouette
+from gpu_xform.geometry.mesh import Mesh
+from gpu_xform.geometry.triangulation import triangles
 from gpu_xform.matrices import chain, rotate, rotate_x, rotate_y, rotate_z, translate
-from gpu_xform.mesh import Mesh
-from gpu_xform.triangulation import triangles
 
 SQUARE = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
 

@@ -9,10 +9,10 @@ from solids import STAR_RADII, interlocking, star_prism, together
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
-from gpu_xform.colors import FACE_CYCLE, rgba
 from gpu_xform.errors import ArgumentError
-from gpu_xform.gpu import face_pass
-from gpu_xform.triangulation import triangles
+from gpu_xform.geometry.triangulation import triangles
+from gpu_xform.imaging.colors import FACE_CYCLE, rgba
+from gpu_xform.raster.compute import triangles as face_pass
 
 Array = npt.NDArray[Any]
 SIZE = (120, 90)

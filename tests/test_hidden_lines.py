@@ -10,8 +10,8 @@ from visibility import SLIVER, Array, in_pixels, in_view, visible_intervals
 
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, rotate, rotate_x, rotate_y, samples, scale
-from gpu_xform.gpu import cut_pass
-from gpu_xform.pictures.staging import staged
+from gpu_xform.drawing.prepare import staged
+from gpu_xform.vector import edge_visibility as cut_pass
 
 SIZE = (900, 700)
 LINE_WIDTH = 1.5

@@ -9,7 +9,7 @@ import wgpu
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
-from gpu_xform.edge_sets import edge_faces, face_normals
+from gpu_xform.geometry.edges import edge_faces, face_normals
 from gpu_xform.gpu.buffers import STORAGE
 from gpu_xform.gpu.device import Device
 

@@ -3,7 +3,7 @@ import numpy.typing as npt
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.images import image, straight_alpha
+from gpu_xform.imaging.image import image, straight_alpha
 
 Pixels = npt.NDArray[np.uint8]
 

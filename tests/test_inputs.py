@@ -8,7 +8,7 @@ import pytest
 from oracles import AFFINE, some_points
 
 import gpu_xform as gx
-from gpu_xform._points import host_array, point_array
+from gpu_xform.compute._arrays import host_array, point_array
 from gpu_xform.errors import ArgumentTypeError
 
 Array = npt.NDArray[Any]

@@ -10,10 +10,10 @@ import pytest
 import wgpu
 
 from gpu_xform import render_array, samples, scale, transform_points
-from gpu_xform._interrupts import uninterrupted
-from gpu_xform.gpu import picture
+from gpu_xform._core.interrupts import uninterrupted
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device
+from gpu_xform.raster.compute import rasterizer as picture
 
 
 @pytest.fixture(autouse=True)

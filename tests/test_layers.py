@@ -8,10 +8,10 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
+from gpu_xform.drawing.draw_list import Faces, Lines, Shape
+from gpu_xform.drawing.layer import HiddenStyle, Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-from gpu_xform.gpu.frame import in_bindings
-from gpu_xform.gpu.shapes import Faces, Lines, Shape
-from gpu_xform.pictures.layers import HiddenStyle, Style
+from gpu_xform.raster.compute.vertex_stage import in_bindings
 
 CUBE = samples.cube()
 SIZE = (90, 70)

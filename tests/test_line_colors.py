@@ -8,9 +8,9 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, samples
-from gpu_xform.colormaps import mapped
-from gpu_xform.edge_sets import resolve_edges
 from gpu_xform.errors import ArgumentError
+from gpu_xform.geometry.edges import resolve_edges
+from gpu_xform.imaging.colormaps import mapped
 
 CUBE = samples.cube()
 SIZE = (260, 200)

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from gpu_xform import samples
 from gpu_xform.errors import ArgumentError, MeshError
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 SQUARE = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
 
@@ -229,7 +229,7 @@ def test_a_million_faces_cost_a_few_sorts() -> None:
 
 def test_importing_meshes_imports_no_reader() -> None:
     code = (
-        "import sys, gpu_xform.mesh, gpu_xform.samples, gpu_xform.formats;"
+        "import sys, gpu_xform.geometry.mesh, gpu_xform.samples, gpu_xform.formats;"
         "print(sorted({'trimesh', 'lark', 'plyfile', 'wgpu'} & set(sys.modules)))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

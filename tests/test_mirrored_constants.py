@@ -5,13 +5,13 @@ from enum import IntEnum
 
 import pytest
 
+from gpu_xform.compute.kernels.transform import Finish
+from gpu_xform.drawing.draw_list import ColorMode, Hidden
 from gpu_xform.gpu import shaders
-from gpu_xform.gpu.face_pass import LEFT_BITS
-from gpu_xform.gpu.shapes import ColorMode, Hidden
-from gpu_xform.gpu.transform_pass import Finish
-from gpu_xform.pictures.strokes import PALE
-from gpu_xform.polygons.overlaps import NEARLY
-from gpu_xform.vector.strokes import DASH_OFF, DASH_ON, NARROWEST_DASHED
+from gpu_xform.raster.compute.triangles import LEFT_BITS
+from gpu_xform.vector.build_layers import PALE
+from gpu_xform.vector.layer import DASH_OFF, DASH_ON, NARROWEST_DASHED
+from gpu_xform.vector.painters.overlaps import NEARLY
 
 
 def constants(stage: str) -> dict[str, str]:

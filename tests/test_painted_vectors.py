@@ -13,11 +13,11 @@ from solids import box, together
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh
+from gpu_xform.drawing.prepare import staged
 from gpu_xform.gpu.device import Device
-from gpu_xform.pictures.staging import staged
-from gpu_xform.pictures.strokes import strokes
-from gpu_xform.pictures.vector_pictures import render_pdf, render_svg
+from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import Polygons
+from gpu_xform.vector.build_layers import strokes
 
 Octets = npt.NDArray[np.uint8]
 

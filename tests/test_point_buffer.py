@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from oracles import AFFINE, PLANAR, PROJECTIVE, assert_transformed, some_points
 
 import gpu_xform as gx
+from gpu_xform.compute.kernels import transform as transform_pass
 from gpu_xform.errors import ArgumentError, DeviceError, PrecisionError
-from gpu_xform.gpu import transform_pass
 from gpu_xform.gpu.device import Device
 
 Array = npt.NDArray[Any]

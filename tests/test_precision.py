@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from oracles import AFFINE, PROJECTIVE, some_points, twin
 
 import gpu_xform as gx
-from gpu_xform import _precision, _rebased
+from gpu_xform.compute import _precision, _rebased
 from gpu_xform.errors import ArgumentError, PrecisionError, PrecisionWarning
 from gpu_xform.gpu.device import Device
 

@@ -7,10 +7,11 @@ import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
+from gpu_xform.drawing.prepare import staged
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-from gpu_xform.gpu import buffers, cut_pass
+from gpu_xform.gpu import buffers
 from gpu_xform.gpu.device import Device
-from gpu_xform.pictures.staging import staged
+from gpu_xform.vector import edge_visibility as cut_pass
 
 HOUSE = gx.samples.house()
 CAMERA = gx.Camera.look_at((5, 4, 9), (0, 0.5, 0))

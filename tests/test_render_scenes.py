@@ -9,10 +9,10 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, Scene, compare_images, render_array, samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
-from gpu_xform.formats._joining import joined
+from gpu_xform.formats._concatenate import joined
 from gpu_xform.gpu.buffers import Buffer
+from gpu_xform.gpu.chunking import rounded_up
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.plans import rounded_up
 
 SIZE = (300, 200)
 CUBE, HOUSE = samples.cube(), samples.house()

@@ -8,7 +8,7 @@ import pytest
 
 from gpu_xform import samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 
 def torus_volume(n: int, m: int) -> float:

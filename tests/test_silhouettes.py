@@ -9,9 +9,9 @@ from solids import star_prism
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
-from gpu_xform.edge_sets import edge_faces, face_normals, resolve_edges
-from gpu_xform.mesh import pair_keys
-from gpu_xform.pictures.layers import HiddenStyle
+from gpu_xform.drawing.layer import HiddenStyle
+from gpu_xform.geometry.edges import edge_faces, face_normals, resolve_edges
+from gpu_xform.geometry.mesh import pair_keys
 
 Array = npt.NDArray[Any]
 SIZE = (150, 120)

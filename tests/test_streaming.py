@@ -13,7 +13,7 @@ import pytest
 from oracles import AFFINE, PLANAR, PROJECTIVE, some_points
 
 import gpu_xform as gx
-from gpu_xform import streaming as module
+from gpu_xform.compute import streaming as module
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 
 Array = npt.NDArray[Any]

@@ -8,7 +8,7 @@ from PIL import Image
 
 import gpu_xform as gx
 from gpu_xform.cli import main
-from gpu_xform.colors import FACE_CYCLE, rgba
+from gpu_xform.imaging.colors import FACE_CYCLE, rgba
 
 HOUSE = gx.samples.house()
 CAMERA = gx.Camera.look_at((5, 4, 9), (0, 0, 0))

@@ -9,8 +9,9 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.errors import ArgumentError
-from gpu_xform.gpu import picture, tiles
 from gpu_xform.gpu.device import Device
+from gpu_xform.raster import tiles
+from gpu_xform.raster.compute import rasterizer as picture
 
 Limited = Callable[..., Device]
 

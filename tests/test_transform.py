@@ -22,11 +22,11 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import gpu_xform as gx
 from gpu_xform import matrices, planar
+from gpu_xform.compute.kernels import transform as transform_pass
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, PrecisionError, SingularMatrixError
-from gpu_xform.gpu import transform_pass
-from gpu_xform.gpu.compute import dispatch
+from gpu_xform.gpu.chunking import Plan
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.plans import Plan
+from gpu_xform.gpu.dispatch import dispatch
 
 Array = npt.NDArray[Any]
 Limited = Callable[..., Device]
@@ -139,7 +139,7 @@ def test_chunks_respect_the_limits(limited: Limited, monkeypatch: pytest.MonkeyP
         dispatched.append(n_workgroups)
         dispatch(encoder, pipeline, bindings, n_workgroups)
 
-    monkeypatch.setattr("gpu_xform.gpu.transform_pass.dispatch", spy)
+    monkeypatch.setattr("gpu_xform.compute.kernels.transform.dispatch", spy)
     small = limited(max_workgroups=3, max_workgroup_size=2)
     gx.transform_points(some_points(3 * 2 * 4 * 2 + 1, np.float32), AFFINE, device=small)
     assert dispatched == [3, 3, 1]

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gpu_xform import samples
+from gpu_xform.geometry.mesh import Mesh
+from gpu_xform.geometry.triangulation import triangles
 from gpu_xform.matrices import chain, rotate_x, rotate_y, rotate_z, translate
-from gpu_xform.mesh import Mesh
-from gpu_xform.triangulation import triangles
 
 Points = npt.NDArray[np.float64]
 
@@ -167,7 +167,7 @@ def test_one_reflex_corner_needs_no_ears(roll: int, monkeypatch: pytest.MonkeyPa
 
 def test_convex_meshes_import_no_ear_cutter() -> None:
     code = (
-        "import sys; from gpu_xform import samples; from gpu_xform.triangulation import triangles;"
+        "import sys; from gpu_xform import samples; from gpu_xform.geometry.triangulation import triangles;"
         "[triangles(m) for m in (samples.house(), samples.snub_dodecahedron(), samples.torus(9, 7))];"
         "print('mapbox_earcut' in sys.modules)"
     )

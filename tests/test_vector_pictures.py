@@ -12,13 +12,13 @@ import pytest
 from browser import Browser
 
 import gpu_xform as gx
+from gpu_xform.drawing.layer import Style
+from gpu_xform.drawing.prepare import staged
 from gpu_xform.errors import ArgumentError
 from gpu_xform.gpu.device import Device, default_device
-from gpu_xform.pictures.layers import Style
-from gpu_xform.pictures.staging import staged
-from gpu_xform.pictures.strokes import strokes
-from gpu_xform.pictures.vector_pictures import render_pdf, render_svg
+from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import Strokes
+from gpu_xform.vector.build_layers import strokes
 
 SIZE = (301, 240)
 HOUSE, CUBE = gx.samples.house(), gx.samples.cube()

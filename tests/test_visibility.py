@@ -23,7 +23,7 @@ from gpu_xform import (
     scale,
     translate,
 )
-from gpu_xform.edge_sets import edge_faces, face_normals
+from gpu_xform.geometry.edges import edge_faces, face_normals
 
 FROM_ABOVE = orthographic(-10, 10, -10, 10, -10, 10)  # the xy-plane, seen against z
 

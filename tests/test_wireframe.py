@@ -9,9 +9,9 @@ from PIL.Image import Image
 
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, matrices, samples
-from gpu_xform.colors import FACE_CYCLE, ColorLike, rgba
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu.device import Device
+from gpu_xform.imaging.colors import FACE_CYCLE, ColorLike, rgba
 
 Array = npt.NDArray[Any]
 CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]

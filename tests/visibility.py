@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gpu_xform import Mesh
-from gpu_xform.triangulation import triangles
+from gpu_xform.geometry.triangulation import triangles
 
 Array = npt.NDArray[Any]
 

@@ -10,23 +10,24 @@ from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from .. import images
-from .._arguments import Float64Array, MatrixLike, direction, whole_number
-from ..cameras import Camera, CameraLike, fit_options, outermost, require_in_reach
-from ..colors import ColorLike, rgba
+from .._core.arguments import direction, whole_number
+from .._core.progress import bar
+from .._core.types import Float64Array, MatrixLike
+from ..drawing.camera import Camera, CameraLike, fit_options, outermost, require_in_reach
+from ..drawing.layer import Layer, Models, Style
+from ..drawing.load_models import opened, outline
+from ..drawing.prepare import Size, picture_size
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu.device import Device
-from ..gpu.picture import Drawn
-from ..images import Pixels
+from ..imaging import image as images
+from ..imaging.colors import ColorLike, rgba
+from ..imaging.image import Pixels
 from ..matrices import rotate, translate
-from ..pictures.layers import Layer, Models, Style
-from ..pictures.opening import opened, outline
-from ..pictures.staging import Size, picture_size
-from ..pictures.wireframe import begun
-from ..progress import bar
+from ..raster.compute.rasterizer import Drawn
+from ..rendering.raster import begun
 from . import poses
 from .encoders import html
-from .encoders.clip import Clip
+from .encoders.frames import Clip
 from .encoders.registry import StrPath, saver
 from .motion import Frames, Motion, described, frame_count
 

@@ -6,9 +6,10 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .._arguments import MatrixLike, SupportsAsMatrix, number, square_matrices, whole_number
+from .._core.arguments import number, square_matrices, whole_number
+from .._core.types import MatrixLike, SupportsAsMatrix
 from ..errors import ArgumentError, ArgumentTypeError
-from ..scene import Scene
+from ..geometry.scene import Scene
 from .poses import Frame, Pose, checked_pose
 
 Frames: TypeAlias = MatrixLike | Iterable[Frame] | Callable[[int], Frame] | Callable[[float], Frame]

@@ -6,14 +6,15 @@ from typing import TypeAlias
 
 import numpy as np
 
-from .._affine import finite
-from .._arguments import Float64Array, MatrixLike, square_matrix
+from .._core.arguments import square_matrix
+from .._core.types import Float64Array, MatrixLike
+from ..compute.point_buffer import PointBuffer
+from ..drawing.layer import Layer, Model, Models, Style, as_layers
+from ..drawing.load_models import FILES, opened
 from ..errors import ArgumentTypeError
-from ..mesh import Mesh
-from ..pictures.layers import Layer, Model, Models, Style, as_layers
-from ..pictures.opening import FILES, opened
-from ..point_buffer import PointBuffer
-from ..scene import Scene
+from ..geometry.mesh import Mesh
+from ..geometry.scene import Scene
+from ..matrices._affine import finite
 
 Frame: TypeAlias = MatrixLike | Mapping[str, MatrixLike] | Model | Layer | Scene
 Pose: TypeAlias = Float64Array | dict[str, Float64Array] | Mesh | PointBuffer | Layer | Scene

@@ -4,7 +4,8 @@ import os
 import sys
 from collections.abc import Sequence
 
-from . import failures, files
+from . import exit_codes as failures
+from . import files
 from .parser import parse
 
 __all__ = ["main"]

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from .. import _npy
-from .._files import atomic_write
+from .._core import npy as _npy
+from .._core.atomic_files import atomic_write
 from ..errors import ArgumentError
-from ..mesh import Mesh
+from ..geometry.mesh import Mesh
 
 if TYPE_CHECKING:
     from PIL.Image import Image

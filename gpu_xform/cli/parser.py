@@ -8,9 +8,15 @@ from typing import NoReturn
 
 from .. import __version__
 from ..errors import ArgumentError
-from . import animating, commands, files, option_groups, rendering, values, viewing
-from .failures import DEVICE_FAILED, DIFFERENT, NO_ADAPTER, WRONG_INPUT
-from .words import OptionParser, attach_values
+from . import argument_types as values
+from . import files
+from . import options as option_groups
+from .argv import OptionParser, attach_values
+from .commands import animate as animating
+from .commands import render as rendering
+from .commands import transform as commands
+from .commands import view as viewing
+from .exit_codes import DEVICE_FAILED, DIFFERENT, NO_ADAPTER, WRONG_INPUT
 
 HELP_COLUMN = 31
 

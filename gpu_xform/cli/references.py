@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..errors import ArgumentError
 from . import files
-from .failures import DifferentError
+from .exit_codes import DifferentError
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -25,8 +25,8 @@ def require_options_together(options: Namespace) -> None:
 
 def require_like(reference: str, image: "Image", difference: str | None, options: Namespace) -> None:
     """Raise `DifferentError` where `image` is not like the PNG file `reference`, with `difference` drawn before."""
-    from ..comparison import THRESHOLD, compare_images
-    from ..images import pixels
+    from ..imaging.compare import THRESHOLD, compare_images
+    from ..imaging.image import pixels
 
     if not Path(reference).exists():
         raise ArgumentError(f"{reference}: there is no such reference; -o {reference} instead of --reference makes it")

@@ -6,8 +6,8 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh import Mesh
-from ._joining import joined
+from ..geometry.mesh import Mesh
+from ._concatenate import joined
 
 
 def load(data: bytes, file_type: str) -> Mesh:

@@ -3,8 +3,8 @@
 from typing import BinaryIO
 
 from ..errors import MeshError
-from ..mesh import Mesh
-from ..scene import Scene
+from ..geometry.mesh import Mesh
+from ..geometry.scene import Scene
 from . import _trimesh, gltf
 from ._text import printable
 

@@ -10,10 +10,10 @@ from urllib.parse import unquote
 import numpy as np
 
 from ..errors import ArgumentError, MeshError
-from ..mesh import Mesh
-from ..scene import Scene
+from ..geometry.mesh import Mesh
+from ..geometry.scene import Scene
 from . import gltf_meshes, gltf_nodes
-from ._joining import joined
+from ._concatenate import joined
 from ._text import printable
 
 # Nodes can show one mesh many times: what they may draw beyond so many copies of everything.

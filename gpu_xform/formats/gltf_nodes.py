@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from .._arguments import Float64Array, direction, require_affine, vector
+from .._core.arguments import direction, require_affine, vector
+from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
-from ..mesh import Mesh
-from ..scene import Scene
+from ..geometry.mesh import Mesh
+from ..geometry.scene import Scene
 from ._text import printable
 from .gltf_meshes import whole
 

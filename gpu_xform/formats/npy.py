@@ -2,9 +2,9 @@
 
 from typing import BinaryIO
 
-from .._npy import read_array, write_array
+from .._core.npy import read_array, write_array
 from ..errors import MeshError
-from ..mesh import Mesh
+from ..geometry.mesh import Mesh
 
 
 def read(data: bytes) -> Mesh:

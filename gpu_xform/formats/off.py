@@ -12,7 +12,7 @@ from typing import BinaryIO, TypeAlias
 import numpy as np
 
 from ..errors import MeshError
-from ..mesh import IndexArray, Mesh
+from ..geometry.mesh import IndexArray, Mesh
 from ._text import integer, number, parse, printable, write_faces, write_points
 
 _HEADER = re.compile(rb"(ST)?(C)?(N)?OFF")

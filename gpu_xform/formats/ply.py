@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import MeshError
-from ..mesh import IndexArray, Mesh
+from ..geometry.mesh import IndexArray, Mesh
 from ._text import number, parse, printable
 
 _TYPES = {

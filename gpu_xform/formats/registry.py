@@ -6,11 +6,12 @@ from functools import partial
 from pathlib import Path
 from typing import BinaryIO, TypeAlias, TypeVar
 
-from .._files import atomic_write
+from .._core.atomic_files import atomic_write
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
-from ..mesh import Mesh
-from ..scene import Scene
-from . import glb, gltf, npy, obj, off, ply, stl, vrml, zipped
+from ..geometry.mesh import Mesh
+from ..geometry.scene import Scene
+from . import glb, gltf, npy, obj, off, ply, stl, vrml
+from . import threemf as zipped
 
 Model = TypeVar("Model", Mesh, Scene)
 

@@ -5,9 +5,9 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .._arguments import Float64Array
+from .._core.types import Float64Array
 from ..errors import MeshError
-from ..mesh import Mesh
+from ..geometry.mesh import Mesh
 from . import _trimesh
 from ._text import number, parse, printable
 

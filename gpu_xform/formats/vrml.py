@@ -11,10 +11,10 @@ from io import BytesIO
 
 import numpy as np
 
-from .._arguments import Float64Array
+from .._core.types import Float64Array
 from ..errors import MeshError
+from ..geometry.mesh import IndexArray, Mesh
 from ..matrices import rotate
-from ..mesh import IndexArray, Mesh
 from ._text import printable
 from .vrml_syntax import Node, Numbers, parse_nodes
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
-from .._arguments import Float64Array
+from .._core.types import Float64Array
 from ..errors import MeshError
-from ..mesh import IndexArray
+from ..geometry.mesh import IndexArray
 from ._text import integer, number, parse, printable
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ import numpy as np
 import numpy.typing as npt
 import wgpu
 
-from .._interrupts import uninterrupted
+from .._core.interrupts import uninterrupted
 from ..errors import DeviceError
-from .faults import device_errors
+from .errors import device_errors
 
 if TYPE_CHECKING:
     from .device import Device

@@ -9,13 +9,13 @@ from typing import Any, Self
 
 import wgpu
 
-from .._interrupts import uninterrupted
+from .._core.interrupts import uninterrupted
 from ..errors import ArgumentTypeError, DeviceError
 from . import buffers, self_test
 from .adapters import Adapter, Limits, described, find_adapter, quiet_runtime_dir
-from .faults import device_errors
-from .pool import Pool
-from .residents import Residents
+from .buffer_pool import Pool
+from .errors import device_errors
+from .resource_cache import Residents
 from .shaders import Pipelines
 
 # Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus

@@ -7,7 +7,7 @@ import numpy as np
 from ..errors import DeviceError
 from . import layouts
 from .buffers import UNIFORM, Buffer
-from .compute import bind, dispatch
+from .dispatch import bind, dispatch
 
 if TYPE_CHECKING:
     from .device import Device

@@ -8,8 +8,8 @@ import wgpu
 from wgpu.backends.wgpu_native import lib
 
 from .buffers import Buffer, Usage
-from .compute import Binding, bind, dispatch
 from .device import Device
+from .dispatch import Binding, bind, dispatch
 
 
 def kernel_seconds(

@@ -7,8 +7,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .buffers import UNIFORM
-from .compute import Binding
 from .device import Device
+from .dispatch import Binding
 from .layouts import as_bytes
 
 ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for

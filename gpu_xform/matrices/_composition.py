@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._affine import finite
-from .._arguments import Float64Array, MatrixLike, square_matrix
+from .._core.arguments import square_matrix
+from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, SingularMatrixError
+from ._affine import finite
 from ._elementary import homogeneous, scale, shear, translate
 
 # A matrix counts as singular where it lies as near to one as the roundings of a composition may have moved it.

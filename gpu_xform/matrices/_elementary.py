@@ -3,9 +3,10 @@
 import numpy as np
 import numpy.typing as npt
 
-from .. import _affine
-from .._arguments import Float64Array, MatrixLike, SupportsAsMatrix, direction, square_matrix
+from .._core.arguments import direction, square_matrix
+from .._core.types import Float64Array, MatrixLike, SupportsAsMatrix
 from ..errors import ArgumentError
+from . import _affine
 
 
 def identity() -> Float64Array:

@@ -6,9 +6,10 @@ from collections.abc import Iterable
 import numpy as np
 import numpy.typing as npt
 
-from .._affine import finite
-from .._arguments import Float64Array, MatrixLike, real_array
+from .._core.arguments import real_array
+from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError
+from ._affine import finite
 from ._composition import chain, factors
 
 

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from .._affine import finite
-from .._arguments import Float64Array, direction, number, real_array, vector
+from .._core.arguments import direction, number, real_array, vector
+from .._core.types import Float64Array
 from ..errors import ArgumentError
+from ._affine import finite
 
 # |sin| of the angle between `up` and the view direction, below which rounding would decide which way is right
 PARALLEL = 1e-12

@@ -1,7 +1,7 @@
 """Pictures as lines instead of pixels: what was computed in two dimensions becomes SVG or PDF."""
 
+from .layer import Dots, Polygons, Strokes, dash_pattern
 from .pdf import pdf
-from .strokes import Dots, Polygons, Strokes, dash_pattern
 from .svg import svg
 
 __all__ = ["Dots", "Polygons", "Strokes", "dash_pattern", "pdf", "svg"]

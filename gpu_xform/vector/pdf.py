@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..colors import FloatColor
 from ..errors import MissingExtraError
-from ._paths import SEAM, Paths, distinct, face_paths, line_paths, octets
-from ._text import Octets, hundredths, rows
-from .strokes import Dots, Strokes, dash_pattern
+from ..imaging.colors import FloatColor
+from .decimal_text import Octets, hundredths, rows
+from .layer import Dots, Strokes, dash_pattern
+from .paths import SEAM, Paths, distinct, face_paths, line_paths, octets
 
 POINTS_A_PIXEL = 0.75  # CSS has 96 pixels an inch, PDF 72 points
 COMPRESSION = 4  # zlib's best saves another twentieth, and takes seven times as long

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..colors import FloatColor
-from ._paths import SEAM, Paths, distinct, face_paths, line_paths, octets
-from ._text import Octets, hundredths, rows
-from .strokes import Dots, Strokes, dash_pattern
+from ..imaging.colors import FloatColor
+from .decimal_text import Octets, hundredths, rows
+from .layer import Dots, Strokes, dash_pattern
+from .paths import SEAM, Paths, distinct, face_paths, line_paths, octets
 
 
 def svg(size: tuple[int, int], background: FloatColor, layers: Sequence[Strokes]) -> str:

@@ -8,13 +8,13 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._arguments import Float64Array
-from ..cameras import Camera
-from ..colors import ColorLike
-from ..pictures.layers import Layer
-from . import looks
-from .looks import Look
+from .._core.types import Float64Array
+from ..drawing.camera import Camera
+from ..drawing.layer import Layer
+from ..imaging.colors import ColorLike
+from . import style_overrides as looks
 from .orbit import Ball, Orbit
+from .style_overrides import Look
 
 Event: TypeAlias = Mapping[str, Any]
 

@@ -7,8 +7,8 @@ from typing import Self
 import numpy as np
 
 from .. import matrices
-from .._arguments import Float64Array
-from ..cameras import DEFAULT_FOV_Y, FAR_FRACTION, NEAR_FRACTION, Camera, turn_up
+from .._core.types import Float64Array
+from ..drawing.camera import DEFAULT_FOV_Y, FAR_FRACTION, NEAR_FRACTION, Camera, turn_up
 
 NEAREST, FARTHEST = 1e-4, 1e4  # of the target, in radii of what is seen
 SAME_DIRECTION = 1e-6

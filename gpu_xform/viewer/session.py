@@ -8,21 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from .. import images
-from .._arguments import Float64Array
-from .._files import atomic_write
-from ..cameras import Camera, CameraLike, fit_options
-from ..colors import ColorLike, backdrop
+from .._core.atomic_files import atomic_write
+from .._core.types import Float64Array
+from ..drawing.camera import Camera, CameraLike, fit_options
+from ..drawing.layer import Models, Style, as_layers
+from ..drawing.load_models import FILES, opened, outline
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
-from ..images import Pixels
-from ..pictures.layers import Models, Style, as_layers
-from ..pictures.opening import FILES, opened, outline
-from ..pictures.wireframe import render_array
+from ..imaging import image as images
+from ..imaging.colors import ColorLike, backdrop
+from ..imaging.image import Pixels
+from ..rendering.raster import render_array
 from .controls import Controls, Event, Given, Request
-from .looks import has_faces, restyled
+from .help_overlay import with_help
 from .orbit import Ball
-from .panel import with_help
+from .style_overrides import has_faces, restyled
 
 NOTHING_DRAWN = (MeshError, ArgumentError)
 

@@ -11,14 +11,14 @@ from typing import Any, Unpack
 
 import numpy.typing as npt
 
-from .._arguments import direction
-from ..cameras import CameraLike
-from ..colors import ColorLike
+from .._core.arguments import direction
+from ..drawing.camera import CameraLike
+from ..drawing.layer import Models, Style
+from ..drawing.prepare import Size, picture_size
 from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import quiet_runtime_dir
 from ..gpu.device import Device
-from ..pictures.layers import Models, Style
-from ..pictures.staging import Size, picture_size
+from ..imaging.colors import ColorLike
 from .session import Session
 
 DEFAULT_SIZE = (960, 720)

@@ -26,9 +26,9 @@ from browser import Browser
 from PIL import Image
 
 import gpu_xform as gx
-from gpu_xform.animation.encoders import stills
-from gpu_xform.animation.encoders.clip import Clip
-from gpu_xform.animation.encoders.overlap import MOST_WORKERS, encoded
+from gpu_xform.animation.encoders import image_codecs as stills
+from gpu_xform.animation.encoders.frames import Clip
+from gpu_xform.animation.encoders.parallel import MOST_WORKERS, encoded
 from gpu_xform.animation.encoders.registry import WRITERS, saver
 from gpu_xform.errors import ArgumentError, MissingExtraError, SizeWarning
 from gpu_xform.gpu.device import Device

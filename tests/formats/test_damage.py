@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import load_mesh, save_mesh
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 HOUSE = samples.house()
 WITH_SEGMENTS = Mesh(HOUSE.positions, [*HOUSE.faces, (0, 7), (3, 8)])

@@ -12,7 +12,8 @@ from gltf_files import BINARY, POINTS, TRIANGLE, change, document, pack
 
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
-from gpu_xform.formats import glb, save_mesh, zipped
+from gpu_xform.formats import glb, save_mesh
+from gpu_xform.formats import threemf as zipped
 
 
 def test_one_triangle() -> None:

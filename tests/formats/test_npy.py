@@ -11,7 +11,7 @@ from hypothesis.extra import numpy as arrays
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import load_mesh, load_scene, save_mesh
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 POINTS = np.array([[1.0, 2, 3], [-4, 5, -6], [0.125, 0, 7], [1e6, -1e-6, 3]])
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import off
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 SQUARE = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)], [(0, 1, 2, 3), (0, 1, 2)])
 PLAIN = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 .5\n0 1 0\n4 0 1 2 3\n3 0 1 2\n"

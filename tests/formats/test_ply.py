@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import ply
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 SQUARE = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)], [(0, 1, 2, 3), (0, 1, 2), (1, 3)])
 HEADER = """ply

@@ -13,10 +13,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gpu_xform import samples
-from gpu_xform._files import atomic_write
+from gpu_xform._core.atomic_files import atomic_write
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.formats import load_mesh, registry, save_mesh
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 coordinates = st.floats(allow_nan=False, allow_infinity=False)
 

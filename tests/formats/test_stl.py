@@ -8,7 +8,7 @@ import trimesh
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import load_mesh, save_mesh, stl
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 TRIANGLES = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 2, 3)])
 

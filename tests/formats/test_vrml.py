@@ -8,7 +8,7 @@ import pytest
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import vrml
-from gpu_xform.mesh import Mesh
+from gpu_xform.geometry.mesh import Mesh
 
 POINT_97 = "coord Coordinate { point [0 0 0, 1 0 0, 0 1 0] }"
 SHAPE_97 = f"Shape {{ geometry IndexedFaceSet {{ {POINT_97} coordIndex [0 1 2] }} }}"

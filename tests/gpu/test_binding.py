@@ -7,7 +7,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, matrices, samples
-from gpu_xform.gpu import compute
+from gpu_xform.gpu import dispatch as compute
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.shaders import Pipelines

@@ -5,8 +5,8 @@ import pytest
 
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu.buffers import READBACK, STORAGE, UNIFORM, Buffer
-from gpu_xform.gpu.compute import bind
 from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.dispatch import bind
 
 DATA = np.arange(1, 1001, dtype=np.uint32)
 

@@ -12,14 +12,14 @@ import pytest
 import wgpu
 
 import gpu_xform as gx
+from gpu_xform.diagnostics.doctor import examine
 from gpu_xform.errors import DeviceError, DeviceMemoryError, NoAdapterError
 from gpu_xform.gpu import adapters as adapters_module
 from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu import drivers
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device, default_device
-from gpu_xform.gpu.doctor import examine
-from gpu_xform.gpu.faults import device_errors
+from gpu_xform.gpu.errors import device_errors
 
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="concerns Linux's driver loader and fork")
 

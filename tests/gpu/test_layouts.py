@@ -7,8 +7,8 @@ import pytest
 
 from gpu_xform.gpu import layouts, shaders
 from gpu_xform.gpu.buffers import UNIFORM, Buffer
-from gpu_xform.gpu.compute import bind, dispatch
 from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.dispatch import bind, dispatch
 
 POISON = -1234.0
 

@@ -9,9 +9,10 @@ from hypothesis import strategies as st
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
-from gpu_xform.gpu import picture, reach
-from gpu_xform.gpu.tiles import Region
-from gpu_xform.images import Pixels
+from gpu_xform.imaging.image import Pixels
+from gpu_xform.raster import screen_bounds as reach
+from gpu_xform.raster.compute import rasterizer as picture
+from gpu_xform.raster.tiles import Region
 
 SIZE = (331, 207)
 SNUB = samples.snub_dodecahedron()

@@ -10,7 +10,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, samples
-from gpu_xform.gpu import residents
+from gpu_xform.gpu import resource_cache as residents
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device
 

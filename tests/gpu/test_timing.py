@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gpu_xform.gpu import timing, transform_pass
+from gpu_xform.compute.kernels import transform as transform_pass
+from gpu_xform.gpu import timing
+from gpu_xform.gpu.chunking import Plan
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.plans import Plan
 
 
 @pytest.fixture

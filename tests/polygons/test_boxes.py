@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.polygons.boxes import overlapping
+from gpu_xform.vector.painters.box_tree import overlapping
 
 PLENTY = 1 << 20
 

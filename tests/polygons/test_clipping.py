@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gpu_xform.polygons import Pieces, chosen, clipped, strips, together
+from gpu_xform.vector.painters import Pieces, chosen, clipped, strips, together
 
 Array = npt.NDArray[np.float64]
 TRIANGLES = arrays(np.float64, (4, 3, 2), elements=st.integers(-8, 8).map(float))

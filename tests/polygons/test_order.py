@@ -7,7 +7,9 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from gpu_xform.polygons import Pieces, fans, knots, order, painters_order
+from gpu_xform.vector.painters import Pieces, fans, painters_order
+from gpu_xform.vector.painters import cycle_breaking as knots
+from gpu_xform.vector.painters import painters_order as order
 
 Array = npt.NDArray[np.float64]
 Kinds = npt.NDArray[np.int64]

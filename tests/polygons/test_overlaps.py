@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from gpu_xform.polygons import Pieces, clipped, fans
-from gpu_xform.polygons.overlaps import FIRST, LEVEL, SECOND, facets, related
+from gpu_xform.vector.painters import Pieces, clipped, fans
+from gpu_xform.vector.painters.overlaps import FIRST, LEVEL, SECOND, facets, related
 
 Array = npt.NDArray[np.float64]
 APART, MINE, OTHER, NEITHER = 0, int(FIRST), int(SECOND), int(LEVEL)  # which is before the other

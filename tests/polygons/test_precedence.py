@@ -8,7 +8,7 @@ import numpy.typing as npt
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.polygons.precedence import circles, knotted, levels
+from gpu_xform.vector.painters.depth_graph import circles, knotted, levels
 
 Relation = npt.NDArray[np.int64]
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector import _chains
-from gpu_xform.vector._chains import chained
+from gpu_xform.vector import join_segments as _chains
+from gpu_xform.vector.join_segments import chained
 
 Line = list[tuple[int, int]]
 COORDINATES = st.integers(-2, 2)

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector import Dots, Polygons, Strokes, _chains, svg
+from gpu_xform.vector import Dots, Polygons, Strokes, svg
+from gpu_xform.vector import join_segments as _chains
 
 WHITE = (1.0, 1.0, 1.0, 1.0)
 SVG = "{http://www.w3.org/2000/svg}"

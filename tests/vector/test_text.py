@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector._text import hundredths, rows
+from gpu_xform.vector.decimal_text import hundredths, rows
 
 LIMIT = 10**9
 

@@ -7,9 +7,9 @@ import pytest
 
 from gpu_xform import Camera, Layer, samples
 from gpu_xform.viewer.controls import Controls, Given, Request, View
-from gpu_xform.viewer.keys import KEYS
-from gpu_xform.viewer.looks import Look
+from gpu_xform.viewer.key_bindings import KEYS
 from gpu_xform.viewer.orbit import Ball, Orbit
+from gpu_xform.viewer.style_overrides import Look
 
 Array = npt.NDArray[np.float64]
 

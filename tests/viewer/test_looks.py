@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from gpu_xform import Layer, Mesh, render_array, samples
-from gpu_xform.viewer import looks
-from gpu_xform.viewer.looks import DARK, Look, restyled
+from gpu_xform.viewer import style_overrides as looks
+from gpu_xform.viewer.style_overrides import DARK, Look, restyled
 
 HOUSE = samples.house()
 N_EDGES, N_FACES = len(HOUSE.edges), HOUSE.n_faces

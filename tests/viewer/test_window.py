@@ -16,11 +16,11 @@ from rendercanvas.offscreen import OffscreenRenderCanvas
 from screen import Screen
 
 from gpu_xform import Camera, Layer, Mesh, Scene, render_array, samples, save_mesh, translate, view
-from gpu_xform.cameras import CameraLike
 from gpu_xform.cli import main
-from gpu_xform.colors import ColorLike
+from gpu_xform.drawing.camera import CameraLike
+from gpu_xform.drawing.layer import Models, Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError, DisplayError, MeshError, MissingExtraError
-from gpu_xform.pictures.layers import Models, Style
+from gpu_xform.imaging.colors import ColorLike
 from gpu_xform.viewer import session as session_module
 from gpu_xform.viewer.orbit import Ball, Orbit
 from gpu_xform.viewer.session import Session

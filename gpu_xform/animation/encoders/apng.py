@@ -10,9 +10,9 @@ from fractions import Fraction
 from itertools import count
 from typing import BinaryIO
 
-from .clip import Clip
-from .overlap import encoded
-from .stills import png
+from .frames import Clip
+from .image_codecs import png
+from .parallel import encoded
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
 MOST_OF_A_DELAY = 65535

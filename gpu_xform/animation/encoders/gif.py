@@ -11,10 +11,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import ArgumentError
-from ...images import Pixels
-from .clip import Clip
-from .overlap import encoded
+from ...imaging.image import Pixels
+from .frames import Clip
 from .palettes import TRANSPARENT, Indices, Palettes, is_opaque, words
+from .parallel import encoded
 
 LARGEST_SIDE = 65535
 # Browsers take a delay of less than two hundredths of a second for a mistake, and make it ten.

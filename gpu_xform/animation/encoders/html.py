@@ -6,9 +6,9 @@ from html import escape
 from importlib.resources import files
 from typing import BinaryIO
 
-from .clip import Clip
-from .overlap import encoded
-from .stills import webp
+from .frames import Clip
+from .image_codecs import webp
+from .parallel import encoded
 
 LARGEST_SIDE = 16383  # of a WebP
 CONTROLS_HEIGHT, NARROWEST = 52, 480  # pixels, as in player.html

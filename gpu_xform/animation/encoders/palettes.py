@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ...images import Pixels
+from ...imaging.image import Pixels
 
 Indices = npt.NDArray[np.uint8]
 Codes = npt.NDArray[np.uint32]

@@ -5,10 +5,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
-from ..._files import atomic_seekable_write, atomic_write
+from ..._core.atomic_files import atomic_seekable_write, atomic_write
 from ...errors import ArgumentError, ArgumentTypeError
-from . import apng, folder, gif, html, video, webp
-from .clip import Clip
+from . import apng, gif, html, video, webp
+from . import image_sequence as folder
+from .frames import Clip
 
 Writer: TypeAlias = Callable[[BinaryIO, Clip], None]
 StrPath: TypeAlias = str | os.PathLike[str]

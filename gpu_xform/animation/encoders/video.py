@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 import numpy as np
 
 from ...errors import ArgumentError, MissingExtraError, SizeWarning
-from ...images import Pixels
-from .clip import Clip
-from .overlap import encoded
+from ...imaging.image import Pixels
+from .frames import Clip
+from .parallel import encoded
 
 if TYPE_CHECKING:
     from av.packet import Packet

@@ -6,9 +6,9 @@ Pillow writes animations itself, but wants the list of all frames first.
 import struct
 from typing import BinaryIO
 
-from .clip import Clip
-from .overlap import encoded
-from .stills import webp
+from .frames import Clip
+from .image_codecs import webp
+from .parallel import encoded
 
 LARGEST_SIDE = 16383
 HAS_ANIMATION, HAS_ALPHA = 0x02, 0x10

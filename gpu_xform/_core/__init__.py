@@ -1,0 +1,1 @@
+"""What every other folder may use: types, argument checks, files written whole, progress."""

@@ -1,0 +1,78 @@
+"""From the camera options to a camera, or to how one is fitted."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from .. import matrices
+from .._core.arguments import direction
+from .._core.types import Float64Array
+from ..errors import ArgumentError
+from ..geometry.mesh import Mesh
+
+if TYPE_CHECKING:
+    from ..drawing.camera import CameraLike
+    from ..drawing.layer import Layer
+
+
+def require_one_aim(options: Namespace) -> None:
+    """Raise `ArgumentError` where the options aim the camera twice, or not at all, or so that no side is up."""
+    if options.camera_position is None:
+        if options.camera_focal_point is not None:
+            raise ArgumentError("camera options: --camera-focal-point must come with --camera-position")
+        _require_upright(options)
+    elif options.camera_direction is not None:
+        raise ArgumentError(
+            "camera options: --camera-direction cannot go with --camera-position: give --camera-focal-point"
+        )
+
+
+def _require_upright(options: Namespace) -> None:
+    try:
+        matrices.look_at((0.0, 0.0, 0.0), direction(_direction(options), "--camera-direction", 3), _up(options))
+    except ArgumentError:
+        what = "the direction of view" if options.camera_direction is None else "--camera-direction"
+        raise ArgumentError(
+            f"camera options: {what} must not be parallel to what is up in the picture: give another --camera-view-up"
+        ) from None
+
+
+def camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
+    """Return the camera of the options, or the keywords of `Camera.fit` where it has no position."""
+    if options.camera_position is None:
+        return {"direction": _direction(options), **_lens(options)}
+    from ..drawing.camera import Camera
+    from ..drawing.load_models import outline
+
+    target = options.camera_focal_point
+    if target is None:
+        target = Mesh(outline(layers)).center
+    try:
+        return Camera.look_at(options.camera_position, target, **_lens(options))
+    except ArgumentError as error:
+        hint = ": give another --camera-view-up" if str(error).startswith("up ") else ""
+        raise ArgumentError(f"camera options: {error}{hint}") from None
+
+
+def _direction(options: Namespace) -> Float64Array:
+    """Return along which direction (3,) a camera without a position looks."""
+    from ..drawing.camera import default_direction
+
+    along: Float64Array | None = options.camera_direction
+    # By default that of the model's own up, which --camera-view-up only turns in the picture.
+    return default_direction(options.up) if along is None else along
+
+
+def _lens(options: Namespace) -> dict[str, Any]:
+    """Return the keywords that all cameras share."""
+    return {
+        "up": _up(options),
+        "fov_y": options.camera_view_angle,
+        "orthographic": options.camera_orthographic,
+    }
+
+
+def _up(options: Namespace) -> Float64Array:
+    """Return what is up in the picture: (3,)."""
+    up: Float64Array = options.up if options.camera_view_up is None else options.camera_view_up
+    return up

@@ -1,0 +1,73 @@
+"""Arrays of points as they come in and go out: NumPy's own, lists, and what speaks DLPack or the array interface."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.types import Float64Array
+from ..errors import ArgumentError, ArgumentTypeError
+
+
+def point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
+    """Return `points` as an array (..., n, 2) or (..., n, 3) of float32 or float64, in any layout and byte order.
+
+    Nothing is copied where the numbers are already float32 or float64; integers become float64, float16 float32.
+    """
+    array = host_array(points, "points")
+    if array.dtype.kind in "iu" or (array.size == 0 and not hasattr(points, "dtype")):
+        array = array.astype(np.float64)
+    elif array.dtype == np.float16:
+        array = array.astype(np.float32)
+    elif array.dtype.kind != "f" or array.dtype.itemsize not in {4, 8}:
+        raise ArgumentTypeError(f"points must hold float32, float64 or integers, got dtype {array.dtype}")
+    if array.ndim < 2 or array.shape[-1] not in {2, 3}:
+        raise ArgumentError(f"points must have shape (n, 3) or (n, 2), got {array.shape}")
+    return array
+
+
+def host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
+    """Return `value` as a NumPy array, sharing its memory where it offers it."""
+    try:
+        # Arrays of other libraries hand their memory over by DLPack; NumPy would look for `__array__` only.
+        if hasattr(value, "__dlpack__") and not isinstance(value, np.ndarray | np.generic):
+            return np.from_dlpack(value)  # type: ignore[arg-type]
+        # A map keeps its type, which tells that its pages may be let go.
+        return value if isinstance(value, np.memmap) else np.asarray(value)
+    except ValueError as error:  # a ragged list
+        raise ArgumentError(f"{name} must be a rectangular array of numbers: {error}") from None
+    except (BufferError, RuntimeError) as error:  # memory of another device, or one that records gradients
+        raise ArgumentTypeError(f"{name} must be in the host's memory: {error}") from None
+
+
+def require_output(out: npt.NDArray[Any], shape: tuple[int, ...], points: npt.NDArray[Any]) -> None:
+    """Raise where `out` cannot take a result of `shape` and the dtype of `points`."""
+    dtype = points.dtype.newbyteorder("=")
+    if not isinstance(out, np.ndarray):
+        raise ArgumentTypeError(f"out must be a NumPy array, got {type(out).__name__}")
+    if out.shape != shape:
+        raise ArgumentError(f"out must have shape {shape}, got {out.shape}")
+    if out.dtype.newbyteorder("=") != dtype:
+        raise ArgumentTypeError(f"out must have dtype {dtype}, got {out.dtype}")
+    if not out.flags.writeable:
+        raise ArgumentError("out must be writeable, got a read-only array")
+    if np.may_share_memory(out, points) and not _same_memory(out, points) and np.shares_memory(out, points):
+        raise ArgumentError("out must be points itself or share no memory with it, got an overlap")
+
+
+def _same_memory(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> bool:
+    return (
+        a.__array_interface__["data"][0] == b.__array_interface__["data"][0]
+        and a.strides == b.strides
+        and a.shape == b.shape
+    )
+
+
+def embedded(matrices: Float64Array) -> Float64Array:
+    """Return 3x3 matrices of R^2 (k, 3, 3) as the 4x4 ones that leave z alone: (k, 4, 4); 4x4 ones as they are."""
+    if matrices.shape[-1] == 4:
+        return matrices
+    wide = np.zeros((len(matrices), 4, 4))
+    wide[:, 2, 2] = 1.0
+    wide[np.ix_(range(len(matrices)), [0, 1, 3], [0, 1, 3])] = matrices
+    return wide

@@ -1,0 +1,87 @@
+"""In which precision a transform is computed, and what single precision can't hold."""
+
+import warnings
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.memmap import let_go
+from .._core.types import Float64Array
+from ..errors import ArgumentError, PrecisionError, PrecisionWarning
+from ..gpu.device import Device
+
+Precision = Literal["auto", "float32", "float64", "rebased"]
+
+# Fewer steps than this across a model show in a picture of it, and in most measurements.
+FEWEST_STEPS = 4096
+SAMPLE = 1024
+
+SINGLE: np.dtype[Any] = np.dtype(np.float32)
+DOUBLE: np.dtype[Any] = np.dtype(np.float64)
+
+
+@dataclass(frozen=True)
+class Computation:
+    """The number type on the device, and whether points go there as offsets from origins that the host keeps."""
+
+    dtype: np.dtype[Any]
+    rebased: bool = False
+
+
+def resolve(precision: Precision, dtype: np.dtype[Any], device: Device) -> Computation:
+    """Return how points of `dtype` are computed on `device`; raise `PrecisionError` where it cannot be done."""
+    if precision not in get_args(Precision):
+        raise ArgumentError(f"precision must be one of {', '.join(get_args(Precision))}, got {precision!r}")
+    if precision == "auto":
+        if dtype.itemsize == SINGLE.itemsize:
+            return Computation(SINGLE)
+        return Computation(DOUBLE) if device.has_float64 else Computation(SINGLE, rebased=True)
+    if precision == "float64":
+        if not device.has_float64:
+            raise PrecisionError(
+                f"{device.name!r} has no double precision (shader-f64): use precision='rebased' or 'float32'"
+            )
+        return Computation(DOUBLE)
+    return Computation(SINGLE, rebased=precision == "rebased")
+
+
+def require_range(matrices: Float64Array, dtype: np.dtype[Any]) -> None:
+    """Raise `ArgumentError` where an entry of `matrices` is too large for `dtype`."""
+    largest = np.abs(matrices).max(initial=0.0)
+    if largest > np.finfo(dtype).max:
+        raise ArgumentError(f"matrix must fit {dtype}, got an entry of {largest:g}")
+
+
+_warned = False
+
+
+def is_single(precision: Precision, points: npt.NDArray[Any]) -> bool:
+    """Say whether the coordinates themselves are rounded to float32."""
+    return precision == "float32" or (points.dtype.itemsize == SINGLE.itemsize and precision == "auto")
+
+
+def warn_if_coarse(points: npt.NDArray[Any]) -> None:
+    """Warn, once a process, where single precision has too few steps across the extent of `points` (..., n, 2 or 3).
+
+    Judged by about a thousand points of the first set, evenly spaced.
+    """
+    global _warned
+    if _warned or points.size == 0:
+        return
+    first = points[(0,) * (points.ndim - 2)]
+    sample = first[:: max(1, len(first) // SAMPLE)]
+    low, high = sample.min(axis=0), sample.max(axis=0)
+    let_go(first)
+    with np.errstate(over="ignore", invalid="ignore"):
+        extent = float((high - low).max())
+        step = float(np.spacing(np.float32(max(np.abs(low).max(), np.abs(high).max()))))
+    if 0.0 < extent < step * FEWEST_STEPS:
+        _warned = True
+        warnings.warn(
+            f"float32 resolves these coordinates to {step:g} only, across an extent of {extent:g}: "
+            "pass float64 points, or subtract an origin first",
+            PrecisionWarning,
+            stacklevel=3,
+        )

@@ -1,0 +1,1 @@
+"""The dispatches of each family of compute shaders."""

@@ -1,0 +1,70 @@
+"""Points through matrices of their own: one that an index picks, or a weighted sum of several."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...gpu import layouts
+from ...gpu.chunking import Plan
+from ...gpu.device import Device
+from ...gpu.dispatch import bind, dispatch
+from .transform import Finish, upload_transforms
+
+
+def blend(
+    device: Device,
+    points: npt.NDArray[Any],
+    matrices: npt.NDArray[np.float64],
+    index: npt.NDArray[Any],
+    weights: npt.NDArray[Any] | None,
+    out: npt.NDArray[Any],
+    dtype: np.dtype[Any],
+    finish: Finish,
+    *,
+    inverse_transposed: bool = False,
+) -> None:
+    """Write each point through its matrix into `out`, computed in `dtype`.
+
+    points, out : (n, 2) or (n, 3), n > 0
+    matrices : (k, 4, 4), no more than `max_matrices(device, dtype)`
+    index : (n, b) integers in 0..k-1
+    weights : (n, b), or None where b is 1
+    """
+    n_points, n_components = points.shape
+    n_influences = index.shape[1]
+    plan = Plan.of(device, n_points, n_components, dtype, points_per_invocation=1, widest=n_influences)
+    pipeline = device.pipelines.compute(
+        f"blend_points_{plan.precision}",
+        workgroup_size=plan.workgroup_size,
+        finish=finish,
+        n_components=n_components,
+        n_influences=n_influences,
+        weighted=weights is not None,
+        inverse_transposed=inverse_transposed,
+    )
+    with device.lock:
+        source = device.pool.get("source", plan.chunk * plan.point_bytes)
+        destination = device.pool.get("destination", plan.chunk * plan.point_bytes)
+        picks = device.pool.get("picks", plan.chunk * n_influences * 4)
+        shares = device.pool.get("shares", plan.chunk * n_influences * dtype.itemsize if weights is not None else 16)
+        stack = device.pool.get("matrices", len(matrices) * 16 * dtype.itemsize)
+        stack.upload(layouts.matrix_array(matrices, dtype))
+        buffers = (source, destination, picks, shares, stack)
+        for part in plan.chunks(n_points):
+            n_part = part.stop - part.start
+            source.upload(np.ascontiguousarray(points[part], dtype))
+            picks.upload(np.ascontiguousarray(index[part], np.uint32))
+            if weights is not None:
+                shares.upload(np.ascontiguousarray(weights[part], dtype))
+            (transforms,) = upload_transforms(plan, np.eye(4)[None], n_part)
+            with device.recording(transforms.buffer, *buffers) as encoder:
+                bindings = bind(device, pipeline, (transforms, *buffers))
+                dispatch(encoder, pipeline, bindings, -(-n_part // plan.workgroup_size))
+            with destination.downloaded(n_part * plan.point_bytes) as view:
+                out[part] = view.view(dtype).reshape(n_part, n_components)
+
+
+def max_matrices(device: Device, dtype: np.dtype[Any]) -> int:
+    """Return how many matrices one dispatch can hold."""
+    return device.limits.max_bound_bytes // (16 * dtype.itemsize)

@@ -1,0 +1,1 @@
+"""What tells about a device: whether it works, and how fast."""

@@ -1,0 +1,1 @@
+"""Pictures as data: layers and a camera become a draw list, which any back end draws."""

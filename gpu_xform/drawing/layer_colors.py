@@ -1,0 +1,100 @@
+"""Which colours the lines and the faces of a layer have."""
+
+from collections.abc import Sequence
+from numbers import Real
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..imaging.colormaps import mapped
+from ..imaging.colors import FACE_CYCLE, FloatColor, color_rows, packed, rgba
+from .draw_list import ColorMode
+from .layer import Layer
+
+PackedColors: TypeAlias = npt.NDArray[np.uint32]
+
+BLACK: FloatColor = (0.0, 0.0, 0.0, 1.0)
+NO_ROWS: PackedColors = np.empty(0, np.uint32)
+OPAQUE = np.uint32(0xFF000000)  # and any colour, packed
+
+
+class LineColors(NamedTuple):
+    """The colours of lines: `one` where the mode says so, else packed rows, one an edge or one a point.
+
+    role : under which a device keeps them; None for colours that are given
+    """
+
+    mode: ColorMode
+    one: FloatColor
+    rows: PackedColors
+    role: str | None = None
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether something shines through some of the rows."""
+        return bool((self.rows < OPAQUE).any())
+
+
+def by_face(layer: Layer) -> bool:
+    """Whether the outline of each face has its own colour."""
+    others = (layer.edge_colors, layer.vertex_colors, layer.scalars)
+    return layer.face_colors is not None or (_is_cycle(layer.color) and all(colors is None for colors in others))
+
+
+def has_several_colors(layer: Layer) -> bool:
+    """Whether the lines of a layer may differ in colour."""
+    others = (layer.edge_colors, layer.vertex_colors, layer.scalars)
+    return by_face(layer) or any(colors is not None for colors in others)
+
+
+def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> LineColors:
+    """Return the colours that `layer` asks for; for `by_face`, a row for each face.
+
+    n_edges : of the rows that edge_colors must have
+    """
+    if layer.face_colors is not None:
+        return LineColors(
+            ColorMode.AN_EDGE, BLACK, packed(color_rows(layer.face_colors, "face_colors", n_faces, "faces"))
+        )
+    if layer.edge_colors is not None:
+        return LineColors(
+            ColorMode.AN_EDGE, BLACK, packed(color_rows(layer.edge_colors, "edge_colors", n_edges, "edges"))
+        )
+    if layer.vertex_colors is not None:
+        return LineColors(
+            ColorMode.A_POINT, BLACK, packed(color_rows(layer.vertex_colors, "vertex_colors", n_points, "points"))
+        )
+    if layer.scalars is not None:
+        return LineColors(ColorMode.A_POINT, BLACK, packed(mapped(layer.scalars, layer.cmap, layer.clim, n_points)))
+    if _is_cycle(layer.color):
+        return LineColors(
+            ColorMode.AN_EDGE, BLACK, packed(_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)], "cycle"
+        )
+    return LineColors(ColorMode.ONE, rgba(layer.color, "color"), NO_ROWS)
+
+
+def fill_colors(layer: Layer, n_faces: int) -> npt.NDArray[np.float64]:
+    """Return the colours of `layer.fill`: (n_faces, 4), or (1, 4) for all faces."""
+    fill = layer.fill
+    if _is_cycle(fill):
+        return _cycle("fill")[np.arange(n_faces) % len(FACE_CYCLE)]
+    if _is_one(fill):
+        return np.array([rgba(fill, "fill")])
+    return color_rows(fill, "fill", n_faces, "faces")
+
+
+def _is_one(color: object) -> bool:
+    """Whether `color` is one, not several: then it is a name, or a number stands last in it."""
+    if isinstance(color, Sequence | np.ndarray) and not isinstance(color, str):
+        is_empty = color.size == 0 or color.ndim == 0 if isinstance(color, np.ndarray) else len(color) == 0
+        return not is_empty and isinstance(color[-1], Real)
+    return isinstance(color, str)
+
+
+def _is_cycle(color: object) -> bool:
+    return isinstance(color, str) and color == "face"
+
+
+def _cycle(name: str) -> npt.NDArray[np.float64]:
+    return np.array([rgba(color, name) for color in FACE_CYCLE])

@@ -1,0 +1,32 @@
+"""Edges between faces that look at the eye and faces that look away, found anew for each view."""
+
+import numpy as np
+import numpy.typing as npt
+
+from ..gpu import layouts, uniforms
+from ..gpu.buffers import Buffer
+from ..gpu.chunking import n_workgroups, workgroup_size
+from ..gpu.device import Device
+from ..gpu.dispatch import bind, dispatch
+
+
+def find(device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, eye: npt.NDArray[np.float64]) -> Buffer:
+    """Return the edges (n_candidates, 2) uint32 that `Lines` takes, with no point for those that are not seen edge-on.
+
+    candidates : `layouts.CANDIDATE` (n_candidates,)
+    planes : (f, 4) float32, each face's (normal, offset) in the points' frame, positive before the face
+    eye : (4,), in the points' frame, homogeneous; w = 0 for a direction towards it
+
+    The caller releases the result.
+    """
+    edges = Buffer(device, 8 * n_candidates)
+    struct = np.zeros((), layouts.VIEW)
+    struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero where all the model is one line to the eye
+    struct["n_candidates"] = n_candidates
+    pipeline = device.pipelines.compute("find_silhouette", workgroup_size=workgroup_size(device))
+    with device.lock:
+        (view,) = uniforms.upload(device, "view", [struct])
+        with device.recording(view.buffer, candidates, planes, edges) as encoder:
+            bindings = bind(device, pipeline, (view, candidates, planes, edges))
+            dispatch(encoder, pipeline, bindings, n_workgroups(device, n_candidates))
+    return edges

@@ -1,0 +1,1 @@
+"""Meshes, their triangles and edges, and scenes: plain data, NumPy alone."""

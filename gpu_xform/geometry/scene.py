@@ -1,0 +1,286 @@
+"""Scenes: a tree of named nodes, each placed in its parent by a matrix, and the models that they show."""
+
+import copy
+from collections import defaultdict
+from collections.abc import Callable, Container, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from .._core.arguments import square_matrix
+from .._core.types import Float64Array, MatrixLike
+from ..errors import ArgumentError, ArgumentTypeError
+from ..matrices._affine import finite
+
+if TYPE_CHECKING:
+    from ..drawing.layer import Model
+
+_LINES_IN_REPR = 40
+
+
+class Shown(NamedTuple):
+    """A model, and how it is drawn."""
+
+    model: "Model"
+    style: Mapping[str, Any]
+    """The keywords of `render` that say how."""
+
+
+class Instances(NamedTuple):
+    """A model wherever it is shown in one style."""
+
+    node: str
+    """The name of the first node that shows it."""
+    model: "Model"
+    style: Mapping[str, Any]
+    transform: Float64Array
+    """(k, 4, 4): from the model to the world, once for each place."""
+
+
+class Node:
+    """A place in a scene, made by `Scene.add`: a name, a matrix and any number of models."""
+
+    def __init__(self, name: str, parent: str | None, transform: Float64Array) -> None:
+        self._name = name
+        self._parent = parent
+        self._transform = transform
+        self._models: tuple[Shown, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """The name, of which the scene has one."""
+        return self._name
+
+    @property
+    def parent(self) -> str | None:
+        """The name of the node that this one is placed in; None for the world. `Scene.move` changes it."""
+        return self._parent
+
+    @property
+    def transform(self) -> Float64Array:
+        """The matrix from this node to its parent: (4, 4) float64, read-only; to change it, assign another.
+
+        An object with `as_matrix()` is taken as well. ArgumentError is raised for another shape, a NaN, an infinity.
+        """
+        return self._transform
+
+    @transform.setter
+    def transform(self, matrix: MatrixLike) -> None:
+        """Put another matrix in its place."""
+        self._transform = _local(matrix, "transform")
+
+    @property
+    def models(self) -> tuple[Shown, ...]:
+        """The models, each with its style, in the order in which they were given."""
+        return self._models
+
+    def show(self, model: "Model", **style: Any) -> None:
+        """Show one more model here, drawn in the style that keywords of `render` describe."""
+        if "transform" in style:
+            raise ArgumentError("transform must be that of a node: a model stands where its node is")
+        self._models = (*self._models, Shown(model, style))
+
+    def __repr__(self) -> str:
+        return f"<Node {_summary(self)}>"
+
+
+class Scene:
+    """A tree of named nodes. The world matrix of a node is the product of all matrices from the world down to it.
+
+    A model shown by several nodes is one model: it is uploaded once, and drawn in each place.
+    Iteration gives the nodes depth first, each before what is placed in it.
+    Raises ArgumentError for an unknown name, for a name given twice, and for a node placed within itself.
+    """
+
+    def __init__(self) -> None:
+        self._nodes: dict[str, Node] = {}
+
+    def add(
+        self,
+        model: "Model | None" = None,
+        *,
+        name: str | None = None,
+        parent: str | Node | None = None,
+        transform: MatrixLike | None = None,
+        **style: Any,
+    ) -> Node:
+        """Add a node, and return it.
+
+        model : what it shows; nothing by default, to carry other nodes. `Node.show` adds more
+        name : "node 1", "node 2", ... by default
+        parent : the node that it is placed in, or its name; the world by default
+        transform : (4, 4), from the node to its parent; the identity by default
+        style : keywords of `render` that say how the model is drawn
+        """
+        name = self._new_name(name)
+        above = None if parent is None else self._node(parent, "parent").name
+        node = Node(name, above, _local(np.eye(4) if transform is None else transform, "transform"))
+        if model is not None:
+            node.show(model, **style)
+        elif style:
+            raise ArgumentError(f"model must be given where a style is, got {', '.join(style)} alone")
+        self._nodes[name] = node
+        return node
+
+    def move(self, node: str | Node, parent: str | Node | None) -> None:
+        """Place a node, with all that is in it, in another parent, or with None in the world; its matrix stays."""
+        moved = self._node(node, "node")
+        target = None if parent is None else self._node(parent, "parent")
+        if target is not None and moved in self._path(target):
+            raise ArgumentError(f"parent must not be within {moved.name!r} itself, got {target.name!r}")
+        moved._parent = None if target is None else target.name
+
+    def remove(self, node: str | Node) -> None:
+        """Remove a node and all that is in it."""
+        doomed = {self._node(node, "node").name}
+        for below in self:
+            if below.parent in doomed:
+                doomed.add(below.name)
+        for name in doomed:
+            del self._nodes[name]
+
+    def world(self, node: str | Node) -> Float64Array:
+        """Return the matrix from a node to the world: (4, 4) float64."""
+        path = self._path(self._node(node, "node"))
+        product = path[-1].transform
+        with np.errstate(over="ignore", invalid="ignore"):
+            for below in reversed(path[:-1]):
+                product = product @ below.transform
+        return _finite_world(product, path[0])
+
+    def posed(self, poses: Mapping[str, MatrixLike]) -> "Scene":
+        """Return a scene of the same models, where the matrix of each node that `poses` names is another.
+
+        poses : from a node's name to its (4, 4) matrix in its parent
+        """
+        if not isinstance(poses, Mapping):
+            raise ArgumentTypeError(f"poses must map names to matrices, got {type(poses).__name__}")
+        posed = Scene()
+        posed._nodes = {name: copy.copy(node) for name, node in self._nodes.items()}
+        for name, matrix in poses.items():
+            if name not in posed:
+                raise ArgumentError(f"poses must name nodes of this scene, got {name!r}")
+            posed._nodes[name]._transform = _local(matrix, f"poses[{name!r}]")
+        return posed
+
+    def with_models(self, change: Callable[["Model"], "Model"]) -> "Scene":
+        """Return a scene of the same nodes, where `change` gives the model in place of each."""
+        changed = self.posed({})
+        for node in changed:
+            node._models = tuple(Shown(change(shown.model), shown.style) for shown in node._models)
+        return changed
+
+    def layers(self) -> list[Instances]:
+        """Return each model once for every style that it is shown in, with the places where it is.
+
+        They come in the order in which they first appear. Models and arrays are the same where they are one object.
+        """
+        worlds: dict[str | None, Float64Array] = {None: np.eye(4)}
+        found: dict[Any, tuple[Node, Shown, list[Float64Array]]] = {}
+        with np.errstate(over="ignore", invalid="ignore"):
+            for node in self:
+                worlds[node.name] = worlds[node.parent] @ node.transform
+                for shown in node.models:
+                    *_, places = found.setdefault(_key(shown), (node, shown, []))
+                    places.append(_finite_world(worlds[node.name], node))
+        return [Instances(node.name, *shown, np.stack(places)) for node, shown, places in found.values()]
+
+    def _new_name(self, name: object) -> str:
+        """Return `name`, or one that is free; raise an error for one that is taken."""
+        if name is None:
+            return unused_name("node", len(self) + 1, self._nodes)
+        if not isinstance(name, str):
+            raise ArgumentTypeError(f"name must be a text, got {name!r}")
+        if not name:
+            raise ArgumentError("name must not be empty")
+        if name in self._nodes:
+            parent = self._nodes[name].parent
+            place = "the world" if parent is None else repr(parent)
+            raise ArgumentError(f"name must be new, got {name!r}, which is in {place} and cannot have a second parent")
+        return name
+
+    def _node(self, which: str | Node, argument: str) -> Node:
+        """Return the node that is meant, or raise an error that names the argument."""
+        node = self._nodes.get(which) if isinstance(which, str) else which
+        if not isinstance(node, Node) or node not in self:
+            raise ArgumentError(f"{argument} must be a node of this scene, or its name, got {which!r}")
+        return node
+
+    def _path(self, node: Node) -> list[Node]:
+        """Return `node`, its parent, and so on up to the world."""
+        path = [node]
+        while path[-1].parent is not None:
+            path.append(self._nodes[path[-1].parent])
+        return path
+
+    def __getitem__(self, name: str) -> Node:
+        return self._node(name, "name")
+
+    def __contains__(self, node: object) -> bool:
+        if isinstance(node, Node):
+            return self._nodes.get(node.name) is node
+        return node in self._nodes
+
+    def __iter__(self) -> Iterator[Node]:
+        children = defaultdict(list)
+        for node in self._nodes.values():
+            children[node.parent].append(node)
+        waiting = children[None][::-1]
+        while waiting:
+            node = waiting.pop()
+            yield node
+            waiting.extend(reversed(children[node.name]))
+
+    def __len__(self) -> int:
+        return len(self._nodes)
+
+    def __repr__(self) -> str:
+        depths: dict[str | None, int] = {None: 0}
+        lines = [f"<Scene: {len(self)} nodes>"]
+        for node in self:
+            if len(lines) == _LINES_IN_REPR:
+                lines.append(f"  ... and {len(self) - len(lines) + 1} more")
+                break
+            depths[node.name] = depths[node.parent] + 1
+            lines.append("  " * depths[node.name] + _summary(node))
+        return "\n".join(lines)
+
+
+def unused_name(stem: str, number: int, used: Container[str]) -> str:
+    """Return "stem number", or with the next number whose name is not in `used`."""
+    while f"{stem} {number}" in used:
+        number += 1
+    return f"{stem} {number}"
+
+
+def _finite_world(matrix: Float64Array, node: Node) -> Float64Array:
+    return finite(matrix, f"the world matrix of {node.name!r}")
+
+
+def _local(matrix: MatrixLike, argument: str) -> Float64Array:
+    local = square_matrix(matrix, argument, 4)
+    local.flags.writeable = False
+    return local
+
+
+def _key(shown: Shown) -> tuple[Any, ...]:
+    """Return what two models share that are drawn alike: the model, and for every keyword its value."""
+    return _identity(shown.model), frozenset((name, _identity(value)) for name, value in shown.style.items())
+
+
+def _identity(value: Any) -> Any:
+    """Return a key that equal texts and numbers share, and of meshes, arrays and lists only what is one object."""
+    try:
+        hash(value)
+    except TypeError:
+        return object, id(value)
+    return value
+
+
+def _described(model: "Model") -> str:
+    return f"<array {model.shape}>" if isinstance(model, np.ndarray) else repr(model)
+
+
+def _summary(node: Node) -> str:
+    models = ", ".join(_described(shown.model) for shown in node.models)
+    return f"{node.name!r}: {models}" if models else repr(node.name)

@@ -1,0 +1,1 @@
+"""Pixels: images, colours, colormaps, and the comparison of pictures; NumPy and Pillow."""

@@ -1,0 +1,85 @@
+"""Numbers as colours."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.arguments import real_array, vector
+from .._core.types import Float64Array
+from ..errors import ArgumentError, ArgumentTypeError
+from .colors import color_rows
+
+ColormapLike: TypeAlias = str | Callable[[Float64Array], npt.ArrayLike]
+
+
+def mapped(scalars: npt.ArrayLike, cmap: ColormapLike, clim: Sequence[float] | None, n_points: int) -> Float64Array:
+    """Return the colour of each point: (n_points, 4) float64 in [0, 1], straight.
+
+    scalars : (n_points,) numbers; NaN, and what a masked array hides, is transparent
+    cmap : a name as matplotlib has them, "viridis", or with its colours the other way round, "viridis_r"; or a callable
+        from numbers in [0, 1] (k,) to colours (k, 4)
+    clim : (low, high), the numbers at the ends of the colormap; those of `scalars` by default. What lies beyond takes
+        the colours of the ends. Where both are the same, all points take the first colour.
+
+    A colormap of matplotlib or of the package cmap is such a callable, and keeps its own colours for NaN and for what
+    lies beyond the limits.
+    """
+    if isinstance(scalars, np.ma.MaskedArray):
+        scalars = np.where(np.ma.getmaskarray(scalars), np.nan, scalars.data)
+    numbers = real_array(scalars, "scalars", finite=False)
+    if numbers.ndim != 1:
+        raise ArgumentError(f"scalars must have shape ({n_points},), got {numbers.shape}")
+    if len(numbers) != n_points:
+        raise ArgumentError(f"scalars must have one number for each of the {n_points} points, got {len(numbers)}")
+    if np.isinf(numbers).any():
+        index = int(np.isinf(numbers).argmax())
+        raise ArgumentError(f"scalars must be finite or NaN, got {numbers[index]} at index {index}")
+    colormap = _colormap(cmap)
+    places = _places(numbers, _limits(numbers, clim))
+    if hasattr(colormap, "with_extremes"):
+        return color_rows(colormap(places), "the colours from cmap", n_points, "points")
+    colors = np.zeros((n_points, 4))
+    there = ~np.isnan(places)
+    if there.any():
+        inside = np.clip(places[there], 0.0, 1.0)
+        colors[there] = color_rows(colormap(inside), "the colours from cmap", len(inside), "points")
+    return colors
+
+
+def _limits(numbers: Float64Array, clim: Sequence[float] | None) -> tuple[float, float]:
+    if clim is None:
+        finite = numbers[~np.isnan(numbers)]
+        return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
+    low, high = vector(clim, "clim", 2).tolist()
+    if low > high:
+        raise ArgumentError(f"clim must be (low, high), got ({low:g}, {high:g}); a cmap ending in '_r' is reversed")
+    return low, high
+
+
+def _places(numbers: Float64Array, limits: tuple[float, float]) -> Float64Array:
+    """Return where between the limits each number lies: 0 at the low one, 1 at the high one."""
+    low, high = (0.5 * limit for limit in limits)  # halves: the whole range may be beyond float64's largest number
+    span = high - low
+    if span == 0.0:
+        return np.where(np.isnan(numbers), np.nan, 0.0)
+    with np.errstate(over="ignore"):  # what lies far beyond narrow limits is at infinity, and so beyond them still
+        return np.asarray((0.5 * numbers - low) / span)
+
+
+def _colormap(cmap: ColormapLike) -> Callable[..., Any]:
+    if not isinstance(cmap, str):
+        if not callable(cmap):
+            raise ArgumentTypeError(f"cmap must be a colormap's name or a callable, got {type(cmap).__name__}")
+        return cmap
+    from cmap import Colormap
+
+    name = cmap.removesuffix("_r")
+    try:
+        full_name = Colormap.catalog().resolve(name)  # a short name that others share would be logged as a warning
+    except KeyError:
+        raise ArgumentError(f"cmap must be a colormap's name, such as 'viridis', got {cmap!r}") from None
+    colormap = Colormap(full_name + cmap[len(name) :])
+    return partial(colormap, N=max(256, len(colormap.color_stops)))

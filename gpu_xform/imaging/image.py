@@ -1,0 +1,79 @@
+"""Pixels as the library hands them out: straight alpha, row 0 at the top."""
+
+import io
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ArgumentError, ArgumentTypeError
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+Pixels = npt.NDArray[np.uint8]
+EIGHT_BIT_MODES = ("1", "L", "LA", "P", "PA", "RGB", "RGBA")  # of others Pillow cuts off what is above 255
+ImageLike: TypeAlias = "Image | Pixels | str | os.PathLike[str]"
+
+
+def straight_alpha(premultiplied: Pixels) -> Pixels:
+    """Return the pixels (..., 4) with their colours divided by alpha; where alpha is 0, so are the colours."""
+    alpha = premultiplied[..., 3]
+    partial = (alpha > 0) & (alpha < 255)
+    straight = premultiplied.copy()
+    colors = premultiplied[partial].astype(np.uint32)
+    opacity = colors[:, 3:]
+    straight[partial, :3] = np.minimum((colors[:, :3] * 255 + opacity // 2) // opacity, 255)
+    return straight
+
+
+def premultiplied(straight: Pixels) -> Pixels:
+    """Return the pixels (..., 4) with their colours multiplied by alpha: what they add to a background."""
+    partial = straight[..., 3] < 255
+    result = straight.copy()
+    colors = straight[partial].astype(np.uint32)
+    result[partial, :3] = (colors[:, :3] * colors[:, 3:] + 127) // 255
+    return result
+
+
+def image(pixels: Pixels) -> "Image":
+    """Return the Pillow image, mode RGBA, of `pixels` (height, width, 4)."""
+    from PIL import Image
+
+    return Image.fromarray(pixels, "RGBA")
+
+
+def pixels(picture: ImageLike, name: str) -> Pixels:
+    """Return the pixels (height, width, 4) of an image, of an array (height, width, 3 or 4), or of a PNG file."""
+    from PIL import Image
+
+    if isinstance(picture, str | os.PathLike):
+        return _png_pixels(picture, name)
+    if isinstance(picture, Image.Image):
+        return _image_pixels(picture, name)
+    array = np.asarray(picture)
+    if array.dtype != np.uint8:
+        raise ArgumentTypeError(f"{name} must be an image, an array of uint8 or a PNG file's path, got {array.dtype}")
+    if array.ndim != 3 or array.shape[2] not in {3, 4}:
+        raise ArgumentError(f"{name} must have shape (height, width, 3) or (height, width, 4), got {array.shape}")
+    return array if array.shape[2] == 4 else np.pad(array, ((0, 0), (0, 0), (0, 1)), constant_values=255)
+
+
+def _png_pixels(path: str | os.PathLike[str], name: str) -> Pixels:
+    from PIL.PngImagePlugin import PngImageFile  # Image.open refuses pictures as large as `render` makes them
+
+    data = Path(path).read_bytes()
+    try:
+        picture = PngImageFile(io.BytesIO(data))
+        picture.load()
+    except (OSError, SyntaxError, ValueError) as error:
+        raise ArgumentError(f"{name} must be a PNG file, got {os.fspath(path)!r}: {error}") from None
+    return _image_pixels(picture, name)
+
+
+def _image_pixels(picture: "Image", name: str) -> Pixels:
+    if picture.mode not in EIGHT_BIT_MODES:
+        raise ArgumentError(f"{name} must have a mode of {', '.join(EIGHT_BIT_MODES)}, got {picture.mode}")
+    return np.asarray(picture.convert("RGBA"))

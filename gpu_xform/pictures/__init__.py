@@ -1,1 +1,0 @@
-"""Models to pictures: how they look, where they are seen from, what a device draws, and what it becomes."""

@@ -1,0 +1,1 @@
+"""The rasteriser that is made of compute shaders."""

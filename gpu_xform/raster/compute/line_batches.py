@@ -1,0 +1,105 @@
+"""Lines of projected shapes, cut into what one binding holds."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+import numpy.typing as npt
+import wgpu
+
+from ...drawing.draw_list import ColorMode, Hidden, Lines
+from ...gpu import layouts
+from ...gpu.buffers import Buffer
+from ...gpu.chunking import n_workgroups, workgroup_size
+from ...gpu.device import Device
+from ...gpu.dispatch import Binding, bind, dispatch
+from ..tiles import TILE_SIDE
+from .vertex_stage import Projected
+
+EDGE_BYTES = 8
+COLOR_BYTES = 4
+MOST_PIXELS = 1 << 15  # that an invocation goes through: lavapipe ends loops after twice as many, and says nothing
+LEAST_EDGE_BITS = 8
+INVOCATIONS = 2048  # that keep all processors of a device busy
+GROUP = 64  # edges whose bindings begin where any adapter lets them
+
+Bindings: TypeAlias = dict[int, Buffer | Binding]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Lines whose edges, and whose colours where each has its own, are what one binding holds."""
+
+    shape: Projected
+    lines: Lines
+    n_edges: int
+    edges: Binding
+    colors: Binding | None
+
+
+def batches(device: Device, shapes: Sequence[Projected]) -> list[Batch]:
+    """Return what is drawn, in order."""
+    return [batch for shape in shapes for lines in shape.shape.lines for batch in _cut(device, shape, lines)]
+
+
+def _cut(device: Device, shape: Projected, lines: Lines) -> Iterator[Batch]:
+    most = max(device.limits.max_bound_bytes // EDGE_BYTES // GROUP, 1) * GROUP
+    for start in range(0, lines.n_edges, most):
+        n_edges = min(most, lines.n_edges - start)
+        colors = None
+        if lines.colors is not None:
+            colors = Binding(lines.colors, 0, lines.colors.n_bytes)
+            if lines.color_mode is ColorMode.AN_EDGE:
+                colors = Binding(lines.colors, start * COLOR_BYTES, n_edges * COLOR_BYTES)
+        edges = Binding(lines.edges, start * EDGE_BYTES, n_edges * EDGE_BYTES)
+        yield Batch(shape, lines, n_edges, edges, colors)
+
+
+def style_struct(batch: Batch) -> npt.NDArray[np.void]:
+    """Return the WGSL struct of a batch."""
+    lines = batch.lines
+    struct = np.zeros((), layouts.STYLE)
+    struct["cue"] = lines.cue
+    struct["color"] = lines.color
+    struct["line_width"] = 1.0 if lines.line_width is None else lines.line_width
+    struct["strength"] = lines.strength
+    struct["n_edges"] = batch.n_edges
+    struct["n_points"] = batch.shape.stride
+    n_edges = batch.n_edges * batch.shape.n_instances  # counted from 1
+    struct["edge_bits"] = max(n_edges.bit_length(), LEAST_EDGE_BITS)
+    struct["log2_lanes"] = log2_lanes(batch)
+    return struct
+
+
+def log2_lanes(batch: Batch) -> int:
+    """Return how many invocations share an edge, as a power of two: enough for short loops, and for all processors."""
+    lines = batch.lines
+    width = math.ceil((lines.line_width or 1.0) * math.sqrt(2.0)) + 2
+    longest = width if lines.are_dots else TILE_SIDE
+    needed = longest * min(width, TILE_SIDE) / MOST_PIXELS
+    wanted = min(INVOCATIONS / (batch.n_edges * batch.shape.n_instances), longest / 8)
+    return max(0, math.ceil(math.log2(max(needed, wanted))))
+
+
+def strength_constants(batch: Batch, *, nothing_hides: bool) -> dict[str, float]:
+    """Return what strength.wgsl is compiled for."""
+    hidden = Hidden.SHOWN if nothing_hides else batch.lines.hidden
+    return {"hidden": hidden, "is_cued": batch.lines.cue[3] > 0.0, "is_outline": batch.lines.are_outlines}
+
+
+def over_edges(
+    encoder: wgpu.GPUCommandEncoder,
+    stage: str,
+    batch: Batch,
+    bindings: Bindings,
+    n_lanes: int,
+    /,
+    **constants: float,
+) -> None:
+    """Record a stage that goes through the edges of a batch, an edge an invocation, or `n_lanes`."""
+    device = batch.shape.positions.device
+    pipeline = device.pipelines.compute(stage, workgroup_size=workgroup_size(device), **constants)
+    grid = n_workgroups(device, batch.n_edges * n_lanes), batch.shape.n_instances
+    dispatch(encoder, pipeline, bind(device, pipeline, bindings), *grid)

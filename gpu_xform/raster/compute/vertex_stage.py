@@ -1,0 +1,80 @@
+"""What a picture is drawn from on the device: shapes, and their points projected."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import wgpu
+
+from ...drawing.draw_list import Shape
+from ...drawing.limits import CLIP_POSITION_BYTES
+from ...gpu import layouts, uniforms
+from ...gpu.buffers import Buffer
+from ...gpu.chunking import POINTS_PER_INVOCATION, precision_name, rounded_up, workgroup_size
+from ...gpu.device import Device
+from ...gpu.dispatch import Binding, bind, dispatch
+
+NUMBER_BYTES = 4
+HEAD_BYTES = 16  # before the numbers of large triangles: workgroups (x, y, z), and how many triangles they take
+
+
+@dataclass(frozen=True)
+class Projected:
+    """A shape, and its points in clip space: (k, n_points padded to quads, 4) float32."""
+
+    shape: Shape
+    positions: Buffer
+
+    @property
+    def n_instances(self) -> int:
+        """How often the points are there."""
+        return len(self.shape.clip_from_points)
+
+    @property
+    def stride(self) -> int:
+        """The number of points from one instance to the next."""
+        return rounded_up(self.shape.points.n_points)
+
+
+def in_bindings(device: Device, shape: Shape) -> Iterator[Shape]:
+    """Cut the instances of a shape into as many shapes as bindings need: for points, and a number a face or an edge."""
+    n_numbers = max([lines.n_edges for lines in shape.lines] + [shape.faces.n_triangles if shape.faces else 0])
+    stride = max(rounded_up(shape.points.n_points) * CLIP_POSITION_BYTES, n_numbers * NUMBER_BYTES)
+    most = max(1, min((device.limits.max_bound_bytes - HEAD_BYTES) // stride, device.limits.max_workgroups))
+    for start in range(0, len(shape.clip_from_points), most):
+        yield replace(shape, clip_from_points=shape.clip_from_points[start : start + most])
+
+
+class Projection:
+    """The projection of every point of every instance of `shapes`, to be recorded once before what is drawn from it."""
+
+    def __init__(self, device: Device, shapes: Sequence[Shape]) -> None:
+        self._device = device
+        self._bindings: list[tuple[Binding, Buffer, Buffer, Buffer]] = []
+        self.shapes: list[Projected] = []
+        for number, shape in enumerate(shapes):
+            points = shape.points
+            n_padded = rounded_up(points.n_points)
+            n_bytes = len(shape.clip_from_points) * n_padded * CLIP_POSITION_BYTES
+            positions = device.pool.get(f"positions {number}", n_bytes)
+            stack = layouts.matrix_array(shape.clip_from_points, points.dtype)
+            matrices = device.pool.get(f"projections {number}", stack.nbytes)
+            matrices.upload(stack)
+            n_quads = np.array([n_padded // POINTS_PER_INVOCATION, 0, 0, 0], np.uint32)
+            (struct,) = uniforms.upload(device, f"quads {number}", [n_quads])
+            self._bindings.append((struct, matrices, points.buffer, positions))
+            self.shapes.append(Projected(shape, positions))
+
+    @property
+    def buffers(self) -> list[Buffer]:
+        """All that a submission of the projection uses."""
+        return [buffer for struct, *others in self._bindings for buffer in (struct.buffer, *others)]
+
+    def record(self, encoder: wgpu.GPUCommandEncoder) -> None:
+        """Record a dispatch for each shape."""
+        size = workgroup_size(self._device)
+        for projected, bindings in zip(self.shapes, self._bindings, strict=True):
+            stage = f"project_vertices_{precision_name(projected.shape.points.dtype)}"
+            pipeline = self._device.pipelines.compute(stage, workgroup_size=size)
+            n_workgroups = -(-projected.stride // (POINTS_PER_INVOCATION * size))
+            dispatch(encoder, pipeline, bind(self._device, pipeline, bindings), n_workgroups, projected.n_instances)

@@ -1,0 +1,1 @@
+"""Pictures of models: the public functions over both back ends."""

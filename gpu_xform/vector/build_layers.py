@@ -1,0 +1,119 @@
+"""What a device has cut into pieces, as the strokes that vector files are written from."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.types import Float64Array
+from ..drawing.draw_list import ColorMode, Hidden, Lines
+from ..drawing.prepare import Stage
+from ..imaging.colors import FloatColor
+from . import Dots, Polygons, Strokes
+from .edge_visibility import Cut, cut
+from .fills import painted, polygons
+
+PALE = 0.25  # what hidden edges keep of their strength where they fade; as in the shaders
+GRADIENT_STEP = 8.0  # pixels; pieces of changing colour are no longer
+UNCUT = 1e9
+
+
+def strokes(stage: Stage, backdrop: FloatColor) -> list[Strokes]:
+    """Return each layer's picture; before them all painted faces, unless they are the first layer's own."""
+    shaped = stage.shaped
+    cuts, seen = cut(stage.device, shaped.shapes, stage.view, _longest, painting=len(shaped.palette) > 0)
+    owners, triangles = {}, {}
+    for owner, shape, of_shape in zip(shaped.layers, shaped.shapes, seen, strict=True):
+        owners.update({id(lines): owner for lines in shape.lines})
+        if shape.faces is not None:
+            triangles[owner] = of_shape
+    faces = painted(stage, triangles, backdrop)
+    of_all = [part for parts in faces.values() for part in parts]
+    filled = polygons(of_all, backdrop) if of_all else None
+    is_own = list(faces) == [0]
+    pictures = [] if filled is None or is_own else [_strokes("faces", 1.0, [], filled)]
+    for number, (layer, subject) in enumerate(zip(stage.layers, stage.subjects, strict=True)):
+        own = [one for one in cuts if owners[id(one.batch.lines)] == number]
+        line_width = layer.line_width if layer.antialias else 1.0
+        pictures.append(_strokes(subject.name, line_width, own, filled if is_own and number == 0 else None))
+    return pictures
+
+
+def _longest(lines: Lines) -> float:
+    """Return how many pixels a piece may have: few where colours change along it, as it has one colour.
+
+    Pale pieces are not cut further, because their ends would be darker where they overlap.
+    """
+    is_pale = lines.strength < 1.0 or lines.is_clear or lines.cue[3] > 0.0 or lines.hidden is Hidden.FADED
+    return GRADIENT_STEP if lines.color_mode is ColorMode.A_POINT and not is_pale else UNCUT
+
+
+def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons | None) -> Strokes:
+    """Return one layer's strokes; hidden parts that are removed, and hidden dots, are left out."""
+    segments, hidden, starts, colors, circles, dot_colors = [], [], [], [], [], []
+    fades = False
+    for one in cuts:
+        lines = one.batch.lines
+        fades |= lines.hidden is Hidden.FADED
+        is_hidden = one.pieces["is_hidden"] == 1
+        chosen = np.flatnonzero(~is_hidden | (lines.hidden in {Hidden.DASHED, Hidden.FADED}))
+        if lines.color_mode is not ColorMode.ONE:
+            chosen = chosen[np.argsort(-one.pieces["farness"][chosen], kind="stable")]  # nearer ones over farther ones
+        pieces, is_hidden = one.pieces[chosen], is_hidden[chosen]
+        own = _colors(one, pieces)
+        if lines.hidden is Hidden.FADED:
+            own[is_hidden, 3] *= PALE
+        if lines.are_dots:
+            width = np.full((len(pieces), 1), lines.line_width)
+            circles.append(np.column_stack([pieces["ends"][:, :2], width]))
+            dot_colors.append(own)
+            continue
+        segments.append(pieces["ends"])
+        hidden.append(is_hidden)
+        starts.append(pieces["start"])
+        colors.append(own)
+    return Strokes(
+        name=name,
+        segments=np.concatenate(segments) if segments else np.empty((0, 4), np.float32),
+        hidden=np.concatenate(hidden) if hidden else np.empty(0, np.bool_),
+        dash_start=np.concatenate(starts) if starts else np.empty(0, np.float32),
+        colors=_in_one(np.concatenate(colors)) if colors else np.zeros((1, 4)),
+        line_width=line_width,
+        hidden_style="fade" if fades else "dash",
+        polygons=filled,
+        dots=Dots(np.concatenate(circles), np.concatenate(dot_colors)) if circles else None,
+    )
+
+
+def _colors(one: Cut, pieces: npt.NDArray[np.void]) -> Float64Array:
+    """Return the colour of each piece, straight alpha: (s, 4)."""
+    lines = one.batch.lines
+    index = pieces["edge"] % one.batch.n_edges
+    if lines.color_mode is ColorMode.ONE:
+        colors = np.tile(np.array(lines.color), (len(pieces), 1))
+    elif lines.color_mode is ColorMode.AN_EDGE:
+        colors = _unpacked(one.colors[index])
+    else:
+        first, second = one.edges[index].T
+        along = pieces["along"][:, :1].astype(np.float64)
+        colors = _mixed(_unpacked(one.colors[first]), _unpacked(one.colors[second]), along)
+    colors[:, 3] *= np.clip(pieces["along"][:, 1], 0.0, 1.0)
+    return colors
+
+
+def _mixed(first: Float64Array, second: Float64Array, share: Float64Array) -> Float64Array:
+    """Return colours (s, 4) between others, the share (s, 1) of the second; none takes the hue of what is clear."""
+    weights = (1.0 - share) * first[:, 3:], share * second[:, 3:]
+    alpha = weights[0] + weights[1]
+    mixed = (weights[0] * first[:, :3] + weights[1] * second[:, :3]) / np.where(alpha > 0.0, alpha, 1.0)
+    return np.column_stack([mixed, alpha])
+
+
+def _unpacked(colors: npt.NDArray[np.uint32]) -> Float64Array:
+    octets: Float64Array = np.ascontiguousarray(colors).view(np.uint8).reshape(-1, 4) / 255.0
+    return octets
+
+
+def _in_one(colors: Float64Array) -> Float64Array:
+    """Return the one colour where all are the same."""
+    return colors[:1] if len(colors) and (colors == colors[0]).all() else colors

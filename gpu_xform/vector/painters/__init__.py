@@ -1,0 +1,22 @@
+"""Polygons cut by planes, and put in the order in which a painter lays them: NumPy only."""
+
+from .clipping import Height, clipped, strips
+from .painters_order import painters_order
+from .polygons import Pieces, chosen, extremes, fans, means, together
+from .ragged import Flags, Indices, members
+
+__all__ = [
+    "Flags",
+    "Height",
+    "Indices",
+    "Pieces",
+    "chosen",
+    "clipped",
+    "extremes",
+    "fans",
+    "means",
+    "members",
+    "painters_order",
+    "strips",
+    "together",
+]
