@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from browser import Browser
-from goldens import FOLDER, Goldens, Pixels, driver_of
 from hypothesis import settings
-from screen import Screen
 
 from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu.device import Device, default_device
+from tests.support.browser import Browser
+from tests.support.goldens import FOLDER, Goldens, Pixels, driver_of
+from tests.support.xvfb import Screen
 
 Array = npt.NDArray[np.float64]
 CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]

@@ -137,49 +137,79 @@ def imports(file: Path, *, type_checking: bool) -> Iterator[str]:
             yield from (f"{source}.{alias.name}" for alias in node.names)
 
 
-def unit(name: str) -> str:
-    """Return which part of the package a dotted name lies in: a module or a folder at its top, one of pictures."""
-    part, *rest = name.split(".")[1:]
-    if part == "pictures" and rest and (ROOT / part / f"{rest[0]}.py").is_file():
-        return f"pictures.{rest[0]}"
-    return part if (ROOT / part).is_dir() or (ROOT / f"{part}.py").is_file() else "__init__"
+def module_name(file: Path) -> str:
+    """Return the dotted name of a file; of a folder's `__init__.py`, that of the folder with `.__init__` behind it."""
+    return ".".join(("gpu_xform", *file.relative_to(ROOT).with_suffix("").parts))
 
 
-# Each imports only from the rows above its own.
-LAYERS = [
-    {"errors", "_interrupts"},
-    {"_arguments", "_files", "_memmap", "_npy", "images", "progress"},
-    {"pictures.__init__", "_affine", "_points", "colors", "comparison", "triangulation"},
-    {"_influences", "colormaps", "matrices", "planar", "mesh", "scene", "polygons", "vector"},
-    {"samples", "cameras", "edge_sets", "formats"},
-    {"gpu"},
-    {"_precision"},
-    {"_rebased", "point_buffer"},
-    {"pictures.layers", "transform", "pictures.views"},
-    {"pictures.faces_in_view", "pictures.line_colors"},
-    {"pictures.subjects"},
-    {"pictures.opening", "pictures.shaping"},
-    {"pictures.staging"},
-    {"pictures.painting"},
-    {"pictures.strokes"},
-    {"pictures.vector_pictures", "pictures.wireframe"},
-    {"animation", "bench", "streaming", "viewer"},
-    {"__init__"},
-    {"cli"},
-    {"__main__"},
-]
-RANKS = {name: rank for rank, layer in enumerate(LAYERS) for name in layer}
+def members(folder: Path) -> set[str]:
+    """Return the modules and the folders of modules that lie directly in a folder, without its `__init__`."""
+    files = {path.stem for path in folder.glob("*.py")} - {"__init__"}
+    return files | {path.parent.name for path in folder.glob("*/__init__.py")}
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
-def test_imports_run_downwards_only(file: Path) -> None:
-    own = unit(".".join(("gpu_xform", *file.relative_to(ROOT).with_suffix("").parts)))
-    assert own in RANKS, f"{own} has no place in LAYERS yet"
-    for name in imports(file, type_checking=False):
-        if name.startswith("gpu_xform.") and unit(name) != own:
-            if name == "gpu_xform.__version__":
-                continue
-            assert RANKS[unit(name)] < RANKS[own], f"{own} imports {name}"
+def rows_of_the_architecture_page() -> list[list[str]]:
+    """Return the (band, folder) pairs of ARCHITECTURE.md's table, from the top."""
+    page = (ROOT.parent / "ARCHITECTURE.md").read_text("utf-8")
+    table = re.findall(r"^\| ([\w ]*?) *\| `(\w+)` *\|", page, flags=re.MULTILINE)
+    return [list(row) for row in table]
+
+
+def reading_order(folder: Path) -> list[str]:
+    """Return the members of a folder in the order in which they are read, each importing from earlier ones only."""
+    if folder == ROOT:
+        return [name for _, name in rows_of_the_architecture_page()]
+    docstring = ast.get_docstring(ast.parse((folder / "__init__.py").read_text("utf-8"))) or ""
+    found = re.search(r"^Reading order: ([^.]*)\.", docstring, flags=re.MULTILINE)
+    return re.split(r",\s+", found[1]) if found else []
+
+
+FOLDERS = sorted({path.parent for path in ROOT.rglob("__init__.py")})
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(ROOT)))
+def test_every_module_has_one_place_in_the_reading_order(folder: Path) -> None:
+    order = reading_order(folder)
+    assert len(order) == len(set(order))
+    expected = members(folder) | ({"__init__"} if folder == ROOT else set())
+    if len(expected) > 1:
+        assert set(order) == expected
+
+
+def test_the_architecture_page_has_six_bands() -> None:
+    bands = [band for band, _ in rows_of_the_architecture_page() if band]
+    assert bands == ["foundation", "data", "device", "numbers", "pictures", "application"]
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: str(folder.relative_to(ROOT)))
+def test_imports_run_one_way(folder: Path) -> None:
+    """Of two members of a folder only the later one imports from the earlier; of a folder's `__init__`, nobody in it.
+
+    Imports under `TYPE_CHECKING` and inside functions count as all others do.
+    """
+    ranks = {name: rank for rank, name in enumerate(reading_order(folder))}
+    prefix = module_name(folder / "__init__.py").removesuffix("__init__")
+    for member in sorted(members(folder)):
+        path = folder / member
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path.with_suffix(".py")]:
+            for name in imports(file, type_checking=True):
+                if not name.startswith(prefix):
+                    continue
+                other = name.removeprefix(prefix).split(".")[0]
+                if other not in members(folder):  # a name that the folder's __init__ has
+                    other = "__init__"
+                if other != member:
+                    assert other in ranks, f"{module_name(file)} imports {name} from the folder that it lies in"
+                    assert ranks[other] < ranks[member], f"{module_name(file)} imports {name}"
+
+
+def test_no_folder_or_module_is_called_as_a_public_function_is() -> None:
+    functions = {name for name in gpu_xform.__all__ if inspect.isfunction(getattr(gpu_xform, name))}
+    assert not members(ROOT) & functions
+
+
+def test_only_these_modules_lie_loose_at_the_top() -> None:
+    assert {path.stem for path in ROOT.glob("*.py")} == {"__init__", "__main__", "errors", "planar", "samples"}
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))
@@ -188,17 +218,11 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
     assert ("wgpu" in names) <= (file.parent == ROOT / "gpu")
 
 
-PURE = [
-    *("errors", "_arguments", "_affine", "images", "colors", "matrices", "planar", "triangulation", "mesh", "scene"),
-    *("samples", "cameras", "comparison", "edge_sets", "colormaps", "polygons", "vector"),
-]
+PURE = ["errors", "_core", "matrices", "planar", "geometry", "samples", "imaging"]
 IMPORTED_LATE = {
-    "mesh": {"trimesh"},
-    "images": {"PIL"},
-    "colors": {"PIL"},
-    "colormaps": {"cmap"},
-    "vector": {"pydyf"},
-    "triangulation": {"mapbox_earcut"},
+    "_core": {"tqdm"},
+    "geometry": {"trimesh", "mapbox_earcut"},
+    "imaging": {"PIL", "cmap"},
 }
 
 

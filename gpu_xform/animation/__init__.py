@@ -1,4 +1,7 @@
-"""Models in motion: `animate`, `turntable`, and the `Animation` that they make."""
+"""Models in motion: `animate`, `turntable`, and the `Animation` that they make.
+
+Reading order: encoders, poses, motion, animation.
+"""
 
 from .animation import Animation, animate, turntable
 

@@ -1,4 +1,8 @@
-"""The command `gpu-xform`: it parses, calls the library, and turns every failure into one line and an exit code."""
+"""The command `gpu-xform`: it parses, calls the library, and turns every failure into one line and an exit code.
+
+Reading order: argv, exit_codes, files, argument_types, camera_options, path_templates, references, outputs, options,
+layer_option, read_layers, commands, parser.
+"""
 
 import os
 import sys

@@ -1,1 +1,4 @@
-"""Arrays in, arrays out, computed on the device: transforms, point buffers, files of points."""
+"""Arrays in, arrays out, computed on the device: transforms, point buffers, files of points.
+
+Reading order: _arrays, _precision, _skinning, kernels, _rebased, point_buffer, transform, streaming.
+"""

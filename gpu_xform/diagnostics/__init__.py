@@ -1,1 +1,4 @@
-"""What tells about a device: whether it works, and how fast."""
+"""What tells about a device: whether it works, and how fast.
+
+Reading order: bench, doctor.
+"""

@@ -1,4 +1,8 @@
-"""Model files: one module a format, each turning bytes into a mesh or a mesh into bytes."""
+"""Model files: one module a format, each turning bytes into a mesh or a mesh into bytes.
+
+Reading order: _concatenate, _text, _trimesh, npy, obj, off, ply, stl, vrml_syntax, vrml, gltf_nodes, gltf_meshes,
+gltf, glb, threemf, registry.
+"""
 
 from .registry import load_mesh, load_scene, save_mesh
 

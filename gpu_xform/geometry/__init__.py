@@ -1,1 +1,4 @@
-"""Meshes, their triangles and edges, and scenes: plain data, NumPy alone."""
+"""Meshes, their triangles and edges, and scenes: plain data, NumPy alone.
+
+Reading order: triangulation, mesh, edges, scene.
+"""

@@ -1,1 +1,4 @@
-"""Pixels: images, colours, colormaps, and the comparison of pictures; NumPy and Pillow."""
+"""Pixels: images, colours, colormaps, and the comparison of pictures; NumPy and Pillow.
+
+Reading order: image, colors, colormaps, compare.
+"""

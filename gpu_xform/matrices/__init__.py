@@ -2,6 +2,8 @@
 
 A point carries w = 1, a vector w = 0. What takes a matrix also takes anything with `as_matrix()`, such as SciPy's
 `Rotation`. Arguments that make no matrix raise `ArgumentError` or `ArgumentTypeError`, which name the argument.
+
+Reading order: _affine, _elementary, _viewing, _composition, _explanation.
 """
 
 from ._composition import Decomposition, chain, decompose, inverse

@@ -1,1 +1,4 @@
-"""Draw lists to pixels."""
+"""Draw lists to pixels.
+
+Reading order: tiles, screen_bounds, compute.
+"""

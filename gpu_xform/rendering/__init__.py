@@ -1,1 +1,4 @@
-"""Pictures of models: the public functions over both back ends."""
+"""Pictures of models: the public functions over both back ends.
+
+Reading order: raster, vector.
+"""

@@ -1,4 +1,8 @@
-"""Pictures as lines instead of pixels: what was computed in two dimensions becomes SVG or PDF."""
+"""Pictures as lines instead of pixels: what was computed in two dimensions becomes SVG or PDF.
+
+Reading order: decimal_text, join_segments, layer, paths, svg, pdf, edge_visibility, painters, clip_faces, fills,
+build_layers.
+"""
 
 from .layer import Dots, Polygons, Strokes, dash_pattern
 from .pdf import pdf

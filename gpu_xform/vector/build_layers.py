@@ -9,9 +9,9 @@ from .._core.types import Float64Array
 from ..drawing.draw_list import ColorMode, Hidden, Lines
 from ..drawing.prepare import Stage
 from ..imaging.colors import FloatColor
-from . import Dots, Polygons, Strokes
 from .edge_visibility import Cut, cut
 from .fills import painted, polygons
+from .layer import Dots, Polygons, Strokes
 
 PALE = 0.25  # what hidden edges keep of their strength where they fade; as in the shaders
 GRADIENT_STEP = 8.0  # pixels; pieces of changing colour are no longer

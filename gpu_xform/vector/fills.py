@@ -13,8 +13,8 @@ from ..drawing.layer_colors import fill_colors
 from ..drawing.prepare import Stage
 from ..geometry.mesh import IndexArray, Mesh
 from ..imaging.colors import FloatColor, packed
-from . import Polygons
 from .clip_faces import Triangulation, faces_in_view
+from .layer import Polygons
 from .painters import Flags, Pieces, fans, means, painters_order, together
 
 NOTHING_LOST = np.zeros(4)

@@ -1,1 +1,4 @@
-"""An interactive window onto models."""
+"""An interactive window onto models.
+
+Reading order: key_bindings, orbit, style_overrides, controls, help_overlay, session, window.
+"""

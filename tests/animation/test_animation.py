@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from oracles import AFFINE
 from PIL import Image
 
 import gpu_xform as gx
 from gpu_xform import Animation, Camera, Mesh, PointBuffer, animate, render, render_array, samples, turntable
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from tests.support.reference_transform import AFFINE
 
 Array = npt.NDArray[np.float64]
 Pixels = npt.NDArray[np.uint8]

@@ -22,7 +22,6 @@ import av
 import numpy as np
 import numpy.typing as npt
 import pytest
-from browser import Browser
 from PIL import Image
 
 import gpu_xform as gx
@@ -32,6 +31,7 @@ from gpu_xform.animation.encoders.parallel import MOST_WORKERS, encoded
 from gpu_xform.animation.encoders.registry import WRITERS, saver
 from gpu_xform.errors import ArgumentError, MissingExtraError, SizeWarning
 from gpu_xform.gpu.device import Device
+from tests.support.browser import Browser
 
 Pixels = npt.NDArray[np.uint8]
 

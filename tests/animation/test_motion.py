@@ -2,12 +2,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from oracles import AFFINE, PROJECTIVE
 from scipy.spatial.transform import Rotation
 
 from gpu_xform import Mesh, rotate_y, samples, save_mesh
 from gpu_xform.animation.motion import Motion, described
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from tests.support.reference_transform import AFFINE, PROJECTIVE
 
 STACK = np.stack([AFFINE, PROJECTIVE, rotate_y(1)])
 

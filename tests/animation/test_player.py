@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 import pytest
-from browser import Browser
 from selenium.webdriver.common.by import By
 from selenium.webdriver.common.keys import Keys
 
 import gpu_xform as gx
+from tests.support.browser import Browser
 
 N_FRAMES = 12
 SIZE = (200, 150)

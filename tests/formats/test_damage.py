@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from gltf_files import BINARY, as_text, data_uri, document
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -16,6 +15,7 @@ from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import load_mesh, save_mesh
 from gpu_xform.geometry.mesh import Mesh
+from tests.support.gltf_files import BINARY, as_text, data_uri, document
 
 HOUSE = samples.house()
 WITH_SEGMENTS = Mesh(HOUSE.positions, [*HOUSE.faces, (0, 7), (3, 8)])

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
-from gltf_files import BINARY, POINTS, TRIANGLE, change, document, pack
 
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import glb, save_mesh
 from gpu_xform.formats import threemf as zipped
+from tests.support.gltf_files import BINARY, POINTS, TRIANGLE, change, document, pack
 
 
 def test_one_triangle() -> None:

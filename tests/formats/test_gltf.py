@@ -13,13 +13,13 @@ from urllib.parse import quote
 import numpy as np
 import pytest
 import trimesh
-from gltf_files import BINARY, POINTS, TRIANGLE, as_text, change, data_uri, document, pack
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from gpu_xform import Mesh, Scene, chain, homogeneous, load_mesh, load_scene, samples, save_mesh, scale, translate
 from gpu_xform.errors import ArgumentError, MeshError
+from tests.support.gltf_files import BINARY, POINTS, TRIANGLE, as_text, change, data_uri, document, pack
 
 
 def scene_of(content: Any, binary: bytes = BINARY) -> Scene:

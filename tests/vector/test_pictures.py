@@ -8,10 +8,10 @@ import numpy as np
 import numpy.typing as npt
 import pypdfium2
 import pytest
-from browser import Browser
-from inked import CapsuleAreas, inked
 
 from gpu_xform.vector import Dots, Polygons, Strokes, pdf, svg
+from tests.support.browser import Browser
+from tests.support.reference_strokes import CapsuleAreas, inked
 
 SIZE = (97, 83)
 WHITE, NOTHING = (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0)

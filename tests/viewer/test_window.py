@@ -13,7 +13,6 @@ import numpy.typing as npt
 import pytest
 from PIL import Image
 from rendercanvas.offscreen import OffscreenRenderCanvas
-from screen import Screen
 
 from gpu_xform import Camera, Layer, Mesh, Scene, render_array, samples, save_mesh, translate, view
 from gpu_xform.cli import main
@@ -25,6 +24,7 @@ from gpu_xform.viewer import session as session_module
 from gpu_xform.viewer.orbit import Ball, Orbit
 from gpu_xform.viewer.session import Session
 from gpu_xform.viewer.window import connect
+from tests.support.xvfb import Screen
 
 Pixels = npt.NDArray[np.uint8]
 Array = npt.NDArray[np.float64]

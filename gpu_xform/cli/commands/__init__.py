@@ -1,1 +1,4 @@
-"""The subcommands, one a file."""
+"""The subcommands, one a file.
+
+Reading order: render, animate, view, transform.
+"""

@@ -1,1 +1,4 @@
-"""The dispatches of each family of compute shaders."""
+"""The dispatches of each family of compute shaders.
+
+Reading order: transform, reduce, skin.
+"""

@@ -1,1 +1,4 @@
-"""The rasteriser that is made of compute shaders."""
+"""The rasteriser that is made of compute shaders.
+
+Reading order: render_target, vertex_stage, line_batches, triangles, lines, rasterizer.
+"""

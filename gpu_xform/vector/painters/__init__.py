@@ -1,7 +1,10 @@
-"""Polygons cut by planes, and put in the order in which a painter lays them: NumPy only."""
+"""Polygons cut by planes, and put in the order in which a painter lays them: NumPy only.
+
+Reading order: ragged, polygons, clipping, box_tree, overlaps, depth_graph, cycle_breaking, painters_algorithm.
+"""
 
 from .clipping import Height, clipped, strips
-from .painters_order import painters_order
+from .painters_algorithm import painters_order
 from .polygons import Pieces, chosen, extremes, fans, means, together
 from .ragged import Flags, Indices, members
 

@@ -1,0 +1,121 @@
+"""Arrays of any size on the command line, interrupted and resumed; and the measuring of a device."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.cli import main
+from gpu_xform.cli.commands import transform as commands
+from gpu_xform.compute import streaming
+from tests.support.reference_transform import some_points
+
+STEPS = ["--scale", "0.3", "--rotate-z", "90", "--translate", "-0.5,2,0"]
+MATRIX = gx.chain(gx.scale(0.3), gx.rotate_z(90, degrees=True), gx.translate(-0.5, 2, 0))
+
+
+@pytest.fixture(autouse=True)
+def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 1200)
+
+
+@pytest.mark.parametrize("dtype", ["<f4", ">f8"])
+@pytest.mark.parametrize("columns", [2, 3])
+def test_an_array_is_streamed(dtype: str, columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    points = some_points(950, dtype, columns)
+    np.save("in.npy", points)
+    monkeypatch.setattr(commands, "_transform_whole_array", None)
+    assert main(["transform", "in.npy", "out.npy", *STEPS]) == 0
+    matrix = MATRIX if columns == 3 else MATRIX[np.ix_([0, 1, 3], [0, 1, 3])]
+    assert np.array_equal(np.load("out.npy"), gx.transform_points(points, matrix))
+
+
+@pytest.mark.parametrize(
+    "array",
+    [np.asfortranarray(some_points(9, np.float64)), np.arange(12).reshape(4, 3), np.ones((2, 5, 3), np.float32)],
+)
+def test_what_cannot_be_streamed_is_taken_whole(array: Any, capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("in.npy", array)
+    assert main(["transform", "in.npy", "out.npy", *STEPS]) == 0
+    assert np.array_equal(np.load("out.npy"), gx.transform_points(array, MATRIX))
+    assert main(["transform", "in.npy", "out.npy", "--resume"]) == 2
+    assert "--resume goes from an .npy file" in capsys.readouterr().err
+
+
+def test_an_interrupted_run_is_resumed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    points = some_points(950, np.float32)
+    np.save("in.npy", points)
+    told: list[int] = []
+    stop = [300]
+
+    def transform_file(*args: Any, progress: Any, **kwargs: Any) -> None:
+        def watched(done: int, whole: int) -> None:
+            told.append(done)
+            progress(done, whole)
+            if done in stop:
+                raise KeyboardInterrupt
+
+        streaming_function(*args, progress=watched, **kwargs)
+
+    streaming_function = streaming.transform_file
+    monkeypatch.setattr(streaming, "transform_file", transform_file)
+    assert main(["transform", "in.npy", "out.npy", *STEPS]) == 130
+    assert capsys.readouterr().err == "gpu-xform: interrupted; the same command with --resume goes on\n"
+    assert not Path("out.npy").exists()
+    stop.clear()
+    assert main(["transform", "in.npy", "out.npy", *STEPS, "--resume"]) == 0
+    assert told == [100, 200, 300, 400, 500, 600, 700, 800, 900, 950]
+    assert np.array_equal(np.load("out.npy"), gx.transform_points(points, MATRIX))
+
+
+def test_models_are_not_resumed(capsys: pytest.CaptureFixture[str]) -> None:
+    gx.save_mesh(gx.samples.cube(), "cube.obj")
+    assert main(["transform", "cube.obj", "out.obj", "--resume"]) == 2
+    assert "--resume is for .npy files" in capsys.readouterr().err
+
+
+def test_no_bar_is_shown_where_there_is_no_terminal() -> None:
+    np.save("in.npy", some_points(950, np.float32))
+    run = subprocess.run(
+        [sys.executable, "-m", "gpu_xform", "transform", "in.npy", "out.npy"], capture_output=True, check=True
+    )
+    assert (run.stdout, run.stderr) == (b"", b"")
+
+
+def test_bench_prints_figures_that_hang_together(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", "--points", "1000,20000", "--json", "--dtype", "float64"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["dtype"] == "float64"
+    assert [size["n_points"] for size in report["sizes"]] == [1000, 20000]
+    for size in report["sizes"]:
+        assert size["n_bytes"] == 24 * size["n_points"]
+        assert all(value > 0 for value in size.values())
+        assert size["warm_gb_s"] == pytest.approx(2 * size["n_bytes"] / size["warm_ms"] / 1e6)
+        assert size["percent_of_device_copy"] == pytest.approx(100 * size["device_copy_ms"] / size["kernel_ms"])
+        assert size["times_numpy"] == pytest.approx(size["numpy_ms"] / size["warm_ms"])
+
+
+def test_bench_says_when_the_device_is_a_cpu(capsys: pytest.CaptureFixture[str], device: gx.Device) -> None:
+    assert main(["bench", "--points", "1e3"]) == 0
+    printed = capsys.readouterr().out
+    assert ("is a CPU, not a GPU" in printed) == (device.adapter.kind == "CPU")
+    assert re.search(r"^points +1,000$", printed, re.MULTILINE)
+
+
+def test_bench_refuses_a_wrong_result(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr("gpu_xform.diagnostics.bench.transform_points", lambda points, matrix, out, device: out.fill(0))  # noqa: ARG005
+    assert main(["bench", "--points", "1e3"]) == 1
+    assert "computes wrongly" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("text", ["0", "-5", "1.5", "many", "", "1e99", "nan"])
+def test_bench_wants_whole_numbers_of_points(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["bench", f"--points={text}"]) == 2
+    assert capsys.readouterr().err.count("\n") == 1

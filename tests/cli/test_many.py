@@ -1,0 +1,290 @@
+"""Many models on one command line: into one picture, or each into its own."""
+
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from gpu_xform import Camera, Mesh, load_mesh, matrices, render_array, samples, save_mesh
+from gpu_xform.cli import files, main
+from gpu_xform.cli.parser import parse
+from gpu_xform.cli.path_templates import Template
+from gpu_xform.errors import DeviceError
+from gpu_xform.imaging.image import Pixels
+from gpu_xform.rendering import raster as wireframe
+from tests.support.pty_run import on_a_terminal
+
+SIZE = ("--resolution", "60,40")
+MODELS = {
+    "house.obj": samples.house(),
+    "cube.off": samples.cube(),
+    "solid.ply": samples.snub_dodecahedron(),
+    "lines.obj": Mesh([(0, 0, 0), (1, 0, 0), (1, 2, 0)], [(0, 1), (1, 2)]),
+}
+
+
+@pytest.fixture(autouse=True)
+def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name, mesh in MODELS.items():
+        save_mesh(mesh, name)
+
+
+def png(path: str) -> Pixels:
+    with Image.open(path) as image:
+        return np.asarray(image)
+
+
+def drawn(mesh: Mesh | list[Mesh], **arguments: Any) -> Pixels:
+    return render_array(mesh, size=(60, 40), **arguments)
+
+
+def pictures() -> list[str]:
+    return sorted(path.as_posix() for path in Path().rglob("*.png"))
+
+
+def test_each_model_gets_the_picture_it_would_get_alone(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", *MODELS, "-o", "thumbs/small/{model}.png", *SIZE, "--rotate-y", "20"]) == 0
+    assert capsys.readouterr() == ("", "gpu-xform: 4 pictures: 4 done\n")
+    assert pictures() == sorted(f"thumbs/small/{Path(name).stem}.png" for name in MODELS)
+    for name in MODELS:
+        alone = drawn(load_mesh(name), transform=matrices.rotate_y(20, degrees=True))
+        assert np.array_equal(png(f"thumbs/small/{Path(name).stem}.png"), alone)
+
+
+def test_several_models_go_into_one_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "lines.obj", "house.obj", "solid.ply", "-o", "all.png", *SIZE]) == 0
+    assert capsys.readouterr() == ("", "")
+    meshes = [load_mesh(name) for name in ("lines.obj", "house.obj", "solid.ply")]
+    camera = Camera.fit(np.concatenate([mesh.positions for mesh in meshes]))
+    together = png("all.png")
+    darkest = np.min([drawn(mesh, camera=camera) for mesh in meshes], axis=0)
+    # Where lines of two models meet, both darken the pixel.
+    assert (together <= darkest).all()
+    assert (together == darkest).mean() > 0.9
+    assert ((together < 255) == (darkest < 255)).all()
+
+
+def test_several_models_are_coloured_by_their_own_faces() -> None:
+    assert main(["render", "cube.off", "lines.obj", "-o", "all.png", "--color", "face", *SIZE]) == 0
+    assert np.array_equal(png("all.png"), drawn([samples.cube(), MODELS["lines.obj"]], color="face"))
+
+
+def test_models_may_stand_between_the_options() -> None:
+    options = parse(["render", "a.obj", "-o", "x.png", "b.obj", "--scale", "2", "c.obj", "--rotate-x", "-90", "-"])
+    assert options.models == ["a.obj", "b.obj", "c.obj", "-"]
+    assert len(options.steps) == 2
+    assert main(["render", "house.obj", "-o", "one.png", *SIZE, "cube.off"]) == 0
+    assert main(["render", "house.obj", "cube.off", "-o", "other.png", *SIZE]) == 0
+    assert np.array_equal(png("one.png"), png("other.png"))
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("--scal 2 cube.off", "; did you mean --scale?"),
+        ("cube.off --frob", ""),
+        ("--colour=red --edgs feature --width 2 --colr blue", "; did you mean --color and --edges and --line-width?"),
+        ("--out y.png", "; did you mean --output?"),
+        ("--rotatex=-30", "; did you mean --rotate-x?"),
+        ("--angle 3", ""),
+        ("-q", ""),
+    ],
+)
+def test_an_unknown_option_is_no_model(typed: str, meant: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "house.obj", "-o", "x.png", *typed.split()]) == 2
+    assert capsys.readouterr().err == f"gpu-xform: error: unrecognized arguments: {typed}{meant}\n"
+    assert not pictures()
+
+
+def test_folders_keep_models_of_one_name_apart(capsys: pytest.CaptureFixture[str]) -> None:
+    for name, mesh in (("a", samples.cube()), ("b/c", samples.house())):
+        Path(name).mkdir(parents=True)
+        save_mesh(mesh, f"{name}/model.obj")
+    both = ["render", "a/model.obj", "b/c/model.obj", *SIZE, "-o"]
+    assert main([*both, "t/{model}.png"]) == 2
+    expected = "t/model.png: two pictures would go there, of a/model.obj and of b/c/model.obj"
+    assert capsys.readouterr().err == f"gpu-xform: error: {expected}\n"
+    assert not Path("t").exists()
+    assert main([*both, "t/{folder}/{model}.png"]) == 0
+    assert pictures() == ["t/a/model.png", "t/b/c/model.png"]
+    assert np.array_equal(png("t/b/c/model.png"), drawn(samples.house()))
+    assert main([*both, "{folder}/{model}.png"]) == 0
+    assert np.array_equal(png("a/model.png"), drawn(samples.cube()))
+
+
+def test_one_path_by_two_names_is_one_path(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a").mkdir()
+    assert main(["render", "house.obj", "a/../house.obj", "-o", "{folder}/{model}.png"]) == 2
+    assert "two pictures would go there" in capsys.readouterr().err
+    assert main(["render", "house.obj", "house.obj", "-o", "{model}.png"]) == 2
+    assert not pictures()
+
+
+def test_a_bad_model_does_not_stop_the_others(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("bad.obj").write_text("v 0 0 zero\n")
+    save_mesh(Mesh([(0, 0, 0), (1, 0, 0)], [(1, 1)]), "dot.obj")
+    names = ["bad.obj", "house.obj", "none.obj", "dot.obj", "cube.off", "model.xyz"]
+    assert main(["render", *names, "-o", "{model}.png", *SIZE]) == 2
+    printed = capsys.readouterr()
+    assert printed.out == ""
+    *complaints, summary = printed.err.splitlines()
+    assert [line.split(": ")[:3] for line in complaints] == [
+        ["gpu-xform", "error", name] for name in ("bad.obj", "none.obj", "dot.obj", "model.xyz")
+    ]
+    assert complaints[1] == "gpu-xform: error: none.obj: No such file or directory"
+    assert summary == "gpu-xform: 6 pictures: 2 done, 4 failed"
+    assert pictures() == ["cube.png", "house.png"]
+    assert np.array_equal(png("cube.png"), drawn(samples.cube()))
+    assert not list(Path().glob(".*"))
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "words"),
+    [
+        (DeviceError("the device is lost"), 1, "the device is lost"),
+        (MemoryError(), 2, "not enough memory"),
+        (OSError(28, "No space left on device", "x"), 2, "x: No space left on device"),
+    ],
+)
+def test_whatever_goes_wrong_names_the_model_and_the_worst_decides(
+    error: Exception, code: int, words: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    render, calls = wireframe.render, []
+
+    def sometimes(*args: Any, **kwargs: Any) -> Image.Image:
+        calls.append(1)
+        if len(calls) == 1:
+            raise error
+        return render(*args, **kwargs)
+
+    monkeypatch.setattr(wireframe, "render", sometimes)
+    assert main(["render", "house.obj", "none.obj", "cube.off", "-o", "{model}.png", *SIZE]) == code
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == f"gpu-xform: error: house.obj: {words}"
+    assert lines[2] == "gpu-xform: 3 pictures: 1 done, 2 failed"
+    assert pictures() == ["cube.png"]
+
+
+def test_a_folder_that_cannot_be_made_is_said_for_each(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "house.obj", "cube.off", "-o", "solid.ply/{model}.png", *SIZE]) == 2
+    lines = capsys.readouterr().err.splitlines()
+    assert [line.split(": ")[2] for line in lines[:-1]] == ["house.obj", "cube.off"]
+    assert all("solid.ply" in line for line in lines[:-1])
+
+
+def test_a_folder_is_made_for_a_template_only(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "house.obj", "-o", "none/x.png", *SIZE]) == 2
+    assert "none/x.png: No such file" in capsys.readouterr().err
+    assert not Path("none").exists()
+    assert main(["render", "house.obj", "-o", "none/{model}.png", *SIZE]) == 0
+    assert capsys.readouterr().err == ""
+    assert pictures() == ["none/house.png"]
+
+
+def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    read = files.read_mesh
+
+    def interrupted(path: str, file_type: str | None) -> Mesh:
+        if path == "solid.ply":
+            raise KeyboardInterrupt
+        return read(path, file_type)
+
+    monkeypatch.setattr(files, "read_mesh", interrupted)
+    assert main(["render", *MODELS, "-o", "{model}.png", *SIZE]) == 130
+    assert pictures() == ["cube.png", "house.png"]
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize(
+    ("text", "path"),
+    [
+        ("plain.png", "plain.png"),
+        ("{model}.png", "scan.v2.png"),
+        ("{model}/{model}-{folder}.png", "scan.v2/scan.v2-in/put.png"),
+        ("{{model}}.png", "{model}.png"),
+        ("{{{model}}}.png", "{scan.v2}.png"),
+    ],
+)
+def test_placeholders(text: str, path: str) -> None:
+    assert Template(text).path("in/put/scan.v2.obj") == path
+    assert Template(text).one_for_each == ("scan" in path)
+    assert Template("{folder}").path("a.obj") == "."
+
+
+def test_braces_in_a_model_s_name_are_left_alone() -> None:
+    assert Template("{folder}/{model}.png").path("{model}/{x}.obj") == "{model}/{x}.png"
+
+
+@pytest.mark.parametrize("option", ["-o", "--reference", "--reference-diff"])
+@pytest.mark.parametrize("text", ["{name}.png", "{}.png", "{model:>9}.png", "{model!r}.png", "{.png", "{model}}.png"])
+def test_other_braces_are_a_usage_error(option: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "house.obj", option, text]) == 2
+    message = capsys.readouterr().err
+    assert message.count("\n") == 1
+    assert f"{option}" in message
+    assert "expected {model} or {folder}, or braces doubled" in message
+    assert not pictures()
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["-", "-o", "{model}.png", "--file-type", "obj"], "{model}.png: standard input has no name to put there"),
+        (["-", "-", "-o", "x.png", "--file-type", "obj"], "standard input can be read only once"),
+        (["house.obj", "cube.off", "-o", "{model}.bmp"], "house.bmp: the type must be one of png"),
+        (["house.obj", "cube.off", "-o", "{model}"], "house: the type must be one of png, svg, pdf, got none"),
+        (["house.obj", "cube.off", "-o", "x.png", "--reference", "{model}.png"], "x.png: two pictures would go there"),
+        (["house.obj", "cube.off", "-o", "-", "--reference", "{model}.png"], "-: two pictures would go there"),
+        (["house.obj", "none.obj", "-o", "x.png"], "none.obj: No such file"),
+        (["house.obj", "cube.off", "-o", "{model}.png", "--camera-focal-point", "1,2,3"], "--camera-focal-point must"),
+    ],
+)
+def test_what_cannot_be_planned_is_one_line(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", *typed]) == 2
+    message = capsys.readouterr().err
+    assert words in message
+    assert message.count("\n") == 1
+    assert not pictures()
+
+
+def test_patterns_that_no_shell_has_expanded() -> None:
+    Path("in/deep").mkdir(parents=True)
+    for name in ("in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"):
+        save_mesh(samples.cube(), name)
+    assert files.matching(["in/*.obj"]) == ["in/b.obj", "in/x1.obj", "in/x[1].obj"]
+    assert files.matching(["in/**/*.obj"]) == ["in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"]
+    assert files.matching(["in/x[1].obj"]) == ["in/x[1].obj"]
+    assert files.matching(["in/x[12].obj"]) == ["in/x1.obj"]
+    assert files.matching(["in/*.wrl"]) == ["in/*.wrl"]
+    assert files.matching(["-"]) == ["-"]
+    assert main(["render", "in/*.obj", "-o", "{model}.png", *SIZE]) == 0
+    assert pictures() == ["b.png", "x1.png", "x[1].png"]
+
+
+def test_standard_input_among_others() -> None:
+    typed = [sys.executable, "-m", "gpu_xform", "render", "house.obj", "-", "--file-type", "obj", "-o", "-", *SIZE]
+    data = Path("lines.obj").read_bytes()
+    result = subprocess.run(typed, input=data, capture_output=True, check=False)
+    assert (result.returncode, result.stderr) == (0, b"")
+    Path("piped.png").write_bytes(result.stdout)
+    assert main(["render", "house.obj", "lines.obj", "-o", "plain.png", *SIZE]) == 0
+    assert np.array_equal(png("piped.png"), png("plain.png"))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")
+def test_a_bar_is_shown_on_a_terminal_and_errors_stay_whole_lines() -> None:
+    Path("bad.obj").write_text("v 0 0 zero\n")
+    code, shown = on_a_terminal("render", "house.obj", "bad.obj", "cube.off", "-o", "{model}.png", *SIZE)
+    assert code == 2
+    assert "render: " in shown
+    assert "pictures/s" in shown
+    lines = [line.rpartition("\r")[2] for line in shown.split("\r\n")]
+    assert [line for line in lines if line] == [
+        "gpu-xform: error: bad.obj: line 1: expected a number, got 'zero'",
+        "gpu-xform: 3 pictures: 2 done, 1 failed",
+    ]

@@ -1,0 +1,188 @@
+"""In which precision a transform is computed."""
+
+import warnings
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gpu_xform as gx
+from gpu_xform.compute import _precision, _rebased
+from gpu_xform.errors import ArgumentError, PrecisionError, PrecisionWarning
+from gpu_xform.gpu.device import Device
+from tests.support.reference_transform import AFFINE, PROJECTIVE, some_points, twin
+
+Array = npt.NDArray[Any]
+EARTH = 6.4e6  # metres: the size of earth-centred coordinates
+
+
+@pytest.fixture
+def single_device(staging_device: Device, monkeypatch: pytest.MonkeyPatch) -> Device:
+    """A device without double precision, as on Metal."""
+    monkeypatch.setattr(staging_device, "features", frozenset())
+    return staging_device
+
+
+@pytest.fixture(autouse=True)
+def _nothing_warned_yet(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(_precision, "_warned", False)
+
+
+def assert_rebased(result: Array, points: Array, matrix: Array) -> None:
+    """Hold `result` against the documented bound, block by block."""
+    exact, magnitudes = twin(points, matrix)
+    columns = points.shape[1]
+    error = np.abs((result - exact.high[:, :columns]) - exact.low[:, :columns])
+    norm = np.linalg.norm(matrix[:columns, :columns], 2)
+    for start in range(0, len(points), _rebased.BLOCK):
+        block = slice(start, start + _rebased.BLOCK)
+        middle = (points[block].min(axis=0) + points[block].max(axis=0)) / 2
+        radius = np.linalg.norm(points[block] - middle, axis=1).max()
+        allowed = 4 * 2.0**-24 * np.sqrt(3) * norm * radius + 8 * 2.0**-53 * magnitudes[block, :columns]
+        assert (error[block] <= allowed).all(), (error[block].max(), allowed.min())
+
+
+@given(st.integers(1, 500), st.sampled_from([2, 3]), st.floats(1e-3, 1e4), st.integers(0, 2**32))
+def test_rebased_keeps_its_bound_on_earth_sized_coordinates(n: int, columns: int, size: float, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    points = rng.uniform(-EARTH, EARTH, columns) + rng.uniform(-size, size, (n, columns))
+    matrix = np.eye(columns + 1)
+    matrix[:columns] = rng.normal(size=(columns, columns + 1)) * [*[2.0] * columns, EARTH]
+    assert_rebased(gx.transform_points(points, matrix, precision="rebased"), points, matrix)
+
+
+@pytest.mark.parametrize("n", [_rebased.BLOCK - 1, _rebased.BLOCK, _rebased.BLOCK + 1, 3 * _rebased.BLOCK + 7])
+def test_rebased_keeps_its_bound_on_both_sides_of_a_block(n: int) -> None:
+    points = some_points(n, np.float64) + np.linspace(-EARTH, EARTH, n)[:, None]
+    assert_rebased(gx.transform_points(points, AFFINE, precision="rebased"), points, AFFINE)
+
+
+@pytest.mark.parametrize("limits", [{"max_binding_bytes": 65536}, {"max_workgroups": 1, "max_workgroup_size": 32}])
+def test_rebased_results_do_not_depend_on_the_chunks(limited: Callable[..., Device], limits: dict[str, int]) -> None:
+    points = some_points(2 * _rebased.BLOCK + 5, np.float64) + EARTH
+    whole = gx.transform_points(points, AFFINE, precision="rebased")
+    small = limited(**limits)
+    assert np.array_equal(gx.transform_points(points, AFFINE, precision="rebased", device=small), whole)
+    projected = gx.project_points(points, PROJECTIVE, precision="rebased")
+    assert np.array_equal(gx.project_points(points, PROJECTIVE, precision="rebased", device=small), projected)
+
+
+def test_auto_is_double_where_the_device_has_it() -> None:
+    points = some_points(64, np.float64) + EARTH
+    double = gx.transform_points(points, AFFINE, precision="float64")
+    assert np.array_equal(gx.transform_points(points, AFFINE), double)
+    assert not np.array_equal(gx.transform_points(points, AFFINE, precision="rebased"), double)
+
+
+def test_auto_is_rebased_where_the_device_has_no_double(single_device: Device) -> None:
+    points = some_points(64, np.float64) + EARTH
+    result = gx.transform_points(points, AFFINE, device=single_device)
+    assert result.dtype == np.float64
+    assert np.array_equal(result, gx.transform_points(points, AFFINE, precision="rebased"))
+    assert_rebased(result, points, AFFINE)
+
+
+def test_double_on_a_device_without_it_says_what_to_do(single_device: Device) -> None:
+    with pytest.raises(PrecisionError, match="use precision='rebased' or 'float32'"):
+        gx.transform_points(np.ones((4, 3)), AFFINE, precision="float64", device=single_device)
+
+
+def test_single_points_can_be_computed_in_double() -> None:
+    points = some_points(500, np.float32)
+    result = gx.transform_points(points, AFFINE, precision="float64")
+    assert result.dtype == np.float32
+    exact = points.astype(np.float64) @ AFFINE[:3, :3].T + AFFINE[:3, 3]
+    half_a_step = np.spacing(np.abs(result)).astype(np.float64) / 2
+    assert (np.abs(result - exact) <= half_a_step * (1 + 1e-6)).all()
+
+
+def test_double_points_can_be_computed_in_single() -> None:
+    points = some_points(500, np.float64)
+    result = gx.transform_points(points, AFFINE, precision="float32")
+    assert result.dtype == np.float64
+    assert np.array_equal(result, gx.transform_points(points.astype(np.float32), AFFINE))
+
+
+def test_rebased_batches_and_projections_agree_with_double() -> None:
+    center = np.array([4e6, 1e6, 4.8e6])
+    points = some_points(5000, np.float64) + center
+    matrices = np.array([gx.translate(*-center), gx.rotate((1, 2, 3), 1) @ gx.translate(*-center)])
+    double = gx.transform_points(points, matrices)
+    assert np.allclose(gx.transform_points(points, matrices, precision="rebased"), double, rtol=0, atol=1e-4)
+    camera = gx.perspective(40, 1, 1, 1e4) @ gx.look_at(center + np.array([1000, 0, 0]), center)
+    double = gx.project_points(points, camera)
+    assert np.allclose(gx.project_points(points, camera, precision="rebased"), double, rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("point_batch", "matrix_batch"),
+    [((), (3,)), ((3,), (3,)), ((2, 1), (3,)), ((1,), (2, 2)), ((0, 1), (2,))],
+)
+@pytest.mark.parametrize("n", [1, 10, _rebased.BLOCK - 1, _rebased.BLOCK])
+@pytest.mark.parametrize("columns", [2, 3])
+def test_rebased_stacks_are_their_matrices_one_at_a_time(
+    point_batch: tuple[int, ...], matrix_batch: tuple[int, ...], n: int, columns: int, single_device: Device
+) -> None:
+    rng = np.random.default_rng(3)
+    points = rng.normal(size=(*point_batch, n, columns)) + 5e6
+    matrices = np.broadcast_to(np.eye(columns + 1), (*matrix_batch, columns + 1, columns + 1)).copy()
+    matrices[..., :columns, :] = rng.normal(size=(*matrix_batch, columns, columns + 1))
+    batch = np.broadcast_shapes(point_batch, matrix_batch)
+    sets = np.broadcast_to(points, (*batch, n, columns))
+    own = np.broadcast_to(matrices, (*batch, columns + 1, columns + 1))
+    for transform in (gx.transform_points, gx.project_points, gx.transform_vectors):
+        result = transform(points, matrices, precision="rebased")
+        assert result.shape == sets.shape
+        assert np.array_equal(transform(points, matrices, device=single_device), result)
+        for place in np.ndindex(batch):
+            assert np.array_equal(result[place], transform(sets[place], own[place], precision="rebased"))
+
+
+def test_rebased_points_may_be_transformed_in_place() -> None:
+    points = some_points(10_000, np.float64) + EARTH
+    expected = gx.transform_points(points, AFFINE, precision="rebased")
+    gx.transform_points(points, AFFINE, precision="rebased", out=points)
+    assert np.array_equal(points, expected)
+
+
+def test_rebased_passes_what_is_not_finite_on_without_spoiling_its_block() -> None:
+    points = some_points(100, np.float64) + EARTH
+    points[3] = np.nan
+    points[4, 0] = np.inf
+    result = gx.transform_points(points, gx.scale(2), precision="rebased")
+    assert np.isnan(result[3]).all()
+    assert not np.isfinite(result[4, 0])
+    rest = np.delete(np.arange(100), [3, 4])
+    assert np.allclose(result[rest], 2 * points[rest], rtol=1e-12)
+
+
+def test_an_unknown_precision_is_refused() -> None:
+    with pytest.raises(ArgumentError, match="precision must be one of auto, float32, float64, rebased, got 'half'"):
+        gx.transform_points(np.ones((4, 3)), AFFINE, precision="half")  # type: ignore[arg-type]
+
+
+def test_coordinates_too_large_for_single_warn_once_and_at_the_caller() -> None:
+    points = (some_points(100, np.float64) + EARTH).astype(np.float32)
+    with pytest.warns(PrecisionWarning, match=r"resolves these coordinates to 0\.5 only") as caught:
+        gx.transform_points(points, AFFINE)
+    assert caught[0].filename == __file__
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        gx.transform_points(points, AFFINE)
+
+
+def test_asking_for_single_warns_too() -> None:
+    with pytest.warns(PrecisionWarning):
+        gx.project_points(some_points(100, np.float64) + EARTH, PROJECTIVE, precision="float32")
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e3])
+def test_ordinary_coordinates_and_vectors_do_not_warn(offset: float) -> None:
+    points = some_points(100, np.float32) + np.float32(offset)
+    gx.transform_points(points, AFFINE)
+    gx.transform_vectors(points + np.float32(EARTH), AFFINE)
+    gx.transform_points(np.full((5, 3), EARTH, np.float32), AFFINE)
