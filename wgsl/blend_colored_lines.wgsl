@@ -15,7 +15,7 @@ fn line_of(key: u32) -> Segment {
 
 fn color_of(key: u32, pixel: vec2<i32>) -> vec4<f32> {
     let index = edge_of(key) % style.n_edges;
-    if color_mode == COLOR_AN_EDGE {
+    if color_mode == COLOR_PER_EDGE {
         return unpack4x8unorm(colors[index]);
     }
     let line = line_of(key);

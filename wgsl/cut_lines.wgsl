@@ -56,7 +56,7 @@ fn cut(index: u32, instance: u32) {
         var state = false;
         for (var x = first; x <= last; x++) {
             let t = part_at(way, x);
-            let is_covered = hidden != SHOWN && is_hidden(line, t);
+            let is_covered = hidden != HIDDEN_SHOW && is_hidden(line, t);
             if x == first {
                 state = is_covered;
             }

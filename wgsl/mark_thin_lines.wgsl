@@ -24,12 +24,12 @@ fn mark_pixels(index: u32, instance: u32) {
             continue;
         }
         let place = tile_index(pixel_at(way, x, y));
-        if is_plain && hidden == SHOWN {
+        if is_plain && hidden == HIDDEN_SHOW {
             atomicStore(&marks[place], 1u);
             continue;
         }
         let t = part_at(way, x);
-        if (hidden == SHOWN && !is_cued) || strength_at(line, t) >= 0.5 / 255.0 {
+        if (hidden == HIDDEN_SHOW && !is_cued) || strength_at(line, t) >= 0.5 / 255.0 {
             atomicMax(&marks[place], key_at(line, t, instance * style.n_edges + index));
         }
     }

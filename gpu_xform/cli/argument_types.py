@@ -12,7 +12,9 @@ import numpy as np
 from .. import matrices
 from .._core.arguments import nonzero_vector, number, square_matrix, vector
 from .._core.types import Float64Array
+from ..drawing.enums import HIDDEN_STYLES
 from ..errors import GpuXformError
+from ..geometry.edges import EDGE_SETS
 from ..imaging.colors import ColorLike, rgba
 from . import files
 from .path_templates import Template
@@ -247,9 +249,6 @@ def rate(text: str) -> float:
     return fps
 
 
-EDGE_SETS = ("all", "feature", "boundary", "silhouette")
-
-
 @option_value
 def edge_sets(text: str) -> list[str | Template]:
     """Read one or more names of edge sets or of .npy files."""
@@ -271,14 +270,11 @@ def _is_array(text: str) -> bool:
     return text != files.STANDARD and files.kind(text) == "npy"
 
 
-HIDDEN = ("show", "remove", "dash", "fade")
-
-
 @option_value
 def hidden(text: str) -> str:
     """Read what is done with hidden edges."""
-    if text not in HIDDEN:
-        raise ValueError(f"expected {', '.join(HIDDEN)}, got {shortened(text)}")
+    if text not in HIDDEN_STYLES:
+        raise ValueError(f"expected {', '.join(HIDDEN_STYLES)}, got {shortened(text)}")
     return text
 
 

@@ -18,12 +18,12 @@ from ..gpu.layouts import CANDIDATE
 from ..imaging.colors import packed
 from . import silhouettes as silhouette_pass
 from .depth import eye
-from .draw_list import ColorMode, Cue, Faces, Hidden, Lines, Shape
+from .draw_list import Cue, Faces, Lines, Shape
+from .enums import ColorMode, Hidden
 from .geometry_source import Candidates, Subject
 from .layer import Layer
 from .layer_colors import NO_ROWS, LineColors, fill_colors, has_several_colors, line_colors
 
-HIDDEN = {"show": Hidden.SHOWN, "remove": Hidden.REMOVED, "dash": Hidden.DASHED, "fade": Hidden.FADED}
 EDGE_BYTES = 8
 TRIANGLE_BYTES = 12
 CLOUD_POINT_SIZE = 2.0  # pixels, of points that nothing joins
@@ -89,12 +89,12 @@ def unscaled(matrices: Float64Array) -> Float64Array:
 
 def hides(layer: Layer) -> Hidden:
     """Return what is done with the layer's hidden edges."""
-    return HIDDEN[layer.hidden or ("show" if layer.fill is None else "remove")]
+    return Hidden.from_style(layer.hidden or ("show" if layer.fill is None else "remove"))
 
 
 def needs_distance(layer: Layer) -> bool:
     """Say whether distance pales a layer, or nearer lines of it must lie over farther ones that look different."""
-    differs = has_several_colors(layer) or (not layer.antialias and hides(layer) in {Hidden.DASHED, Hidden.FADED})
+    differs = has_several_colors(layer) or (not layer.antialias and hides(layer) in {Hidden.DASH, Hidden.FADE})
     return differs or layer.depth_cue > 0.0
 
 
@@ -175,19 +175,19 @@ class _Shaper:
         """Return `style` in `colors`; `places` gives which row each edge has, or None where they are in order."""
 
         def rows() -> npt.NDArray[np.uint32]:
-            picked = places() if colors.mode is ColorMode.AN_EDGE else None
+            picked = places() if colors.mode is ColorMode.PER_EDGE else None
             return colors.rows if picked is None else colors.rows[picked]
 
-        own = None if colors.mode is ColorMode.ONE else self._kept(colors.role, rows)
+        own = None if colors.mode is ColorMode.UNIFORM else self._kept(colors.role, rows)
         return replace(style, color=colors.one, colors=own, color_mode=colors.mode, is_clear=colors.is_clear)
 
     def _dots(self, style: Lines, colors: LineColors) -> Lines:
         """Return a line without length at each point; one that is hidden has no length for a dash either."""
-        hidden = Hidden.REMOVED if style.hidden is Hidden.DASHED else style.hidden
+        hidden = Hidden.REMOVE if style.hidden is Hidden.DASH else style.hidden
         n_points = self._subject.n_points
         edges = self._kept("dots", lambda: np.repeat(np.arange(n_points, dtype=np.uint32), 2))
-        if colors.mode is ColorMode.AN_EDGE:
-            colors = LineColors(ColorMode.ONE, colors.one, NO_ROWS)
+        if colors.mode is ColorMode.PER_EDGE:
+            colors = LineColors(ColorMode.UNIFORM, colors.one, NO_ROWS)
         dots = replace(style, edges=edges, n_edges=n_points, hidden=hidden, are_dots=True)
         return self._colored(dots, colors, lambda: None)
 
@@ -210,7 +210,7 @@ class _Shaper:
 
     def _faces(self, first_color: int, cue: Cue) -> Faces | None:
         layer, subject = self._layer, self._subject
-        if hides(layer) is Hidden.SHOWN and layer.fill is None:
+        if hides(layer) is Hidden.SHOW and layer.fill is None:
             return None
         corners = self._kept("triangles", lambda: subject.triangles()[0].astype(np.uint32))
         n_triangles = corners.n_bytes // TRIANGLE_BYTES

@@ -1,7 +1,6 @@
 """What a picture is made of on the device: points with their instances, triangles that hide, and lines."""
 
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import TypeAlias
 
 import numpy as np
@@ -9,27 +8,11 @@ import numpy.typing as npt
 
 from ..gpu.buffers import Buffer
 from ..gpu.device_points import Points
+from .enums import ColorMode, Hidden
 
 Cue: TypeAlias = tuple[float, float, float, float]
 
 NO_CUE: Cue = (0.0, 0.0, 0.0, 0.0)
-
-
-class Hidden(IntEnum):
-    """What is done with the parts of lines that faces hide; the numbers are the WGSL constants."""
-
-    SHOWN = 0
-    REMOVED = 1
-    DASHED = 2
-    FADED = 3
-
-
-class ColorMode(IntEnum):
-    """What the colours of lines belong to; the numbers are the WGSL constants."""
-
-    ONE = 0
-    AN_EDGE = 1
-    A_POINT = 2
 
 
 @dataclass(frozen=True)
@@ -70,8 +53,8 @@ class Lines:
     line_width: float | None
     color: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 1.0)
     colors: Buffer | None = None
-    color_mode: ColorMode = ColorMode.ONE
-    hidden: Hidden = Hidden.SHOWN
+    color_mode: ColorMode = ColorMode.UNIFORM
+    hidden: Hidden = Hidden.SHOW
     strength: float = 1.0
     is_clear: bool = False
     are_dots: bool = False

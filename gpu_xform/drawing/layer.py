@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
-from typing import Any, Literal, TypeAlias, TypedDict, TypeGuard, get_args
+from typing import Any, TypeAlias, TypedDict, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -17,9 +17,9 @@ from ..geometry.edges import EdgesLike, angle
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene
 from ..imaging.colors import ColorLike
+from .enums import HIDDEN_STYLES, HiddenStyle
 
 Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | str | os.PathLike[str]
-HiddenStyle: TypeAlias = Literal["show", "remove", "dash", "fade"]
 
 _MODEL_TYPES = (Mesh, PointBuffer, str, os.PathLike)
 WIDEST_LINE = 1e6  # pixels; beyond that single precision loses the line's rim
@@ -109,8 +109,8 @@ class Layer:
         if not isinstance(self.name, str | None):
             raise ArgumentTypeError(f"name must be a string, got {self.name!r}")
         hidden: object = self.hidden
-        if not (hidden is None or (isinstance(hidden, str) and hidden in get_args(HiddenStyle))):
-            names = ", ".join(map(repr, get_args(HiddenStyle)))
+        if not (hidden is None or (isinstance(hidden, str) and hidden in HIDDEN_STYLES)):
+            names = ", ".join(map(repr, HIDDEN_STYLES))
             raise ArgumentError(f"hidden must be one of {names}, got {self.hidden!r}")
         if not isinstance(self.antialias, bool | np.bool_):
             raise ArgumentTypeError(f"antialias must be True or False, got {self.antialias!r}")

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from ..imaging.colormaps import mapped
 from ..imaging.colors import FACE_CYCLE, FloatColor, color_rows, packed, rgba
-from .draw_list import ColorMode
+from .enums import ColorMode
 from .layer import Layer
 
 PackedColors: TypeAlias = npt.NDArray[np.uint32]
@@ -55,23 +55,23 @@ def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> Line
     """
     if layer.face_colors is not None:
         return LineColors(
-            ColorMode.AN_EDGE, BLACK, packed(color_rows(layer.face_colors, "face_colors", n_faces, "faces"))
+            ColorMode.PER_EDGE, BLACK, packed(color_rows(layer.face_colors, "face_colors", n_faces, "faces"))
         )
     if layer.edge_colors is not None:
         return LineColors(
-            ColorMode.AN_EDGE, BLACK, packed(color_rows(layer.edge_colors, "edge_colors", n_edges, "edges"))
+            ColorMode.PER_EDGE, BLACK, packed(color_rows(layer.edge_colors, "edge_colors", n_edges, "edges"))
         )
     if layer.vertex_colors is not None:
         return LineColors(
-            ColorMode.A_POINT, BLACK, packed(color_rows(layer.vertex_colors, "vertex_colors", n_points, "points"))
+            ColorMode.PER_VERTEX, BLACK, packed(color_rows(layer.vertex_colors, "vertex_colors", n_points, "points"))
         )
     if layer.scalars is not None:
-        return LineColors(ColorMode.A_POINT, BLACK, packed(mapped(layer.scalars, layer.cmap, layer.clim, n_points)))
+        return LineColors(ColorMode.PER_VERTEX, BLACK, packed(mapped(layer.scalars, layer.cmap, layer.clim, n_points)))
     if _is_cycle(layer.color):
         return LineColors(
-            ColorMode.AN_EDGE, BLACK, packed(_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)], "cycle"
+            ColorMode.PER_EDGE, BLACK, packed(_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)], "cycle"
         )
-    return LineColors(ColorMode.ONE, rgba(layer.color, "color"), NO_ROWS)
+    return LineColors(ColorMode.UNIFORM, rgba(layer.color, "color"), NO_ROWS)
 
 
 def fill_colors(layer: Layer, n_faces: int) -> npt.NDArray[np.float64]:

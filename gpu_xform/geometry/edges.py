@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from functools import cache
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,9 @@ from ..errors import ArgumentError, ArgumentTypeError
 from .mesh import IndexArray, Mesh, pair_keys
 from .triangulation import polygons_by_size, unit_normals
 
+# `resolve_edges` finds all but silhouettes, which depend on the camera.
+EdgeSet: TypeAlias = Literal["all", "feature", "boundary", "silhouette"]
+EDGE_SETS: tuple[EdgeSet, ...] = get_args(EdgeSet)
 EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
 
 _BoolArray: TypeAlias = npt.NDArray[np.bool_]
@@ -165,7 +168,7 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
     pairs = []
     for part in edge_parts(edges):
         if isinstance(part, str) and part not in finders:
-            names = ", ".join(map(repr, [*finders, "silhouette"]))
+            names = ", ".join(map(repr, EDGE_SETS))
             raise ArgumentError(f"edges must be {names} or an array of shape (m, 2), got {part!r}")
         pairs.append(index_pairs(finders[part](mesh) if isinstance(part, str) else part, mesh.n_points))
     if len(pairs) == 1:

@@ -6,7 +6,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array
-from ..drawing.draw_list import ColorMode, Hidden, Lines
+from ..drawing.draw_list import Lines
+from ..drawing.enums import ColorMode, Hidden
 from ..drawing.prepare import Stage
 from ..imaging.colors import FloatColor
 from .edge_visibility import Cut, cut
@@ -44,8 +45,8 @@ def _longest(lines: Lines) -> float:
 
     Pale pieces are not cut further, because their ends would be darker where they overlap.
     """
-    is_pale = lines.strength < 1.0 or lines.is_clear or lines.cue[3] > 0.0 or lines.hidden is Hidden.FADED
-    return GRADIENT_STEP if lines.color_mode is ColorMode.A_POINT and not is_pale else UNCUT
+    is_pale = lines.strength < 1.0 or lines.is_clear or lines.cue[3] > 0.0 or lines.hidden is Hidden.FADE
+    return GRADIENT_STEP if lines.color_mode is ColorMode.PER_VERTEX and not is_pale else UNCUT
 
 
 def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons | None) -> Strokes:
@@ -54,14 +55,14 @@ def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons
     fades = False
     for one in cuts:
         lines = one.batch.lines
-        fades |= lines.hidden is Hidden.FADED
+        fades |= lines.hidden is Hidden.FADE
         is_hidden = one.pieces["is_hidden"] == 1
-        chosen = np.flatnonzero(~is_hidden | (lines.hidden in {Hidden.DASHED, Hidden.FADED}))
-        if lines.color_mode is not ColorMode.ONE:
+        chosen = np.flatnonzero(~is_hidden | (lines.hidden in {Hidden.DASH, Hidden.FADE}))
+        if lines.color_mode is not ColorMode.UNIFORM:
             chosen = chosen[np.argsort(-one.pieces["farness"][chosen], kind="stable")]  # nearer ones over farther ones
         pieces, is_hidden = one.pieces[chosen], is_hidden[chosen]
         own = _colors(one, pieces)
-        if lines.hidden is Hidden.FADED:
+        if lines.hidden is Hidden.FADE:
             own[is_hidden, 3] *= PALE
         if lines.are_dots:
             width = np.full((len(pieces), 1), lines.line_width)
@@ -89,9 +90,9 @@ def _colors(one: Cut, pieces: npt.NDArray[np.void]) -> Float64Array:
     """Return the colour of each piece, straight alpha: (s, 4)."""
     lines = one.batch.lines
     index = pieces["edge"] % one.batch.n_edges
-    if lines.color_mode is ColorMode.ONE:
+    if lines.color_mode is ColorMode.UNIFORM:
         colors = np.tile(np.array(lines.color), (len(pieces), 1))
-    elif lines.color_mode is ColorMode.AN_EDGE:
+    elif lines.color_mode is ColorMode.PER_EDGE:
         colors = _unpacked(one.colors[index])
     else:
         first, second = one.edges[index].T

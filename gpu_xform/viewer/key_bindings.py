@@ -1,5 +1,8 @@
 """What the pointer and the keys do, in words; `controls` does it."""
 
+from ..drawing.enums import HIDDEN_STYLES
+from ..geometry.edges import EDGE_SETS
+
 POINTER = (
     ("drag", "turn"),
     ("drag with Shift", "move; likewise with the right or the middle button"),
@@ -7,8 +10,8 @@ POINTER = (
     ("arrows", "turn by 15 degrees"),
 )
 KEYS = (
-    ("E", "edges: all, feature, boundary, silhouette"),
-    ("D", "hidden edges: show, remove, dash, fade"),
+    ("E", f"edges: {', '.join(EDGE_SETS)}"),
+    ("D", f"hidden edges: {', '.join(HIDDEN_STYLES)}"),
     ("F", "paint the faces, or do not"),
     ("C", "a colour for each face, or one for all"),
     ("A", "smooth lines, or rough ones: fast"),

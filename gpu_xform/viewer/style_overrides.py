@@ -2,18 +2,18 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, TypeVar, get_args
+from typing import Any, TypeVar
 
 from ..drawing.build_draw_list import CLOUD_POINT_SIZE
-from ..drawing.layer import HiddenStyle, Layer
+from ..drawing.enums import HIDDEN_STYLES, HiddenStyle
+from ..drawing.layer import Layer
 from ..drawing.layer_colors import by_face
+from ..geometry.edges import EDGE_SETS
 from ..geometry.mesh import Mesh
 from ..imaging.colors import ColorLike, rgba
 
 Value = TypeVar("Value")
 
-EDGES = ("all", "feature", "boundary", "silhouette")
-HIDDEN: tuple[HiddenStyle, ...] = get_args(HiddenStyle)
 PAINT = "lightgray"
 LIGHT, DARK = "white", "#1e1e1e"
 
@@ -32,13 +32,13 @@ class Look:
 
 def next_edges(look: Look, layer: Layer) -> tuple[Look, str]:
     """Return the look with the next set of edges, and what to say of it; where there is no choice yet, `layer` has."""
-    edges = _after(_edges(look, layer), EDGES)
+    edges = _after(_edges(look, layer), EDGE_SETS)
     return replace(look, edges=edges), f"edges: {edges}"
 
 
 def next_hidden(look: Look, layer: Layer) -> tuple[Look, str]:
     """Return the look with hidden edges drawn in the next way."""
-    hidden = _after(look.hidden or layer.hidden or ("remove" if _filled(look, layer) else "show"), HIDDEN)
+    hidden = _after(look.hidden or layer.hidden or ("remove" if _filled(look, layer) else "show"), HIDDEN_STYLES)
     return replace(look, hidden=hidden), f"hidden edges: {hidden}"
 
 

@@ -9,7 +9,8 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.drawing.draw_list import Faces, Lines, Shape
-from gpu_xform.drawing.layer import HiddenStyle, Style
+from gpu_xform.drawing.enums import HiddenStyle
+from gpu_xform.drawing.layer import Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.raster.compute.vertex_stage import in_bindings
 

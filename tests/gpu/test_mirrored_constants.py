@@ -6,7 +6,7 @@ from enum import IntEnum
 import pytest
 
 from gpu_xform.compute.kernels.transform import Finish
-from gpu_xform.drawing.draw_list import ColorMode, Hidden
+from gpu_xform.drawing.enums import ColorMode, Hidden
 from gpu_xform.gpu import shaders
 from gpu_xform.raster.compute.triangles import LEFT_BITS
 from gpu_xform.vector.build_layers import PALE
@@ -37,11 +37,8 @@ def test_what_is_level_in_vector_pictures_is_so_in_the_shaders() -> None:
 @pytest.mark.parametrize(
     ("stage", "names"),
     [
-        ("ink_lines", {member.name: member for member in Hidden}),
-        (
-            "ink_colored_lines",
-            {"ONE_COLOR": ColorMode.ONE, "COLOR_AN_EDGE": ColorMode.AN_EDGE, "COLOR_A_POINT": ColorMode.A_POINT},
-        ),
+        ("ink_lines", {f"HIDDEN_{member.name}": member for member in Hidden}),
+        ("ink_colored_lines", {f"COLOR_{member.name}": member for member in ColorMode}),
         ("transform_points_f32", {member.name: member for member in Finish}),
     ],
 )

@@ -8,7 +8,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
-from gpu_xform.drawing.layer import HiddenStyle
+from gpu_xform.drawing.enums import HiddenStyle
 from gpu_xform.geometry.edges import edge_faces, face_normals, resolve_edges
 from gpu_xform.geometry.mesh import pair_keys
 from tests.support.solids import star_prism

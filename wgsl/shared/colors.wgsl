@@ -5,16 +5,16 @@
 
 override color_mode: u32; // what they belong to
 
-const ONE_COLOR = 0u;
-const COLOR_AN_EDGE = 1u;
-const COLOR_A_POINT = 2u;
+const COLOR_UNIFORM = 0u;
+const COLOR_PER_EDGE = 1u;
+const COLOR_PER_VERTEX = 2u;
 
 // The colour at the part t of a segment of the edge number `index`, straight alpha.
 fn color_at(index: u32, line: Segment, t: f32) -> vec4<f32> {
-    if color_mode == ONE_COLOR {
+    if color_mode == COLOR_UNIFORM {
         return style.color;
     }
-    if color_mode == COLOR_AN_EDGE {
+    if color_mode == COLOR_PER_EDGE {
         return unpack4x8unorm(colors[index]);
     }
     // Even steps in the picture are not even along the edge: nearer parts look longer.

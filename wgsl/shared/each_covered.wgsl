@@ -20,7 +20,7 @@ fn go_along(index: u32, instance: u32, lane: u32) {
         if !is_wide {
             let t = part_at(way, x);
             strength = opacity_at(index, line, t) * strength_at(line, t);
-            if hidden != SHOWN && strength <= 0.0 {
+            if hidden != HIDDEN_SHOW && strength <= 0.0 {
                 continue;
             }
         }

@@ -7,10 +7,10 @@ override hidden: u32; // what is done with an edge behind a face
 override is_cued: bool; // distance pales it
 override is_outline: bool; // faces turn away from the eye along it
 
-const SHOWN = 0u;
-const REMOVED = 1u;
-const DASHED = 2u;
-const FADED = 3u;
+const HIDDEN_SHOW = 0u;
+const HIDDEN_REMOVE = 1u;
+const HIDDEN_DASH = 2u;
+const HIDDEN_FADE = 3u;
 
 const PALE = 0.25; // what hidden edges keep of their strength where they fade
 const DASH = vec2(4.0, 3.0); // on and off, in line widths
@@ -53,14 +53,14 @@ fn strength_in_sight(line: Segment, t: f32) -> f32 {
 // The strength at the part t of a segment, from 0 to 1, less where a face hides it.
 fn strength_at(line: Segment, t: f32) -> f32 {
     let strength = strength_in_sight(line, t);
-    if hidden == SHOWN {
+    if hidden == HIDDEN_SHOW {
         return strength;
     }
     if !is_hidden(line, t) {
         return strength;
     }
-    if hidden == DASHED {
+    if hidden == HIDDEN_DASH {
         return strength * dash_at(t * distance(line.p, line.q));
     }
-    return select(0.0, PALE * strength, hidden == FADED);
+    return select(0.0, PALE * strength, hidden == HIDDEN_FADE);
 }

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 import wgpu
 
-from ...drawing.draw_list import ColorMode, Hidden, Lines
+from ...drawing.draw_list import Lines
+from ...drawing.enums import ColorMode, Hidden
 from ...gpu import layouts
 from ...gpu.buffers import Buffer
 from ...gpu.chunking import n_workgroups, workgroup_size
@@ -51,7 +52,7 @@ def _cut(device: Device, shape: Projected, lines: Lines) -> Iterator[Batch]:
         colors = None
         if lines.colors is not None:
             colors = Binding(lines.colors, 0, lines.colors.n_bytes)
-            if lines.color_mode is ColorMode.AN_EDGE:
+            if lines.color_mode is ColorMode.PER_EDGE:
                 colors = Binding(lines.colors, start * COLOR_BYTES, n_edges * COLOR_BYTES)
         edges = Binding(lines.edges, start * EDGE_BYTES, n_edges * EDGE_BYTES)
         yield Batch(shape, lines, n_edges, edges, colors)
@@ -85,7 +86,7 @@ def log2_lanes(batch: Batch) -> int:
 
 def strength_constants(batch: Batch, *, nothing_hides: bool) -> dict[str, float]:
     """Return what strength.wgsl is compiled for."""
-    hidden = Hidden.SHOWN if nothing_hides else batch.lines.hidden
+    hidden = Hidden.SHOW if nothing_hides else batch.lines.hidden
     return {"hidden": hidden, "is_cued": batch.lines.cue[3] > 0.0, "is_outline": batch.lines.are_outlines}
 
 

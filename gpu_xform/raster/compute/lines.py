@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import wgpu
 
-from ...drawing.draw_list import Hidden, Lines
+from ...drawing.draw_list import Lines
+from ...drawing.enums import Hidden
 from ...gpu import uniforms
 from ...gpu.buffers import Buffer
 from ...gpu.device import Device
@@ -166,7 +167,7 @@ def _ink_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:
 
 def _is_plain(lines: Lines) -> bool:
     """Say whether every pixel that is drawn has the same colour and strength."""
-    return lines.colors is None and lines.cue[3] == 0.0 and lines.hidden in {Hidden.SHOWN, Hidden.REMOVED}
+    return lines.colors is None and lines.cue[3] == 0.0 and lines.hidden in {Hidden.SHOW, Hidden.REMOVE}
 
 
 def _is_colored(lines: Lines) -> bool:

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._core.interrupts import uninterrupted
-from ...drawing.draw_list import Hidden, Shape
+from ...drawing.draw_list import Shape
+from ...drawing.enums import Hidden
 from ...drawing.view import View
 from ...errors import DeviceError
 from ...gpu import uniforms
@@ -137,7 +138,7 @@ def _around(region: Region, size: tuple[int, int], color: npt.NDArray[np.uint8])
 
 def _margin(shapes: Sequence[Shape]) -> int:
     """Return how far beside a tile the axis of a line can lie that is tested against the faces and seen in the tile."""
-    tested = [lines.line_width or 1.0 for shape in shapes for lines in shape.lines if lines.hidden is not Hidden.SHOWN]
+    tested = [lines.line_width or 1.0 for shape in shapes for lines in shape.lines if lines.hidden is not Hidden.SHOW]
     # Ink goes by columns, which are longer through a slanting line than across it: up to 1.66 pixels at its widest.
     # Outlines are tested 1.5 pixels beside their axis.
     return min(WIDEST_MARGIN, math.ceil(0.5 * max(tested)) + 6) if tested else 0

@@ -1,0 +1,33 @@
+"""Enumerations of how lines are drawn: hidden-line styles and colour modes.
+
+They are the one source of their words and numbers: the command line, the viewer and `Layer` take the words from here,
+and the WGSL constants `HIDDEN_*` and `COLOR_*` are held to the members by a test.
+"""
+
+from enum import IntEnum
+from typing import Literal, TypeAlias, get_args
+
+HiddenStyle: TypeAlias = Literal["show", "remove", "dash", "fade"]
+HIDDEN_STYLES: tuple[HiddenStyle, ...] = get_args(HiddenStyle)
+
+
+class Hidden(IntEnum):
+    """How the parts of lines behind faces are drawn: `HiddenStyle` as the numbers of the WGSL constants `HIDDEN_*`."""
+
+    SHOW = 0
+    REMOVE = 1
+    DASH = 2
+    FADE = 3
+
+    @classmethod
+    def from_style(cls, style: HiddenStyle) -> "Hidden":
+        """Return the member that a style names."""
+        return cls[style.upper()]
+
+
+class ColorMode(IntEnum):
+    """What each colour of lines belongs to; the numbers are the WGSL constants `COLOR_*`."""
+
+    UNIFORM = 0
+    PER_EDGE = 1
+    PER_VERTEX = 2

@@ -1,0 +1,25 @@
+"""Each enumeration has one source, and all that can be chosen works."""
+
+import pytest
+
+from gpu_xform import Layer, render_svg, samples
+from gpu_xform.cli import argument_types
+from gpu_xform.drawing.enums import HIDDEN_STYLES, Hidden, HiddenStyle
+from gpu_xform.geometry.edges import EDGE_SETS, EdgeSet
+
+
+def test_every_hidden_style_has_a_number_of_its_name() -> None:
+    assert [Hidden.from_style(style) for style in HIDDEN_STYLES] == list(Hidden)
+    assert tuple(mode.name.lower() for mode in Hidden) == HIDDEN_STYLES
+
+
+@pytest.mark.parametrize("style", HIDDEN_STYLES)
+def test_every_hidden_style_is_taken(style: HiddenStyle) -> None:
+    assert Layer(samples.cube(), hidden=style).hidden == style
+    assert argument_types.hidden(style) == style
+
+
+@pytest.mark.parametrize("edges", EDGE_SETS)
+def test_every_edge_set_is_taken(edges: EdgeSet) -> None:
+    assert "<path" in render_svg(samples.cube(), edges=edges, size=(32, 32))
+    assert argument_types.edge_sets(edges) == [edges]
