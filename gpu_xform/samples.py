@@ -10,9 +10,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ._core.arguments import whole_number
-from ._core.types import Float64Array
+from ._core.types import Float64Array, IndexArray
 from .errors import ArgumentError
-from .geometry.mesh import IndexArray, Mesh
+from .geometry.mesh import Mesh
 from .geometry.scene import Scene
 from .matrices import rotate, translate
 

@@ -12,10 +12,11 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .interrupts import uninterrupted
+from .types import StrPath
 
 
 @contextmanager
-def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+def atomic_write(path: StrPath) -> Iterator[BinaryIO]:
     """Give a binary file that takes the place of `path` when the block ends, and vanishes if the block raises.
 
     A symbolic link stays, and its target is replaced. The permissions are those of any new file.
@@ -40,7 +41,7 @@ def atomic_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def atomic_seekable_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
+def atomic_seekable_write(path: StrPath) -> Iterator[BinaryIO]:
     """Give what `atomic_write` gives where it is a regular file, which can be opened by its name and gone back in.
 
     In place of another, it gives a temporary one, which is copied there when the block ends.
@@ -58,7 +59,7 @@ def atomic_seekable_write(path: str | os.PathLike[str]) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def atomic_folder(path: str | os.PathLike[str], names: Iterable[str]) -> Iterator[Path]:
+def atomic_folder(path: StrPath, names: Iterable[str]) -> Iterator[Path]:
     """Give an empty folder whose files move into the folder `path` when the block ends, and vanish if it raises.
 
     `path` is made where there is none, in a folder that there must be; what else it holds stays. The files that will

@@ -3,16 +3,16 @@
 import contextlib
 import io
 import os
-from collections.abc import Callable, Generator, Iterator, Sequence
+from collections.abc import Generator, Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, TypeAlias, Unpack
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import direction, whole_number
 from .._core.progress import bar
-from .._core.types import Float64Array, MatrixLike
+from .._core.types import Float64Array, MatrixLike, Progress, StrPath
 from ..drawing.camera import Camera, CameraLike, fit_options, outermost, require_in_reach
 from ..drawing.layer import Layer, Models, Style
 from ..drawing.load_models import opened, outline
@@ -28,13 +28,11 @@ from ..rendering.raster import begun
 from . import poses
 from .encoders import html
 from .encoders.frames import Clip
-from .encoders.registry import StrPath, saver
+from .encoders.registry import saver
 from .motion import Frames, Motion, described, frame_count
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-
-Progress: TypeAlias = Callable[[int, int], object]
 
 DEFAULT_SIZE = (640, 480)
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

@@ -3,7 +3,7 @@
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BufferedReader
 from pathlib import Path
@@ -14,15 +14,13 @@ import numpy.typing as npt
 
 from .._core.arguments import square_matrix
 from .._core.npy import read_header
-from .._core.types import MatrixLike
+from .._core.types import MatrixLike, Progress, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 from ..gpu.device import Device
 from ._precision import Precision
 from .transform import project_points, transform_points
 
 CHUNK_BYTES = 32 << 20
-StrPath = str | os.PathLike[str]
-Progress = Callable[[int, int], object]
 
 
 def transform_file(

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.edges import edge_parts
-from ..geometry.mesh import IndexArray
 from ..gpu.buffers import Buffer
 from ..gpu.device import Device
 from ..gpu.layouts import CANDIDATE

@@ -10,7 +10,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError
 from ..geometry.edges import (
@@ -23,8 +23,8 @@ from ..geometry.edges import (
     resolve_edges,
     without_silhouette,
 )
-from ..geometry.mesh import IndexArray, Mesh, pair_keys
-from ..geometry.triangulation import triangles
+from ..geometry.mesh import Mesh, pair_keys
+from ..geometry.triangulation import triangulate
 from ..gpu.chunking import rounded_up
 from ..gpu.device import Device
 from ..gpu.device_points import Points
@@ -187,7 +187,7 @@ class MeshSubject:
 
     def triangles(self) -> tuple[IndexArray, IndexArray]:
         """Return the polygons as triangles."""
-        return triangles(self.mesh)
+        return triangulate(self.mesh.positions, self.mesh.offsets, self.mesh.indices)
 
     def outline(self, world_from_model: Float64Array) -> Float64Array:
         """Return all points that lie before the eye; of more than one instance, the corners of their boxes."""

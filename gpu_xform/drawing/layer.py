@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import number, real_array, square_matrices
-from .._core.types import Float64Array, MatrixLike
+from .._core.types import Float64Array, MatrixLike, StrPath
 from ..compute._arrays import host_array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
@@ -19,7 +19,7 @@ from ..geometry.scene import Instances, Scene
 from ..imaging.colors import ColorLike
 from .enums import HIDDEN_STYLES, HiddenStyle
 
-Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | str | os.PathLike[str]
+Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | StrPath
 
 _MODEL_TYPES = (Mesh, PointBuffer, str, os.PathLike)
 WIDEST_LINE = 1e6  # pixels; beyond that single precision loses the line's rim

@@ -1,6 +1,6 @@
 """Model files: one module a format, each turning bytes into a mesh or a mesh into bytes.
 
-Reading order: _concatenate, _text, _trimesh, npy, obj, off, ply, stl, vrml_syntax, vrml, gltf_nodes, gltf_meshes,
+Reading order: _concatenate, _text, _trimesh, npy, obj, off, ply, stl, vrml_syntax, vrml, gltf_meshes, gltf_nodes,
 gltf, glb, threemf, registry.
 """
 

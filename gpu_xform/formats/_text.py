@@ -7,9 +7,9 @@ from typing import Any, BinaryIO, Literal, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
-from ..geometry.mesh import IndexArray, Mesh
+from ..geometry.mesh import Mesh
 
 _SENTINEL = 4611686018427388027  # an odd number that no file holds, and that float64 rounds to 2**62
 _ROWS_AT_ONCE = 1 << 16

@@ -11,9 +11,9 @@ from typing import BinaryIO
 
 import numpy as np
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
-from ..geometry.mesh import IndexArray, Mesh
+from ..geometry.mesh import Mesh
 from ._text import number, parse, printable, write_faces, write_points
 
 _LETTER = np.zeros(256, bool)

@@ -11,8 +11,9 @@ from typing import BinaryIO, TypeAlias
 
 import numpy as np
 
+from .._core.types import IndexArray
 from ..errors import MeshError
-from ..geometry.mesh import IndexArray, Mesh
+from ..geometry.mesh import Mesh
 from ._text import integer, number, parse, printable, write_faces, write_points
 
 _HEADER = re.compile(rb"(ST)?(C)?(N)?OFF")

@@ -11,8 +11,9 @@ from typing import BinaryIO, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._core.types import IndexArray
 from ..errors import MeshError
-from ..geometry.mesh import IndexArray, Mesh
+from ..geometry.mesh import Mesh
 from ._text import number, parse, printable
 
 _TYPES = {

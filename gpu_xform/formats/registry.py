@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias, TypeVar
 
 from .._core.atomic_files import atomic_write
+from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
@@ -17,7 +18,7 @@ Model = TypeVar("Model", Mesh, Scene)
 
 Reader: TypeAlias = Callable[[bytes], Mesh]
 Writer: TypeAlias = Callable[[Mesh, BinaryIO], None]
-PathOrFile: TypeAlias = str | os.PathLike[str] | BinaryIO
+PathOrFile: TypeAlias = StrPath | BinaryIO
 
 _NAMELESS = "<file>"
 

@@ -11,9 +11,9 @@ from io import BytesIO
 
 import numpy as np
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
-from ..geometry.mesh import IndexArray, Mesh
+from ..geometry.mesh import Mesh
 from ..matrices import rotate
 from ._text import printable
 from .vrml_syntax import Node, Numbers, parse_nodes

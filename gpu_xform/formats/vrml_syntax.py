@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
-from ..geometry.mesh import IndexArray
 from ._text import integer, number, parse, printable
 
 if TYPE_CHECKING:

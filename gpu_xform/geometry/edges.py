@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import number
-from .._core.types import Float64Array
+from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
-from .mesh import IndexArray, Mesh, pair_keys
+from .mesh import Mesh, pair_keys
 from .triangulation import polygons_by_size, unit_normals
 
 # `resolve_edges` finds all but silhouettes, which depend on the camera.
@@ -18,7 +18,6 @@ EdgeSet: TypeAlias = Literal["all", "feature", "boundary", "silhouette"]
 EDGE_SETS: tuple[EdgeSet, ...] = get_args(EdgeSet)
 EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
 
-_BoolArray: TypeAlias = npt.NDArray[np.bool_]
 _KeyArray: TypeAlias = npt.NDArray[np.uint64]
 
 _SLIVER = 1e-6  # of the square of its extent: the area below which a face is a line
@@ -38,8 +37,8 @@ class EdgeFaces(NamedTuple):
     edges: IndexArray
     faces: IndexArray
     n_faces: IndexArray
-    turned: _BoolArray
-    segments: _BoolArray
+    turned: BoolArray
+    segments: BoolArray
 
 
 def edge_faces(mesh: Mesh) -> EdgeFaces:
@@ -89,7 +88,7 @@ def face_normals(mesh: Mesh, negligible: float = 0.0) -> Float64Array:
     negligible : as in `unit_normals`
     """
     normals = np.zeros((mesh.n_faces, 3))
-    for faces, polygons in polygons_by_size(mesh):
+    for faces, polygons in polygons_by_size(mesh.offsets, mesh.indices):
         normals[faces] = unit_normals(mesh.positions, polygons, negligible)
     return normals
 
@@ -124,10 +123,10 @@ def plane_normals(mesh: Mesh, find: Callable[[], EdgeFaces]) -> Float64Array:
     return normals
 
 
-def may_show(mesh: Mesh, found: EdgeFaces) -> _BoolArray:
+def may_show(mesh: Mesh, found: EdgeFaces) -> BoolArray:
     """Return which edges are more than a bridge to a hole, or a polygon's step from a place to itself: (m,)."""
     start, end = mesh.positions[found.edges.T]
-    shows: _BoolArray = found.segments | ((found.n_faces > 0) & (start != end).any(axis=1))
+    shows: BoolArray = found.segments | ((found.n_faces > 0) & (start != end).any(axis=1))
     return shows
 
 
@@ -248,13 +247,13 @@ class _Sides(NamedTuple):
     keys: _KeyArray
     faces: IndexArray
     n_faces: IndexArray
-    turned: _BoolArray
-    forward: _BoolArray
+    turned: BoolArray
+    forward: BoolArray
     order: IndexArray
     starts: IndexArray
 
 
-def _sides(keys: _KeyArray, faces: IndexArray, forward: _BoolArray) -> _Sides:
+def _sides(keys: _KeyArray, faces: IndexArray, forward: BoolArray) -> _Sides:
     """Gather what passes each key (h,), by faces (h,) in ascending order, -1 for none."""
     order = np.argsort(keys, kind="stable")
     keys, faces, forward = keys[order], faces[order], forward[order]
@@ -293,7 +292,7 @@ def _places(positions: Float64Array, edges: IndexArray) -> IndexArray:
     return places[edges]
 
 
-def _differs(sorted_: npt.NDArray[Any]) -> _BoolArray:
+def _differs(sorted_: npt.NDArray[Any]) -> BoolArray:
     """Return where a value is not that before it: (n,) bool; the first always."""
     differs = np.ones(len(sorted_), np.bool_)
     np.not_equal(sorted_[1:], sorted_[:-1], out=differs[1:])

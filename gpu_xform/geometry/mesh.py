@@ -9,11 +9,10 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import first_non_finite, require_affine, square_matrix
-from .._core.types import Float64Array, MatrixLike
+from .._core.types import Float64Array, IndexArray, MatrixLike
 from ..errors import MeshError
-from .triangulation import triangles
+from .triangulation import triangulate
 
-IndexArray: TypeAlias = npt.NDArray[np.int64]
 FacesLike: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 _Array = TypeVar("_Array", bound=npt.NDArray[Any])
@@ -187,12 +186,12 @@ class Mesh:
     def to_trimesh(self) -> Any:
         """Return a `trimesh.Trimesh` of the same points.
 
-        Polygons become triangles, concave ones too, as `triangulation.triangles` cuts them; segments are left out,
+        Polygons become triangles, concave ones too, as `triangulate` cuts them; segments are left out,
         because a Trimesh holds none.
         """
         import trimesh
 
-        corners, _ = triangles(self)
+        corners, _ = triangulate(self._positions, self._offsets, self._indices)
         return trimesh.Trimesh(vertices=self._positions.copy(), faces=corners, process=False)
 
     def __eq__(self, other: object) -> bool:

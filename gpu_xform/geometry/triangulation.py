@@ -1,24 +1,19 @@
-"""Polygons as triangles, and the plane that each polygon lies in best."""
+"""Triangulation of polygons, and their Newell normals."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
-from .._core.types import Float64Array
-
-if TYPE_CHECKING:
-    from .mesh import Mesh
-
-_Indices: TypeAlias = npt.NDArray[np.int64]
+from .._core.types import Float64Array, IndexArray
 
 # What rounding may turn over: a fan's triangle of less than this part of its polygon's area.
 _NEGLIGIBLE = 1e-9
 
 
-def triangles(mesh: "Mesh") -> tuple[_Indices, _Indices]:
+def triangulate(positions: Float64Array, offsets: IndexArray, indices: IndexArray) -> tuple[IndexArray, IndexArray]:
     """Return the polygons of a mesh as triangles, with the face of each, in the order of the faces.
+
+    positions, offsets, indices : as in `Mesh`
 
     corners : (t, 3) int64, turning the way their polygon turns
     faces : (t,) int64, ascending
@@ -29,8 +24,8 @@ def triangles(mesh: "Mesh") -> tuple[_Indices, _Indices]:
     it has no area, is made a fan, so that no polygon is lost.
     """
     corners, faces = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
-    for owners, polygons in polygons_by_size(mesh):
-        made, which = _cut(mesh.positions, polygons)
+    for owners, polygons in polygons_by_size(offsets, indices):
+        made, which = _cut(positions, polygons)
         corners.append(made)
         faces.append(owners[which])
     all_corners, all_faces = np.concatenate(corners), np.concatenate(faces)
@@ -40,19 +35,19 @@ def triangles(mesh: "Mesh") -> tuple[_Indices, _Indices]:
     return all_corners, all_faces
 
 
-def polygons_by_size(mesh: "Mesh") -> Iterator[tuple[_Indices, _Indices]]:
+def polygons_by_size(offsets: IndexArray, indices: IndexArray) -> Iterator[tuple[IndexArray, IndexArray]]:
     """Yield the faces (f,) of each size k >= 3 that occurs, with their corners (f, k)."""
-    sizes = np.diff(mesh.offsets)
+    sizes = np.diff(offsets)
     for k in np.flatnonzero(np.bincount(sizes)).tolist():
         if k > 2:
             faces = np.flatnonzero(sizes == k)
             if len(faces) == len(sizes):
-                yield faces, mesh.indices.reshape(-1, k)
+                yield faces, indices.reshape(-1, k)
             else:
-                yield faces, mesh.indices[mesh.offsets[faces, None] + np.arange(k)]
+                yield faces, indices[offsets[faces, None] + np.arange(k)]
 
 
-def unit_normals(positions: Float64Array, polygons: _Indices, negligible: float = 0.0) -> Float64Array:
+def unit_normals(positions: Float64Array, polygons: IndexArray, negligible: float = 0.0) -> Float64Array:
     """Return the Newell normals of polygons (f, k), of length 1, or zero for one without area: (f, 3).
 
     negligible : part of the square of a polygon's extent, about; less area counts for none
@@ -61,7 +56,7 @@ def unit_normals(positions: Float64Array, polygons: _Indices, negligible: float 
     return normals
 
 
-def _shapes(positions: Float64Array, polygons: _Indices) -> Float64Array:
+def _shapes(positions: Float64Array, polygons: IndexArray) -> Float64Array:
     """Return polygons (f, k) as their corners less the first, each brought to a size of about 1: (3, k, f).
 
     The faces run along the last axis, because NumPy is slow at short ones.
@@ -105,7 +100,7 @@ def _flattened(points: Float64Array) -> Float64Array:
     return flat
 
 
-def _cut(positions: Float64Array, polygons: _Indices) -> tuple[_Indices, _Indices]:
+def _cut(positions: Float64Array, polygons: IndexArray) -> tuple[IndexArray, IndexArray]:
     """Return polygons (f, k) as triangles (t, 3), and the row of each (t,)."""
     f, k = polygons.shape
     if k == 3:
@@ -130,13 +125,13 @@ def _cut(positions: Float64Array, polygons: _Indices) -> tuple[_Indices, _Indice
     return np.concatenate([corners.reshape(-1, 3), polygons[others[of, None], ears]]), np.append(rows, others[of])
 
 
-def _fan(k: int) -> _Indices:
+def _fan(k: int) -> IndexArray:
     """Return the triangles around the first of k corners: (k - 2, 3)."""
     i = np.arange(1, k - 1)
     return np.stack([np.zeros_like(i), i, i + 1], axis=1)
 
 
-def _by_ears(flat: Float64Array) -> tuple[_Indices, _Indices]:
+def _by_ears(flat: Float64Array) -> tuple[IndexArray, IndexArray]:
     """Return plane polygons (2, k, f) as triangles of their corners 0..k-1 (t, 3), and the polygon of each (t,)."""
     from mapbox_earcut import triangulate_float64
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 
 if TYPE_CHECKING:
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 Pixels = npt.NDArray[np.uint8]
 EIGHT_BIT_MODES = ("1", "L", "LA", "P", "PA", "RGB", "RGBA")  # of others Pillow cuts off what is above 255
-ImageLike: TypeAlias = "Image | Pixels | str | os.PathLike[str]"
+ImageLike: TypeAlias = "Image | Pixels | StrPath"
 
 
 def straight_alpha(premultiplied: Pixels) -> Pixels:
@@ -61,7 +62,7 @@ def pixels(picture: ImageLike, name: str) -> Pixels:
     return array if array.shape[2] == 4 else np.pad(array, ((0, 0), (0, 0), (0, 1)), constant_values=255)
 
 
-def _png_pixels(path: str | os.PathLike[str], name: str) -> Pixels:
+def _png_pixels(path: StrPath, name: str) -> Pixels:
     from PIL.PngImagePlugin import PngImageFile  # Image.open refuses pictures as large as `render` makes them
 
     data = Path(path).read_bytes()

@@ -5,12 +5,12 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._core.types import Float64Array
+from .._core.types import BoolArray, Float64Array, IndexArray
 from ..drawing.depth import lost_by_distance
 from ..geometry.mesh import Mesh
-from .painters import Flags, Height, Indices, Pieces, chosen, clipped, extremes, fans, members, strips, together
+from .painters import Height, Pieces, chosen, clipped, extremes, fans, members, strips, together
 
-Triangulation: TypeAlias = Callable[[], tuple[Indices, Indices]]
+Triangulation: TypeAlias = Callable[[], tuple[IndexArray, IndexArray]]
 
 STEP = 1.0 / 64.0  # of opacity, by which strips of a face that distance pales differ: four of 255
 FARTHEST_ASIDE = 16.0  # half widths of the picture, beyond which faces are cut off
@@ -28,7 +28,7 @@ class InView(NamedTuple):
     cut: Pieces
 
 
-def faces_in_view(mesh: Mesh, cut: Triangulation, clip: Float64Array, seen: Flags, cue: Float64Array) -> InView:
+def faces_in_view(mesh: Mesh, cut: Triangulation, clip: Float64Array, seen: BoolArray, cue: Float64Array) -> InView:
     """Return the faces that are seen, those cut that reach out of the view, fold, or are not paled evenly.
 
     cut : gives the triangles of the mesh, and the face of each
@@ -40,7 +40,7 @@ def faces_in_view(mesh: Mesh, cut: Triangulation, clip: Float64Array, seen: Flag
     def lost(corners: Float64Array) -> Float64Array:
         return lost_by_distance(cue, corners)
 
-    def in_triangles(faces: Indices) -> Pieces:
+    def in_triangles(faces: IndexArray) -> Pieces:
         indices, owners = cut()
         own = np.isin(owners, faces)
         corners = clip[indices[own]].reshape(-1, 4)
@@ -67,7 +67,7 @@ def faces_in_view(mesh: Mesh, cut: Triangulation, clip: Float64Array, seen: Flag
     return InView(chosen(inside, is_whole), strips(others, lost, levels))
 
 
-def _folds(polygons: Pieces, in_triangles: Callable[[Indices], Pieces]) -> Flags:
+def _folds(polygons: Pieces, in_triangles: Callable[[IndexArray], Pieces]) -> BoolArray:
     """Tell of which polygons parts are seen from the one side and parts from the other: they are not in one plane.
 
     What such polygons cover is more than what their outlines do.
@@ -83,7 +83,7 @@ def _folds(polygons: Pieces, in_triangles: Callable[[Indices], Pieces]) -> Flags
     return folds
 
 
-def _turn_both_ways(triangles: Float64Array, of: Indices, n: int) -> Flags:
+def _turn_both_ways(triangles: Float64Array, of: IndexArray, n: int) -> BoolArray:
     """Tell of n polygons whether some of their triangles (t, 3, 4) turn one way in the picture, and some the other."""
     places = triangles[..., :2] / triangles[..., 3:]
     (x1, y1), (x2, y2) = (places[:, 1] - places[:, 0]).T, (places[:, 2] - places[:, 0]).T
@@ -92,7 +92,7 @@ def _turn_both_ways(triangles: Float64Array, of: Indices, n: int) -> Flags:
     one_way, other_way, largest = np.zeros((3, n))
     for most, values in ((one_way, area), (other_way, -area), (largest, size)):
         np.maximum.at(most, of, values)
-    both: Flags = np.minimum(one_way, other_way) > SLACK * largest
+    both: BoolArray = np.minimum(one_way, other_way) > SLACK * largest
     return both
 
 

@@ -6,16 +6,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._core.types import Float64Array
+from .._core.types import BoolArray, Float64Array, IndexArray
 from ..drawing.build_draw_list import unscaled
 from ..drawing.depth import lost_by_distance
 from ..drawing.layer_colors import fill_colors
 from ..drawing.prepare import Stage
-from ..geometry.mesh import IndexArray, Mesh
+from ..geometry.mesh import Mesh
 from ..imaging.colors import FloatColor, packed
 from .clip_faces import Triangulation, faces_in_view
 from .layer import Polygons
-from .painters import Flags, Pieces, fans, means, painters_order, together
+from .painters import Pieces, fans, means, painters_order, together
 
 NOTHING_LOST = np.zeros(4)
 
@@ -30,11 +30,11 @@ class Painted(NamedTuple):
 
     polygons: Pieces
     colors: Float64Array
-    seen: Flags
+    seen: BoolArray
     triangles: Callable[[], tuple[Float64Array, IndexArray]]
 
 
-def painted(stage: Stage, seen: Mapping[int, Flags], backdrop: FloatColor) -> dict[int, list[Painted]]:
+def painted(stage: Stage, seen: Mapping[int, BoolArray], backdrop: FloatColor) -> dict[int, list[Painted]]:
     """Return the painted faces of each layer that has some, instance by instance, and first those that only hide.
 
     seen : of layers with faces, which triangles of each instance are the nearest somewhere (k, t). A face with a colour
@@ -85,7 +85,7 @@ def _painted(
     mesh: Mesh,
     clip_from_model: Float64Array,
     size: tuple[int, int],
-    seen: Flags,
+    seen: BoolArray,
     colors: Float64Array,
     cue: Float64Array,
     in_triangles: Triangulation,

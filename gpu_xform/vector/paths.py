@@ -13,15 +13,13 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core.types import BoolArray, IndexArray
 from ..imaging.colors import packed
 from .decimal_text import Hundredths, Octets, hundredths
 from .join_segments import LONGEST, chained
 from .layer import FloatArray, Polygons, Strokes, dash_pattern
 
 SEAM = 0.5  # pixels by which polygons of several paths overlap, or what lies behind would glimmer between them
-
-Flags = npt.NDArray[np.bool_]
-Indices = npt.NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -37,14 +35,14 @@ class Paths:
     """
 
     points: Hundredths
-    begins: Flags
-    offsets: Indices
+    begins: BoolArray
+    offsets: IndexArray
     colors: Octets
     phases: Hundredths | None = None
     closed: bool = False
 
     @property
-    def ends(self) -> Flags:
+    def ends(self) -> BoolArray:
         """Whether a line ends at the point: (n,)."""
         return np.append(self.begins[1:], True)
 
@@ -54,7 +52,7 @@ def octets(colors: FloatArray, n: int) -> Octets:
     return np.broadcast_to(packed(np.asarray(colors, np.float64))[:, None].view(np.uint8), (n, 4))
 
 
-def distinct(colors: Octets) -> tuple[Octets, Indices]:
+def distinct(colors: Octets) -> tuple[Octets, IndexArray]:
     """Return the colours that there are, and which of them each one is."""
     as_numbers = np.ascontiguousarray(colors).view(np.uint32)[:, 0]
     _, first, which = np.unique(as_numbers, return_index=True, return_inverse=True)
@@ -118,19 +116,19 @@ def _face_paths(points: Hundredths, offsets: npt.NDArray[np.integer[Any]], color
     return Paths(points, begins, paths, opaque[which[paths[:-1]]], closed=True)
 
 
-def _changes(rows: npt.NDArray[np.integer[Any]]) -> Flags:
+def _changes(rows: npt.NDArray[np.integer[Any]]) -> BoolArray:
     """Tell of each row (n, k) whether it is another than the one before."""
     changed = np.ones(len(rows), np.bool_)
     changed[1:] = (rows[1:] != rows[:-1]).any(axis=1)
     return changed
 
 
-def _runs(colors: Octets) -> Indices:
+def _runs(colors: Octets) -> IndexArray:
     """Return the number of each colour's run: opaque neighbours that are equal, or one that is not opaque."""
     return np.cumsum(_changes(colors) | (colors[:, 3] < 255))
 
 
-def _offsets(begins: Flags, runs: Indices) -> Indices:
+def _offsets(begins: BoolArray, runs: IndexArray) -> IndexArray:
     """Return where each path begins, and the end: a line begins there, another run or too long a path."""
     first = np.maximum.accumulate(np.where(_changes(runs[:, None]), np.arange(len(runs)), 0))
     part = (np.arange(len(runs)) - first) // LONGEST

@@ -13,14 +13,14 @@ from gpu_xform import samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.geometry.edges import edge_faces, face_normals, resolve_edges, without_silhouette
 from gpu_xform.geometry.mesh import Mesh
-from gpu_xform.geometry.triangulation import triangles
 from gpu_xform.matrices import chain, rotate, rotate_x, rotate_y, rotate_z, translate
+from tests.support.meshes import triangles_of
 
 SQUARE = [(0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (1.0, 1.0, 0.0), (0.0, 1.0, 0.0)]
 
 
 def triangulated(mesh: Mesh) -> Mesh:
-    return Mesh(mesh.positions, triangles(mesh)[0])
+    return Mesh(mesh.positions, triangles_of(mesh)[0])
 
 
 def unwelded(mesh: Mesh) -> Mesh:

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from gpu_xform import samples
 from gpu_xform.geometry.mesh import Mesh
-from gpu_xform.geometry.triangulation import triangles
 from gpu_xform.matrices import chain, rotate_x, rotate_y, rotate_z, translate
+from tests.support.meshes import triangles_of
 
 Points = npt.NDArray[np.float64]
 
@@ -21,7 +21,7 @@ Points = npt.NDArray[np.float64]
 def cut(points: npt.ArrayLike) -> npt.NDArray[np.int64]:
     """Triangulate one polygon, given by its corners in order."""
     mesh = Mesh(points, [range(len(np.asarray(points)))])
-    corners, faces = triangles(mesh)
+    corners, faces = triangles_of(mesh)
     assert corners.dtype == faces.dtype == np.int64
     assert corners.shape == (len(faces), 3)
     assert not faces.any()
@@ -121,7 +121,7 @@ def test_faces_keep_their_order_and_segments_give_none(sizes: list[int]) -> None
     points = [(math.cos(a), math.sin(a), float(i)) for i, row in enumerate(angles) for a in row]
     starts = np.cumsum([0, *sizes])
     mesh = Mesh(points, [range(starts[i], starts[i + 1]) for i in range(len(sizes))])
-    corners, faces = triangles(mesh)
+    corners, faces = triangles_of(mesh)
     assert faces.tolist() == [i for i, k in enumerate(sizes) for _ in range(k - 2)]
     assert corners.tolist() == [
         [starts[i], starts[i] + j + 1, starts[i] + j + 2] for i, k in enumerate(sizes) for j in range(k - 2)
@@ -131,7 +131,7 @@ def test_faces_keep_their_order_and_segments_give_none(sizes: list[int]) -> None
 def test_convex_and_concave_faces_of_one_size_stay_apart() -> None:
     outlines = [star([1.0] * 14), comb(3), 2.0 * comb(3), star([3.0] * 14)]
     mesh = Mesh(np.concatenate([flat(outline) for outline in outlines]), np.arange(56).reshape(4, 14))
-    corners, faces = triangles(mesh)
+    corners, faces = triangles_of(mesh)
     assert np.array_equal(corners // 14, np.stack([faces] * 3, axis=1))
     areas = 0.5 * double_areas(*mesh.positions[corners, :2].swapaxes(0, 1))
     assert np.bincount(faces, areas).tolist() == pytest.approx([shoelace(outline) for outline in outlines])
@@ -139,7 +139,7 @@ def test_convex_and_concave_faces_of_one_size_stay_apart() -> None:
 
 def test_a_mesh_of_no_polygons_has_no_triangles() -> None:
     for mesh in (Mesh([]), Mesh([(0, 0, 0), (1, 0, 0)], [(0, 1)])):
-        corners, faces = triangles(mesh)
+        corners, faces = triangles_of(mesh)
         assert corners.shape == (0, 3)
         assert faces.shape == (0,)
         assert corners.dtype == faces.dtype == np.int64
@@ -147,7 +147,7 @@ def test_a_mesh_of_no_polygons_has_no_triangles() -> None:
 
 def test_triangles_are_a_copy() -> None:
     mesh = samples.icosphere(0)
-    corners, _ = triangles(mesh)
+    corners, _ = triangles_of(mesh)
     assert np.array_equal(corners, mesh.faces)
     corners[:] = 0
     assert mesh.indices.any()
@@ -167,8 +167,9 @@ def test_one_reflex_corner_needs_no_ears(roll: int, monkeypatch: pytest.MonkeyPa
 
 def test_convex_meshes_import_no_ear_cutter() -> None:
     code = (
-        "import sys; from gpu_xform import samples; from gpu_xform.geometry.triangulation import triangles;"
-        "[triangles(m) for m in (samples.house(), samples.snub_dodecahedron(), samples.torus(9, 7))];"
+        "import sys; from gpu_xform import samples; from gpu_xform.geometry.triangulation import triangulate;"
+        "meshes = samples.house(), samples.snub_dodecahedron(), samples.torus(9, 7);"
+        "[triangulate(m.positions, m.offsets, m.indices) for m in meshes];"
         "print('mapbox_earcut' in sys.modules)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
@@ -189,7 +190,7 @@ def test_convex_meshes_import_no_ear_cutter() -> None:
 @pytest.mark.parametrize("turn", [0.0, 0.7])
 def test_degenerate_polygons_give_what_they_have(points: Any, turn: float) -> None:
     mesh = Mesh(flat(points), [range(len(points))]).transformed(rotate_x(turn) @ rotate_y(turn))
-    corners, faces = triangles(mesh)
+    corners, faces = triangles_of(mesh)
     assert 1 <= len(corners) == len(faces) <= len(points) - 2
     assert set(corners.ravel().tolist()) <= set(range(len(points)))
     if len(points) == 7 and len(set(points)) == 4:
@@ -199,7 +200,7 @@ def test_degenerate_polygons_give_what_they_have(points: Any, turn: float) -> No
 
 def test_faces_of_repeated_corners_give_valid_triangles() -> None:
     cube = samples.cube()
-    corners, faces = triangles(Mesh(cube.positions, [(0, 0, 0, 0), (0, 2, 2, 3, 1), (0, 1, 0, 1, 5), (3, 3)]))
+    corners, faces = triangles_of(Mesh(cube.positions, [(0, 0, 0, 0), (0, 2, 2, 3, 1), (0, 1, 0, 1, 5), (3, 3)]))
     assert set(corners.ravel().tolist()) <= {0, 1, 2, 3, 5}
     assert set(faces.tolist()) <= {0, 1, 2}
 
@@ -210,7 +211,7 @@ def test_a_hole_cut_open_by_a_bridge_stays_a_hole() -> None:
     points = flat(outer + hole)
     ring = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4]
     mesh = Mesh(points, [ring])
-    corners, _ = triangles(mesh)
+    corners, _ = triangles_of(mesh)
     areas = 0.5 * double_areas(*points[corners, :2].swapaxes(0, 1))
     assert (areas >= 0.0).all()
     assert areas.sum() == pytest.approx(12.0)
@@ -244,7 +245,7 @@ def test_a_million_quads_cost_a_few_sorts() -> None:
     one_sort = time.perf_counter() - start
     mesh = samples.grid(1000)
     start = time.perf_counter()
-    corners, faces = triangles(mesh)
+    corners, faces = triangles_of(mesh)
     assert time.perf_counter() - start < 10 * one_sort + 1.0
     assert np.array_equal(faces, np.arange(1_000_000).repeat(2))
     assert np.array_equal(corners[::2], np.asarray(mesh.faces)[:, :3])

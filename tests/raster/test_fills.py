@@ -9,9 +9,9 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.errors import ArgumentError
-from gpu_xform.geometry.triangulation import triangles
 from gpu_xform.imaging.colors import FACE_CYCLE, rgba
 from gpu_xform.raster.compute import triangles as face_pass
+from tests.support.meshes import triangles_of
 from tests.support.solids import STAR_RADII, interlocking, star_prism, together
 
 Array = npt.NDArray[Any]
@@ -21,7 +21,7 @@ NOWHERE = -1
 
 def nearest_faces(mesh: Mesh, clip_from_model: Array, size: tuple[int, int]) -> tuple[Array, Array]:
     """Return the nearest face at the middle of every pixel, and how far, in pixels, that is from a triangle's side."""
-    corners, faces = triangles(mesh)
+    corners, faces = triangles_of(mesh)
     clip = np.column_stack([mesh.positions, np.ones(mesh.n_points)]) @ clip_from_model.T
     assert (clip[:, 3] > 0).all()
     flat = (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * size

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gpu_xform import Mesh
-from gpu_xform.geometry.triangulation import triangles
+from tests.support.meshes import triangles_of
 
 Array = npt.NDArray[Any]
 
@@ -72,7 +72,7 @@ def hidden_intervals(mesh: Mesh, edges: Array, clip_from_model: Array) -> list[A
     how far in front of it their common ray meets the plane of the triangle. So each is positive on one interval, and
     what a triangle hides is where all are.
     """
-    corners, _ = triangles(mesh)
+    corners, _ = triangles_of(mesh)
     shape = mesh.positions[corners]
     normals = np.cross(shape[:, 1] - shape[:, 0], shape[:, 2] - shape[:, 0])
     with np.errstate(invalid="ignore"):

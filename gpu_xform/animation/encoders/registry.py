@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 from ..._core.atomic_files import atomic_seekable_write, atomic_write
+from ..._core.types import StrPath
 from ...errors import ArgumentError, ArgumentTypeError
 from . import apng, gif, html, video, webp
 from . import image_sequence as folder
 from .frames import Clip
 
 Writer: TypeAlias = Callable[[BinaryIO, Clip], None]
-StrPath: TypeAlias = str | os.PathLike[str]
 
 WRITERS: dict[str, Writer] = {
     "apng": apng.write,

@@ -6,12 +6,10 @@ Reading order: ragged, polygons, clipping, box_tree, overlaps, depth_graph, cycl
 from .clipping import Height, clipped, strips
 from .painters_algorithm import painters_order
 from .polygons import Pieces, chosen, extremes, fans, means, together
-from .ragged import Flags, Indices, members
+from .ragged import members
 
 __all__ = [
-    "Flags",
     "Height",
-    "Indices",
     "Pieces",
     "chosen",
     "clipped",

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._core.types import Float64Array
-from .ragged import Indices
+from ..._core.types import Float64Array, IndexArray
 
 BITS = 12  # of each measure that boxes are sorted by
 
@@ -15,11 +14,11 @@ class _Level(NamedTuple):
 
     low: Float64Array
     high: Float64Array
-    least: Indices
-    largest: Indices
+    least: IndexArray
+    largest: IndexArray
 
 
-def overlapping(low: Float64Array, high: Float64Array, kinds: Indices, most: int) -> tuple[Indices, Indices]:
+def overlapping(low: Float64Array, high: Float64Array, kinds: IndexArray, most: int) -> tuple[IndexArray, IndexArray]:
     """Return all pairs i < j of boxes, of different kinds, that overlap or touch.
 
     low, high : (n, d), no more than four dimensions
@@ -47,7 +46,7 @@ def overlapping(low: Float64Array, high: Float64Array, kinds: Indices, most: int
     return np.minimum(i, j), np.maximum(i, j)
 
 
-def _places(low: Float64Array, high: Float64Array) -> Indices:
+def _places(low: Float64Array, high: Float64Array) -> IndexArray:
     """Return numbers (n,), close for boxes that are close and about as large: Morton's order of middles and sizes."""
     measures = np.column_stack([low + high, (high - low).max(axis=1)])
     measures -= measures.min(axis=0, initial=np.inf)
@@ -60,7 +59,7 @@ def _places(low: Float64Array, high: Float64Array) -> Indices:
     return places
 
 
-def _leaves(low: Float64Array, high: Float64Array, kinds: Indices) -> _Level:
+def _leaves(low: Float64Array, high: Float64Array, kinds: IndexArray) -> _Level:
     """Return the boxes, and as many more that nothing meets as make a power of two."""
     more = (0, (1 << max(len(low) - 1, 0).bit_length()) - len(low))
     numbers = np.iinfo(np.int64)

@@ -2,18 +2,20 @@
 
 import numpy as np
 
-from ..._core.types import Float64Array
+from ..._core.types import BoolArray, Float64Array, IndexArray
 from .clipping import clipped
 from .depth_graph import circles, knotted
 from .overlaps import FIRST, NEARLY, SECOND, SLIVER, Facets, Pairs, areas, facets, related
 from .polygons import Pieces, chosen, extremes, fans, following, taken, together
-from .ragged import Flags, Indices, members, products, starts
+from .ragged import members, products, starts
 
 MOST_PIECES = 4  # a polygon, and so many more; where there would be more, some polygons stay in a circle
 ROOM = 4096
 
 
-def untangled(polygons: Pieces, these: Facets, in_knot: Flags, pairs: Pairs) -> tuple[Pieces, Indices, Indices]:
+def untangled(
+    polygons: Pieces, these: Facets, in_knot: BoolArray, pairs: Pairs
+) -> tuple[Pieces, IndexArray, IndexArray]:
     """Return the polygons, those `in_knot` (k,) cut, and of the pieces that overlap the farther and the nearer ones.
 
     polygons : x and y in pixels, and depth turned round; their owners are their numbers, and stay so in the pieces
@@ -33,7 +35,7 @@ def untangled(polygons: Pieces, these: Facets, in_knot: Flags, pairs: Pairs) -> 
     return pieces, np.append(order[first], far + n_rest), np.append(order[second], near + n_rest)
 
 
-def _by_owner(pieces: Pieces, n: int) -> tuple[Indices, Indices]:
+def _by_owner(pieces: Pieces, n: int) -> tuple[IndexArray, IndexArray]:
     """Return the pieces of n owners as groups: their offsets, and the pieces in that order."""
     return starts(np.bincount(pieces.owners, minlength=n)), np.argsort(pieces.owners, kind="stable")
 
@@ -48,7 +50,7 @@ def _flat_parts(polygons: Pieces, these: Facets) -> Pieces:
     return together([chosen(polygons, is_flat), torn])
 
 
-def _cut_apart(cells: Pieces, i: Indices, j: Indices) -> tuple[Pieces, Indices, Indices]:
+def _cut_apart(cells: Pieces, i: IndexArray, j: IndexArray) -> tuple[Pieces, IndexArray, IndexArray]:
     """Return cells cut until none hide one another in a circle, and of those that overlap the farther and the nearer.
 
     cells : convex, each in a plane
@@ -80,7 +82,7 @@ def _cut_apart(cells: Pieces, i: Indices, j: Indices) -> tuple[Pieces, Indices, 
         clear, tangled = _of_parts(clear, parts, these), _of_parts(tangled, parts, these)
 
 
-def _of_crossing(pairs: Pairs) -> tuple[Indices, Indices]:
+def _of_crossing(pairs: Pairs) -> tuple[IndexArray, IndexArray]:
     """Return what is cut by what, once each: of two that cross, what crosses less by what crosses more."""
     i, j = pairs.i, pairs.j
     n_crossings = np.bincount(np.concatenate([i, j]))
@@ -91,7 +93,9 @@ def _of_crossing(pairs: Pairs) -> tuple[Indices, Indices]:
     return found, knives[order][first]
 
 
-def _of_circles(cells: Pieces, planes: Float64Array, far: Indices, near: Indices) -> tuple[Indices, Indices]:
+def _of_circles(
+    cells: Pieces, planes: Float64Array, far: IndexArray, near: IndexArray
+) -> tuple[IndexArray, IndexArray]:
     """Return what is cut by what, so that circles are broken.
 
     Each plane of a circle cuts something of it: else it would lie between all that is before it and all behind it.
@@ -107,15 +111,15 @@ def _of_circles(cells: Pieces, planes: Float64Array, far: Indices, near: Indices
     return np.concatenate(targets), np.concatenate(knives)
 
 
-def _reach_through(cells: Pieces, planes: Float64Array, targets: Indices, knives: Indices) -> Flags:
+def _reach_through(cells: Pieces, planes: Float64Array, targets: IndexArray, knives: IndexArray) -> BoolArray:
     """Tell whether cells (p,) reach to both sides of the planes of others."""
     these = taken(cells, targets)
     low, high = extremes(these, _heights(these, planes[knives]))
-    reaches: Flags = np.minimum(high, -low) > SLIVER * np.hypot(*(planes[targets, :2] - planes[knives, :2]).T)
+    reaches: BoolArray = np.minimum(high, -low) > SLIVER * np.hypot(*(planes[targets, :2] - planes[knives, :2]).T)
     return reaches
 
 
-def _cut(cells: Pieces, targets: Indices, planes: Float64Array) -> Pieces:
+def _cut(cells: Pieces, targets: IndexArray, planes: Float64Array) -> Pieces:
     """Return the cells, in place of the targets (k,) what of them is before planes (k, 3), and last what is behind."""
     whole = taken(cells, targets)
     whole = whole._replace(corners=np.column_stack([whole.corners, _heights(whole, planes)]))
@@ -127,7 +131,7 @@ def _cut(cells: Pieces, targets: Indices, planes: Float64Array) -> Pieces:
     return together([taken(together([cells, before]), places), behind])
 
 
-def _of_parts(pairs: Pairs, parts: Indices, these: Facets) -> Pairs:
+def _of_parts(pairs: Pairs, parts: IndexArray, these: Facets) -> Pairs:
     """Return the pairs of cells of which some were cut: `parts` (n,) gives what was cut off each, or -1."""
     is_same = (parts[pairs.i] < 0) & (parts[pairs.j] < 0)
     i, j = pairs.i[~is_same], pairs.j[~is_same]
@@ -165,13 +169,13 @@ def _facets(cells: Pieces) -> Facets:
     return facets(np.searchsorted(owners, np.arange(len(cells.owners) + 1)), cells.corners[corners])
 
 
-def _are_level(polygons: Pieces) -> Flags:
+def _are_level(polygons: Pieces) -> BoolArray:
     """Tell of polygons whether all their corners lie in one plane."""
     off = np.abs(_heights(polygons, _planes(polygons)))
     return extremes(polygons, NEARLY * polygons.corners[:, 2] - off)[0] >= 0.0
 
 
-def _are_convex(polygons: Pieces) -> Flags:
+def _are_convex(polygons: Pieces) -> BoolArray:
     """Tell of polygons whether they turn one way at all corners."""
     after = following(polygons)
     x, y, _ = (polygons.corners[after] - polygons.corners).T

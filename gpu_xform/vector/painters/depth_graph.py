@@ -2,10 +2,11 @@
 
 import numpy as np
 
-from .ragged import Flags, Indices, members
+from ..._core.types import BoolArray, IndexArray
+from .ragged import members
 
 
-def levels(n: int, before: Indices, after: Indices) -> Indices:
+def levels(n: int, before: IndexArray, after: IndexArray) -> IndexArray:
     """Return a number for each of n things, less for each of `before` (e,) than for its `after` (e,): (n,).
 
     It is -1 for what is in a circle, and for all that comes after one.
@@ -24,14 +25,14 @@ def levels(n: int, before: Indices, after: Indices) -> Indices:
     return found
 
 
-def knotted(n: int, before: Indices, after: Indices) -> Flags:
+def knotted(n: int, before: IndexArray, after: IndexArray) -> BoolArray:
     """Tell which of n things are in a circle, or after one and before another: (n,)."""
     left = levels(n, before, after) < 0
     both = left[before] & left[after]
     return left & (levels(n, after[both], before[both]) < 0)
 
 
-def circles(before: Indices, after: Indices) -> list[list[int]]:
+def circles(before: IndexArray, after: IndexArray) -> list[list[int]]:
     """Return circles that have nothing in common, so many that what is in none of them makes no other."""
     followers: dict[int, list[int]] = {}
     for thing, follower in zip(before.tolist(), after.tolist(), strict=True):

@@ -5,8 +5,8 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..._core.types import Float64Array
-from .ragged import Flags, Indices, products
+from ..._core.types import BoolArray, Float64Array, IndexArray
+from .ragged import products
 
 Sides: TypeAlias = npt.NDArray[np.uint8]
 
@@ -29,7 +29,7 @@ class Facets(NamedTuple):
     slope : (2, t) of the depth along x and y
     """
 
-    offsets: Indices
+    offsets: IndexArray
     x: Float64Array
     y: Float64Array
     depth: Float64Array
@@ -44,23 +44,23 @@ class Pairs(NamedTuple):
     LEVEL are those that lie in one plane.
     """
 
-    i: Indices
-    j: Indices
+    i: IndexArray
+    j: IndexArray
     sides: Sides
 
     @property
-    def hidden(self) -> tuple[Indices, Indices]:
+    def hidden(self) -> tuple[IndexArray, IndexArray]:
         """What hides something, and what it hides, the latter first; of two in one plane, the second hides."""
         first, second = (self.sides & FIRST) > 0, (self.sides & (SECOND | LEVEL)) > 0
         return np.concatenate([self.j[first], self.i[second]]), np.concatenate([self.i[first], self.j[second]])
 
     @property
-    def cross(self) -> Flags:
+    def cross(self) -> BoolArray:
         """Whether each is before the other somewhere."""
-        both: Flags = self.sides == FIRST | SECOND
+        both: BoolArray = self.sides == FIRST | SECOND
         return both
 
-    def chosen(self, which: Flags) -> "Pairs":
+    def chosen(self, which: BoolArray) -> "Pairs":
         """Return some of the pairs."""
         return Pairs(self.i[which], self.j[which], self.sides[which])
 
@@ -70,7 +70,7 @@ class Pairs(NamedTuple):
         return Pairs(i, j, np.concatenate([self.sides, others.sides]))
 
 
-def facets(offsets: Indices, corners: Float64Array) -> Facets:
+def facets(offsets: IndexArray, corners: Float64Array) -> Facets:
     """Return triangles (t, 3, 3) of x, y and depth as facets of polygons; those of no width overlap nothing."""
     x, y, depth = corners.transpose(2, 1, 0).copy()
     area = areas(x, y)
@@ -90,7 +90,7 @@ def areas(x: Float64Array, y: Float64Array) -> Float64Array:
     return area
 
 
-def related(these: Facets, i: Indices, j: Indices) -> Pairs:
+def related(these: Facets, i: IndexArray, j: IndexArray) -> Pairs:
     """Return those of the pairs (p,) of polygons that overlap."""
     met = np.zeros(len(i), np.bool_)
     ahead, behind = np.zeros((2, len(i)))
@@ -106,7 +106,7 @@ def related(these: Facets, i: Indices, j: Indices) -> Pairs:
     return Pairs(i, j, sides).chosen(met)
 
 
-def _of_triangles(these: Facets, i: Indices, j: Indices) -> tuple[Indices, Float64Array, Float64Array]:
+def _of_triangles(these: Facets, i: IndexArray, j: IndexArray) -> tuple[IndexArray, Float64Array, Float64Array]:
     """Return which pairs (p,) of triangles overlap, and how far the first is before the second, and behind it."""
     met = np.arange(len(i))
     inside: list[Float64Array] = []
@@ -120,7 +120,7 @@ def _of_triangles(these: Facets, i: Indices, j: Indices) -> tuple[Indices, Float
     return met, *_reaches(these, i[met], j[met], *inside)
 
 
-def _distances(these: Facets, one: Indices, other: Indices) -> Float64Array:
+def _distances(these: Facets, one: IndexArray, other: IndexArray) -> Float64Array:
     """Return how far inside each side of one triangle each corner of another lies: (3 sides, 3 corners, p)."""
     distances = np.empty((3, 3, len(one)))
     x, y = these.x[:, other], these.y[:, other]
@@ -131,7 +131,7 @@ def _distances(these: Facets, one: Indices, other: Indices) -> Float64Array:
 
 
 def _reaches(
-    these: Facets, i: Indices, j: Indices, in_first: Float64Array, in_second: Float64Array
+    these: Facets, i: IndexArray, j: IndexArray, in_first: Float64Array, in_second: Float64Array
 ) -> tuple[Float64Array, Float64Array]:
     """Return how far the first triangle is before the second, and behind it: in pixels from where they are level.
 
@@ -142,7 +142,7 @@ def _reaches(
     """
     least, most = np.zeros((2, len(i)))
 
-    def compare(first: Float64Array, second: Float64Array, where: Flags) -> None:
+    def compare(first: Float64Array, second: Float64Array, where: BoolArray) -> None:
         ahead = first - second
         where = where & (np.abs(ahead) > NEARLY * np.maximum(first, second))
         np.minimum(least, ahead, out=least, where=where)
@@ -165,14 +165,14 @@ def _reaches(
     return ahead, behind
 
 
-def _depth_at(these: Facets, of: Indices, other: Indices, corner: int) -> Float64Array:
+def _depth_at(these: Facets, of: IndexArray, other: IndexArray, corner: int) -> Float64Array:
     """Return the depth of triangles `of` where others have a corner."""
     x, y = these.x[corner, other] - these.x[0, of], these.y[corner, other] - these.y[0, of]
     depth: Float64Array = these.depth[0, of] + these.slope[0, of] * x + these.slope[1, of] * y
     return depth
 
 
-def _crossing(start: Float64Array, end: Float64Array) -> tuple[Float64Array, Flags]:
+def _crossing(start: Float64Array, end: Float64Array) -> tuple[Float64Array, BoolArray]:
     """Return where on the way from `start` to `end` a distance is zero, and whether it is."""
     crosses = (start < 0.0) != (end < 0.0)
     return start / np.where(crosses, start - end, 1.0), crosses

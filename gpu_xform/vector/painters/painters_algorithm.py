@@ -9,19 +9,18 @@ from collections.abc import Callable
 
 import numpy as np
 
-from ..._core.types import Float64Array
+from ..._core.types import BoolArray, Float64Array, IndexArray
 from .box_tree import overlapping
 from .cycle_breaking import untangled
 from .depth_graph import knotted, levels
 from .overlaps import SLIVER, Facets, facets, related
 from .polygons import Pieces, chosen, extremes, following, taken, together
-from .ragged import Flags, Indices
 
 MOST_PAIRS = 1 << 22  # of polygons whose boxes overlap: some seconds
 
 
 def painters_order(
-    polygons: Pieces, seen: Flags, kinds: Indices, triangles: Callable[[], tuple[Float64Array, Indices]]
+    polygons: Pieces, seen: BoolArray, kinds: IndexArray, triangles: Callable[[], tuple[Float64Array, IndexArray]]
 ) -> Pieces:
     """Return the polygons, what is farther before what is nearer, and some in several pieces.
 
@@ -49,7 +48,7 @@ def painters_order(
     return together([chosen(polygons, ~seen), ordered._replace(owners=shown.owners[ordered.owners])])
 
 
-def _are_narrow(polygons: Pieces) -> Flags:
+def _are_narrow(polygons: Pieces) -> BoolArray:
     """Tell which polygons are less than a pixel wide."""
     x, y, _ = polygons.corners.T
     after = following(polygons)
@@ -58,7 +57,7 @@ def _are_narrow(polygons: Pieces) -> Flags:
     return areas < np.maximum(right - left, bottom - top)
 
 
-def _ordered(polygons: Pieces, kinds: Indices, these: Callable[[], Facets]) -> Pieces:
+def _ordered(polygons: Pieces, kinds: IndexArray, these: Callable[[], Facets]) -> Pieces:
     """Return polygons, whose owners are their numbers, in order and some in pieces; `these` gives their facets."""
     farthest, nearest = extremes(polygons, polygons.corners[:, 2])
     order = np.argsort(farthest, kind="stable")
@@ -92,7 +91,7 @@ def _boxes(polygons: Pieces) -> tuple[Float64Array, Float64Array]:
     return np.column_stack([left, top]) + 0.5 * SLIVER, np.column_stack([right, bottom]) - 0.5 * SLIVER
 
 
-def _blocks(first: Indices, last: Indices, n: int) -> Indices:
+def _blocks(first: IndexArray, last: IndexArray, n: int) -> IndexArray:
     """Return which of n places in a row lie together, where all from `first` to `last` (k,) do: (n,), ascending."""
     n_open = np.cumsum(np.bincount(first, minlength=n) - np.bincount(last, minlength=n))
     return np.cumsum(np.concatenate([[0], n_open[:-1] == 0]))

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._core.types import Float64Array
-from .ragged import Flags, Indices, members, starts
+from ..._core.types import BoolArray, Float64Array, IndexArray
+from .ragged import members, starts
 
 
 class Pieces(NamedTuple):
@@ -16,18 +16,18 @@ class Pieces(NamedTuple):
     owners : (k,)
     """
 
-    offsets: Indices
+    offsets: IndexArray
     corners: Float64Array
-    owners: Indices
+    owners: IndexArray
 
 
-def chosen(pieces: Pieces, which: Flags) -> Pieces:
+def chosen(pieces: Pieces, which: BoolArray) -> Pieces:
     """Return some of the polygons: which (k,)."""
     sizes = np.diff(pieces.offsets)
     return Pieces(starts(sizes[which]), pieces.corners[np.repeat(which, sizes)], pieces.owners[which])
 
 
-def taken(pieces: Pieces, numbers: Indices) -> Pieces:
+def taken(pieces: Pieces, numbers: IndexArray) -> Pieces:
     """Return polygons by their numbers, in this order."""
     rows, offsets = members(pieces.offsets, numbers)
     return Pieces(offsets, pieces.corners[rows], pieces.owners[numbers])
@@ -51,7 +51,7 @@ def extremes(pieces: Pieces, values: Float64Array) -> tuple[Float64Array, Float6
     return np.minimum.reduceat(values, first), np.maximum.reduceat(values, first)
 
 
-def following(pieces: Pieces) -> Indices:
+def following(pieces: Pieces) -> IndexArray:
     """Return which corner comes after each: (c,)."""
     after = np.arange(1, len(pieces.corners) + 1)
     after[pieces.offsets[1:] - 1] = pieces.offsets[:-1]
@@ -66,7 +66,7 @@ def means(pieces: Pieces, values: Float64Array) -> Float64Array:
     return result
 
 
-def fans(pieces: Pieces) -> tuple[Indices, Indices]:
+def fans(pieces: Pieces) -> tuple[IndexArray, IndexArray]:
     """Return convex polygons as triangles around their first corners (t, 3), and the polygon of each (t,)."""
     n_triangles = np.diff(pieces.offsets) - 2
     polygon = np.repeat(np.arange(len(n_triangles)), n_triangles)

@@ -1,27 +1,23 @@
 """Groups of rows, one after another: group i has the rows from offsets[i] to offsets[i + 1]."""
 
-from typing import TypeAlias
-
 import numpy as np
-import numpy.typing as npt
 
-Indices: TypeAlias = npt.NDArray[np.int64]
-Flags: TypeAlias = npt.NDArray[np.bool_]
+from ..._core.types import IndexArray
 
 
-def starts(sizes: Indices) -> Indices:
+def starts(sizes: IndexArray) -> IndexArray:
     """Return the offsets of groups of these sizes: (k + 1,)."""
     return np.concatenate([[0], np.cumsum(sizes)])
 
 
-def members(offsets: Indices, which: Indices) -> tuple[Indices, Indices]:
+def members(offsets: IndexArray, which: IndexArray) -> tuple[IndexArray, IndexArray]:
     """Return the rows of the groups `which` (k,), one group after the other, and the offsets (k + 1,) among them."""
     sizes = offsets[which + 1] - offsets[which]
     found = starts(sizes)
     return np.repeat(offsets[which] - found[:-1], sizes) + np.arange(found[-1]), found
 
 
-def products(offsets: Indices, i: Indices, j: Indices) -> tuple[Indices, Indices, Indices]:
+def products(offsets: IndexArray, i: IndexArray, j: IndexArray) -> tuple[IndexArray, IndexArray, IndexArray]:
     """Return each row of group i with each row of group j, for pairs of groups (p,), and the pair that each is of."""
     sizes = np.diff(offsets)
     counts = sizes[i] * sizes[j]
