@@ -40,7 +40,7 @@ wheel: .venv/tools ## build dist/*.whl
 
 .PHONY: clean
 clean: ## remove what the other targets made
-	rm -rf .venv demo dist .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv demo dist test-failures .hypothesis .mypy_cache .pytest_cache .ruff_cache
 
 .venv/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=...")'

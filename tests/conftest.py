@@ -2,24 +2,19 @@ import dataclasses
 import os
 import signal
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import settings
 
 from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu.device import Device, default_device
 from tests.support.browser import Browser
-from tests.support.goldens import FOLDER, Goldens, Pixels, driver_of
+from tests.support.goldens import FAILURES, FOLDER, Goldens, driver_of
+from tests.support.types import Pixels
 from tests.support.xvfb import Screen
 
-Array = npt.NDArray[np.float64]
-CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]
-
-# What is started in the background may ignore Ctrl+C, and so does all that it starts; the tests interrupt both.
+# A process started in the background may ignore Ctrl+C, and so do its children; the tests interrupt both.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile("local", deadline=None, max_examples=60, print_blob=True)
@@ -32,21 +27,26 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 @pytest.fixture
-def assert_golden(request: pytest.FixtureRequest, device: Device, tmp_path: Path) -> Callable[[Pixels, str], None]:
-    """Hold a picture against the one kept under a name; `goldens` says how exactly."""
-    update = request.config.getoption("--update-goldens")
-    return Goldens(FOLDER, driver_of(device.adapter), tmp_path, update).check
+def suite_goldens(request: pytest.FixtureRequest, device: Device) -> Goldens:
+    """The goldens of this suite, compared on the default device; failures are left in `test-failures/`."""
+    return Goldens(FOLDER, driver_of(device.adapter), FAILURES, request.config.getoption("--update-goldens"))
+
+
+@pytest.fixture
+def assert_golden(suite_goldens: Goldens) -> Callable[[Pixels, str], None]:
+    """Compare a picture with the golden of a name, as `Goldens.check` says."""
+    return suite_goldens.check
 
 
 @pytest.fixture(scope="session")
 def device() -> Device:
-    """The default device. A machine without one cannot say anything about this library: that is a failure."""
+    """The default device. A machine without one fails: it cannot test this library."""
     return default_device()
 
 
 @pytest.fixture(scope="session")
-def limited(device: Device) -> Iterator[Callable[..., Device]]:
-    """Make a device that plans by smaller limits: `limited(max_binding_bytes=65536)`."""
+def device_with_limits(device: Device) -> Iterator[Callable[..., Device]]:
+    """Make a device that plans by smaller limits: `device_with_limits(max_binding_bytes=65536)`."""
     made: dict[tuple[tuple[str, int], ...], Device] = {}
 
     def make(**limits: int) -> Device:
@@ -73,51 +73,13 @@ def staging_device() -> Iterator[Device]:
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """A headless Chromium, started by the first test that asks for it. A machine without one is a failure."""
-    with Browser() as shown:
-        yield shown
+    """A headless Chromium, started by the first test that uses it. A machine without one fails."""
+    with Browser() as running:
+        yield running
 
 
 @pytest.fixture(scope="session")
 def screen() -> Iterator[Screen]:
-    """A screen for windows, started by the first test that asks for it. A machine without one is a failure."""
-    with Screen() as lit:
-        yield lit
-
-
-@pytest.fixture(scope="session")
-def capsule_areas() -> CapsuleAreas:
-    """How much of every pixel lies under a line with round ends: (height, width) float64.
-
-    The line goes from `a` to `b`, in pixels from the top left corner. Every row is cut into 64; the capsule is convex,
-    so that each cut goes through it in one piece, whose ends are exact.
-    """
-
-    def areas(a: Array, b: Array, line_width: float, size: tuple[int, int]) -> Array:
-        width, height = size
-        radius = 0.5 * line_width
-        y = (np.arange(64 * height) + 0.5) / 64
-        left, right = np.full(len(y), np.inf), np.full(len(y), -np.inf)
-        for center in (a, b):
-            square = radius**2 - (y - center[1]) ** 2
-            half = np.sqrt(np.maximum(square, 0.0))
-            left = np.where(square >= 0.0, np.minimum(left, center[0] - half), left)
-            right = np.where(square >= 0.0, np.maximum(right, center[0] + half), right)
-        length = float(np.hypot(*(b - a)))
-        if length > 0.0:
-            across = radius / length * np.array([a[1] - b[1], b[0] - a[0]])
-            corners = [a + across, b + across, b - across, a - across]
-            for p, q in zip(corners, corners[1:] + corners[:1], strict=True):
-                if p[1] == q[1]:
-                    continue
-                t = (y - p[1]) / (q[1] - p[1])
-                x = p[0] + t * (q[0] - p[0])
-                inside = (t >= 0.0) & (t <= 1.0)
-                left = np.where(inside, np.minimum(left, x), left)
-                right = np.where(inside, np.maximum(right, x), right)
-        pixel = np.arange(width)
-        covered = np.clip(np.minimum(right[:, None], pixel + 1) - np.maximum(left[:, None], pixel), 0.0, 1.0)
-        result: Array = covered.reshape(height, 64, width).mean(axis=1)
-        return result
-
-    return areas
+    """A screen for windows, started by the first test that uses it. A machine without one fails."""
+    with Screen() as running:
+        yield running

@@ -3,7 +3,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -11,8 +10,7 @@ from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation
 
 from gpu_xform import errors, matrices, planar
-
-Array = npt.NDArray[np.float64]
+from tests.support.types import Array
 
 angles = st.floats(-20.0, 20.0)
 vectors = arrays(np.float64, 2, elements=st.floats(-100.0, 100.0))

@@ -3,7 +3,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from PIL import Image
 
@@ -11,9 +10,7 @@ import gpu_xform as gx
 from gpu_xform import Animation, Camera, Mesh, PointBuffer, animate, render, render_array, samples, turntable
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from tests.support.reference_transform import AFFINE
-
-Array = npt.NDArray[np.float64]
-Pixels = npt.NDArray[np.uint8]
+from tests.support.types import Array, Pixels
 
 HOUSE = samples.house()
 call: Any = partial  # with what is wrong as well

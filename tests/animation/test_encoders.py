@@ -20,7 +20,6 @@ from typing import Any
 
 import av
 import numpy as np
-import numpy.typing as npt
 import pytest
 from PIL import Image
 
@@ -32,8 +31,7 @@ from gpu_xform.animation.encoders.registry import WRITERS, saver
 from gpu_xform.errors import ArgumentError, MissingExtraError, SizeWarning
 from gpu_xform.gpu.device import Device
 from tests.support.browser import Browser
-
-Pixels = npt.NDArray[np.uint8]
+from tests.support.types import Pixels
 
 EXACT = ("apng", "png", "webp")
 VIDEO = ("mp4", "webm")
@@ -149,7 +147,7 @@ def test_videos_play_in_a_browser(browser: Browser, tmp_path: Path, kind: str) -
     (tmp_path / "page.html").write_text(f"<!doctype html><video muted autoplay src='out.{kind}'></video>")
     browser.open(tmp_path / "page.html", (WIDTH, HEIGHT))
     browser.wait_for("document.querySelector('video').ended")
-    facts = browser.value("(v => [v.videoWidth, v.videoHeight, v.duration])(document.querySelector('video'))")
+    facts = browser.evaluate("(v => [v.videoWidth, v.videoHeight, v.duration])(document.querySelector('video'))")
     assert facts == [WIDTH, HEIGHT, pytest.approx(1, abs=0.001)]
 
 
@@ -809,8 +807,8 @@ def test_an_interrupt_leaves_no_file_and_no_thread(tmp_path: Path, name: str) ->
         assert child.stdout is not None
         assert child.stdout.readline() == "drawing\n"
         child.send_signal(signal.SIGINT)
-        told, complaints = child.communicate(timeout=60)
-    assert (told, complaints, child.returncode) == ("interrupted []\n", "", 0)
+        told, errors = child.communicate(timeout=60)
+    assert (told, errors, child.returncode) == ("interrupted []\n", "", 0)
     assert list(tmp_path.iterdir()) == []
 
 

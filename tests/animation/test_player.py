@@ -40,11 +40,11 @@ def player(browser: Browser, page: Path) -> Browser:
 
 def canvas(browser: Browser) -> npt.NDArray[np.uint8]:
     """Return what is seen of the picture."""
-    place = browser.value(
+    place = browser.evaluate(
         "(r => [r.left, r.top, r.width, r.height])(document.querySelector('canvas').getBoundingClientRect())"
     )
     left, top, width, height = (round(side) for side in place)
-    return browser.picture()[top : top + height, left : left + width]
+    return browser.screenshot()[top : top + height, left : left + width]
 
 
 def drawn(animation: gx.Animation, k: int) -> npt.NDArray[np.uint8]:
@@ -57,25 +57,25 @@ def press(browser: Browser, *keys: str, on: str = "body") -> None:
 
 def test_it_begins_with_the_first_frame_at_rest(player: Browser, animation: gx.Animation) -> None:
     assert np.array_equal(canvas(player), drawn(animation, 0))
-    assert not player.value(PLAYING)
-    assert player.value("document.getElementById('number').textContent").split() == ["1", "/", "12"]
-    assert player.complaints() == []
+    assert not player.evaluate(PLAYING)
+    assert player.evaluate("document.getElementById('number').textContent").split() == ["1", "/", "12"]
+    assert player.console_messages() == []
 
 
 def test_a_click_on_play_changes_the_picture_until_the_next(player: Browser, animation: gx.Animation) -> None:
     before = canvas(player)
     player.click("#play")
     player.wait_for(f"{SHOWN} >= 2")
-    assert player.value(PLAYING)
+    assert player.evaluate(PLAYING)
     player.click("#play")
-    assert not player.value(PLAYING)
-    shown = player.value(SHOWN)
+    assert not player.evaluate(PLAYING)
+    shown = player.evaluate(SHOWN)
     after = canvas(player)
     assert not np.array_equal(after, before)
     assert np.array_equal(after, drawn(animation, shown))
     player.driver.execute_async_script("setTimeout(arguments[0], 300)")
-    assert player.value(SHOWN) == shown
-    assert player.complaints() == []
+    assert player.evaluate(SHOWN) == shown
+    assert player.console_messages() == []
 
 
 def test_every_frame_is_there_to_the_last_bit(player: Browser, animation: gx.Animation) -> None:
@@ -88,12 +88,12 @@ def test_every_frame_is_there_to_the_last_bit(player: Browser, animation: gx.Ani
 def test_steps_go_round_and_stop_it(player: Browser) -> None:
     player.click("#play")
     player.click("#back")
-    assert not player.value(PLAYING)
+    assert not player.evaluate(PLAYING)
     for _ in range(N_FRAMES):
-        shown = player.value(SHOWN)
+        shown = player.evaluate(SHOWN)
         player.click("#back")
         player.wait_for(f"{SHOWN} === {(shown - 1) % N_FRAMES}")
-    shown = player.value(SHOWN)
+    shown = player.evaluate(SHOWN)
     player.click("#forward")
     player.wait_for(f"{SHOWN} === {(shown + 1) % N_FRAMES}")
 
@@ -104,7 +104,7 @@ def test_the_slider_shows_the_frame_that_it_is_moved_to(player: Browser, animati
     assert np.array_equal(canvas(player), drawn(animation, -1))
     press(player, Keys.ARROW_LEFT, Keys.ARROW_LEFT, on="#slider")
     player.wait_for(f"{SHOWN} === {N_FRAMES - 3}")
-    assert player.value("document.getElementById('slider').getAttribute('aria-valuetext')") == "frame 10 of 12"
+    assert player.evaluate("document.getElementById('slider').getAttribute('aria-valuetext')") == "frame 10 of 12"
 
 
 def test_the_keyboard_does_it_all(player: Browser) -> None:
@@ -119,16 +119,16 @@ def test_the_keyboard_does_it_all(player: Browser) -> None:
     press(player, " ")
     player.wait_for(f"{SHOWN} >= 1")
     press(player, " ")
-    assert not player.value(PLAYING)
+    assert not player.evaluate(PLAYING)
     # On a button the space bar presses that button, and no second time what it means elsewhere.
     press(player, " ", on="#play")
-    assert player.value(PLAYING)
+    assert player.evaluate(PLAYING)
     press(player, " ", on="#play")
-    assert not player.value(PLAYING)
+    assert not player.evaluate(PLAYING)
     looping = "document.getElementById('loop').getAttribute('aria-pressed')"
-    assert player.value(looping) == "true"
+    assert player.evaluate(looping) == "true"
     press(player, "l")
-    assert player.value(looping) == "false"
+    assert player.evaluate(looping) == "false"
 
 
 def test_it_loops_unless_it_is_told_not_to(player: Browser) -> None:
@@ -142,7 +142,7 @@ def test_it_loops_unless_it_is_told_not_to(player: Browser) -> None:
     player.wait_for(f"{SHOWN} === {N_FRAMES - 1}")
     player.click("#play")
     player.wait_for(f"{SHOWN} === 2")
-    assert player.value(PLAYING)
+    assert player.evaluate(PLAYING)
 
 
 @pytest.mark.parametrize(("speed", "seconds"), [("1", 0.6), ("4", 0.15), ("0.5", 1.2)])
@@ -166,7 +166,7 @@ def test_everything_has_a_name_and_can_be_reached(player: Browser) -> None:
     reached: list[str] = []
     for _ in controls:
         press(player, Keys.TAB, on=":focus" if reached else "body")
-        reached.append(player.value("document.activeElement.id"))
+        reached.append(player.evaluate("document.activeElement.id"))
     assert reached == ["back", "play", "forward", "slider", "speed", "loop"]
 
 
@@ -191,9 +191,9 @@ def test_it_fits_its_window_without_stretching_or_scrolling(
 ) -> None:
     browser.open(page, window)
     browser.wait_for(f"{SHOWN} === 0")
-    width, height = browser.value("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
+    width, height = browser.evaluate("[document.documentElement.scrollWidth, document.documentElement.scrollHeight]")
     assert (width, height) <= window
-    assert browser.value("getComputedStyle(document.querySelector('canvas')).objectFit") == "contain"
+    assert browser.evaluate("getComputedStyle(document.querySelector('canvas')).objectFit") == "contain"
     for control in browser.driver.find_elements(By.CSS_SELECTOR, "button, input, select"):
         if control.is_displayed() or window[0] > 300:
             assert 0 <= control.rect["x"] < control.rect["x"] + control.rect["width"] <= window[0]
@@ -205,8 +205,8 @@ def test_small_pictures_of_many_frames_leave_the_slider_room(browser: Browser, p
     path.write_text(page.read_text("utf-8").replace(f'"nFrames": {N_FRAMES}', '"nFrames": 10000'), "utf-8")
     browser.open(path, (800, 600))
     browser.wait_for(f"{SHOWN} === 0")
-    assert browser.value("number.textContent").endswith("1 / 10000")
-    assert browser.value("slider.offsetWidth") > 120
+    assert browser.evaluate("number.textContent").endswith("1 / 10000")
+    assert browser.evaluate("slider.offsetWidth") > 120
 
 
 def test_a_notebook_shows_several_apart(browser: Browser, animation: gx.Animation, tmp_path: Path) -> None:
@@ -226,13 +226,13 @@ def test_a_notebook_shows_several_apart(browser: Browser, animation: gx.Animatio
     browser.driver.switch_to.frame(frames[0])
     browser.wait_for(f"{SHOWN} === 0")
     browser.driver.switch_to.default_content()
-    pixels = browser.picture()
+    pixels = browser.screenshot()
     left, top = round(frames[0].rect["x"]), round(frames[0].rect["y"])
     assert frames[0].rect["width"] == 480
     assert np.array_equal(pixels[top : top + 150, left + 140 : left + 340], drawn(animation, 0))
     left, top = round(frames[1].rect["x"]), round(frames[1].rect["y"])
     assert np.array_equal(pixels[top : top + 100, left + 90 : left + 390], drawn(other, 1))
-    assert browser.complaints() == []
+    assert browser.console_messages() == []
 
 
 def test_a_page_is_complete_in_itself(page: Path) -> None:

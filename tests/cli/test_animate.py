@@ -5,15 +5,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from PIL import Image
 
 from gpu_xform import Camera, Layer, animate, matrices, samples, save_mesh, turntable
 from gpu_xform.cli import main
-from tests.support.pty_run import on_a_terminal
+from tests.support.pty_run import run_on_terminal
+from tests.support.types import Pixels
 
-Pixels = npt.NDArray[np.uint8]
 SMALL = ("--resolution", "60,40", "--frames", "4")
 HOUSE = samples.house()
 
@@ -187,7 +186,7 @@ def test_models_with_nothing_to_draw_are_named(capsys: pytest.CaptureFixture[str
 @pytest.mark.parametrize(("columns", "rows"), [(80, 24), (0, 24), (80, 0), (0, 0)])
 def test_a_bar_is_shown_on_a_terminal_only(columns: int, rows: int) -> None:
     typed = ["animate", "house.obj", "-o", "out.webp", *SMALL]
-    code, told = on_a_terminal(*typed, columns=columns, rows=rows)
+    code, told = run_on_terminal(*typed, columns=columns, rows=rows)
     assert code == 0
     assert "out.webp: " in told
     assert "frames/s]" in told

@@ -16,7 +16,7 @@ from gpu_xform.cli.path_templates import Template
 from gpu_xform.errors import DeviceError
 from gpu_xform.imaging.image import Pixels
 from gpu_xform.rendering import raster as wireframe
-from tests.support.pty_run import on_a_terminal
+from tests.support.pty_run import run_on_terminal
 
 SIZE = ("--resolution", "60,40")
 MODELS = {
@@ -279,7 +279,7 @@ def test_standard_input_among_others() -> None:
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")
 def test_a_bar_is_shown_on_a_terminal_and_errors_stay_whole_lines() -> None:
     Path("bad.obj").write_text("v 0 0 zero\n")
-    code, shown = on_a_terminal("render", "house.obj", "bad.obj", "cube.off", "-o", "{model}.png", *SIZE)
+    code, shown = run_on_terminal("render", "house.obj", "bad.obj", "cube.off", "-o", "{model}.png", *SIZE)
     assert code == 2
     assert "render: " in shown
     assert "pictures/s" in shown

@@ -17,8 +17,8 @@ from gpu_xform.cli import options as option_groups
 from gpu_xform.drawing.layer import Layer
 from gpu_xform.gpu.device import Device
 from gpu_xform.imaging.colors import FACE_CYCLE
+from tests.support.types import Pixels
 
-Pixels = npt.NDArray[np.uint8]
 SIZE = ("--resolution", "120,80")
 
 

@@ -10,8 +10,7 @@ import gpu_xform as gx
 from gpu_xform.compute._arrays import host_array, point_array
 from gpu_xform.errors import ArgumentTypeError
 from tests.support.reference_transform import AFFINE, some_points
-
-Array = npt.NDArray[Any]
+from tests.support.types import Array
 
 
 class ByInterface:

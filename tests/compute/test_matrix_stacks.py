@@ -1,6 +1,5 @@
 """Stacks of matrices, and matrices that each point picks or blends for itself."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,10 +10,9 @@ from hypothesis import strategies as st
 
 import gpu_xform as gx
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, PrecisionError, SingularMatrixError
-from gpu_xform.gpu.device import Device
 from tests.support.reference_transform import assert_transformed, some_points, unit_roundoff
+from tests.support.types import Array, DeviceFactory
 
-Array = npt.NDArray[Any]
 DTYPES = [np.float32, np.float64]
 
 
@@ -45,10 +43,12 @@ def test_a_stack_is_the_same_bytes_as_one_matrix_at_a_time(n: int, dtype: npt.DT
 
 @pytest.mark.parametrize("limits", [{"max_binding_bytes": 65536}, {"max_workgroups": 3, "max_workgroup_size": 64}])
 @pytest.mark.parametrize("n", [5460, 5461, 12000])
-def test_a_stack_does_not_depend_on_the_chunks(limited: Callable[..., Device], n: int, limits: dict[str, int]) -> None:
+def test_a_stack_does_not_depend_on_the_chunks(
+    device_with_limits: DeviceFactory, n: int, limits: dict[str, int]
+) -> None:
     matrices, points = stack(3), some_points(n, np.float32)
     whole = gx.transform_points(points, matrices)
-    assert np.array_equal(gx.transform_points(points, matrices, device=limited(**limits)), whole)
+    assert np.array_equal(gx.transform_points(points, matrices, device=device_with_limits(**limits)), whole)
 
 
 @pytest.mark.parametrize(
@@ -94,13 +94,13 @@ def test_each_point_picks_its_own_matrix(k: int, n: int, columns: int, dtype: np
 
 
 @pytest.mark.parametrize("n", [16384, 16385, 40000])
-def test_blends_do_not_depend_on_the_chunks(limited: Callable[..., Device], n: int) -> None:
+def test_blends_do_not_depend_on_the_chunks(device_with_limits: DeviceFactory, n: int) -> None:
     rng = np.random.default_rng(n)
     points, matrices, index = some_points(n, np.float32), stack(6), rng.integers(0, 6, (n, 3))
     weights = rng.dirichlet([1, 2, 3], n).astype(np.float32)
     whole = gx.transform_points(points, matrices, index=index, weights=weights)
     for limits in ({"max_binding_bytes": 65536}, {"max_workgroups": 2}):
-        small = limited(**limits)
+        small = device_with_limits(**limits)
         assert np.array_equal(gx.transform_points(points, matrices, index=index, weights=weights, device=small), whole)
 
 

@@ -1,6 +1,5 @@
 """Points that stay on the device."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -14,8 +13,8 @@ from gpu_xform.compute.kernels import transform as transform_pass
 from gpu_xform.errors import ArgumentError, DeviceError, PrecisionError
 from gpu_xform.gpu.device import Device
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, assert_transformed, some_points
+from tests.support.types import Array, DeviceFactory
 
-Array = npt.NDArray[Any]
 DTYPES = [np.float32, np.float64]
 
 
@@ -93,9 +92,9 @@ def test_bounds_are_exact_and_the_centroid_is_the_mean(n: int, columns: int, dty
 
 
 @pytest.mark.parametrize("n", [5460, 5461, 5462, 200_000])
-def test_bounds_do_not_depend_on_the_chunks(limited: Callable[..., Device], n: int) -> None:
+def test_bounds_do_not_depend_on_the_chunks(device_with_limits: DeviceFactory, n: int) -> None:
     points = some_points(n, np.float32)
-    small = limited(max_binding_bytes=65536)
+    small = device_with_limits(max_binding_bytes=65536)
     with gx.PointBuffer(points, device=small) as buffer:
         moved = buffer.transformed(AFFINE)
         result = moved.numpy()

@@ -1,11 +1,8 @@
 """In which precision a transform is computed."""
 
 import warnings
-from collections.abc import Callable
-from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -14,9 +11,9 @@ import gpu_xform as gx
 from gpu_xform.compute import _precision, _rebased
 from gpu_xform.errors import ArgumentError, PrecisionError, PrecisionWarning
 from gpu_xform.gpu.device import Device
-from tests.support.reference_transform import AFFINE, PROJECTIVE, some_points, twin
+from tests.support.reference_transform import AFFINE, PROJECTIVE, some_points, transform_exactly
+from tests.support.types import Array, DeviceFactory
 
-Array = npt.NDArray[Any]
 EARTH = 6.4e6  # metres: the size of earth-centred coordinates
 
 
@@ -34,7 +31,7 @@ def _nothing_warned_yet(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def assert_rebased(result: Array, points: Array, matrix: Array) -> None:
     """Hold `result` against the documented bound, block by block."""
-    exact, magnitudes = twin(points, matrix)
+    exact, magnitudes = transform_exactly(points, matrix)
     columns = points.shape[1]
     error = np.abs((result - exact.high[:, :columns]) - exact.low[:, :columns])
     norm = np.linalg.norm(matrix[:columns, :columns], 2)
@@ -62,10 +59,10 @@ def test_rebased_keeps_its_bound_on_both_sides_of_a_block(n: int) -> None:
 
 
 @pytest.mark.parametrize("limits", [{"max_binding_bytes": 65536}, {"max_workgroups": 1, "max_workgroup_size": 32}])
-def test_rebased_results_do_not_depend_on_the_chunks(limited: Callable[..., Device], limits: dict[str, int]) -> None:
+def test_rebased_results_do_not_depend_on_the_chunks(device_with_limits: DeviceFactory, limits: dict[str, int]) -> None:
     points = some_points(2 * _rebased.BLOCK + 5, np.float64) + EARTH
     whole = gx.transform_points(points, AFFINE, precision="rebased")
-    small = limited(**limits)
+    small = device_with_limits(**limits)
     assert np.array_equal(gx.transform_points(points, AFFINE, precision="rebased", device=small), whole)
     projected = gx.project_points(points, PROJECTIVE, precision="rebased")
     assert np.array_equal(gx.project_points(points, PROJECTIVE, precision="rebased", device=small), projected)

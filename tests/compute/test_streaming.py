@@ -8,15 +8,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
 from gpu_xform.compute import streaming as module
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, some_points
-
-Array = npt.NDArray[Any]
+from tests.support.types import Array
 
 
 @pytest.fixture(autouse=True)

@@ -24,12 +24,10 @@ from tests.support.reference_transform import (
     PROJECTIVE,
     assert_transformed,
     some_points,
-    twin,
+    transform_exactly,
     unit_roundoff,
 )
-
-Array = npt.NDArray[Any]
-Limited = Callable[..., Device]
+from tests.support.types import Array, DeviceFactory
 
 DTYPES = [np.float32, np.float64]
 
@@ -116,9 +114,9 @@ def test_more_points_than_one_dispatch_of_single_threads_could_take(dtype: npt.D
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("matrix", [AFFINE, PLANAR], ids=["space", "plane"])
 def test_chunks_change_no_byte(
-    limits: dict[str, int], dtype: npt.DTypeLike, matrix: Array, limited: Limited, device: Device
+    limits: dict[str, int], dtype: npt.DTypeLike, matrix: Array, device_with_limits: DeviceFactory, device: Device
 ) -> None:
-    small = limited(**limits)
+    small = device_with_limits(**limits)
     columns = len(matrix) - 1
     chunk = Plan.of(small, 10**9, columns, np.dtype(dtype)).chunk
     counts = {1, 3} | {k * chunk + step for k in (1, 2) for step in (-1, 0, 1)}
@@ -132,7 +130,7 @@ def test_chunks_change_no_byte(
         assert_transformed(whole[1 : n // 2], points[1 : n // 2], matrix)
 
 
-def test_chunks_respect_the_limits(limited: Limited, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_chunks_respect_the_limits(device_with_limits: DeviceFactory, monkeypatch: pytest.MonkeyPatch) -> None:
     dispatched: list[int] = []
 
     def spy(encoder: Any, pipeline: Any, bindings: Any, n_workgroups: int) -> None:
@@ -140,11 +138,11 @@ def test_chunks_respect_the_limits(limited: Limited, monkeypatch: pytest.MonkeyP
         dispatch(encoder, pipeline, bindings, n_workgroups)
 
     monkeypatch.setattr("gpu_xform.compute.kernels.transform.dispatch", spy)
-    small = limited(max_workgroups=3, max_workgroup_size=2)
+    small = device_with_limits(max_workgroups=3, max_workgroup_size=2)
     gx.transform_points(some_points(3 * 2 * 4 * 2 + 1, np.float32), AFFINE, device=small)
     assert dispatched == [3, 3, 1]
     dispatched.clear()
-    small = limited(max_binding_bytes=100)  # two times four points of 12 bytes
+    small = device_with_limits(max_binding_bytes=100)  # two times four points of 12 bytes
     gx.transform_points(some_points(17, np.float32), AFFINE, device=small)
     assert len(dispatched) == 3
 
@@ -255,7 +253,7 @@ def test_a_singular_matrix_has_no_normals() -> None:
 def test_projection_divides_by_w(dtype: npt.DTypeLike, matrix: Array) -> None:
     columns = len(matrix) - 1
     points = some_points(1003, dtype, columns)
-    exact, magnitudes = twin(points, matrix)
+    exact, magnitudes = transform_exactly(points, matrix)
     w = exact.high[:, columns:]
     assert (w < 0).any()
     assert (w > 0).any()
@@ -375,25 +373,27 @@ def outputs(shape: tuple[int, int], dtype: np.dtype[Any]) -> dict[str, Array]:
 @pytest.mark.parametrize("form", outputs((1, 3), np.dtype(np.float32)))
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("columns", [2, 3])
-def test_out_takes_the_result_in_any_layout(form: str, dtype: npt.DTypeLike, columns: int, limited: Limited) -> None:
+def test_out_takes_the_result_in_any_layout(
+    form: str, dtype: npt.DTypeLike, columns: int, device_with_limits: DeviceFactory
+) -> None:
     points = some_points(300, dtype, columns)
     matrix = PROJECTIVE if columns == 3 else PLANAR_PROJECTIVE
     expected = gx.project_points(points, matrix)
     out = outputs(points.shape, np.dtype(dtype))[form]
     out[...] = 123.0
-    assert gx.project_points(points, matrix, out=out, device=limited(max_binding_bytes=512)) is out
+    assert gx.project_points(points, matrix, out=out, device=device_with_limits(max_binding_bytes=512)) is out
     np.testing.assert_array_equal(out, expected)
 
 
 @pytest.mark.parametrize("view", [lambda a: a, lambda a: a[:], lambda a: a[::-1], np.transpose])
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_out_may_be_the_points_themselves(
-    view: Callable[[Array], Array], dtype: npt.DTypeLike, limited: Limited
+    view: Callable[[Array], Array], dtype: npt.DTypeLike, device_with_limits: DeviceFactory
 ) -> None:
     points = some_points(3, dtype) if view is np.transpose else some_points(300, dtype)
     points = view(points)
     expected = gx.transform_points(points.copy(), AFFINE)
-    assert gx.transform_points(points, AFFINE, out=points, device=limited(max_binding_bytes=512)) is points
+    assert gx.transform_points(points, AFFINE, out=points, device=device_with_limits(max_binding_bytes=512)) is points
     np.testing.assert_array_equal(points, expected)
 
 

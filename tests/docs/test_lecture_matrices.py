@@ -7,14 +7,12 @@ composition.
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from gpu_xform import matrices, planar
-
-Array = npt.NDArray[np.float64]
+from tests.support.types import Array
 
 angles = st.floats(-20.0, 20.0)
 coordinates = st.floats(-100.0, 100.0)

@@ -10,8 +10,7 @@ from hypothesis.extra.numpy import arrays
 from gpu_xform import Camera, Mesh, matrices, render_array, samples
 from gpu_xform.drawing.camera import outermost
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-
-Array = npt.NDArray[np.float64]
+from tests.support.types import Array
 
 ASPECTS = [0.25, 1.0, 1.7, 6.0]
 DIRECTIONS = [(0, 0, -1), (1, 0, 0), (-0.45, -0.4, -1.0), (0.3, 1.0, 0.2), (-5.0, 2.0, 0.1)]

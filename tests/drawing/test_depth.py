@@ -8,7 +8,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, matrices, samples
 from gpu_xform.drawing.depth import depth_cue, eye, pixel_depth, with_depth
-from tests.support.reference_transform import Array
+from tests.support.types import Array
 
 POINTS = np.random.default_rng(5).uniform(-1.0, 1.0, (40, 3)) * (1.0, 0.6, 0.3) + (0.2, -0.1, 0.4)
 EYE = np.array([3.0, 4.0, 12.0])

@@ -13,6 +13,7 @@ from gpu_xform.drawing.enums import HiddenStyle
 from gpu_xform.drawing.layer import Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.raster.compute.vertex_stage import in_bindings
+from tests.support.types import DeviceFactory
 
 CUBE = samples.cube()
 SIZE = (90, 70)
@@ -206,8 +207,10 @@ WIDE_VIEW = Camera.look_at((1.0, 2.0, 11.0), (0.0, 0.5, 0.0))
 
 @pytest.mark.parametrize("style", OPAQUE)
 @pytest.mark.parametrize("binding_bytes", [None, 512])
-def test_instances_are_layers_of_their_own(style: str, binding_bytes: int | None, limited: Any, device: Any) -> None:
-    used = device if binding_bytes is None else limited(max_binding_bytes=binding_bytes)
+def test_instances_are_layers_of_their_own(
+    style: str, binding_bytes: int | None, device_with_limits: DeviceFactory, device: Any
+) -> None:
+    used = device if binding_bytes is None else device_with_limits(max_binding_bytes=binding_bytes)
     options: dict[str, Any] = {"camera": WIDE_VIEW, "size": (160, 110), "device": used}
     house = samples.house()
     together = gx.render_array(house, transform=PLACES, color="#204080", **OPAQUE[style], **options)
@@ -221,9 +224,9 @@ def test_instances_are_layers_of_their_own(style: str, binding_bytes: int | None
 
 @pytest.mark.parametrize(("n_points", "n_triangles", "n_edges"), [(400, 7, 9), (20, 1140, 190), (40, 0, 3000)])
 def test_instances_are_cut_so_that_points_and_a_number_a_face_or_an_edge_fit_bindings(
-    n_points: int, n_triangles: int, n_edges: int, limited: Any
+    n_points: int, n_triangles: int, n_edges: int, device_with_limits: DeviceFactory
 ) -> None:
-    small = limited(max_binding_bytes=1 << 15)
+    small = device_with_limits(max_binding_bytes=1 << 15)
     with PointBuffer(np.ones((n_points, 3), np.float32), device=small) as points:
         stored = points.resident()
         faces = Faces(stored.buffer, n_triangles) if n_triangles else None

@@ -4,7 +4,6 @@ from typing import Any
 import cmap
 import matplotlib
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -12,8 +11,7 @@ from matplotlib.colors import Normalize
 
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.imaging.colormaps import mapped
-
-Array = npt.NDArray[np.float64]
+from tests.support.types import Array
 
 # Of matplotlib's names the one whose colours the package cmap (0.8) has not as matplotlib has them.
 WRONG_IN_CMAP = {"gist_stern", "gist_stern_r"}

@@ -1,11 +1,9 @@
 import numpy as np
-import numpy.typing as npt
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gpu_xform.imaging.image import image, straight_alpha
-
-Pixels = npt.NDArray[np.uint8]
+from tests.support.types import Pixels
 
 
 def pixels(*rows: list[tuple[int, int, int, int]]) -> Pixels:

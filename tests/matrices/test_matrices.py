@@ -3,7 +3,6 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
@@ -33,8 +32,8 @@ from gpu_xform.matrices import (
     shear,
     translate,
 )
+from tests.support.types import Array
 
-Array = npt.NDArray[np.float64]
 SUBNORMAL = 1e-300  # below this no relative bound holds
 DISTINCT = np.arange(1.0, 17.0).reshape(4, 4)
 

@@ -1,15 +1,11 @@
 """Single lines against the exact area of a capsule over each pixel."""
 
-from collections.abc import Callable
-
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from gpu_xform import Camera, Mesh, render_array
-
-Array = npt.NDArray[np.float64]
-CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]
+from tests.support.reference_coverage import capsule_areas
+from tests.support.types import Array
 
 CELL = 48
 CELLS_A_SIDE = 7
@@ -48,7 +44,7 @@ def drawn(a: Array, b: Array, line_width: float) -> Array:
 
 
 @pytest.mark.parametrize("line_width", [0.5, 0.8, 1.0, 1.5, 2.0, 3.0, 5.0, 8.0])
-def test_every_pixel_is_lit_by_how_much_of_it_the_line_covers(line_width: float, capsule_areas: CapsuleAreas) -> None:
+def test_every_pixel_is_lit_by_how_much_of_it_the_line_covers(line_width: float) -> None:
     starts, ends = lines(line_width)
     pixel_y, pixel_x = np.mgrid[:CELL, :CELL] + 0.5
     errors_beside, errors_at_ends = [], []
@@ -80,7 +76,7 @@ def test_the_ink_of_a_line_is_its_area(line_width: float, angle: float) -> None:
     assert abs(ink - area) <= 0.02 * area + 0.2  # the second term: eight bits a pixel
 
 
-def test_a_line_without_length_is_a_round_dot(capsule_areas: CapsuleAreas) -> None:
+def test_a_line_without_length_is_a_round_dot() -> None:
     center = np.array([20.2, 27.7])
     dot = drawn(center[np.newaxis], center[np.newaxis], 10.0)[0]
     assert abs(dot.sum() - np.pi * 25) < 0.5

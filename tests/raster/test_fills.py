@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
@@ -12,9 +11,9 @@ from gpu_xform.errors import ArgumentError
 from gpu_xform.imaging.colors import FACE_CYCLE, rgba
 from gpu_xform.raster.compute import triangles as face_pass
 from tests.support.meshes import triangles_of
-from tests.support.solids import STAR_RADII, interlocking, star_prism, together
+from tests.support.solids import STAR_RADII, concatenate, interlocking, star_prism
+from tests.support.types import Array
 
-Array = npt.NDArray[Any]
 SIZE = (120, 90)
 NOWHERE = -1
 
@@ -79,7 +78,7 @@ def test_a_pixel_has_the_colour_of_the_nearest_face(solid: str, view: str) -> No
 
 
 def test_faces_that_go_through_one_another_meet_where_they_cross() -> None:
-    mesh = together(*interlocking())
+    mesh = concatenate(*interlocking())
     camera = Camera.fit(mesh, direction=(-0.5, -0.3, -0.9))
     found, _ = nearest_faces(mesh, camera.clip_from_world(SIZE[0] / SIZE[1]), SIZE)
     shown = gx.render_array(mesh, camera=camera, size=SIZE, color="none", fill="face")

@@ -12,7 +12,8 @@ from PIL import Image
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, samples
 from gpu_xform.gpu.device import Device
-from tests.support.goldens import FOLDER, MOST_PIXELS, Goldens, Pixels, driver_of
+from tests.support.goldens import FAILURES, FOLDER, MAX_PIXELS, Goldens, driver_of
+from tests.support.types import Pixels
 
 SIZE = (240, 180)
 
@@ -95,9 +96,8 @@ HOME, ELSEWHERE = "llvmpipe, Mesa 22", "llvmpipe, Mesa 25"
 @pytest.fixture(params=[HOME, ELSEWHERE])
 def goldens(request: pytest.FixtureRequest, tmp_path: Path) -> Goldens:
     """An empty folder of goldens, at home and on another driver."""
-    folder, output = tmp_path / "goldens", tmp_path / "output"
+    folder, output = tmp_path / "goldens", tmp_path / "of this run" / "failures"
     folder.mkdir()
-    output.mkdir()
     (folder / "driver.txt").write_text(f"{HOME}\n")
     return Goldens(folder, request.param, output)
 
@@ -149,10 +149,10 @@ def test_a_picture_that_is_rounded_otherwise_everywhere_passes(name: str, golden
 def test_a_few_other_pixels_pass_on_another_driver_only(goldens: Goldens) -> None:
     picture = np.full((180, 240, 4), 255, np.uint8)
     keep(goldens, picture)
-    for n_pixels in (1, MOST_PIXELS, MOST_PIXELS + 1):
+    for n_pixels in (1, MAX_PIXELS, MAX_PIXELS + 1):
         other = picture.copy()
         other[40, :n_pixels, :3] = 100
-        if goldens.driver == ELSEWHERE and n_pixels <= MOST_PIXELS:
+        if goldens.driver == ELSEWHERE and n_pixels <= MAX_PIXELS:
             goldens.check(other, "picture")
         else:
             with pytest.raises(AssertionError, match=rf" in {n_pixels}, most by 155/255 in row 40, column 0, on "):
@@ -179,7 +179,7 @@ def test_a_missing_golden_fails_and_another_size_does(goldens: Goldens) -> None:
         goldens.check(picture[:, 1:], "picture")
 
 
-def test_a_failure_says_where_to_see_what_was_drawn_and_how_it_differs(goldens: Goldens) -> None:
+def test_a_failure_leaves_the_actual_the_expected_and_the_difference(goldens: Goldens) -> None:
     picture = np.full((180, 240, 4), 200, np.uint8)
     keep(goldens, picture)
     other = picture.copy()
@@ -192,6 +192,31 @@ def test_a_failure_says_where_to_see_what_was_drawn_and_how_it_differs(goldens: 
     difference = np.asarray(Image.open(goldens.output / "picture.difference.png"))
     assert ((difference > 0) == (other != picture).any(axis=-1)).all()
     assert difference[4, 40] > difference[100, 100] >= 64
+    expected = np.asarray(Image.open(goldens.output / "picture.expected.png"))
+    assert (expected == picture).all()
+    with pytest.raises(AssertionError):
+        goldens.check(other[1:], "picture")
+    assert {path.name for path in goldens.output.iterdir()} == {"picture.actual.png", "picture.expected.png"}
+
+
+def test_pictures_that_pass_leave_nothing(goldens: Goldens) -> None:
+    picture = np.full((180, 240, 4), 200, np.uint8)
+    keep(goldens, picture)
+    goldens.check(picture, "picture")
+    assert not goldens.output.exists()
+
+
+def test_failures_of_the_suite_go_where_git_ignores_them_and_ci_keeps_them(suite_goldens: Goldens) -> None:
+    assert suite_goldens.output == FAILURES
+    left = FAILURES / "no_such_golden.actual.png"
+    with pytest.raises(AssertionError, match="there is no golden no_such_golden"):
+        dataclasses.replace(suite_goldens, update=False).check(np.zeros((2, 3, 4), np.uint8), "no_such_golden")
+    assert left.is_file()
+    left.unlink()
+    root = FOLDER.parents[1]
+    folder = FAILURES.relative_to(root)
+    assert f"/{folder}/" in (root / ".gitignore").read_text("utf-8").split()
+    assert f"path: {folder}/" in (root / ".github" / "workflows" / "ci.yml").read_text("utf-8")
 
 
 def test_updating_writes_only_what_differs_and_only_at_home(goldens: Goldens) -> None:

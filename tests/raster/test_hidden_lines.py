@@ -10,17 +10,18 @@ import gpu_xform as gx
 from gpu_xform import Camera, Mesh, rotate, rotate_x, rotate_y, samples, scale
 from gpu_xform.drawing.prepare import staged
 from gpu_xform.vector import edge_visibility as cut_pass
-from tests.support.reference_visibility import SLIVER, Array, in_pixels, in_view, visible_intervals
+from tests.support.reference_visibility import MIN_PART, clip_to_pixels, clip_to_view, visible_intervals
 from tests.support.solids import (
-    centred,
+    centered,
+    concatenate,
     interlocking,
     l_prism,
     staircase,
     star_prism,
+    subdivide_edges,
     thin_plates,
-    together,
-    with_points_on_edges,
 )
+from tests.support.types import Array
 
 SIZE = (900, 700)
 LINE_WIDTH = 1.5
@@ -132,7 +133,7 @@ def drawn_intervals(ends: Array, edges: Array, strokes: Array) -> list[Array]:
     for edge in range(len(ends)):
         own = parts[edges == edge]
         own = own[np.argsort(own[:, 0])]
-        fresh = np.append(True, own[1:, 0] > np.maximum.accumulate(own[:, 1])[:-1] + SLIVER)[: len(own)]
+        fresh = np.append(True, own[1:, 0] > np.maximum.accumulate(own[:, 1])[:-1] + MIN_PART)[: len(own)]
         starts = np.flatnonzero(fresh)
         result.append(np.stack([own[starts, 0], np.maximum.reduceat(own[:, 1], starts)], axis=1) if len(own) else own)
     return result
@@ -191,11 +192,11 @@ SAMPLES = {
     "snub dodecahedron": samples.snub_dodecahedron(),
     "icosphere": samples.icosphere(3),
     "torus": samples.torus(24, 13),
-    "L": centred(l_prism()),
-    "star": centred(star_prism()),
-    "boxes": together(*interlocking()),
+    "L": centered(l_prism()),
+    "star": centered(star_prism()),
+    "boxes": concatenate(*interlocking()),
     "plates": thin_plates(),
-    "stairs": centred(staircase(), 0.5),
+    "stairs": centered(staircase(), 0.5),
 }
 DEGREE = np.pi / 180
 
@@ -244,7 +245,7 @@ VIEWS: dict[str, Callable[[Mesh], Camera]] = {
 
 def seen(mesh: Mesh, clip_from_model: Array, size: tuple[int, int] = SIZE) -> tuple[Array, list[Array]]:
     """Return what is in view of each edge, in pixels (m, 2, 2), and the parts of it that are visible."""
-    ends = in_pixels(in_view(mesh, mesh.edges, clip_from_model).clip, size)
+    ends = clip_to_pixels(clip_to_view(mesh, mesh.edges, clip_from_model).clip, size)
     return ends, visible_intervals(mesh, mesh.edges, clip_from_model)
 
 
@@ -409,7 +410,7 @@ def test_points_in_line_on_an_edge_do_not_break_it(name: str, n_points: int) -> 
             plain = SAMPLES[name].transformed(rotate(axis, angle))
             camera = Camera.fit(plain)
             picture = gx.render_array(
-                with_points_on_edges(plain, n_points), camera=camera, size=size, hidden="remove", line_width=LINE_WIDTH
+                subdivide_edges(plain, n_points), camera=camera, size=size, hidden="remove", line_width=LINE_WIDTH
             )
             assert judge_picture(picture, *seen(plain, matrix(camera, size), size)).wrong == (0.0, 0.0)
 
@@ -449,8 +450,8 @@ def test_the_cameras_of_lectures_look_along_z_at_turned_models(name: str, camera
 
 def test_models_hide_one_another() -> None:
     one, other = interlocking()
-    camera = Camera.fit(together(one, other))
+    camera = Camera.fit(concatenate(one, other))
     picture = gx.render_array([one, other], camera=camera, size=SIZE, hidden="remove", line_width=LINE_WIDTH)
-    judged = judge_picture(picture, *seen(together(one, other), matrix(camera)))
+    judged = judge_picture(picture, *seen(concatenate(one, other), matrix(camera)))
     assert sum(judged.wrong) <= MOST_WRONG
     assert judged.part > 0.6

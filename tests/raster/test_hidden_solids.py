@@ -1,9 +1,6 @@
 """Hidden lines of solids, of one model behind another, and of what crosses the eye's plane."""
 
-from typing import Any
-
 import numpy as np
-import numpy.typing as npt
 import pytest
 import wgpu
 
@@ -12,8 +9,8 @@ from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.geometry.edges import edge_faces, face_normals
 from gpu_xform.gpu.buffers import STORAGE
 from gpu_xform.gpu.device import Device
+from tests.support.types import Array, DeviceFactory
 
-Array = npt.NDArray[Any]
 SIZE = (400, 320)
 EYE = np.array([2.7, 1.9, 4.4])
 CONVEX = {"cube": samples.cube(), "snub dodecahedron": samples.snub_dodecahedron(), "icosphere": samples.icosphere(2)}
@@ -159,7 +156,7 @@ def test_a_face_across_the_eyes_plane_hides_what_is_under_it() -> None:
         assert (picture[..., 0] < 128).any() == is_seen
 
 
-def test_any_number_of_large_faces_hides(limited: Any) -> None:
+def test_any_number_of_large_faces_hides(device_with_limits: DeviceFactory) -> None:
     # Drivers stop a loop after so and so many rounds, without a word: here lavapipe, after 65,535.
     n = 64 * 12
     depths = 20.0 * np.arange(n) / n
@@ -169,7 +166,7 @@ def test_any_number_of_large_faces_hides(limited: Any) -> None:
     bar = Layer(
         Mesh([(-1, 0.01, 20.0 - 30.0 / n), (1, 0.01, 20.0 - 30.0 / n)], [(0, 1)]), hidden="remove", line_width=3.0
     )
-    device: Device = limited(max_workgroup_size=1)
+    device: Device = device_with_limits(max_workgroup_size=1)
     picture = gx.render_array([sheets, bar], camera=Camera.window((-1, 1), (-0.8, 0.8)), size=(500, 400), device=device)
     assert (picture[..., 0] == 255).all()
 

@@ -3,7 +3,6 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
@@ -12,8 +11,8 @@ from gpu_xform.drawing.enums import HiddenStyle
 from gpu_xform.geometry.edges import edge_faces, face_normals, resolve_edges
 from gpu_xform.geometry.mesh import pair_keys
 from tests.support.solids import star_prism
+from tests.support.types import Array
 
-Array = npt.NDArray[Any]
 SIZE = (150, 120)
 EYE = np.array([2.9, 2.1, 4.3])
 

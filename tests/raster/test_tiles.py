@@ -1,6 +1,5 @@
 """Pictures cut into tiles: the same bytes, however they are cut."""
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -9,11 +8,8 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.errors import ArgumentError
-from gpu_xform.gpu.device import Device
 from gpu_xform.raster import tiles
 from gpu_xform.raster.compute import rasterizer as picture
-
-Limited = Callable[..., Device]
 
 SNUB = samples.snub_dodecahedron()
 HEIGHTS = SNUB.positions @ [0.3, 1.0, -0.2]

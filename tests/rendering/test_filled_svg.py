@@ -1,25 +1,21 @@
 """Painted faces of vector pictures, where it is not plain which lies over which, beside the pixels of the same."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pypdfium2
 import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh
 from gpu_xform.drawing.prepare import staged
-from gpu_xform.gpu.device import Device
 from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import Polygons
 from gpu_xform.vector.build_layers import strokes
 from tests.support.browser import Browser
-from tests.support.solids import box, together
-
-Octets = npt.NDArray[np.uint8]
+from tests.support.solids import box, concatenate
+from tests.support.types import DeviceFactory, Pixels
 
 SIZE = (301, 240)
 CUBE = gx.samples.cube()
@@ -43,7 +39,7 @@ def hills(n: int) -> Mesh:
     return Mesh(np.column_stack([x, 1.5 * np.sin(0.8 * x) * np.cos(0.7 * y) + 0.7 * np.sin(1.9 * y), -y]), grid.faces)
 
 
-TABLE = together(
+TABLE = concatenate(
     box((-2, 1.4, -1.2), (2, 1.5, 1.2)),
     *(box((x - 0.08, 0, z - 0.08), (x + 0.08, 1.4, z + 0.08)) for x in (-1.8, 1.8) for z in (-1, 1)),
 )
@@ -121,7 +117,7 @@ SCENES: dict[str, tuple[Any, Camera]] = {
 }
 
 
-def strays(shown: Octets, pixels: Octets) -> float:
+def strays(shown: Pixels, pixels: Pixels) -> float:
     """Return the share of pixels that are like nothing in the same place, or next to it, of the other picture."""
     astray = np.zeros(shown.shape[:2], np.bool_)
     for one, other in ((shown, pixels), (pixels, shown)):
@@ -133,11 +129,11 @@ def strays(shown: Octets, pixels: Octets) -> float:
     return float(astray.mean())
 
 
-def shown_in_browser(models: Any, camera: Camera, folder: Path, browser: Browser) -> Octets:
+def shown_in_browser(models: Any, camera: Camera, folder: Path, browser: Browser) -> Pixels:
     file = folder / "picture.svg"
     file.write_text(render_svg(models, camera=camera, size=SIZE), "utf-8")
     browser.open(file, SIZE)
-    return browser.picture()
+    return browser.screenshot()
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -185,7 +181,7 @@ def test_small_faces_before_others_are_not_painted_under_them() -> None:
     assert not inside[~is_blue][: int(is_blue.argmax())].any()
 
 
-def test_a_device_with_little_room_paints_the_same(limited: Callable[..., Device]) -> None:
+def test_a_device_with_little_room_paints_the_same(device_with_limits: DeviceFactory) -> None:
     random = np.random.default_rng(3)
     corners = random.integers(0, 300, (8000, 1)) + random.permuted(np.tile(np.arange(1, 40), (8000, 1)), axis=1)[:, :3]
     tangle = Mesh(random.normal(size=(340, 3)), corners)  # its triangles do not fit one binding
@@ -196,5 +192,5 @@ def test_a_device_with_little_room_paints_the_same(limited: Callable[..., Device
         Layer(FLOOR, hidden="remove"),
     ]
     camera, size = Camera.look_at((5, 4, 9), (0, 0, 0)), (150, 120)
-    small = limited(max_binding_bytes=80_000)
+    small = device_with_limits(max_binding_bytes=80_000)
     assert render_svg(models, camera=camera, size=size, device=small) == render_svg(models, camera=camera, size=size)

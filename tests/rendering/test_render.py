@@ -3,7 +3,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from PIL.Image import Image
 
@@ -12,10 +11,8 @@ from gpu_xform import Camera, Mesh, matrices, samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu.device import Device
 from gpu_xform.imaging.colors import FACE_CYCLE, ColorLike, rgba
-
-Array = npt.NDArray[Any]
-CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]
-Limited = Callable[..., Device]
+from tests.support.reference_coverage import capsule_areas
+from tests.support.types import Array, DeviceFactory
 
 DIAGONAL = 0.5 * 2**0.5  # of a pixel: from its centre to its corner
 
@@ -91,7 +88,6 @@ def premultiplied(picture: Array) -> Array:
 
 
 def assert_drawn(
-    capsule_areas: CapsuleAreas,
     mesh: Mesh,
     camera: Camera,
     *,
@@ -101,7 +97,7 @@ def assert_drawn(
     color: ColorLike = "black",
     background: ColorLike | None = "white",
 ) -> None:
-    """Draw a mesh, and compare every pixel with its CPU twin in double precision."""
+    """Draw a mesh, and compare every pixel with its CPU reference in double precision."""
     picture = gx.render_array(
         mesh, transform=transform, camera=camera, size=size, line_width=line_width, color=color, background=background
     )
@@ -114,8 +110,8 @@ def assert_drawn(
         edges = mesh.edges
         colors = [rgba(color, "color")] * len(edges)
     backdrop = np.zeros(4) if background is None else np.array(rgba(background, "background"))
-    twin = np.empty((size[1], size[0], 4))
-    twin[:] = np.append(backdrop[:3] * backdrop[3], backdrop[3])
+    reference = np.empty((size[1], size[0], 4))
+    reference[:] = np.append(backdrop[:3] * backdrop[3], backdrop[3])
     layers = []
     for part, (*hue, alpha) in zip(visible(mesh, clip_from_model, edges), colors, strict=True):
         if part is not None:
@@ -127,8 +123,8 @@ def assert_drawn(
     order = np.argsort(np.where(opacities > 0.0, -depths, -np.inf), axis=0, kind="stable")  # the farthest first
     for row in order:
         opacity = np.take_along_axis(opacities, row[np.newaxis], axis=0)[0][..., np.newaxis]
-        twin = hues[row] * opacity + twin * (1.0 - opacity)
-    error = np.abs(premultiplied(picture) - twin).max(axis=-1)
+        reference = hues[row] * opacity + reference * (1.0 - opacity)
+    error = np.abs(premultiplied(picture) - reference).max(axis=-1)
     assert error[n_layers == 0].max(initial=0.0) == 0.0 or background is not None
     # Each line may be off by 16/255 at most, and by a thousandth where the projection to single precision moved it;
     # where many meet, their errors and the rounding to eight bits add up.
@@ -150,13 +146,13 @@ CAMERAS = {
 
 
 @pytest.mark.parametrize("view", CAMERAS)
-def test_every_pixel_agrees_with_the_twin_from_every_camera(view: str, capsule_areas: CapsuleAreas) -> None:
-    assert_drawn(capsule_areas, samples.house(), CAMERAS[view])
+def test_every_pixel_agrees_with_the_reference_from_every_camera(view: str) -> None:
+    assert_drawn(samples.house(), CAMERAS[view])
 
 
 @pytest.mark.parametrize("line_width", [0.4, 1.0, 2.5, 9.0])
-def test_every_pixel_agrees_with_the_twin_at_any_line_width(line_width: float, capsule_areas: CapsuleAreas) -> None:
-    assert_drawn(capsule_areas, samples.house(), CAMERAS["look at"], line_width=line_width)
+def test_every_pixel_agrees_with_the_reference_at_any_line_width(line_width: float) -> None:
+    assert_drawn(samples.house(), CAMERAS["look at"], line_width=line_width)
 
 
 @pytest.mark.parametrize(
@@ -171,10 +167,8 @@ def test_every_pixel_agrees_with_the_twin_at_any_line_width(line_width: float, c
         ("face", None),
     ],
 )
-def test_every_pixel_agrees_with_the_twin_in_any_colours(
-    color: ColorLike, background: ColorLike | None, capsule_areas: CapsuleAreas
-) -> None:
-    assert_drawn(capsule_areas, samples.house(), CAMERAS["look at"], line_width=4.0, color=color, background=background)
+def test_every_pixel_agrees_with_the_reference_in_any_colours(color: ColorLike, background: ColorLike | None) -> None:
+    assert_drawn(samples.house(), CAMERAS["look at"], line_width=4.0, color=color, background=background)
 
 
 FITTED: list[dict[str, Any]] = [
@@ -200,14 +194,14 @@ def test_a_dict_in_place_of_a_camera_fits_one_to_all_models_where_they_stand(opt
         assert drawn == expected
 
 
-def test_a_transform_may_be_a_projection(capsule_areas: CapsuleAreas) -> None:
+def test_a_transform_may_be_a_projection() -> None:
     transform = matrices.chain(matrices.rotate_y(0.4), matrices.perspective_from_eye(2.5))
-    assert_drawn(capsule_areas, samples.house(), CAMERAS["window"], transform=transform)
+    assert_drawn(samples.house(), CAMERAS["window"], transform=transform)
 
 
 @pytest.mark.parametrize("size", [(1, 1), (5, 3), (63, 20), (64, 20), (65, 20), (20, 65), (1, 70), (300, 1)])
-def test_every_size_of_picture_comes_back_whole(size: tuple[int, int], capsule_areas: CapsuleAreas) -> None:
-    assert_drawn(capsule_areas, samples.house(), Camera.window((-1.0, 1.0), (-1.0, 1.0)), size=size)
+def test_every_size_of_picture_comes_back_whole(size: tuple[int, int]) -> None:
+    assert_drawn(samples.house(), Camera.window((-1.0, 1.0), (-1.0, 1.0)), size=size)
     assert gx.render_array(samples.house(), size=size).shape == (size[1], size[0], 4)
 
 
@@ -309,9 +303,7 @@ def test_lines_far_outside_the_picture_leave_it_alone_and_long_ones_cross_it_str
 
 @pytest.mark.parametrize("near", [1e-1, 1e-4, 1e-9])
 @pytest.mark.parametrize("direction", [(1.0, 0.3), (-0.4, 1.0), (-1.0, -0.2), (0.1, -1.0)])
-def test_a_line_that_passes_the_eye_leaves_the_picture_straight(
-    direction: tuple[float, float], near: float, capsule_areas: CapsuleAreas
-) -> None:
+def test_a_line_that_passes_the_eye_leaves_the_picture_straight(direction: tuple[float, float], near: float) -> None:
     size = (80, 80)
     camera = Camera.look_at((0, 0, 0), (0, 0, -1), near=near, far=100.0, fov_y=60.0)
     for behind in (0.3, 1.1, 2.7, 3.0, 7.7, 29.0):
@@ -399,11 +391,11 @@ STAR = Mesh(
     ids=str,
 )
 def test_edges_in_batches_make_the_same_picture(
-    color: str, limits: dict[str, int], limited: Limited, device: Device
+    color: str, limits: dict[str, int], device_with_limits: DeviceFactory, device: Device
 ) -> None:
     options = {"camera": Camera.fit(STAR), "size": (120, 100), "color": color}
     whole = gx.render_array(STAR, **options, device=device)  # type: ignore[arg-type]
-    parts = gx.render_array(STAR, **options, device=limited(**limits))  # type: ignore[arg-type]
+    parts = gx.render_array(STAR, **options, device=device_with_limits(**limits))  # type: ignore[arg-type]
     differs = (whole != parts).any(axis=-1)
     if color == "face" and limits.keys() & {"max_binding_bytes", "max_buffer_bytes"}:
         # Of what one binding cannot hold, later parts lie over earlier ones; of each, what is nearest.
@@ -506,11 +498,11 @@ def test_a_model_without_edges_is_a_mesh_error(mesh: Mesh) -> None:
         gx.render_array(mesh)
 
 
-def test_a_model_larger_than_a_binding_is_refused(limited: Limited) -> None:
+def test_a_model_larger_than_a_binding_is_refused(device_with_limits: DeviceFactory) -> None:
     with pytest.raises(ArgumentError, match=r"^model must have at most 40 points on '.*', got 42$"):
-        gx.render_array(samples.icosphere(1), device=limited(max_binding_bytes=640))
+        gx.render_array(samples.icosphere(1), device=device_with_limits(max_binding_bytes=640))
     with pytest.raises(ArgumentError, match=r"^model must have at most 40 points on '.*', got 42$"):
-        gx.render_array(samples.icosphere(1), device=limited(max_workgroups=10, max_workgroup_size=1))
+        gx.render_array(samples.icosphere(1), device=device_with_limits(max_workgroups=10, max_workgroup_size=1))
 
 
 BAD_ARGUMENTS: list[tuple[dict[str, Any], type[Exception], str]] = [

@@ -20,6 +20,7 @@ from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import Strokes
 from gpu_xform.vector.build_layers import strokes
 from tests.support.browser import Browser
+from tests.support.types import DeviceFactory
 
 SIZE = (301, 240)
 HOUSE, CUBE = gx.samples.house(), gx.samples.cube()
@@ -64,7 +65,7 @@ def test_a_browser_shows_what_the_pixels_are(name: str, tmp_path: Path, browser:
     file = tmp_path / "picture.svg"
     file.write_text(render_svg(models, camera=CAMERA, size=SIZE, **style), "utf-8")
     browser.open(file, SIZE)
-    shown = browser.picture()[..., :3].astype(int)
+    shown = browser.screenshot()[..., :3].astype(int)
     assert (pixels != 255).any(axis=2).sum() > 500
     assert np.abs(shown - pixels).mean() <= 1.5  # of 255; 4 are asked for
     touched = (pixels != 255).any(axis=2) | (shown != 255).any(axis=2)
@@ -138,7 +139,7 @@ def test_a_browser_shows_the_painted_faces_that_the_pixels_show(name: str, tmp_p
     file = tmp_path / "picture.svg"
     file.write_text(render_svg(models, camera=camera, size=SIZE), "utf-8")
     browser.open(file, SIZE)
-    shown = browser.picture()[..., :3].astype(int)
+    shown = browser.screenshot()[..., :3].astype(int)
     painted = (np.ptp(pixels, axis=2) > 30).sum()
     assert painted > 1500
     assert np.abs(shown - pixels).mean() <= 1.5
@@ -247,11 +248,11 @@ def test_a_picture_of_more_pixels_than_a_binding_holds_depths_for_is_refused(dev
 
 @pytest.mark.parametrize("style", [{"hidden": "dash"}, {"scalars": BALL.positions[:, 1], "hidden": "remove"}])
 def test_more_pieces_than_one_binding_holds_are_written_in_turns(
-    style: Any, device: Device, limited: Any, monkeypatch: pytest.MonkeyPatch
+    style: Any, device: Device, device_with_limits: DeviceFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     options: dict[str, Any] = {"camera": CAMERA, "size": (60, 50), "transform": ASIDE, **style}
     whole = render_svg(BALL, device=device, **options)
-    small: Device = limited(max_binding_bytes=1 << 14)
+    small: Device = device_with_limits(max_binding_bytes=1 << 14)
     sizes: list[int] = []
     create = type(small.handle).create_bind_group
 

@@ -1,4 +1,4 @@
-"""A headless Chromium that shows pages to the tests."""
+"""Headless Chromium, driven by Selenium, in which tests open pages."""
 
 import base64
 import io
@@ -22,10 +22,10 @@ FLAGS = (
     *("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"),
     *("--force-device-scale-factor=1", "--hide-scrollbars"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic"),
-    "--host-resolver-rules=MAP * ~NOTFOUND",  # a page that needs the network fails here as it would without one
+    "--host-resolver-rules=MAP * ~NOTFOUND",  # without a network, pages that need one must fail here too
 )
 
-WATCH = """
+POLL = """
 const [milliseconds, done] = arguments, end = performance.now() + milliseconds;
 (function look() {
     if (%s) done(true);
@@ -38,8 +38,9 @@ const [milliseconds, done] = arguments, end = performance.now() + milliseconds;
 class Browser:
     """One window, closed at the end of a `with` block.
 
-    `driver` is Selenium's own, for what the methods leave open. Whatever the browser writes goes into a folder that
-    vanishes with it.
+    driver : Selenium's own, for what no method does
+
+    Everything that the browser writes goes into a temporary folder.
     """
 
     def __init__(self) -> None:
@@ -59,37 +60,37 @@ class Browser:
         self.driver.execute_cdp_cmd("Emulation.setDefaultBackgroundColorOverride", transparent)
 
     def open(self, page: Path, size: tuple[int, int]) -> None:
-        """Show a file, HTML or SVG, in a window of `size`, and wait until it is loaded; complaints start anew."""
+        """Load a file, HTML or SVG, in a window of `size`, and clear the console."""
         width, height = size
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False}
         self.driver.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
-        self.complaints()
+        self.console_messages()
         self.driver.get(page.resolve().as_uri())
 
-    def picture(self) -> npt.NDArray[np.uint8]:
+    def screenshot(self) -> npt.NDArray[np.uint8]:
         """Return the window (height, width, 4), straight alpha: 0 where the page paints nothing."""
         shot = self.driver.execute_cdp_cmd("Page.captureScreenshot", {"format": "png"})
         with Image.open(io.BytesIO(base64.b64decode(shot["data"]))) as image:
             return np.asarray(image.convert("RGBA"))
 
-    def value(self, expression: str) -> Any:
-        """Return what a JavaScript expression is in the page."""
+    def evaluate(self, expression: str) -> Any:
+        """Return the value of a JavaScript expression in the page."""
         return self.driver.execute_script(f"return {expression}")
 
     def wait_for(self, expression: str, seconds: float = 10.0) -> None:
-        """Wait until a JavaScript expression is true in the page; raise `TimeoutException` where it stays false.
+        """Wait until a JavaScript expression is true in the page; raise `TimeoutException` if it stays false.
 
-        The page itself looks, before each frame it paints: nothing is missed that is true for one frame only.
+        The page evaluates it before each frame that it paints, so a state that lasts for one frame is not missed.
         """
         self.driver.set_script_timeout(seconds + 60.0)
-        if not self.driver.execute_async_script(WATCH % expression, 1000.0 * seconds):
+        if not self.driver.execute_async_script(POLL % expression, 1000.0 * seconds):
             raise TimeoutException(f"still false: {expression}")
 
     def click(self, selector: str) -> None:
-        """Click the middle of the first element that a CSS selector finds, as a mouse does."""
+        """Click the centre of the first element that a CSS selector finds."""
         self.driver.find_element(By.CSS_SELECTOR, selector).click()
 
-    def complaints(self) -> list[str]:
+    def console_messages(self) -> list[str]:
         """Return the warnings and errors of the page's console since the last call."""
         return [entry["message"] for entry in self.driver.execute("getLog", {"type": "browser"})["value"]]
 

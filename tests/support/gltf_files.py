@@ -1,4 +1,4 @@
-"""glTF files made by hand, from which tests make others."""
+"""glTF files written by hand, which tests modify."""
 
 import base64
 import json
@@ -49,7 +49,7 @@ def data_uri(data: bytes) -> str:
 
 
 def as_text(*uris: str | None, content: Any = None) -> bytes:
-    """Return a document as `.gltf`, the triangle by default: one buffer, or one of points and one of corners."""
+    """Return a document as `.gltf`, by default the triangle, with one buffer, or one for points and one for indices."""
     content = document() if content is None else content
     if len(uris) == 2:
         content["buffers"] = [{"byteLength": 36}, {"byteLength": 6}]
@@ -61,11 +61,11 @@ def as_text(*uris: str | None, content: Any = None) -> bytes:
 
 
 def change(path: str, value: Any) -> Callable[[dict[str, Any]], None]:
-    """Return what sets, or with None removes, one place of a document."""
-    *way, last = (int(step) if step.isdigit() else step for step in path.split("."))
+    """Return a function that sets one value of a document, or removes it if `value` is None."""
+    *parents, last = (int(step) if step.isdigit() else step for step in path.split("."))
 
     def apply(content: Any) -> None:
-        for step in way:
+        for step in parents:
             content = content[step]
         if value is None:
             del content[last]

@@ -1,33 +1,30 @@
-"""What hidden lines are held against: which parts of the edges of a mesh can be seen, exactly, in float64."""
+"""Reference hidden-line removal: the visible parts of the edges of a mesh, computed exactly in float64."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from gpu_xform import Mesh
 from tests.support.meshes import triangles_of
+from tests.support.types import Array
 
-Array = npt.NDArray[Any]
+# A point this close to a plane lies in it; a fraction of the largest coordinate. An edge lies in the planes of its own
+# faces, and of faces coplanar with them: rounding moves it by 1e-15, or by 1e-12 if triangles are as slender as
+# 1 : 1000. Solids that are apart are apart by far more than 1e-9.
+PLANE_TOLERANCE = 1e-9
+MIN_PART = 1e-9  # a fraction of an edge: shorter parts are rounding
 
-# A point this close to a plane, as a part of the largest coordinate, lies in it. An edge lies in the planes of its own
-# faces, and in those of faces in line with them: there rounding leaves 1e-15, or 1e-12 where triangles are as slender
-# as 1 : 1000. Things that lie apart are meant to do so by far more than 1e-9.
-IN_PLANE = 1e-9
-# Part of an edge: what is shorter is rounding.
-SLIVER = 1e-9
-
-# A point in clip space is in view where its products with these are not negative.
+# A point in clip space is in view if its products with these are not negative.
 FRUSTUM = np.array(
     [(1, 0, 0, 1), (-1, 0, 0, 1), (0, 1, 0, 1), (0, -1, 0, 1), (0, 0, 1, 0), (0, 0, -1, 1)], dtype=np.float64
 )
-TOWARDS_EYE = np.array([0.0, 0.0, -1.0, 0.0])  # in clip space, from whichever point
+TOWARDS_EYE = np.array([0.0, 0.0, -1.0, 0.0])  # in clip space, from every point
 
 
 class InView(NamedTuple):
     """The part of every edge that lies between the near and the far plane and inside the picture.
 
-    between : (m, 2) where it starts and ends, from 0 to 1 along the edge in space; NaN where there is none
+    between : (m, 2) its start and end, from 0 to 1 along the edge in space; NaN if no part is in view
     clip : (m, 2, 4) its ends in clip space
     """
 
@@ -35,58 +32,58 @@ class InView(NamedTuple):
     clip: Array
 
 
-def in_view(mesh: Mesh, edges: Array, clip_from_model: Array) -> InView:
-    """Cut edges (m, 2) at the sides of the view."""
-    ends = in_clip_space(mesh, clip_from_model)[edges]
-    low, high = not_negative(*(ends @ FRUSTUM.T).swapaxes(0, 1))
+def clip_to_view(mesh: Mesh, edges: Array, clip_from_model: Array) -> InView:
+    """Clip edges (m, 2) to the view frustum."""
+    ends = to_clip_space(mesh, clip_from_model)[edges]
+    low, high = non_negative_interval(*(ends @ FRUSTUM.T).swapaxes(0, 1))
     between = np.stack([low.max(axis=1), high.min(axis=1)], axis=1)
     between[between[:, 0] >= between[:, 1]] = np.nan
     along = between[..., np.newaxis]
     return InView(between, (1.0 - along) * ends[:, :1] + along * ends[:, 1:])
 
 
-def in_pixels(clip: Array, size: tuple[int, int]) -> Array:
-    """Return where points of clip space (..., 4) lie in the picture, in pixels from its top left corner."""
+def clip_to_pixels(clip: Array, size: tuple[int, int]) -> Array:
+    """Return the pixel coordinates, from the top left corner, of points in clip space (..., 4)."""
     pixels: Array = (clip[..., :2] / clip[..., 3:] * (0.5, -0.5) + 0.5) * size
     return pixels
 
 
 def visible_intervals(mesh: Mesh, edges: Array, clip_from_model: Array) -> list[Array]:
-    """Return the parts of every edge that no face hides: (k, 2) each, ascending.
+    """Return the visible parts of every edge: (k, 2) each, ascending.
 
-    0 and 1 are the ends of what `in_view` leaves of the edge, and what is halfway between them in the picture is 0.5.
-    An edge out of view, or of no length in the picture, has no parts.
+    Parts run from 0 to 1 along what `clip_to_view` leaves of the edge, linearly in the picture. An edge out of view, or
+    of no length in the picture, has no parts.
 
     Raises `numpy.linalg.LinAlgError` for a matrix that keeps no depth.
     """
     hidden = hidden_intervals(mesh, edges, clip_from_model)
-    view = in_view(mesh, edges, clip_from_model)
+    view = clip_to_view(mesh, edges, clip_from_model)
     extent = np.ptp(view.clip[..., :2] / view.clip[..., 3:], axis=1).max(axis=1)
-    return [gaps(parts) if shown else np.empty((0, 2)) for parts, shown in zip(hidden, extent > SLIVER, strict=True)]
+    return [gaps(parts) if shown else np.empty((0, 2)) for parts, shown in zip(hidden, extent > MIN_PART, strict=True)]
 
 
 def hidden_intervals(mesh: Mesh, edges: Array, clip_from_model: Array) -> list[Array]:
-    """Return what each triangle that hides something of an edge hides of it, in any order: (k, 2) for every edge.
+    """Return the part of an edge that each triangle hides, in any order: (k, 2) for every edge.
 
-    All that decides is linear along an edge in the picture: on which side of the sides of a triangle a point is, and
-    how far in front of it their common ray meets the plane of the triangle. So each is positive on one interval, and
-    what a triangle hides is where all are.
+    A triangle hides a point that lies inside its three sides and behind its plane. All four distances are linear along
+    an edge in the picture, so each is positive on one interval, and the triangle hides the intersection of the four.
     """
     corners, _ = triangles_of(mesh)
-    shape = mesh.positions[corners]
-    normals = np.cross(shape[:, 1] - shape[:, 0], shape[:, 2] - shape[:, 0])
+    vertices = mesh.positions[corners]
+    normals = np.cross(vertices[:, 1] - vertices[:, 0], vertices[:, 2] - vertices[:, 0])
     with np.errstate(invalid="ignore"):
         normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    reach = np.abs(mesh.positions).max()
+    max_coordinate = np.abs(mesh.positions).max()
     to_eye = np.linalg.inv(clip_from_model) @ TOWARDS_EYE
-    facing = normals @ to_eye[:3] - to_eye[3] * np.einsum("ij,ij->i", normals, shape[:, 0])
-    # Seen from the edge, a triangle hides nothing; one without area has no normal.
-    broad = np.abs(facing) > 1e-3 * IN_PLANE * (np.linalg.norm(to_eye[:3]) + np.abs(to_eye[3]) * reach)
-    corners, shape, normals, facing = corners[broad], shape[broad], normals[broad], facing[broad]
+    facing = normals @ to_eye[:3] - to_eye[3] * np.einsum("ij,ij->i", normals, vertices[:, 0])
+    # A triangle seen edge-on hides nothing; one without area has no normal.
+    broad = np.abs(facing) > 1e-3 * PLANE_TOLERANCE * (np.linalg.norm(to_eye[:3]) + np.abs(to_eye[3]) * max_coordinate)
+    corners, vertices, normals, facing = corners[broad], vertices[broad], normals[broad], facing[broad]
 
-    # A picture's point p = (x, y, 1) has the homogeneous barycentric coordinates sides @ p in a triangle, whose corners
-    # may lie on both sides of the eye. Olano and Greer, Triangle Scan Conversion using 2D Homogeneous Coordinates, 1997
-    clip = in_clip_space(mesh, clip_from_model)[corners]
+    # A point p = (x, y, 1) of the picture has the homogeneous barycentric coordinates sides @ p in a triangle, even if
+    # its corners lie on both sides of the eye.
+    # Olano and Greer, Triangle Scan Conversion using 2D Homogeneous Coordinates, 1997
+    clip = to_clip_space(mesh, clip_from_model)[corners]
     seen = clip[..., [0, 1, 3]]
     sides = np.cross(np.roll(seen, -1, axis=1), np.roll(seen, -2, axis=1))
     sides *= np.sign(np.einsum("ti,ti->t", seen[:, 0], sides[:, 0]))[:, np.newaxis, np.newaxis]
@@ -98,7 +95,7 @@ def hidden_intervals(mesh: Mesh, edges: Array, clip_from_model: Array) -> list[A
     lowest = np.where(unbounded[:, np.newaxis], -np.inf, flat.min(axis=1))
     highest = np.where(unbounded[:, np.newaxis], np.inf, flat.max(axis=1))
 
-    view = in_view(mesh, edges, clip_from_model)
+    view = clip_to_view(mesh, edges, clip_from_model)
     w = view.clip[..., 3]
     ends = view.clip / w[..., np.newaxis]
     parts: list[Array] = []
@@ -113,9 +110,9 @@ def hidden_intervals(mesh: Mesh, edges: Array, clip_from_model: Array) -> list[A
         edge, triangle = np.nonzero(near)
         edge += first
 
-        beyond = mesh.positions[edges[edge]] - shape[triangle, :1]
+        beyond = mesh.positions[edges[edge]] - vertices[triangle, :1]
         heights = np.einsum("pij,pj->pi", beyond, normals[triangle])
-        heights[np.abs(heights) <= IN_PLANE * reach] = 0.0
+        heights[np.abs(heights) <= PLANE_TOLERANCE * max_coordinate] = 0.0
         between = view.between[edge]
         heights = (1.0 - between) * heights[:, :1] + between * heights[:, 1:]
         behind = -heights / (facing[triangle, np.newaxis] * w[edge])  # in depth, z / w
@@ -124,10 +121,10 @@ def hidden_intervals(mesh: Mesh, edges: Array, clip_from_model: Array) -> list[A
 
         picture = ends[edge][..., [0, 1, 3]]
         inside = np.einsum("pki,psi->pks", picture, sides[triangle])
-        drawn = ends[edge, :, 2] - behind  # the near plane cuts faces too
-        starts, stops = not_negative(*np.dstack([inside, behind, drawn]).swapaxes(0, 1))
+        drawn = ends[edge, :, 2] - behind  # the near plane clips faces too
+        starts, stops = non_negative_interval(*np.dstack([inside, behind, drawn]).swapaxes(0, 1))
         start, stop = starts.max(axis=1), stops.min(axis=1)
-        long = stop - start > SLIVER
+        long = stop - start > MIN_PART
         spans = np.stack([start, stop], axis=1)[long]
         counts = np.bincount(edge[long] - first, minlength=len(low))
         parts += np.split(spans, np.cumsum(counts)[:-1])
@@ -135,19 +132,19 @@ def hidden_intervals(mesh: Mesh, edges: Array, clip_from_model: Array) -> list[A
 
 
 def gaps(parts: Array) -> Array:
-    """Return what intervals (k, 2) leave of [0, 1]."""
+    """Return the parts of [0, 1] outside intervals (k, 2)."""
     parts = parts[np.argsort(parts[:, 0])]
     starts = np.append(0.0, np.maximum.accumulate(parts[:, 1]))
     stops = np.append(parts[:, 0], 1.0)
     left = np.stack([starts, stops], axis=1)
-    long: Array = left[stops - starts > SLIVER]
+    long: Array = left[stops - starts > MIN_PART]
     return long
 
 
-def not_negative(at_0: Array, at_1: Array) -> tuple[Array, Array]:
-    """Return from where to where in [0, 1] linear functions are not negative, given their values at both ends.
+def non_negative_interval(at_0: Array, at_1: Array) -> tuple[Array, Array]:
+    """Return where in [0, 1] linear functions, given by their values at 0 and 1, are not negative: (low, high).
 
-    Where they are nowhere, from is greater than to.
+    low is greater than high if there is none.
     """
     with np.errstate(divide="ignore", invalid="ignore"):
         crossing = at_0 / (at_0 - at_1)
@@ -156,7 +153,7 @@ def not_negative(at_0: Array, at_1: Array) -> tuple[Array, Array]:
     return low, high
 
 
-def in_clip_space(mesh: Mesh, clip_from_model: Array) -> Array:
+def to_clip_space(mesh: Mesh, clip_from_model: Array) -> Array:
     """Return the points of a mesh: (n, 4)."""
     clip: Array = mesh.positions @ clip_from_model[:, :3].T + clip_from_model[:, 3]
     return clip

@@ -1,4 +1,4 @@
-"""Meshes that hide parts of themselves, each unlike its mirror images."""
+"""Meshes that hide parts of themselves, each different from its mirror images."""
 
 import math
 from collections.abc import Sequence
@@ -14,7 +14,7 @@ STAR_RADII = [1.0, 0.35, 0.9, 0.3, 1.2, 0.45, 0.8, 0.4, 1.1, 0.3]
 
 
 def prism(outline: npt.ArrayLike, height: float) -> Mesh:
-    """Return what lies over an outline (k, 2), counter-clockwise, from z = 0 to `height`; each cap is one face."""
+    """Return an outline (k, 2), counter-clockwise, extruded from z = 0 to `height`; each cap is one face."""
     flat = np.asarray(outline, dtype=np.float64)
     k = len(flat)
     points = np.concatenate([np.column_stack([flat, np.full(k, z)]) for z in (0.0, height)])
@@ -23,12 +23,12 @@ def prism(outline: npt.ArrayLike, height: float) -> Mesh:
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> Mesh:
-    middle, half = np.add(low, high) / 2.0, np.subtract(high, low) / 2.0
-    return samples.cube().transformed(chain(scale(*half), translate(*middle)))
+    center, half = np.add(low, high) / 2.0, np.subtract(high, low) / 2.0
+    return samples.cube().transformed(chain(scale(*half), translate(*center)))
 
 
-def together(*meshes: Mesh) -> Mesh:
-    """Return several meshes as one."""
+def concatenate(*meshes: Mesh) -> Mesh:
+    """Return several meshes as one mesh."""
     starts = np.cumsum([0, *(mesh.n_points for mesh in meshes)])
     faces: list[Any] = [face + start for mesh, start in zip(meshes, starts, strict=False) for face in mesh.faces]
     return Mesh(np.concatenate([mesh.positions for mesh in meshes]), faces)
@@ -44,16 +44,16 @@ def star_prism() -> Mesh:
 
 
 def interlocking() -> tuple[Mesh, Mesh]:
-    """Return two boxes, each of which goes through the other; no edge of one lies in a face of the other."""
+    """Return two boxes that intersect each other; no edge of one lies in a face of the other."""
     upright = box((-0.4, -1.3, -0.9), (0.5, 1.2, 0.2)).transformed(rotate_y(0.3) @ rotate_x(0.2))
     return box((-1.5, -0.5, -0.4), (1.6, 0.6, 0.5)), upright
 
 
 def thin_plates(gap: float = 0.01) -> Mesh:
-    """Return a plate that lies close behind a smaller one: rectangles of about 3 x 2, with `gap` between them."""
+    """Return a plate close behind a smaller one: rectangles of about 3 x 2, `gap` apart."""
     front = Mesh([(-0.9, -0.8, 0), (1.1, -0.8, 0), (1.1, 0.5, 0), (-0.9, 0.5, 0)], [(0, 1, 2, 3)])
     back = Mesh([(-1.5, -1, 0), (1.4, -0.4, 0), (1.6, 0.9, 0), (-1.3, 1.2, 0)], [(0, 1, 2, 3)])
-    return together(front, back.transformed(translate(0, 0, -gap)))
+    return concatenate(front, back.transformed(translate(0, 0, -gap)))
 
 
 def staircase(n: int = 5) -> Mesh:
@@ -64,13 +64,13 @@ def staircase(n: int = 5) -> Mesh:
     return prism(outline, 2.2)
 
 
-def centred(mesh: Mesh, size: float = 1.0) -> Mesh:
-    """Return a mesh with the middle of its bounds at 0, scaled."""
+def centered(mesh: Mesh, size: float = 1.0) -> Mesh:
+    """Return a mesh scaled, with the centre of its bounds at 0."""
     return mesh.transformed(chain(translate(*-mesh.center), scale(size)))
 
 
-def with_points_on_edges(mesh: Mesh, n: int) -> Mesh:
-    """Return a mesh with n points more on every edge, evenly spaced, which its faces all have as corners."""
+def subdivide_edges(mesh: Mesh, n: int) -> Mesh:
+    """Return a mesh with n more points on every edge, evenly spaced, as corners of the faces on both sides."""
     parts = (np.arange(n)[:, np.newaxis] + 1.0) / (n + 1)
     points = [mesh.positions]
     between = {}

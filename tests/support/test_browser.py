@@ -25,7 +25,7 @@ def page(tmp_path: Path) -> Path:
 @pytest.mark.parametrize("size", [(301, 77), (1203, 1011)])
 def test_a_picture_is_what_the_page_paints_and_no_more(browser: Browser, page: Path, size: tuple[int, int]) -> None:
     browser.open(page, size)
-    picture = browser.picture()
+    picture = browser.screenshot()
     assert picture.shape == (size[1], size[0], 4)
     square = picture[5:16, 3:10]
     assert (square == (0xCC, 0x88, 0, 255)).all()
@@ -34,11 +34,11 @@ def test_a_picture_is_what_the_page_paints_and_no_more(browser: Browser, page: P
 
 def test_a_click_does_what_a_hand_would_and_the_page_is_waited_for(browser: Browser, page: Path) -> None:
     browser.open(page, (301, 77))
-    assert browser.value("turned") is False
+    assert browser.evaluate("turned") is False
     browser.click("button")
     browser.wait_for("turned")
-    assert browser.picture()[10, 5].tolist() == [0, 0, 255, 51]
-    assert browser.complaints() == []
+    assert browser.screenshot()[10, 5].tolist() == [0, 0, 255, 51]
+    assert browser.console_messages() == []
 
 
 def test_what_is_true_for_one_frame_is_not_missed(browser: Browser, tmp_path: Path) -> None:
@@ -67,12 +67,12 @@ def test_a_page_that_fails_or_needs_the_network_is_heard(browser: Browser, tmp_p
         "<!doctype html><script src='https://example.org/a.js'></script><script>missing()</script>", "utf-8"
     )
     browser.open(path, (20, 20))
-    network, script = browser.complaints()
+    network, script = browser.console_messages()
     assert "ERR_NAME_NOT_RESOLVED" in network
     assert "missing is not defined" in script
     path.write_text("<!doctype html><p>fine", "utf-8")
     browser.open(path, (20, 20))
-    assert browser.complaints() == []
+    assert browser.console_messages() == []
 
 
 def test_a_machine_without_a_browser_is_a_failure(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""The oracle for hidden lines, held against answers by hand, convex solids, and rays cast one by one."""
+"""Reference visibility against answers by hand, convex solids, and rays cast one by one."""
 
 import math
 
@@ -22,8 +22,9 @@ from gpu_xform import (
     translate,
 )
 from gpu_xform.geometry.edges import edge_faces, face_normals
-from tests.support.reference_visibility import SLIVER, Array, gaps, in_pixels, in_view, visible_intervals
-from tests.support.solids import box, centred, interlocking, l_prism, staircase, star_prism, thin_plates, together
+from tests.support.reference_visibility import MIN_PART, clip_to_pixels, clip_to_view, gaps, visible_intervals
+from tests.support.solids import box, centered, concatenate, interlocking, l_prism, staircase, star_prism, thin_plates
+from tests.support.types import Array
 
 FROM_ABOVE = orthographic(-10, 10, -10, 10, -10, 10)  # the xy-plane, seen against z
 
@@ -48,7 +49,7 @@ NOTHING = np.empty((0, 2))
 
 
 def test_of_two_overlapping_squares_the_front_one_is_whole() -> None:
-    mesh = together(square((0, 0), (4, 2), 1.0), square((1, -1), (6, 1.5), 0.0))
+    mesh = concatenate(square((0, 0), (4, 2), 1.0), square((1, -1), (6, 1.5), 0.0))
     for edge in ((0, 1), (1, 2), (2, 3), (3, 0)):
         assert_seen(mesh, edge, FROM_ABOVE, [(0, 1)])
     assert_seen(mesh, (4, 5), FROM_ABOVE, [(0, 1)])
@@ -58,7 +59,7 @@ def test_of_two_overlapping_squares_the_front_one_is_whole() -> None:
 
 
 def test_a_line_passes_behind_two_faces_and_over_a_third() -> None:
-    mesh = together(
+    mesh = concatenate(
         segment((-8, 0, 0), (8, 0, 0)),
         square((-6, -1), (-3, 2), 0.5),
         square((-1, -1), (3, 1), -0.5),
@@ -68,27 +69,27 @@ def test_a_line_passes_behind_two_faces_and_over_a_third() -> None:
 
 
 def test_a_line_through_a_face_is_hidden_behind_it() -> None:
-    mesh = together(segment((-2, 0, -1), (6, 0, 3)), square((-4, -1), (4, 1), 0.0))
+    mesh = concatenate(segment((-2, 0, -1), (6, 0, 3)), square((-4, -1), (4, 1), 0.0))
     assert_seen(mesh, (0, 1), FROM_ABOVE, [(2 / 8, 1)])
 
 
 def test_a_line_in_the_plane_of_a_face_is_not_hidden_by_it() -> None:
     turn = rotate_x(0.4) @ rotate_y(1.1)
-    mesh = together(segment((-8, 0.3, 0), (8, -0.2, 0)), square((-1, -1), (2, 1), 0.0)).transformed(turn)
+    mesh = concatenate(segment((-8, 0.3, 0), (8, -0.2, 0)), square((-1, -1), (2, 1), 0.0)).transformed(turn)
     assert_seen(mesh, (0, 1), FROM_ABOVE, [(0, 1)])
     assert_seen(mesh, (0, 1), FROM_ABOVE @ rotate_y(math.pi), [(0, 1)])
 
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, 3.0, 13))
 def test_nothing_shows_through_the_seam_between_two_triangles(turn: float) -> None:
-    mesh = together(segment((-2, -1, -3), (4, 2, -1)), square((-1, -0.5), (3, 1.5), 0.0))  # along the diagonal
+    mesh = concatenate(segment((-2, -1, -3), (4, 2, -1)), square((-1, -0.5), (3, 1.5), 0.0))  # along the diagonal
     assert_seen(mesh.transformed(rotate_z(turn)), (0, 1), FROM_ABOVE, [(0, 1 / 6), (5 / 6, 1)])
 
 
 @pytest.mark.parametrize("turn", np.linspace(0.0, 3.0, 13))
 def test_a_face_that_only_touches_a_line_in_the_picture_hides_nothing_of_it(turn: float) -> None:
     corner = Mesh([(0.3, 0, 1), (2, 1, 1), (-1, 1, 1)], [(0, 1, 2)])
-    mesh = together(segment((-2, 0, 0), (3, 0, 0)), corner).transformed(rotate_z(turn))
+    mesh = concatenate(segment((-2, 0, 0), (3, 0, 0)), corner).transformed(rotate_z(turn))
     assert_seen(mesh, (0, 1), FROM_ABOVE, [(0, 1)])
 
 
@@ -96,28 +97,28 @@ def test_a_face_that_only_touches_a_line_in_the_picture_hides_nothing_of_it(turn
 def test_nothing_shows_where_many_faces_meet(turn: float) -> None:
     around = [(math.cos(a), math.sin(a), 1.0) for a in np.arange(7) * math.tau / 7]
     fan = Mesh([(0, 0, 1), *around], [(0, 1 + i, 1 + (i + 1) % 7) for i in range(7)])
-    mesh = together(segment((-0.6, 0, 0), (0.5, 0, 0)), fan).transformed(rotate_z(turn))
+    mesh = concatenate(segment((-0.6, 0, 0), (0.5, 0, 0)), fan).transformed(rotate_z(turn))
     assert_seen(mesh, (0, 1), FROM_ABOVE, NOTHING)
 
 
 def test_parts_are_measured_in_the_picture_and_not_in_space() -> None:
     eye_at_0 = perspective(90, 1, 0.5, 100)
     # In the picture it runs from x = -1/2 to 1/2, and the face to the right of x = 0.1 hides a third of it from sight.
-    mesh = together(segment((-1, 0, -2), (4, 0, -8)), square((0.1, -1), (0.3, 1), -1.0))
+    mesh = concatenate(segment((-1, 0, -2), (4, 0, -8)), square((0.1, -1), (0.3, 1), -1.0))
     assert_seen(mesh, (0, 1), eye_at_0, [(0, 0.6), (0.8, 1)])
 
 
 def test_edges_are_cut_at_the_sides_of_the_view() -> None:
     camera = perspective(90, 1, 1, 10)
-    mesh = together(
+    mesh = concatenate(
         segment((-30, 0, -6), (3, 0, -6)), segment((0, 0.5, 5), (0, 0.5, -30)), segment((0, 9, -3), (1, 9, -3))
     )
-    view = in_view(mesh, np.array([(0, 1), (2, 3), (4, 5)]), camera)
+    view = clip_to_view(mesh, np.array([(0, 1), (2, 3), (4, 5)]), camera)
     assert view.between[:2] == pytest.approx(np.array([(24 / 33, 1), (6 / 35, 15 / 35)]))
     assert np.isnan(view.between[2]).all()
-    ends = in_pixels(view.clip, (200, 100))
+    ends = clip_to_pixels(view.clip, (200, 100))
     assert ends[:2] == pytest.approx(np.array([[(0, 50), (150, 50)], [(100, 25), (100, 47.5)]]))
-    hidden = together(mesh, square((-0.75, -1), (0, 1), -1.5))  # in the picture from -1/2 to 0
+    hidden = concatenate(mesh, square((-0.75, -1), (0, 1), -1.5))  # in the picture from -1/2 to 0
     seen = visible_intervals(hidden, np.array([(0, 1), (2, 3), (4, 5)]), camera)
     assert seen[0] == pytest.approx(np.array([(0, 0.5 / 1.5), (1 / 1.5, 1)]), abs=1e-8)
     assert len(seen[2]) == 0
@@ -126,12 +127,12 @@ def test_edges_are_cut_at_the_sides_of_the_view() -> None:
 def test_a_face_before_the_near_plane_hides_nothing_and_one_across_it_from_there_on() -> None:
     camera = perspective(90, 1, 1, 100)
     line = segment((-4, 0, -5), (4, 0, -5))
-    assert_seen(together(line, square((-1, -1), (1, 1), -0.9)), (0, 1), camera, [(0, 1)])
-    assert_seen(together(line, square((-1, -1), (1, 1), -1.25)), (0, 1), camera, NOTHING)
+    assert_seen(concatenate(line, square((-1, -1), (1, 1), -0.9)), (0, 1), camera, [(0, 1)])
+    assert_seen(concatenate(line, square((-1, -1), (1, 1), -1.25)), (0, 1), camera, NOTHING)
     # In the plane x = -1 - z, as far as z = -3: it meets the near plane at x = 0, and ends at 2/3 in the picture.
     for z in (-0.5, 0.0, 1.0):
         across = Mesh([(-1 - z, -9, z), (2, -9, -3), (2, 9, -3), (-1 - z, 9, z)], [(0, 1, 2, 3)])
-        assert_seen(together(line, across), (0, 1), camera, [(0, 0.5), ((2 / 3 + 0.8) / 1.6, 1)])
+        assert_seen(concatenate(line, across), (0, 1), camera, [(0, 0.5), ((2 / 3 + 0.8) / 1.6, 1)])
 
 
 def test_an_edge_seen_end_on_has_no_parts() -> None:
@@ -207,7 +208,7 @@ def assert_as_rays_say(mesh: Mesh, eye: Array, *, orthographic_view: bool, near:
     clip_from_model = camera.clip_from_world(1.4)
     edges = mesh.edges
     seen = visible_intervals(mesh, edges, clip_from_model)
-    view = in_view(mesh, edges, clip_from_model)
+    view = clip_to_view(mesh, edges, clip_from_model)
     t = (np.arange(per_edge) + 0.5) / per_edge
     # Halfway in the picture is nearer to the far end in space: 1 / w is what is linear.
     flat = 1.0 / view.clip[..., 3]
@@ -226,13 +227,13 @@ def assert_as_rays_say(mesh: Mesh, eye: Array, *, orthographic_view: bool, near:
 
 EYES = {"askew": (4.1, 2.7, 5.3), "below": (-1.3, -4.9, 3.1), "grazing": (6.0, 0.06, 0.11), "close": (1.3, 0.9, 1.2)}
 CONCAVE = {
-    "L": centred(l_prism()),
+    "L": centered(l_prism()),
     "star": star_prism(),
-    "boxes": together(*interlocking()),
+    "boxes": concatenate(*interlocking()),
     "plates": thin_plates(),
-    "stairs": centred(staircase(), 0.5),
+    "stairs": centered(staircase(), 0.5),
     "torus": samples.torus(13, 8),
-    "house in a box": together(samples.house(), box((0.2, -0.4, -2), (0.6, 0.3, 2))),
+    "house in a box": concatenate(samples.house(), box((0.2, -0.4, -2), (0.6, 0.3, 2))),
 }
 
 
@@ -281,6 +282,6 @@ def test_a_cap_in_pieces_hides_what_it_hides_whole() -> None:
 
 def test_what_intervals_leave_free() -> None:
     assert gaps(np.empty((0, 2))).tolist() == [[0.0, 1.0]]
-    parts = np.array([(0.5, 0.6), (0.1, 0.2), (0.15, 0.3), (0.3 + SLIVER / 2, 0.4), (0.52, 0.55)])
+    parts = np.array([(0.5, 0.6), (0.1, 0.2), (0.15, 0.3), (0.3 + MIN_PART / 2, 0.4), (0.52, 0.55)])
     assert gaps(parts).tolist() == [[0.0, 0.1], [0.4, 0.5], [0.6, 1.0]]
     assert gaps(np.array([(0.0, 0.7), (0.2, 1.0)])).tolist() == []

@@ -1,4 +1,4 @@
-"""An X server without a monitor, for tests of windows."""
+"""Xvfb: an X server without a monitor, for tests of windows."""
 
 import os
 import shutil
@@ -15,13 +15,13 @@ SIZE = (800, 600)
 
 
 class Screen:
-    """A screen of 800 x 600 pixels that nobody else draws on, gone at the end of a `with` block.
+    """A screen of 800 x 600 pixels that no other program uses, closed at the end of a `with` block.
 
-    display : what DISPLAY must be for what is to appear here
+    display : the value of DISPLAY for programs that open windows on it
     """
 
     def __init__(self) -> None:
-        server, self._xdotool = (_found(program) for program in ("Xvfb", "xdotool"))
+        server, self._xdotool = (_find_program(program) for program in ("Xvfb", "xdotool"))
         reading, writing = os.pipe()
         width, height = SIZE
         command = [
@@ -40,20 +40,20 @@ class Screen:
         with os.fdopen(reading) as ready:
             self.display = f":{int(ready.readline())}"
 
-    def picture(self) -> npt.NDArray[np.uint8]:
-        """Return what the screen shows (600, 800, 3)."""
+    def screenshot(self) -> npt.NDArray[np.uint8]:
+        """Return the pixels of the screen (600, 800, 3)."""
         return np.asarray(ImageGrab.grab(xdisplay=self.display).convert("RGB"))
 
-    def do(self, *words: str) -> str:
-        """Let xdotool press and move what its words say; return what it prints."""
+    def xdotool(self, *arguments: str) -> str:
+        """Run xdotool, which presses keys and moves the mouse; return its output."""
         environment = {**os.environ, "DISPLAY": self.display}
         done = subprocess.run(
-            [self._xdotool, *words], env=environment, capture_output=True, text=True, timeout=60, check=True
+            [self._xdotool, *arguments], env=environment, capture_output=True, text=True, timeout=60, check=True
         )
         return done.stdout
 
     def wait_for(self, condition: Callable[[], bool], seconds: float = 60.0) -> None:
-        """Wait until `condition` holds; raise `TimeoutError` where it does not."""
+        """Wait until `condition` holds; raise `TimeoutError` if it does not."""
         end = time.monotonic() + seconds
         while not condition():
             if time.monotonic() > end:
@@ -70,7 +70,7 @@ class Screen:
         self._server.wait()
 
 
-def _found(program: str) -> str:
+def _find_program(program: str) -> str:
     path = shutil.which(program)
     if path is None:
         raise RuntimeError(f"{program} is not installed: 'make screen' installs it, or says what to do")

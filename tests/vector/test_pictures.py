@@ -11,7 +11,7 @@ import pytest
 
 from gpu_xform.vector import Dots, Polygons, Strokes, pdf, svg
 from tests.support.browser import Browser
-from tests.support.reference_strokes import CapsuleAreas, inked
+from tests.support.reference_vector import composite_layers
 
 SIZE = (97, 83)
 WHITE, NOTHING = (1.0, 1.0, 1.0, 1.0), (0.0, 0.0, 0.0, 0.0)
@@ -103,7 +103,7 @@ def shown_in_browser(layers: list[Strokes], background: Any, browser: Browser, f
     page = folder / "picture.svg"
     page.write_text(svg(SIZE, background, layers), "utf-8")
     browser.open(page, SIZE)
-    return browser.picture()
+    return browser.screenshot()
 
 
 def shown_by_pdfium(layers: list[Strokes], background: Any) -> npt.NDArray[np.uint8]:
@@ -126,10 +126,8 @@ def errors(shown: npt.NDArray[np.uint8], exact: npt.NDArray[np.float64], backgro
 
 @pytest.mark.parametrize("background", [WHITE, NOTHING], ids=["white", "transparent"])
 @pytest.mark.parametrize("case", CASES)
-def test_a_picture_is_as_computed(
-    case: str, background: Any, browser: Browser, tmp_path: Path, capsule_areas: CapsuleAreas
-) -> None:
-    exact = inked(SIZE, background, CASES[case], capsule_areas)
+def test_a_picture_is_as_computed(case: str, background: Any, browser: Browser, tmp_path: Path) -> None:
+    exact = composite_layers(SIZE, background, CASES[case])
     for shown in (
         shown_in_browser(CASES[case], background, browser, tmp_path),
         shown_by_pdfium(CASES[case], background),

@@ -2,7 +2,6 @@ import math
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from gpu_xform import Camera, Layer, samples
@@ -10,8 +9,7 @@ from gpu_xform.viewer.controls import Controls, Given, Request, View
 from gpu_xform.viewer.key_bindings import KEYS
 from gpu_xform.viewer.orbit import Ball, Orbit
 from gpu_xform.viewer.style_overrides import Look
-
-Array = npt.NDArray[np.float64]
+from tests.support.types import Array
 
 HOUSE = samples.house()
 CAMERA = Camera.fit(HOUSE)

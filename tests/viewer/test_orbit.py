@@ -1,15 +1,14 @@
 import math
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from gpu_xform import Camera
 from gpu_xform.viewer.orbit import SIDES, Ball, Orbit
+from tests.support.types import Array
 
-Array = npt.NDArray[np.float64]
 ASPECT = 1.5
 BALL = Ball(np.array([1.0, -2.0, 0.5]), 3.0)
 POINTS = np.random.default_rng(0).uniform(-1.0, 1.0, (50, 3)) * 1.7 + BALL.middle

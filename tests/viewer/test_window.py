@@ -9,7 +9,6 @@ from typing import Any, Unpack
 
 import glfw
 import numpy as np
-import numpy.typing as npt
 import pytest
 from PIL import Image
 from rendercanvas.offscreen import OffscreenRenderCanvas
@@ -24,10 +23,8 @@ from gpu_xform.viewer import session as session_module
 from gpu_xform.viewer.orbit import Ball, Orbit
 from gpu_xform.viewer.session import Session
 from gpu_xform.viewer.window import connect
+from tests.support.types import Array, Pixels
 from tests.support.xvfb import Screen
-
-Pixels = npt.NDArray[np.uint8]
-Array = npt.NDArray[np.float64]
 
 HOUSE = samples.house()
 SIZE = (120, 80)
@@ -414,7 +411,7 @@ class Shown:
 
         def is_there() -> bool:
             assert self.program.poll() is None, self.program.communicate()
-            return np.array_equal(self.screen.picture()[:height, :width], picture[..., :3])
+            return np.array_equal(self.screen.screenshot()[:height, :width], picture[..., :3])
 
         self.screen.wait_for(is_there)
 
@@ -447,33 +444,33 @@ def test_a_real_window_turns_zooms_changes_its_style_saves_and_closes(
     window = shown(sys.executable, "-W", "error", "-c", USE)
     size, style = (320, 240), {"color": "face"}
     window.wait_for(expected(ball, size, **style))
-    screen.wait_for(lambda: "ball - H shows the keys" in screen.do("search", "--name", "ball", "getwindowname"))
+    screen.wait_for(lambda: "ball - H shows the keys" in screen.xdotool("search", "--name", "ball", "getwindowname"))
 
-    screen.do("mousemove", "100", "100", "mousedown", "1", "mousemove", "150", "110", "mouseup", "1")
+    screen.xdotool("mousemove", "100", "100", "mousedown", "1", "mousemove", "150", "110", "mouseup", "1")
     orbit = Orbit.of(Camera.fit(ball), 4 / 3, Ball.around(ball.positions))
     orbit = orbit.turned(np.pi * 50 / 240, np.pi * 10 / 240)
     window.wait_for(expected(ball, size, camera=orbit.camera, **style))
 
-    screen.do("mousemove", "80", "60", "click", "4")
+    screen.xdotool("mousemove", "80", "60", "click", "4")
     orbit = orbit.zoomed(1 / 1.2, np.array([-0.5, 0.5]), 4 / 3)
     window.wait_for(expected(ball, size, camera=orbit.camera, **style))
 
-    screen.do("keydown", "shift", "mousedown", "1", "mousemove", "160", "120", "mouseup", "1", "keyup", "shift")
+    screen.xdotool("keydown", "shift", "mousedown", "1", "mousemove", "160", "120", "mouseup", "1", "keyup", "shift")
     orbit = orbit.panned(np.array([-0.5, 0.5]), np.zeros(2), 4 / 3)
     window.wait_for(expected(ball, size, camera=orbit.camera, **style))
 
-    screen.do("key", "c", "key", "f", "key", "d")
+    screen.xdotool("key", "c", "key", "f", "key", "d")
     style = {"fill": "lightgray", "hidden": "dash"}
     window.wait_for(expected(ball, size, camera=orbit.camera, **style))
-    screen.do("key", "s", "key", "p")
+    screen.xdotool("key", "s", "key", "p")
     orbit = dataclasses.replace(orbit, orthographic=True)
     window.wait_for(expected(ball, size, camera=orbit.camera, **style))
     assert (tmp_path / "ball-1.png").exists()
 
-    [name] = screen.do("search", "--name", "ball").split()
-    screen.do("windowsize", name, "200", "260")
+    [name] = screen.xdotool("search", "--name", "ball").split()
+    screen.xdotool("windowsize", name, "200", "260")
     window.wait_for(expected(ball, (200, 260), camera=orbit.camera, **style))
-    screen.do("key", "q")
+    screen.xdotool("key", "q")
     assert window.ended() == (0, "closed\n", "")
 
 
@@ -490,9 +487,9 @@ def test_a_second_window_opens_after_the_first_and_a_lost_device_is_raised(
 ) -> None:
     window = shown(sys.executable, "-W", "error", "-c", USE_TWICE)
     window.wait_for(expected(size=(200, 150)))
-    screen.do("mousemove", "50", "50", "key", "q")
+    screen.xdotool("mousemove", "50", "50", "key", "q")
     window.wait_for(expected(size=(210, 140)))
-    screen.do("mousemove", "60", "50", "key", "e")
+    screen.xdotool("mousemove", "60", "50", "key", "e")
     assert window.ended() == (0, "the device is lost\n", "")
 
 
@@ -503,9 +500,9 @@ def test_the_command_opens_a_window(shown: Callable[..., Shown], screen: Screen)
     assert main(["render", "house.obj", "-o", "house.png", *options, "white"]) == 0
     with Image.open("house.png") as picture:
         window.wait_for(np.asarray(picture))
-    screen.do("mousemove", "100", "100", "key", "1")
+    screen.xdotool("mousemove", "100", "100", "key", "1")
     upright = Camera.fit(HOUSE, direction=(-1, 1, -1), up=(0, 0, 1))
     orbit = Orbit.of(upright, 1.5, Ball.around(HOUSE.positions)).seen_from("front", HOUSE.positions, 1.5)
     window.wait_for(expected(size=(300, 200), camera=orbit.camera, edges="feature", background="navy", color="white"))
-    screen.do("key", "Escape")
+    screen.xdotool("key", "Escape")
     assert window.ended() == (0, "", "")

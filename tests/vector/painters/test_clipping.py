@@ -1,15 +1,14 @@
 """Polygons cut by planes: nothing is lost, nothing is there twice, and each piece lies where it should."""
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gpu_xform.vector.painters import Pieces, chosen, clipped, strips, together
+from tests.support.types import Array
 
-Array = npt.NDArray[np.float64]
 TRIANGLES = arrays(np.float64, (4, 3, 2), elements=st.integers(-8, 8).map(float))
 PLANES = arrays(np.float64, 3, elements=st.integers(-5, 5).map(float))
 

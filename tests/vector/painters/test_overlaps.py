@@ -3,13 +3,12 @@
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 import pytest
 
 from gpu_xform.vector.painters import Pieces, clipped, fans
 from gpu_xform.vector.painters.overlaps import FIRST, LEVEL, SECOND, facets, related
+from tests.support.types import Array
 
-Array = npt.NDArray[np.float64]
 APART, MINE, OTHER, NEITHER = 0, int(FIRST), int(SECOND), int(LEVEL)  # which is before the other
 BOTH = MINE | OTHER
 FLAT = [(0, 0, 0.5), (40, 0, 0.5), (0, 40, 0.5)]

@@ -10,8 +10,8 @@ import pytest
 from gpu_xform.vector.painters import Pieces, fans, painters_order
 from gpu_xform.vector.painters import cycle_breaking as knots
 from gpu_xform.vector.painters import painters_algorithm as order
+from tests.support.types import Array
 
-Array = npt.NDArray[np.float64]
 Kinds = npt.NDArray[np.int64]
 
 SIDE = 100

@@ -1,28 +1,27 @@
-"""What strokes look like: the part of each pixel that a line covers, exactly, and lines blended one after another."""
+"""Reference picture of vector layers: exact coverage, composited one line after another."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
 
 from gpu_xform.vector import Polygons, Strokes, dash_pattern
+from tests.support.reference_coverage import bar_areas, capsule_areas
+from tests.support.types import Array
 
-Array = npt.NDArray[np.float64]
-CapsuleAreas = Callable[[Array, Array, float, tuple[int, int]], Array]
-
-SAMPLES = 8  # a side of a pixel
+SAMPLES = 8  # per side of a pixel
 
 
-def inked(size: tuple[int, int], background: Sequence[float], layers: Iterable[Strokes], areas: CapsuleAreas) -> Array:
+def composite_layers(size: tuple[int, int], background: Sequence[float], layers: Iterable[Strokes]) -> Array:
     """Return the picture (height, width, 4), premultiplied, from 0 to 1."""
     width, height = size
     picture = np.empty((height, width, 4))
     picture[:] = _premultiplied(background)
     for layer in layers:
-        for covered, color in _covers(layer, size, areas):
-            ink = covered[..., np.newaxis] * _premultiplied(color)
-            picture = ink + (1.0 - ink[..., 3:]) * picture
+        for covered, color in _covers(layer, size):
+            source = covered[..., np.newaxis] * _premultiplied(color)
+            picture = source + (1.0 - source[..., 3:]) * picture
     return picture
 
 
@@ -30,8 +29,8 @@ def _premultiplied(color: Sequence[float] | Array) -> Array:
     return np.array([*np.multiply(color[:3], color[3]), color[3]])
 
 
-def _covers(layer: Strokes, size: tuple[int, int], areas: CapsuleAreas) -> Iterator[tuple[Array, Array]]:
-    """Yield how much of each pixel is covered with which colour, one thing after another."""
+def _covers(layer: Strokes, size: tuple[int, int]) -> Iterator[tuple[Array, Array]]:
+    """Yield the coverage of every pixel (height, width) and the colour, for one primitive after another."""
     if layer.polygons is not None:
         yield from _polygon_covers(layer.polygons, size)
     n = len(layer.segments)
@@ -40,15 +39,15 @@ def _covers(layer: Strokes, size: tuple[int, int], areas: CapsuleAreas) -> Itera
         a, b = layer.segments[i].astype(np.float64).reshape(2, 2)
         if layer.hidden[i] and layer.hidden_style == "dash":
             dashes = _dashes(a, b, float(layer.dash_start[i]), dash_pattern(layer.line_width))
-            covered = sum((_bar_areas(p, q, layer.line_width, size) for p, q in dashes), np.zeros(size[::-1]))
+            covered = sum((bar_areas(p, q, layer.line_width, size) for p, q in dashes), np.zeros(size[::-1]))
         else:
-            covered = areas(a, b, layer.line_width, size)
+            covered = capsule_areas(a, b, layer.line_width, size)
         yield covered, colors[i]
     if layer.dots is not None:
         shown = np.broadcast_to(layer.dots.colors, (len(layer.dots.circles), 4))
         for (x, y, diameter), color in zip(layer.dots.circles, shown, strict=True):
             middle = np.array([x, y], np.float64)
-            yield areas(middle, middle, float(diameter), size), color
+            yield capsule_areas(middle, middle, float(diameter), size), color
 
 
 def _dashes(a: Array, b: Array, start: float, pattern: tuple[float, float]) -> Iterator[tuple[Array, Array]]:
@@ -60,26 +59,8 @@ def _dashes(a: Array, b: Array, start: float, pattern: tuple[float, float]) -> I
             yield a + (b - a) * low / length, a + (b - a) * high / length
 
 
-def _bar_areas(a: Array, b: Array, line_width: float, size: tuple[int, int]) -> Array:
-    """Return how much of every pixel lies under a line with flat ends, as `capsule_areas` does it."""
-    along = (b - a) / np.hypot(*(b - a))
-    across = 0.5 * line_width * np.array([-along[1], along[0]])
-    corners = [a + across, b + across, b - across, a - across]
-    y = (np.arange(64 * size[1]) + 0.5) / 64
-    left, right = np.full(len(y), np.inf), np.full(len(y), -np.inf)
-    for p, q in pairwise([*corners, corners[0]]):
-        if p[1] != q[1]:
-            t = (y - p[1]) / (q[1] - p[1])
-            x = p[0] + t * (q[0] - p[0])
-            crosses = (t >= 0.0) & (t <= 1.0)
-            left, right = np.where(crosses, np.minimum(left, x), left), np.where(crosses, np.maximum(right, x), right)
-    pixel = np.arange(size[0])
-    covered = np.clip(np.minimum(right[:, None], pixel + 1) - np.maximum(left[:, None], pixel), 0.0, 1.0)
-    return np.asarray(covered.reshape(size[1], 64, size[0]).mean(axis=1))
-
-
 def _polygon_covers(polygons: Polygons, size: tuple[int, int]) -> Iterator[tuple[Array, Array]]:
-    """Neighbours of one alpha hide one another and are blended as one; each may have another colour."""
+    """Adjacent polygons of one alpha hide one another and are composited as one; each may have another colour."""
     colors = np.broadcast_to(polygons.colors, (len(polygons.offsets) - 1, 4))
     cuts = [0, *(np.flatnonzero(np.diff(colors[:, 3])) + 1).tolist(), len(colors)]
     for first, end in pairwise(cuts):
