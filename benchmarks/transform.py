@@ -21,9 +21,9 @@ import gpu_xform as gx
 from gpu_xform.compute.kernels import transform as transform_pass
 from gpu_xform.compute.kernels.transform import ROWS_AT_ONCE, Finish
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.chunking import Plan
+from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import default_device
-from gpu_xform.gpu.dispatch import Binding, bind, dispatch
+from gpu_xform.gpu.dispatch import Binding, dispatch
 from gpu_xform.gpu.timing import kernel_seconds
 
 Points = npt.NDArray[Any]
@@ -90,12 +90,15 @@ class Copies:
     """What the device and the way to it cost alone: the loads and stores of the transform without its arithmetic."""
 
     def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
-        self.plan = Plan.of(device, len(points), 3, points.dtype)
+        self.plan = DispatchPlan.of(device, len(points), 3, points.dtype)
         if self.plan.chunk < len(points):
             raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
         self.points, self.out = points, out
         n_bytes = self.plan.chunk * self.plan.point_bytes
-        self.source, self.destination = Buffer(device, n_bytes), Buffer(device, n_bytes)
+        self.source, self.destination = (
+            Buffer(device.context, n_bytes, label="copies"),
+            Buffer(device.context, n_bytes, label="copies"),
+        )
         self.source.upload(points)
         self.pipeline = self.plan.pipeline("copy_points")
 
@@ -107,9 +110,9 @@ class Copies:
     def back(self) -> Points:
         """Copy on the device and out."""
         device, buffers = self.plan.device, (self.source, self.destination)
-        with device.recording(*buffers) as encoder:
+        with device.encode_commands(*buffers, label="copies") as encoder:
             n_workgroups = self.plan.n_workgroups(len(self.points))
-            dispatch(encoder, self.pipeline, bind(device, self.pipeline, buffers), n_workgroups)
+            dispatch(encoder, self.pipeline, device.bind_groups.bind(self.pipeline, buffers), n_workgroups)
         transform_pass.download_rows(self.plan, self.destination, self.out[None])
         return self.out
 
@@ -118,13 +121,16 @@ class ManyCopies:
     """What a stack of matrices costs the device alone: each result stored and brought back, and nothing computed."""
 
     def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
-        self.plan = Plan.of(device, len(points), 3, points.dtype, most_bytes=transform_pass.BATCH_BYTES)
+        self.plan = DispatchPlan.of(device, len(points), 3, points.dtype, most_bytes=transform_pass.BATCH_BYTES)
         if self.plan.chunk < len(points):
             raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
         self.points, self.out = points, out
         self.row_bytes = self.plan.chunk * self.plan.point_bytes
         self.n_rows = transform_pass.max_rows(self.plan, transform_pass.BATCH_BYTES)
-        self.source, self.destination = Buffer(device, self.row_bytes), Buffer(device, self.n_rows * self.row_bytes)
+        self.source, self.destination = (
+            Buffer(device.context, self.row_bytes, label="copies"),
+            Buffer(device.context, self.n_rows * self.row_bytes, label="copies"),
+        )
 
     def __call__(self) -> Points:
         """Copy in, copy on the device to as many places as there are matrices, copy out."""
@@ -138,12 +144,12 @@ class ManyCopies:
     def copy(self, n_rows: int) -> None:
         """Dispatch copies to the first `n_rows` places, as many at once as the engine computes."""
         device = self.plan.device
-        with device.recording(self.source, self.destination) as encoder:
+        with device.encode_commands(self.source, self.destination, label="copies") as encoder:
             for first in range(0, n_rows, ROWS_AT_ONCE):
                 n = min(ROWS_AT_ONCE, n_rows - first)
                 pipeline = self.plan.pipeline("copy_points", n_rows=n)
                 places = Binding(self.destination, first * self.row_bytes, n * self.row_bytes)
-                bindings = bind(device, pipeline, (self.source, places))
+                bindings = device.bind_groups.bind(pipeline, (self.source, places))
                 dispatch(encoder, pipeline, bindings, self.plan.n_workgroups(len(self.points)))
 
 

@@ -2,12 +2,11 @@ import dataclasses
 import os
 import signal
 from collections.abc import Callable, Iterator
-from typing import Any
 
 import pytest
 from hypothesis import settings
 
-from gpu_xform.gpu import device as device_module
+from gpu_xform.gpu.context import MAPPABLE, WANTED_FEATURES, GpuContext
 from gpu_xform.gpu.device import Device, default_device
 from tests.support.browser import Browser
 from tests.support.goldens import FAILURES, FOLDER, Goldens, driver_of
@@ -63,12 +62,17 @@ def device_with_limits(device: Device) -> Iterator[Callable[..., Device]]:
 @pytest.fixture(scope="session")
 def staging_device() -> Iterator[Device]:
     """A device whose memory the host cannot map, as on a discrete GPU."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(device_module, "HOST_MAPPABLE_KINDS", frozenset[Any]())
-        staging = Device()
-    assert not staging.host_mappable
-    with staging:
+    with Device.from_context(GpuContext(wanted_features=WANTED_FEATURES - {MAPPABLE})) as staging:
+        assert not staging.host_mappable
         yield staging
+
+
+@pytest.fixture(scope="session")
+def single_device() -> Iterator[Device]:
+    """A device without double precision, as on Metal; nor can the host map its memory."""
+    with Device.from_context(GpuContext(wanted_features=frozenset())) as single:
+        assert not single.has_float64
+        yield single
 
 
 @pytest.fixture(scope="session")

@@ -244,7 +244,7 @@ def test_the_pure_modules_need_numpy_alone() -> None:
 
 def test_only_one_function_submits_work() -> None:
     calls = [file for file in FILES for line in file.read_text("utf-8").splitlines() if "queue.submit(" in line]
-    assert calls == [ROOT / "gpu" / "device.py"]
+    assert calls == [ROOT / "gpu" / "context.py"]
 
 
 def test_every_public_function_class_and_method_has_a_docstring() -> None:

@@ -10,14 +10,14 @@ from .._core.arguments import require_affine, square_matrix
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, DeviceError
 from ..gpu.buffers import Buffer
-from ..gpu.chunking import Plan
+from ..gpu.chunking import DispatchPlan
 from ..gpu.device import Device, chosen_device
 from ..gpu.device_points import Points
 from ._arrays import embedded, point_array, require_output
 from ._precision import require_range, resolve
 from .kernels import reduce as reduce_pass
 from .kernels import transform as transform_pass
-from .kernels.transform import Finish
+from .kernels.transform import POOL_OWNER, Finish
 
 
 class PointBuffer:
@@ -160,12 +160,16 @@ class _Store:
     def __init__(self, device: Device, points: npt.NDArray[Any], dtype: np.dtype[Any]) -> None:
         n_points, n_components = points.shape
         self.n_points: int = n_points
-        self.plan = Plan.of(device, max(self.n_points, 1), n_components, dtype)
+        self.plan = DispatchPlan.of(device, max(self.n_points, 1), n_components, dtype)
         self.parts: list[tuple[slice, Buffer]] = []
         self._released = False
         try:
             for part in self.plan.chunks(self.n_points):
-                buffer = Buffer(device, self.plan.padded(part.stop - part.start) * self.plan.point_bytes)
+                buffer = Buffer(
+                    device.context,
+                    self.plan.padded(part.stop - part.start) * self.plan.point_bytes,
+                    label="PointBuffer",
+                )
                 self.parts.append((part, buffer))
                 buffer.upload(np.ascontiguousarray(points[part], dtype))
         except BaseException:
@@ -178,7 +182,7 @@ class _Store:
             with device.lock:
                 result = source
                 if matrix is not None:
-                    result = device.pool.get("destination", source.n_bytes)
+                    result = device.pool.scratch(POOL_OWNER, "destination", source.n_bytes)
                     transform_pass.apply(self.plan, matrix[None], source, result, part.stop - part.start, finish)
                 transform_pass.download_rows(self.plan, result, out[None, part])
 

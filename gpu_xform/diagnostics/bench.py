@@ -14,7 +14,7 @@ from ..compute.kernels import transform as transform_pass
 from ..compute.kernels.transform import Finish
 from ..compute.transform import transform_points
 from ..errors import DeviceError
-from ..gpu.chunking import Plan
+from ..gpu.chunking import DispatchPlan
 from ..gpu.device import Device
 from ..gpu.timing import kernel_seconds
 
@@ -73,7 +73,7 @@ def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) ->
     n_points is cut to what one dispatch takes, so that a kernel is one kernel.
     """
     number = np.dtype(dtype)
-    plan = Plan.of(device, n_points, 3, number)
+    plan = DispatchPlan.of(device, n_points, 3, number)
     n_points = min(n_points, plan.chunk)
     points = np.random.default_rng(0).standard_normal((n_points, 3)).astype(number)
     matrix = matrices.chain(
@@ -90,7 +90,7 @@ def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) ->
         raise DeviceError(f"{device!r} computes wrongly: off by {worst:g}")
 
     kernel, copy = _kernels(device, plan, points, matrix)
-    buffer = device.pool.get("source", points.nbytes)
+    buffer = device.pool.scratch("bench", "source", points.nbytes)
     seconds = _medians(
         {
             "warm": lambda: transform_points(points, matrix, out=out, device=device),
@@ -145,12 +145,12 @@ def report(device: Device, dtype: str, timings: list[Timing]) -> str:
 
 
 def _kernels(
-    device: Device, plan: Plan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64]
+    device: Device, plan: DispatchPlan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64]
 ) -> tuple[float, float]:
     """Return the median seconds of the transform's kernel and of one that only copies, in turn."""
     with device.lock:
-        source = device.pool.get("source", plan.chunk * plan.point_bytes)
-        destination = device.pool.get("destination", plan.chunk * plan.point_bytes)
+        source = device.pool.scratch("bench", "source", plan.chunk * plan.point_bytes)
+        destination = device.pool.scratch("bench", "destination", plan.chunk * plan.point_bytes)
         source.upload(points)
         (transforms,) = transform_pass.upload_transforms(plan, matrix[None], len(points))
         n_workgroups = plan.n_workgroups(len(points))

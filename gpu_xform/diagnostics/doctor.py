@@ -19,7 +19,8 @@ from ..gpu import chunking as plans
 from ..gpu import self_test
 from ..gpu.adapters import Adapter, adapters, described, find_adapter
 from ..gpu.buffers import Buffer
-from ..gpu.device import HOST_MAPPABLE_KINDS, Device
+from ..gpu.context import HOST_MAPPABLE_KINDS
+from ..gpu.device import Device
 from ..gpu.device_points import Points
 from ..raster.compute import rasterizer as picture
 
@@ -111,7 +112,7 @@ def _tried(adapter: str | None) -> tuple[Check, ...]:
     except GpuXformError as error:
         return (Check("open the device", False, str(error)),)
     with device:
-        checks = [Check(*result) for result in self_test.run(device)]
+        checks = [Check(*result) for result in self_test.run(device.context, device.pipelines)]
         checks.append(_check("float32 transform", lambda: _transform(device, np.dtype(np.float32))))
         if device.has_float64:
             checks.append(_check("float64 transform", lambda: _transform(device, np.dtype(np.float64))))
@@ -142,8 +143,8 @@ def _transform(device: Device, dtype: np.dtype[Any]) -> tuple[bool, str]:
 def _picture(device: Device) -> tuple[bool, str]:
     """Draw a line two pixels wide, left of and above the middle, and look at the pixels on it and away from it."""
     ends = np.array([(-0.75, 0.5, 0.5), (0.25, 0.5, 0.5)], np.float32)
-    buffer = Buffer(device, plans.rounded_up(len(ends)) * 12)
-    edges = Buffer(device, 8)
+    buffer = Buffer(device.context, plans.rounded_up(len(ends)) * 12, label="doctor: points")
+    edges = Buffer(device.context, 8, label="doctor: edges")
     try:
         buffer.upload(ends)
         edges.upload(np.array([0, 1], np.uint32))

@@ -225,9 +225,9 @@ class _Shaper:
     def _kept(self, role: Hashable | None, array: Callable[[], npt.NDArray[Any]]) -> Buffer:
         """Return the array on the device: from one picture to the next where it has a role, else for this picture."""
         if role is not None:
-            return self._device.residents.get(self._subject.owner, role, array)
+            return self._device.resource_cache.get(self._subject.owner, role, array)
         content = array()
-        buffer = Buffer(self._device, max(content.nbytes, 4))
+        buffer = Buffer(self._device.context, max(content.nbytes, 4), label="draw list")
         self._stack.callback(buffer.release)
         if content.nbytes:
             buffer.upload(content)

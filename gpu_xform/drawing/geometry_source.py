@@ -210,7 +210,7 @@ class MeshSubject:
             points[: self.n_points] = self._in_unit_cube()
             return points
 
-        buffer = device.residents.get(self.owner, "points", padded)
+        buffer = device.resource_cache.get(self.owner, "points", padded)
         hull = self.mesh.positions if self.n_points <= MOST_OF_HULL else box_corners(self.mesh.bounds)
         return Points(buffer, self.n_points, np.dtype(np.float32), (hull - center) / half_size), model_from_unit
 

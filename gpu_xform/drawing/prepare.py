@@ -71,7 +71,7 @@ def staged(
         depth_cue(clip_from_world, drawn, layer.depth_cue) if needs_distance(layer) else np.zeros(4) for layer in layers
     ]
     with device.lock, contextlib.ExitStack() as stack:
-        device.residents.trim()
+        device.resource_cache.trim()
         shapes = shaped(layers, subjects, clip_from_world, cues, device, stack)
         yield Stage(device, view, shapes, layers, subjects, cues, clip_from_world)
 

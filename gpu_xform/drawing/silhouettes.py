@@ -7,7 +7,7 @@ from ..gpu import layouts, uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import n_workgroups, workgroup_size
 from ..gpu.device import Device
-from ..gpu.dispatch import bind, dispatch
+from ..gpu.dispatch import dispatch
 
 
 def find(device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, eye: npt.NDArray[np.float64]) -> Buffer:
@@ -19,14 +19,14 @@ def find(device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, 
 
     The caller releases the result.
     """
-    edges = Buffer(device, 8 * n_candidates)
+    edges = Buffer(device.context, 8 * n_candidates, label="silhouette: edges")
     struct = np.zeros((), layouts.VIEW)
     struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero where all the model is one line to the eye
     struct["n_candidates"] = n_candidates
     pipeline = device.pipelines.compute("find_silhouette", workgroup_size=workgroup_size(device))
     with device.lock:
-        (view,) = uniforms.upload(device, "view", [struct])
-        with device.recording(view.buffer, candidates, planes, edges) as encoder:
-            bindings = bind(device, pipeline, (view, candidates, planes, edges))
+        (view,) = uniforms.upload(device, "silhouette", "view", [struct])
+        with device.encode_commands(view.buffer, candidates, planes, edges, label="silhouette") as encoder:
+            bindings = device.bind_groups.bind(pipeline, (view, candidates, planes, edges))
             dispatch(encoder, pipeline, bindings, n_workgroups(device, n_candidates))
     return edges

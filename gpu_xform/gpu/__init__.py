@@ -1,4 +1,4 @@
-"""The only folder that imports wgpu.
+"""The only folder that imports wgpu: adapters, the device, its buffers, shaders and dispatches.
 
 Reading order: drivers, adapters, errors, layouts, context, buffers, buffer_pool, resource_cache, shaders, dispatch,
 self_test, device, device_points, uniforms, chunking, timing.

@@ -1,57 +1,66 @@
-"""Device memory that is kept from one call to the next."""
+"""The buffer pool: device memory that is kept from one call to the next."""
 
 import itertools
-from typing import TYPE_CHECKING
 
 from .buffers import STORAGE, Buffer
+from .context import GpuContext
 
-if TYPE_CHECKING:
-    from .device import Device
+MAX_SPARE = 2  # per owner, key and usage
 
-MOST_SPARE = 2  # of a role
+Slot = tuple[str, str, int]
 
 
-class Pool:
-    """Memory kept for the next call: allocating and first touching memory costs as much as filling it."""
+class BufferPool:
+    """Buffers by owner, key and usage: allocating and first touching memory costs as much as filling it.
 
-    def __init__(self, device: "Device") -> None:
-        self._device = device
-        self._kept: dict[str, Buffer] = {}
-        self._spare: dict[str, list[Buffer]] = {}
+    The owner is the part of the package that uses the buffer; the key is its name there. Buffers of different owners,
+    or of different usages, are never the same.
+    """
 
-    def get(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
-        """Return the buffer kept for `role`, made anew where it is smaller than `n_bytes`; what it holds is undefined.
+    def __init__(self, context: GpuContext) -> None:
+        self._context = context
+        self._scratch: dict[Slot, Buffer] = {}
+        self._spare: dict[Slot, list[Buffer]] = {}
+
+    def scratch(self, owner: str, key: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
+        """Return the kept buffer, made anew if it has fewer than `n_bytes`; what it holds is undefined.
 
         The caller holds the device's lock until it is done with the buffer.
         """
-        kept = self._kept.get(role)
+        slot = owner, key, usage
+        kept = self._scratch.get(slot)
         if kept is not None and kept.n_bytes >= n_bytes:
             return kept
         if kept is not None:
-            del self._kept[role]
+            del self._scratch[slot]
             kept.release()
-        self._kept[role] = Buffer(self._device, n_bytes, usage, stays=True)
-        return self._kept[role]
+        self._scratch[slot] = self._allocate(slot, n_bytes)
+        return self._scratch[slot]
 
-    def take(self, role: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
-        """Return a buffer that is the caller's alone until it is given back."""
-        for buffer in self._spare.get(role, []):
+    def acquire(self, owner: str, key: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
+        """Return a buffer that is the caller's alone until it is released to the pool."""
+        slot = owner, key, usage
+        for buffer in self._spare.get(slot, []):
             if buffer.n_bytes >= n_bytes:
-                self._spare[role].remove(buffer)
+                self._spare[slot].remove(buffer)
                 return buffer
-        return Buffer(self._device, n_bytes, usage, stays=True)
+        return self._allocate(slot, n_bytes)
 
-    def give_back(self, role: str, buffer: Buffer) -> None:
-        """Keep a buffer that was taken for the next who takes one; beyond a few, the smallest is released."""
-        spare = self._spare.setdefault(role, [])
+    def release(self, owner: str, key: str, buffer: Buffer) -> None:
+        """Keep an acquired buffer for the next caller; beyond a few, the smallest is freed."""
+        spare = self._spare.setdefault((owner, key, buffer.usage), [])
         spare.append(buffer)
         spare.sort(key=lambda each: each.n_bytes)
-        if len(spare) > MOST_SPARE:
+        if len(spare) > MAX_SPARE:
             spare.pop(0).release()
 
     def clear(self) -> None:
-        """Release every kept buffer."""
-        for buffer in [*self._kept.values(), *itertools.chain(*self._spare.values())]:
+        """Free every kept buffer."""
+        for buffer in [*self._scratch.values(), *itertools.chain(*self._spare.values())]:
             buffer.release()
-        self._kept.clear()
+        self._scratch.clear()
         self._spare.clear()
+
+    def _allocate(self, slot: Slot, n_bytes: int) -> Buffer:
+        owner, key, usage = slot
+        return Buffer(self._context, n_bytes, usage, label=f"{owner}: {key}", persistent=True)

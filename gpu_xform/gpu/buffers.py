@@ -1,13 +1,13 @@
-"""Device memory, and the way in and out of it for NumPy arrays.
+"""Buffers: device memory, and how NumPy arrays get into it and out of it.
 
-Where the host can map the device's own memory (CPU adapters), an array is copied once each way; elsewhere the queue
-stages it.
+On devices whose memory the host can map (CPU adapters) an array is copied once each way. On others the queue copies it
+through memory of its own.
 """
 
 import contextlib
 import itertools
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -15,97 +15,101 @@ import wgpu
 
 from .._core.interrupts import uninterrupted
 from ..errors import DeviceError
+from .context import GpuContext
 from .errors import device_errors
 
-if TYPE_CHECKING:
-    from .device import Device
-
 Usage = wgpu.BufferUsage
-STORAGE = Usage.STORAGE | Usage.COPY_SRC | Usage.COPY_DST
-UNIFORM = Usage.UNIFORM | Usage.COPY_DST
-READBACK = Usage.MAP_READ | Usage.COPY_DST
-MAPPED = Usage.MAP_READ | Usage.MAP_WRITE
+STORAGE: int = Usage.STORAGE | Usage.COPY_SRC | Usage.COPY_DST
+INDIRECT: int = STORAGE | Usage.INDIRECT
+UNIFORM: int = Usage.UNIFORM | Usage.COPY_DST
+READBACK: int = Usage.MAP_READ | Usage.COPY_DST
+MAPPED: int = Usage.MAP_READ | Usage.MAP_WRITE
 
-_numbers = itertools.count()  # no two buffers of a process have the same
+_ids = itertools.count()  # no two buffers of a process have the same
 
-QUEUED_BYTES = 1 << 18  # up to here the queue's own copy costs less than mapping and unmapping
+MAX_QUEUED_BYTES = 1 << 18  # up to here the queue's own copy costs less than mapping and unmapping
 
 
 class Buffer:
     """`n_bytes` of device memory (a multiple of 4), for storage unless `usage` says otherwise.
 
-    stays : it is used again and again, and released in the end: what binds it is kept meanwhile
+    label : what wgpu's messages and the debug tools call it
+    persistent : it is used again and again, and released in the end; bind groups of it are kept meanwhile
     """
 
-    def __init__(self, device: "Device", n_bytes: int, usage: int = STORAGE, *, stays: bool = False) -> None:
-        device.require_usable()
-        self.device = device
+    def __init__(
+        self, context: GpuContext, n_bytes: int, usage: int = STORAGE, *, label: str, persistent: bool = False
+    ) -> None:
+        context.require_usable()
+        self.context = context
         self.n_bytes = n_bytes
-        self.number = next(_numbers)
-        self.stays = stays
-        self.holds: bytes | None = None  # where whoever fills it leaves word, so as not to do it again
-        self._host_mappable = bool(usage & Usage.STORAGE) and device.host_mappable
+        self.usage = usage
+        self.label = label
+        self.id = next(_ids)
+        self.persistent = persistent
+        self.content_key: bytes | None = None  # set by whoever fills it, so as not to send the same again
+        self._host_mappable = bool(usage & Usage.STORAGE) and context.host_mappable
         if self._host_mappable:
             usage |= MAPPED
         with uninterrupted(), device_errors(f"allocate {n_bytes:,} bytes"):
-            self.handle: wgpu.GPUBuffer = device.handle.create_buffer(size=n_bytes, usage=usage)
+            self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
         self._released = False
-        self._has_arrived = False
+        self._is_mapped = False
 
     def upload(self, array: npt.NDArray[Any]) -> None:
         """Copy `array` (C-ordered) to the buffer's start."""
-        with self.device.lock, device_errors(f"upload {array.nbytes:,} bytes"):
-            self.require_submittable(self.device)
-            if self._host_mappable and array.nbytes > QUEUED_BYTES:
+        with self.context.lock, device_errors(f"upload {array.nbytes:,} bytes"):
+            self.require_submittable(self.context)
+            if self._host_mappable and array.nbytes > MAX_QUEUED_BYTES:
                 self.handle.map_sync(wgpu.MapMode.WRITE, 0, array.nbytes)
                 try:
                     self.handle.write_mapped(array)
                 finally:
                     self.handle.unmap()
             else:
-                self.device.handle.queue.write_buffer(self.handle, 0, array)
+                self.context.handle.queue.write_buffer(self.handle, 0, array)
 
-    def arrive(self, n_bytes: int) -> None:
-        """Wait until the device is done with the first `n_bytes`; `downloaded` then lends them without waiting.
+    def wait_mapped(self, n_bytes: int) -> None:
+        """Wait until the device is done with the first `n_bytes`, and map them; `map_read` then lends them at once.
 
-        Only where the host can map the buffer. Till it has been downloaded, no submission may use it.
+        Only if `can_map`. Until the buffer has been read or unmapped, no submission may use it.
         """
-        if self._has_arrived:
+        if self._is_mapped:
             return
-        with self.device.lock, uninterrupted(), device_errors(f"read {n_bytes:,} bytes back"):
-            self.require_submittable(self.device)
+        with self.context.lock, uninterrupted(), device_errors(f"read {n_bytes:,} bytes back"):
+            self.require_submittable(self.context)
             self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
-            self._has_arrived = True
+            self._is_mapped = True
 
-    def forget(self) -> None:
-        """Let submissions use it again where it has arrived and will not be downloaded."""
-        with self.device.lock:
-            if self._has_arrived:
-                self._has_arrived = False
+    def unmap(self) -> None:
+        """Let submissions use a buffer again that `wait_mapped` has mapped and nobody will read."""
+        with self.context.lock:
+            if self._is_mapped:
+                self._is_mapped = False
                 self.handle.unmap()
 
     @contextlib.contextmanager
-    def downloaded(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
+    def map_read(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the first `n_bytes` as an array, valid inside the block only."""
-        with self.device.lock:
+        with self.context.lock:
             if self.can_map:
-                with self._mapped(n_bytes) as view:
+                with self._lend(n_bytes) as view:
                     yield view
             else:
-                staging = Buffer(self.device, n_bytes, READBACK)
+                staging = Buffer(self.context, n_bytes, READBACK, label="readback")
                 try:
-                    with self.device.recording(self, staging) as encoder:
-                        encoder.copy_buffer_to_buffer(self.handle, 0, staging.handle, 0, n_bytes)
-                    with staging._mapped(n_bytes) as view:
+                    with self.context.encode_commands(self, staging, label="readback") as encoder:
+                        encoder.copy_buffer(self, staging, n_bytes)
+                    with staging._lend(n_bytes) as view:
                         yield view
                 finally:
                     staging.release()
 
     @contextlib.contextmanager
-    def _mapped(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
-        self.device.require_usable()
-        self.arrive(n_bytes)
-        self._has_arrived = False
+    def _lend(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
+        self.context.require_usable()
+        self.wait_mapped(n_bytes)
+        self._is_mapped = False
         try:
             yield np.frombuffer(self.handle.read_mapped(0, n_bytes, copy=False), np.uint8)
         finally:
@@ -113,18 +117,18 @@ class Buffer:
 
     @property
     def can_map(self) -> bool:
-        """Whether the host can read it where it lies."""
+        """Whether the host can map it."""
         return self._host_mappable or bool(self.handle.usage & Usage.MAP_READ)
 
-    def require_submittable(self, device: "Device") -> None:
-        """Raise `DeviceError` where a submission that uses this buffer on `device` would abort the process."""
-        device.require_usable()
-        if self.device is not device:
-            raise DeviceError(f"a buffer of {self.device!r} cannot be used on {device!r}")
+    def require_submittable(self, context: GpuContext) -> None:
+        """Raise `DeviceError` if a submission on `context` that uses this buffer would abort the process."""
+        context.require_usable()
+        if self.context is not context:
+            raise DeviceError(f"the buffer {self.label!r} of {self.context!r} cannot be used on {context!r}")
         if self._released:
-            raise DeviceError("the buffer has been released")
+            raise DeviceError(f"the buffer {self.label!r} has been released")
         if self.handle.map_state != "unmapped":
-            raise DeviceError("the buffer is mapped by the host: finish reading it first")
+            raise DeviceError(f"the buffer {self.label!r} is mapped by the host: finish reading it first")
 
     def release(self) -> None:
         """Give the memory back; releasing twice does nothing."""

@@ -15,7 +15,7 @@ RESIDENT_BYTES = 128 << 20  # of a part of what stays on the device
 
 
 @dataclass(frozen=True)
-class Plan:
+class DispatchPlan:
     """How an array is cut for one device: `chunk` points a dispatch, in whole workgroups, computed in `dtype`."""
 
     device: Device
@@ -35,8 +35,8 @@ class Plan:
         points_per_invocation: int = POINTS_PER_INVOCATION,
         widest: int = 0,
         most_bytes: int = RESIDENT_BYTES,
-    ) -> "Plan":
-        """Plan `n_points` of `n_components` numbers: chunks as large as bindings and dispatches may be.
+    ) -> "DispatchPlan":
+        """DispatchPlan `n_points` of `n_components` numbers: chunks as large as bindings and dispatches may be.
 
         widest : numbers a point in the widest array bound beside the points
         most_bytes : of a chunk

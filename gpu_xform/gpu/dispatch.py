@@ -1,18 +1,15 @@
-"""One compute dispatch: a pipeline, its buffers, a grid of workgroups."""
+"""Bind groups and compute dispatches: a pipeline, its buffers, a grid of workgroups."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import wgpu
 
 from .buffers import Buffer
+from .context import CommandEncoder, GpuContext
 from .errors import device_errors
 
-if TYPE_CHECKING:
-    from .device import Device
-
-
-MOST_GROUPS = 256  # kept for the next time; small pictures take a tenth less time for it
+MAX_BIND_GROUPS = 256  # kept for the next time; small pictures take a tenth less time for it
 
 
 class Binding(NamedTuple):
@@ -23,61 +20,70 @@ class Binding(NamedTuple):
     n_bytes: int
 
 
-def bind(
-    device: "Device",
-    pipeline: wgpu.GPUComputePipeline,
-    bindings: Sequence[Buffer | Binding] | Mapping[int, Buffer | Binding],
-) -> wgpu.GPUBindGroup:
-    """Bind whole buffers and parts of them to bindings 0, 1, ... of group 0, or to those that are named.
+class BindGroupCache:
+    """The bind groups of one device."""
 
-    A group whose buffers all stay is kept and given again.
-    """
-    numbered = bindings.items() if isinstance(bindings, Mapping) else enumerate(bindings)
-    parts = [
-        (number, part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)) for number, part in numbered
-    ]
-    for _, (buffer, _, _) in parts:
-        buffer.require_submittable(device)
-    if not all(part.buffer.stays for _, part in parts):
-        return _bind_group(device, pipeline, parts)
-    # Pipelines live as long as their device, and numbers of buffers do not come again: no key can mean another group.
-    key = (id(pipeline), *((number, buffer.number, offset, n) for number, (buffer, offset, n) in parts))
-    groups = device.bind_groups
-    if key not in groups:
-        if len(groups) == MOST_GROUPS:
-            groups.pop(next(iter(groups)))
-        groups[key] = _bind_group(device, pipeline, parts)
-    return groups[key]
+    def __init__(self, context: GpuContext) -> None:
+        self._context = context
+        self._groups: dict[tuple[Any, ...], wgpu.GPUBindGroup] = {}
 
+    def bind(
+        self,
+        pipeline: wgpu.GPUComputePipeline,
+        bindings: Sequence[Buffer | Binding] | Mapping[int, Buffer | Binding],
+    ) -> wgpu.GPUBindGroup:
+        """Bind whole buffers and parts of them to bindings 0, 1, ... of group 0, or to those that are named.
 
-def _bind_group(
-    device: "Device",
-    pipeline: wgpu.GPUComputePipeline,
-    parts: Sequence[tuple[int, Binding]],
-) -> wgpu.GPUBindGroup:
-    with device_errors("bind the buffers"):
-        return device.handle.create_bind_group(
-            layout=pipeline.get_bind_group_layout(0),
-            entries=[
-                {"binding": number, "resource": {"buffer": buffer.handle, "offset": offset, "size": n_bytes}}
-                for number, (buffer, offset, n_bytes) in parts
-            ],
-        )
+        A group whose buffers are all persistent is kept and given again.
+        """
+        numbered = bindings.items() if isinstance(bindings, Mapping) else enumerate(bindings)
+        parts = [
+            (number, part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)) for number, part in numbered
+        ]
+        for _, (buffer, _, _) in parts:
+            buffer.require_submittable(self._context)
+        if not all(part.buffer.persistent for _, part in parts):
+            return self._create(pipeline, parts)
+        # Pipelines live as long as their device, and ids of buffers do not come again: no key can mean another group.
+        key = (id(pipeline), *((number, buffer.id, offset, n) for number, (buffer, offset, n) in parts))
+        if key not in self._groups:
+            if len(self._groups) == MAX_BIND_GROUPS:
+                self._groups.pop(next(iter(self._groups)))
+            self._groups[key] = self._create(pipeline, parts)
+        return self._groups[key]
+
+    def clear(self) -> None:
+        """Drop every kept group."""
+        self._groups.clear()
+
+    def __len__(self) -> int:
+        return len(self._groups)
+
+    def _create(self, pipeline: wgpu.GPUComputePipeline, parts: Sequence[tuple[int, Binding]]) -> wgpu.GPUBindGroup:
+        with device_errors("bind the buffers"):
+            return self._context.handle.create_bind_group(
+                label=pipeline.label,
+                layout=pipeline.get_bind_group_layout(0),
+                entries=[
+                    {"binding": number, "resource": {"buffer": buffer.handle, "offset": offset, "size": n_bytes}}
+                    for number, (buffer, offset, n_bytes) in parts
+                ],
+            )
 
 
 def dispatch(
-    encoder: wgpu.GPUCommandEncoder,
+    encoder: CommandEncoder,
     pipeline: wgpu.GPUComputePipeline,
     bindings: wgpu.GPUBindGroup,
     *n_workgroups: int | Buffer,
     timestamps: wgpu.GPUQuerySet | None = None,
 ) -> None:
-    """Record one compute pass; its begin and end go into queries 0 and 1 of `timestamps`.
+    """Encode one compute pass; its begin and end go into queries 0 and 1 of `timestamps`.
 
     n_workgroups : up to three numbers, or the one buffer that begins with three
     """
     writes = {"query_set": timestamps, "beginning_of_pass_write_index": 0, "end_of_pass_write_index": 1}
-    compute = encoder.begin_compute_pass(timestamp_writes=writes if timestamps else None)
+    compute = encoder.handle.begin_compute_pass(label=pipeline.label, timestamp_writes=writes if timestamps else None)
     compute.set_pipeline(pipeline)
     compute.set_bind_group(0, bindings)
     if isinstance(n_workgroups[0], Buffer):

@@ -1,44 +1,42 @@
 """The start-up self-test: a driver that computes wrongly is refused before its results are believed."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ..errors import DeviceError
 from . import layouts
 from .buffers import UNIFORM, Buffer
-from .dispatch import bind, dispatch
-
-if TYPE_CHECKING:
-    from .device import Device
+from .context import GpuContext
+from .dispatch import BindGroupCache, dispatch
+from .shaders import Pipelines
 
 # No loop of ours runs longer in one invocation: lavapipe ends a loop without a word after 65,535 iterations.
 MAX_ITERATIONS = 32_768
 
 
-def require(device: "Device") -> None:
-    """Raise `DeviceError` where `device` miscounts a loop or misreads a struct."""
-    failures = [f"{name} ({detail})" for name, passed, detail in run(device) if not passed]
+def require(context: GpuContext, pipelines: Pipelines) -> None:
+    """Raise `DeviceError` if the device miscounts a loop or misreads a struct."""
+    failures = [f"{name} ({detail})" for name, passed, detail in run(context, pipelines) if not passed]
     if failures:
-        raise DeviceError(f"{device!r} failed its self-test: {'; '.join(failures)}")
+        raise DeviceError(f"{context!r} failed its self-test: {'; '.join(failures)}")
 
 
-def run(device: "Device") -> list[tuple[str, bool, str]]:
+def run(context: GpuContext, pipelines: Pipelines) -> list[tuple[str, bool, str]]:
     """Run the self-test; return a (name, passed, detail) for each check."""
     entries = np.arange(1.0, 17.0).reshape(4, 4)
     struct = np.zeros((), layouts.SIXTEEN)
     struct["entries"] = layouts.columns(entries)
     struct["scalar"] = 0.25
     struct["count"] = MAX_ITERATIONS
-    given, seen = Buffer(device, struct.nbytes, UNIFORM), Buffer(device, 18 * 4)
+    given = Buffer(context, struct.nbytes, UNIFORM, label="self test: struct")
+    seen = Buffer(context, 18 * 4, label="self test: results")
     try:
         given.upload(layouts.as_bytes(struct))
         seen.upload(np.full(18, -1.0, np.float32))
-        pipeline = device.pipelines.compute("self_test")
-        bindings = bind(device, pipeline, (given, seen))
-        with device.recording(given, seen) as encoder:
+        pipeline = pipelines.compute("self_test")
+        bindings = BindGroupCache(context).bind(pipeline, (given, seen))
+        with context.encode_commands(given, seen, label="self test") as encoder:
             dispatch(encoder, pipeline, bindings, 1)
-        with seen.downloaded(seen.n_bytes) as view:
+        with seen.map_read(seen.n_bytes) as view:
             result = view.view(np.float32).copy()
     finally:
         given.release()

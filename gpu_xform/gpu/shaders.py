@@ -5,14 +5,12 @@ import re
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import wgpu
 
 from ..errors import ShaderError
-
-if TYPE_CHECKING:
-    from .device import Device
+from .context import GpuContext
 
 IMPORT = re.compile(r"#import\s+(\w+)\s*(?://.*)?")
 
@@ -65,30 +63,30 @@ def _lines(folder: Traversable, file: Traversable, included: set[str]) -> list[s
 class Pipelines:
     """The compiled shaders of one device."""
 
-    def __init__(self, device: "Device") -> None:
-        self._device = device
+    def __init__(self, context: GpuContext) -> None:
+        self._context = context
         self._modules: dict[str, wgpu.GPUShaderModule] = {}
         self._compute: dict[tuple[str, tuple[tuple[str, float], ...]], wgpu.GPUComputePipeline] = {}
 
     def module(self, stage: str) -> wgpu.GPUShaderModule:
         """Return the compiled module of `wgsl/<stage>.wgsl`."""
-        with self._device.lock:
+        with self._context.lock:
             if stage not in self._modules:
                 try:
-                    self._modules[stage] = self._device.handle.create_shader_module(label=stage, code=source(stage))
+                    self._modules[stage] = self._context.handle.create_shader_module(label=stage, code=source(stage))
                 except wgpu.GPUError as error:
-                    raise ShaderError(f"{stage}.wgsl does not compile on {self._device!r}: {error}") from error
+                    raise ShaderError(f"{stage}.wgsl does not compile on {self._context!r}: {error}") from error
             return self._modules[stage]
 
     def compute(self, stage: str, **constants: float) -> wgpu.GPUComputePipeline:
         """Return the compute pipeline of `stage` with its `override` constants set to `constants`."""
         key = (stage, tuple(sorted(constants.items())))
-        with self._device.lock:
-            self._device.require_usable()
+        with self._context.lock:
+            self._context.require_usable()
             if key not in self._compute:
                 descriptor: dict[str, Any] = {"module": self.module(stage), "entry_point": "main"}
                 try:
-                    self._compute[key] = self._device.handle.create_compute_pipeline(
+                    self._compute[key] = self._context.handle.create_compute_pipeline(
                         label=stage, layout="auto", compute=descriptor | {"constants": constants}
                     )
                 except wgpu.GPUError as error:

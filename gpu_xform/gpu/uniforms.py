@@ -14,8 +14,8 @@ from .layouts import as_bytes
 ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
 
 
-def upload(device: Device, role: str, structs: Sequence[npt.NDArray[Any]]) -> list[Binding]:
-    """Put the structs, one after the other, into the device's buffer for `role`; return where each lies.
+def upload(device: Device, owner: str, key: str, structs: Sequence[npt.NDArray[Any]]) -> list[Binding]:
+    """Put the structs, one after the other, into the pool's buffer of `owner` under `key`; return where each lies.
 
     What it holds already, as for the frames of a movie, is not sent again.
     """
@@ -24,9 +24,9 @@ def upload(device: Device, role: str, structs: Sequence[npt.NDArray[Any]]) -> li
     slots = np.zeros((len(structs), ALIGNMENT), np.uint8)
     for slot, struct in zip(slots, structs, strict=True):
         slot[: struct.nbytes] = as_bytes(struct)
-    buffer = device.pool.get(role, slots.nbytes, UNIFORM)
+    buffer = device.pool.scratch(owner, key, slots.nbytes, UNIFORM)
     content = slots.tobytes()
-    if buffer.holds != content:
+    if buffer.content_key != content:
         buffer.upload(slots)
-        buffer.holds = content
+        buffer.content_key = content
     return [Binding(buffer, i * ALIGNMENT, struct.nbytes) for i, struct in enumerate(structs)]

@@ -15,7 +15,7 @@ from ..gpu import uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import n_workgroups, workgroup_size
 from ..gpu.device import Device
-from ..gpu.dispatch import Binding, bind, dispatch
+from ..gpu.dispatch import Binding, dispatch
 from ..gpu.layouts import PIECE
 from ..raster.compute.line_batches import Batch, batches, strength_constants, style_struct
 from ..raster.compute.triangles import FacePass
@@ -23,6 +23,8 @@ from ..raster.compute.vertex_stage import Projection, in_bindings
 from ..raster.tiles import Tile, tile_struct
 
 MARGIN = 2  # pixels around a picture whose depths are known
+
+POOL_OWNER = "edge visibility"
 
 
 class Cut(NamedTuple):
@@ -56,9 +58,9 @@ def cut(
         faces = FacePass(device, projection.shapes, math.prod(whole.depth_extent), numbered=painting)
         drawn = batches(device, projection.shapes)
         structs = [style_struct(batch) for batch in drawn]
-        (tile,) = uniforms.upload(device, "tile", [tile_struct(whole, view)])
-        styles = uniforms.upload(device, "styles", structs)
-        with device.recording(tile.buffer, *projection.buffers, *faces.buffers) as encoder:
+        (tile,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(whole, view)])
+        styles = uniforms.upload(device, POOL_OWNER, "styles", structs)
+        with device.encode_commands(tile.buffer, *projection.buffers, *faces.buffers, label="depth prepass") as encoder:
             projection.record(encoder)
             faces.lay(encoder, tile)
         results = []
@@ -74,7 +76,7 @@ def cut(
 
 def _downloaded(part: Binding) -> npt.NDArray[np.uint32]:
     first = part.offset_bytes
-    with part.buffer.downloaded(first + part.n_bytes) as view:
+    with part.buffer.map_read(first + part.n_bytes) as view:
         return view[first:].view(np.uint32).copy()
 
 
@@ -87,29 +89,29 @@ def _pieces(
 
     def run(counts: Buffer, pieces: Buffer, first: int | None) -> None:
         turn = np.array([first is not None, first or 0, 0, 0], np.uint32)
-        bound = (*buffers, counts, pieces, *uniforms.upload(device, "turn", [turn]))
+        bound = (*buffers, counts, pieces, *uniforms.upload(device, POOL_OWNER, "turn", [turn]))
         used = [part.buffer if isinstance(part, Binding) else part for part in bound]
-        with device.recording(*used) as encoder:
-            dispatch(encoder, pipeline, bind(device, pipeline, bound), *grid)
+        with device.encode_commands(*used, label="edge visibility") as encoder:
+            dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, bound), *grid)
 
     with contextlib.ExitStack() as stack:
-        counts = Buffer(device, 4 * n_edges)
+        counts = Buffer(device.context, 4 * n_edges, label="edge visibility: counts")
         stack.callback(counts.release)
-        nothing = Buffer(device, PIECE.itemsize)
+        nothing = Buffer(device.context, PIECE.itemsize, label="edge visibility: nothing")
         stack.callback(nothing.release)
         run(counts, nothing, None)
-        with counts.downloaded(4 * n_edges) as view:
+        with counts.map_read(4 * n_edges) as view:
             numbers = view.view(np.uint32).astype(np.int64)
         result = np.empty(int(numbers.sum()), PIECE)
         if len(result) == 0:
             return result
         counts.upload((np.cumsum(numbers) - numbers).astype(np.uint32))
         most = min(len(result), max(1, device.limits.max_bound_bytes // PIECE.itemsize))
-        pieces = Buffer(device, PIECE.itemsize * most)
+        pieces = Buffer(device.context, PIECE.itemsize * most, label="edge visibility: pieces")
         stack.callback(pieces.release)
         for first in range(0, len(result), most):
             part = result[first : first + most]
             run(counts, pieces, first)
-            with pieces.downloaded(part.nbytes) as view:
+            with pieces.map_read(part.nbytes) as view:
                 part[:] = view.view(PIECE)
         return result

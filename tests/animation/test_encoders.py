@@ -849,9 +849,9 @@ def test_progress_that_raises_stops_it(tmp_path: Path) -> None:
         gx.turntable(gx.samples.cube(), 50, tmp_path / "out.gif", size=(20, 20), progress=stop)
 
 
-def held(device: Device) -> tuple[int, dict[str, list[int]]]:
+def held(device: Device) -> tuple[int, dict[tuple[str, str, int], list[int]]]:
     """Return what a device keeps: how many groups of buffers, and which buffers for whoever takes one."""
-    spare = {role: sorted(buffer.number for buffer in buffers) for role, buffers in device.pool._spare.items()}
+    spare = {role: sorted(buffer.id for buffer in buffers) for role, buffers in device.pool._spare.items()}
     return len(device.bind_groups), spare
 
 

@@ -11,7 +11,7 @@ import wgpu
 
 from gpu_xform import render_array, samples, scale, transform_points
 from gpu_xform._core.interrupts import uninterrupted
-from gpu_xform.gpu.buffers import Buffer
+from gpu_xform.gpu.context import CommandEncoder, Submittable
 from gpu_xform.gpu.device import Device
 from gpu_xform.raster.compute import rasterizer as picture
 
@@ -84,7 +84,7 @@ def test_an_interrupted_picture_or_transform_is_finished_first(
 ) -> None:
     expected = render_array(samples.cube(), device=device, size=(40, 30)).tobytes()
     device.bind_groups.clear()
-    original = getattr(type(device.handle), call)
+    original = getattr(type(device.context.handle), call)
     returned: list[wgpu.GPUObjectBase] = []
 
     def interrupted(*arguments: object, **options: object) -> object:
@@ -93,7 +93,7 @@ def test_an_interrupted_picture_or_transform_is_finished_first(
         returned.append(original(*arguments, **options))
         return returned[-1]
 
-    monkeypatch.setattr(type(device.handle), call, interrupted)
+    monkeypatch.setattr(type(device.context.handle), call, interrupted)
     with pytest.raises(KeyboardInterrupt):
         render_array(samples.cube(), device=device, size=(40, 30))
     assert returned
@@ -108,15 +108,15 @@ def test_an_interrupt_waits_for_one_tile_not_for_the_whole_picture(
     device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recorded = []
-    recording = Device.recording
+    encode_commands = Device.encode_commands
 
-    def interrupted(own: Device, *used: Buffer) -> AbstractContextManager[wgpu.GPUCommandEncoder]:
+    def interrupted(own: Device, *used: Submittable, label: str) -> AbstractContextManager[CommandEncoder]:
         recorded.append(len(used))
         signal.raise_signal(signal.SIGINT)
-        return recording(own, *used)
+        return encode_commands(own, *used, label=label)
 
     monkeypatch.setattr(picture, "TILE_SIDE", 32)
-    monkeypatch.setattr(Device, "recording", interrupted)
+    monkeypatch.setattr(Device, "encode_commands", interrupted)
     with pytest.raises(KeyboardInterrupt):
         render_array(samples.cube(), device=device, size=(320, 320))
     assert len(recorded) == 1

@@ -17,13 +17,6 @@ from tests.support.types import Array, DeviceFactory
 EARTH = 6.4e6  # metres: the size of earth-centred coordinates
 
 
-@pytest.fixture
-def single_device(staging_device: Device, monkeypatch: pytest.MonkeyPatch) -> Device:
-    """A device without double precision, as on Metal."""
-    monkeypatch.setattr(staging_device, "features", frozenset())
-    return staging_device
-
-
 @pytest.fixture(autouse=True)
 def _nothing_warned_yet(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(_precision, "_warned", False)

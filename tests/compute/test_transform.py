@@ -14,7 +14,7 @@ import gpu_xform as gx
 from gpu_xform import matrices, planar
 from gpu_xform.compute.kernels import transform as transform_pass
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, PrecisionError, SingularMatrixError
-from gpu_xform.gpu.chunking import Plan
+from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.dispatch import dispatch
 from tests.support.reference_transform import (
@@ -118,7 +118,7 @@ def test_chunks_change_no_byte(
 ) -> None:
     small = device_with_limits(**limits)
     columns = len(matrix) - 1
-    chunk = Plan.of(small, 10**9, columns, np.dtype(dtype)).chunk
+    chunk = DispatchPlan.of(small, 10**9, columns, np.dtype(dtype)).chunk
     counts = {1, 3} | {k * chunk + step for k in (1, 2) for step in (-1, 0, 1)}
     for n in sorted(n for n in counts if 0 < n < 20_000):
         points = some_points(n, dtype, columns)
@@ -480,13 +480,11 @@ def test_a_matrix_that_does_not_fit_single_precision_is_refused() -> None:
     assert gx.transform_points(np.zeros((1, 3)), large).tolist() == [[0, -1e39, 0]]
 
 
-def test_double_precision_is_refused_where_the_device_has_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    with Device() as other:
-        monkeypatch.setattr(other, "features", other.features - {"shader-f64"})
-        with pytest.raises(PrecisionError, match="use precision='rebased' or 'float32'"):
-            gx.transform_points([[1.0, 2.0, 3.0]], AFFINE, precision="float64", device=other)
-        points = some_points(5, np.float32)
-        assert_transformed(gx.transform_points(points, AFFINE, device=other), points, AFFINE)
+def test_double_precision_is_refused_where_the_device_has_none(single_device: Device) -> None:
+    with pytest.raises(PrecisionError, match="use precision='rebased' or 'float32'"):
+        gx.transform_points([[1.0, 2.0, 3.0]], AFFINE, precision="float64", device=single_device)
+    points = some_points(5, np.float32)
+    assert_transformed(gx.transform_points(points, AFFINE, device=single_device), points, AFFINE)
 
 
 def test_several_threads_share_the_default_device() -> None:

@@ -154,7 +154,7 @@ def test_a_device_that_fails_while_it_works_is_reported(monkeypatch: pytest.Monk
 def test_a_device_that_does_not_open_is_reported(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(self_test, "run", lambda _: [("long loop", False, "counted to 7")])
+    monkeypatch.setattr(self_test, "run", lambda *_: [("long loop", False, "counted to 7")])
     report = examine()
     assert wrong(report.checks) == ["open the device"]
     assert report.device is not None

@@ -7,7 +7,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, matrices, samples
-from gpu_xform.gpu import dispatch as compute
+from gpu_xform.gpu import dispatch
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.shaders import Pipelines
@@ -32,7 +32,7 @@ def drawn(device: Device, **look: Any) -> bytes:
 def made(device: Device, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What has been made and sent since the test began."""
     calls: list[str] = []
-    bind_group, upload = type(device.handle).create_bind_group, Buffer.upload
+    bind_group, upload = type(device.context.handle).create_bind_group, Buffer.upload
 
     def counted(*arguments: Any, **options: Any) -> Any:
         calls.append("bind group")
@@ -42,7 +42,7 @@ def made(device: Device, monkeypatch: pytest.MonkeyPatch) -> list[str]:
         calls.append("upload")
         upload(buffer, array)
 
-    monkeypatch.setattr(type(device.handle), "create_bind_group", counted)
+    monkeypatch.setattr(type(device.context.handle), "create_bind_group", counted)
     monkeypatch.setattr(Buffer, "upload", sent)
     return calls
 
@@ -70,7 +70,7 @@ def test_pictures_are_the_same_whatever_was_bound_and_sent_before(device: Device
 def test_no_more_than_a_number_of_groups_is_kept(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = [drawn(device, **look) for look in LOOKS]
     device.bind_groups.clear()
-    monkeypatch.setattr(compute, "MOST_GROUPS", 3)
+    monkeypatch.setattr(dispatch, "MAX_BIND_GROUPS", 3)
     assert [drawn(device, **look) for look in LOOKS] == expected
     assert len(device.bind_groups) == 3
 
@@ -79,8 +79,8 @@ def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
     device.bind_groups.clear()
     with gx.PointBuffer(np.eye(3, dtype=np.float32), device=device) as points:
         gx.render_array(points, edges=[(0, 1)], device=device, camera=CAMERA, size=(64, 48))
-        own = points.resident().buffer.number
-    kept = {number for _, *parts in device.bind_groups for _, number, *_ in parts}
+        own = points.resident().buffer.id
+    kept = {number for _, *parts in device.bind_groups._groups for _, number, *_ in parts}
     assert kept
     assert own not in kept
 

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gpu_xform.errors import DeviceError
+from gpu_xform.gpu.buffer_pool import BufferPool
 from gpu_xform.gpu.buffers import READBACK, STORAGE, UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.dispatch import bind
 
 DATA = np.arange(1, 1001, dtype=np.uint32)
 
@@ -17,19 +17,19 @@ def any_device(request: pytest.FixtureRequest, device: Device, staging_device: D
 
 
 def downloaded(buffer: Buffer, n_bytes: int) -> np.ndarray[tuple[int], np.dtype[np.uint32]]:
-    with buffer.downloaded(n_bytes) as view:
+    with buffer.map_read(n_bytes) as view:
         return view.view(np.uint32).copy()
 
 
 def copy(device: Device, source: Buffer, target: Buffer, meanwhile: Callable[[], None]) -> None:
     """Copy 16 bytes; `meanwhile` happens between recording and submission."""
-    with device.recording(source, target) as encoder:
-        encoder.copy_buffer_to_buffer(source.handle, 0, target.handle, 0, 16)
+    with device.encode_commands(source, target, label="test") as encoder:
+        encoder.copy_buffer(source, target, 16)
         meanwhile()
 
 
 def test_what_is_uploaded_is_downloaded(any_device: Device) -> None:
-    buffer = Buffer(any_device, DATA.nbytes)
+    buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
     assert downloaded(buffer, DATA.nbytes).tolist() == DATA.tolist()
     assert downloaded(buffer, 12).tolist() == [1, 2, 3]
@@ -37,7 +37,7 @@ def test_what_is_uploaded_is_downloaded(any_device: Device) -> None:
 
 
 def test_a_shorter_upload_leaves_the_rest(any_device: Device) -> None:
-    buffer = Buffer(any_device, DATA.nbytes)
+    buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
     buffer.upload(np.array([7, 8], np.uint32))
     assert downloaded(buffer, 16).tolist() == [7, 8, 3, 4]
@@ -45,7 +45,7 @@ def test_a_shorter_upload_leaves_the_rest(any_device: Device) -> None:
 
 
 def test_an_upload_beyond_the_end_is_an_error_that_leaves_the_buffer_usable(any_device: Device) -> None:
-    buffer = Buffer(any_device, 16)
+    buffer = Buffer(any_device.context, 16, label="test")
     with pytest.raises(ValueError, match=r"range|length"):
         buffer.upload(DATA)
     buffer.upload(DATA[:4])
@@ -54,13 +54,13 @@ def test_an_upload_beyond_the_end_is_an_error_that_leaves_the_buffer_usable(any_
 
 
 def test_a_pool_keeps_one_buffer_a_role_and_grows_it(any_device: Device) -> None:
-    pool = type(any_device.pool)(any_device)
-    first = pool.get("source", 256)
-    assert pool.get("source", 256) is first
-    assert pool.get("source", 64) is first
-    other = pool.get("destination", 256)
+    pool = BufferPool(any_device.context)
+    first = pool.scratch("test", "source", 256)
+    assert pool.scratch("test", "source", 256) is first
+    assert pool.scratch("test", "source", 64) is first
+    other = pool.scratch("test", "destination", 256)
     assert other is not first
-    larger = pool.get("source", 512)
+    larger = pool.scratch("test", "source", 512)
     assert larger is not first
     assert larger.n_bytes == 512
     with pytest.raises(DeviceError, match="released"):
@@ -70,78 +70,84 @@ def test_a_pool_keeps_one_buffer_a_role_and_grows_it(any_device: Device) -> None
     for kept in (larger, other):
         with pytest.raises(DeviceError, match="released"):
             kept.upload(DATA[:4])
-    assert pool.get("source", 16).n_bytes == 16
+    assert pool.scratch("test", "source", 16).n_bytes == 16
     pool.clear()
 
 
 def test_a_released_buffer_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
-    buffer, other = Buffer(any_device, 16), Buffer(any_device, 16)
+    buffer, other = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 16, label="test")
     buffer.release()
     buffer.release()
-    with pytest.raises(DeviceError, match=r"^the buffer has been released$"):
+    with pytest.raises(DeviceError, match=r"^the buffer 'test' has been released$"):
         buffer.upload(DATA[:4])
-    with pytest.raises(DeviceError, match="released"), buffer.downloaded(16):
+    with pytest.raises(DeviceError, match="released"), buffer.map_read(16):
         pass
-    with pytest.raises(DeviceError, match="released"), any_device.recording(buffer):
+    with pytest.raises(DeviceError, match="released"), any_device.encode_commands(buffer, label="test"):
         pass
     with pytest.raises(DeviceError, match="released"):
-        bind(any_device, any_device.pipelines.compute("self_test"), (other, buffer))
+        any_device.bind_groups.bind(any_device.pipelines.compute("self_test"), (other, buffer))
     other.release()
 
 
 def test_a_buffer_released_while_commands_are_recorded_is_refused(any_device: Device) -> None:
-    source, target = Buffer(any_device, 16), Buffer(any_device, 16)
+    source, target = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 16, label="test")
     with pytest.raises(DeviceError, match="released"):
         copy(any_device, source, target, meanwhile=source.release)
     target.release()
 
 
 def test_a_buffer_of_another_device_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
-    own = Buffer(any_device, 16)
+    own = Buffer(any_device.context, 16, label="test")
     with Device() as elsewhere:
-        foreign = Buffer(elsewhere, 16)
-        message = r"^a buffer of Device\(.*\) cannot be used on Device\(.*\)$"
-        with pytest.raises(DeviceError, match=message), any_device.recording(own, foreign) as encoder:
-            encoder.copy_buffer_to_buffer(own.handle, 0, foreign.handle, 0, 16)
+        foreign = Buffer(elsewhere.context, 16, label="test")
+        message = r"^the buffer 'test' of Device\(.*\) cannot be used on Device\(.*\)$"
+        with (
+            pytest.raises(DeviceError, match=message),
+            any_device.encode_commands(own, foreign, label="test") as encoder,
+        ):
+            encoder.copy_buffer(own, foreign, 16)
         with pytest.raises(DeviceError, match=message):
-            bind(any_device, any_device.pipelines.compute("self_test"), (own, foreign))
+            any_device.bind_groups.bind(any_device.pipelines.compute("self_test"), (own, foreign))
     own.release()
 
 
 def test_a_mapped_buffer_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
-    readback = Buffer(any_device, 16, READBACK)
-    with readback.downloaded(16):
-        with pytest.raises(DeviceError, match="mapped"), any_device.recording(readback):
+    readback = Buffer(any_device.context, 16, READBACK, label="test")
+    with readback.map_read(16):
+        with pytest.raises(DeviceError, match="mapped"), any_device.encode_commands(readback, label="test"):
             pass
-        with pytest.raises(DeviceError, match="mapped"), readback.downloaded(16):
+        with pytest.raises(DeviceError, match="mapped"), readback.map_read(16):
             pass
     assert downloaded(readback, 16).tolist() == [0, 0, 0, 0]
     readback.release()
 
 
 def test_an_upload_while_the_host_reads_is_refused(device: Device) -> None:
-    buffer = Buffer(device, 16)
+    buffer = Buffer(device.context, 16, label="test")
     if not device.host_mappable:  # there the reader holds a copy
-        buffer = Buffer(device, 16, READBACK)
-    with buffer.downloaded(16), pytest.raises(DeviceError, match="mapped"):
+        buffer = Buffer(device.context, 16, READBACK, label="test")
+    with buffer.map_read(16), pytest.raises(DeviceError, match="mapped"):
         buffer.upload(DATA[:4])
     buffer.release()
 
 
 def test_commands_that_do_not_fit_are_an_error_and_the_device_goes_on(any_device: Device) -> None:
-    small, large = Buffer(any_device, 16), Buffer(any_device, 64)
-    with pytest.raises(DeviceError, match="record the commands"), any_device.recording(small, large) as encoder:
-        encoder.copy_buffer_to_buffer(large.handle, 0, small.handle, 0, 64)
+    small, large = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 64, label="test")
+    with (
+        pytest.raises(DeviceError, match="record the commands"),
+        any_device.encode_commands(small, large, label="test") as encoder,
+    ):
+        encoder.copy_buffer(large, small, 64)
     large.upload(DATA[:16])
-    with any_device.recording(small, large) as encoder:
-        encoder.copy_buffer_to_buffer(large.handle, 32, small.handle, 0, 16)
+    with any_device.encode_commands(small, large, label="test") as encoder:
+        encoder.copy_buffer(large, small, 16, source_offset_bytes=32)
     assert downloaded(small, 16).tolist() == [9, 10, 11, 12]
     small.release()
     large.release()
 
 
 def test_an_error_while_commands_are_recorded_submits_none_of_them(any_device: Device) -> None:
-    source, target = Buffer(any_device, 16), Buffer(any_device, 16)
+    source, target = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 16, label="test")
     source.upload(DATA[:4])
     with pytest.raises(StopIteration):
         copy(any_device, source, target, meanwhile=lambda: next(iter(())))
@@ -154,15 +160,15 @@ def test_a_buffer_larger_than_any_is_a_device_error(any_device: Device) -> None:
     n_bytes = any_device.limits.max_buffer_bytes // 4 * 4 + 4
     for usage in (STORAGE, UNIFORM):
         with pytest.raises(DeviceError, match=f"allocate {n_bytes:,} bytes"):
-            Buffer(any_device, n_bytes, usage)
+            Buffer(any_device.context, n_bytes, usage, label="test")
 
 
 def test_the_pool_survives_an_allocation_that_failed(any_device: Device) -> None:
-    pool = type(any_device.pool)(any_device)
-    kept = pool.get("source", 64)
+    pool = BufferPool(any_device.context)
+    kept = pool.scratch("test", "source", 64)
     with pytest.raises(DeviceError):
-        pool.get("source", any_device.limits.max_buffer_bytes // 4 * 4 + 4)
-    again = pool.get("source", 64)
+        pool.scratch("test", "source", any_device.limits.max_buffer_bytes // 4 * 4 + 4)
+    again = pool.scratch("test", "source", 64)
     assert again is not kept
     again.upload(DATA[:16])
     assert downloaded(again, 64).tolist() == DATA[:16].tolist()
@@ -170,43 +176,43 @@ def test_the_pool_survives_an_allocation_that_failed(any_device: Device) -> None
 
 
 def test_what_was_taken_is_the_takers_alone_until_it_is_given_back(any_device: Device) -> None:
-    pool = type(any_device.pool)(any_device)
-    first, second = pool.take("picture", 256), pool.take("picture", 256)
+    pool = BufferPool(any_device.context)
+    first, second = pool.acquire("test", "picture", 256), pool.acquire("test", "picture", 256)
     assert first is not second
-    pool.give_back("picture", first)
-    assert pool.take("readback", 256) is not first
-    assert pool.take("picture", 512) is not first
-    assert pool.take("picture", 64) is first
+    pool.release("test", "picture", first)
+    assert pool.acquire("test", "readback", 256) is not first
+    assert pool.acquire("test", "picture", 512) is not first
+    assert pool.acquire("test", "picture", 64) is first
     pool.clear()
     second.upload(DATA[:4])  # is not the pool's
 
 
 def test_of_what_is_given_back_the_largest_is_kept(any_device: Device) -> None:
-    pool = type(any_device.pool)(any_device)
-    taken = [pool.take("picture", n_bytes) for n_bytes in (512, 64, 1024)]
+    pool = BufferPool(any_device.context)
+    taken = [pool.acquire("test", "picture", n_bytes) for n_bytes in (512, 64, 1024)]
     for buffer in taken:
-        pool.give_back("picture", buffer)
+        pool.release("test", "picture", buffer)
     with pytest.raises(DeviceError, match="released"):
         taken[1].upload(DATA[:4])
-    assert pool.take("picture", 1024) is taken[2]
-    assert pool.take("picture", 64) is taken[0]
-    pool.give_back("picture", taken[0])
+    assert pool.acquire("test", "picture", 1024) is taken[2]
+    assert pool.acquire("test", "picture", 64) is taken[0]
+    pool.release("test", "picture", taken[0])
     pool.clear()
     with pytest.raises(DeviceError, match="released"):
         taken[0].upload(DATA[:4])
 
 
 def test_what_has_arrived_is_lent_once_and_then_free_again(any_device: Device) -> None:
-    readback = Buffer(any_device, 16, READBACK)
-    readback.arrive(16)
-    with pytest.raises(DeviceError, match="mapped"), any_device.recording(readback):
+    readback = Buffer(any_device.context, 16, READBACK, label="test")
+    readback.wait_mapped(16)
+    with pytest.raises(DeviceError, match="mapped"), any_device.encode_commands(readback, label="test"):
         pass
     assert downloaded(readback, 16).tolist() == [0, 0, 0, 0]
-    source = Buffer(any_device, 16)
+    source = Buffer(any_device.context, 16, label="test")
     source.upload(DATA[:4])
-    with any_device.recording(source, readback) as encoder:
-        encoder.copy_buffer_to_buffer(source.handle, 0, readback.handle, 0, 16)
-    readback.arrive(8)
+    with any_device.encode_commands(source, readback, label="test") as encoder:
+        encoder.copy_buffer(source, readback, 16)
+    readback.wait_mapped(8)
     assert downloaded(readback, 8).tolist() == [1, 2]
     source.release()
     readback.release()

@@ -15,8 +15,8 @@ import gpu_xform as gx
 from gpu_xform.diagnostics.doctor import examine
 from gpu_xform.errors import DeviceError, DeviceMemoryError, NoAdapterError
 from gpu_xform.gpu import adapters as adapters_module
+from gpu_xform.gpu import context, drivers
 from gpu_xform.gpu import device as device_module
-from gpu_xform.gpu import drivers
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device, default_device
 from gpu_xform.gpu.errors import device_errors
@@ -192,7 +192,7 @@ FORK = """
             lambda: gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity(), device=given),
             lambda: gpu_xform.render_array(gpu_xform.samples.cube(), device=given),
             lambda: device.pipelines.compute("self_test"),
-            lambda: Buffer(device, 16),
+            lambda: Buffer(device.context, 16, label="test"),
         ]
         for attempt in attempts:
             try:
@@ -248,8 +248,8 @@ def test_a_closed_device_takes_no_more_work() -> None:
     with pytest.raises(DeviceError, match=message):
         gx.render_array(gx.samples.cube(), device=other)
     with pytest.raises(DeviceError, match=message):
-        Buffer(other, 16)
-    with pytest.raises(DeviceError, match=message), other.recording():
+        Buffer(other.context, 16, label="test")
+    with pytest.raises(DeviceError, match=message), other.encode_commands(label="test"):
         pass
 
 
@@ -262,11 +262,11 @@ def test_leaving_the_block_closes_the_device() -> None:
 
 def test_buffers_of_a_closed_device_are_refused() -> None:
     other = Device()
-    buffer = Buffer(other, 16)
+    buffer = Buffer(other.context, 16, label="test")
     other.close()
     with pytest.raises(DeviceError, match="closed"):
         buffer.upload(np.zeros(4, np.float32))
-    with pytest.raises(DeviceError, match="closed"), buffer.downloaded(16):
+    with pytest.raises(DeviceError, match="closed"), buffer.map_read(16):
         pass
     buffer.release()
 
@@ -307,10 +307,10 @@ def test_the_host_maps_no_memory_that_it_would_read_slowly(
     """What a GPU shares with the host, wgpu makes write-combined where the host may write it."""
     features = device.adapter.features | {"mappable-primary-buffers"}
     seen = dataclasses.replace(device.adapter, kind=kind, features=features)
-    monkeypatch.setattr(device_module, "described", lambda _: seen)
+    monkeypatch.setattr(context, "described", lambda _: seen)
     with Device() as other:
         assert other.host_mappable is is_mapped
-        assert Buffer(other, 16).can_map is is_mapped
+        assert Buffer(other.context, 16, label="test").can_map is is_mapped
         points = np.arange(3000, dtype=np.float32).reshape(-1, 3)
         assert (gx.transform_points(points, gx.translate(1, 1, 1), device=other) == points + 1).all()
 
@@ -354,7 +354,7 @@ def test_exhausted_memory_is_a_device_memory_error(device: Device) -> None:
         used = int(pathlib.Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
         resource.setrlimit(resource.RLIMIT_AS, (used + (200 << 20), -1))
         try:
-            Buffer(device, 1 << 30)
+            Buffer(device.context, 1 << 30, label="test")
         except gpu_xform.DeviceMemoryError as error:
             print(error)
         gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity(), device=device)

@@ -8,7 +8,7 @@ import pytest
 from gpu_xform.gpu import layouts, shaders
 from gpu_xform.gpu.buffers import UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.dispatch import bind, dispatch
+from gpu_xform.gpu.dispatch import dispatch
 
 POISON = -1234.0
 
@@ -34,14 +34,16 @@ fn main() {{
 {reads}
 }}
 """
-    module = device.handle.create_shader_module(code=code)
-    pipeline = device.handle.create_compute_pipeline(layout="auto", compute={"module": module, "entry_point": "main"})
-    seen = Buffer(device, 4 * len(expressions) + 4)
+    module = device.context.handle.create_shader_module(code=code)
+    pipeline = device.context.handle.create_compute_pipeline(
+        layout="auto", compute={"module": module, "entry_point": "main"}
+    )
+    seen = Buffer(device.context, 4 * len(expressions) + 4, label="test")
     try:
         seen.upload(np.full(len(expressions) + 1, POISON, np.float32))
-        with device.recording(given, seen) as encoder:
-            dispatch(encoder, pipeline, bind(device, pipeline, (given, seen)), 1)
-        with seen.downloaded(seen.n_bytes) as view:
+        with device.encode_commands(given, seen, label="test") as encoder:
+            dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, (given, seen)), 1)
+        with seen.map_read(seen.n_bytes) as view:
             values: list[float] = view.view(np.float32).tolist()
     finally:
         given.release()
@@ -54,7 +56,7 @@ def members_seen(
     device: Device, declaration: str, name: str, members: list[str], struct: npt.NDArray[Any]
 ) -> list[float]:
     """Return the value of each expression in `members` of the struct, as a shader reads it."""
-    given = Buffer(device, struct.nbytes, UNIFORM)
+    given = Buffer(device.context, struct.nbytes, UNIFORM, label="test")
     given.upload(layouts.as_bytes(struct))
     binding = f"@group(0) @binding(0) var<uniform> given: {name};"
     return expressions_seen(device, f"{declaration}\n{binding}", members, given)
@@ -145,5 +147,7 @@ def test_the_structs_are_as_large_as_wgsl_makes_them(
     declarations = f"""{aliases(stage)}
 {wgsl_struct(stage, name)}
 @group(0) @binding(0) var<storage, read> given: array<{name}>;"""
-    [n_structs] = expressions_seen(device, declarations, ["arrayLength(&given)"], Buffer(device, n_bytes))
+    [n_structs] = expressions_seen(
+        device, declarations, ["arrayLength(&given)"], Buffer(device.context, n_bytes, label="test")
+    )
     assert n_structs == n_bytes // mirror.itemsize

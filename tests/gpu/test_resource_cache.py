@@ -10,7 +10,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, samples
-from gpu_xform.gpu import resource_cache as residents
+from gpu_xform.gpu import resource_cache
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device
 
@@ -40,7 +40,7 @@ def uploads(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def kept(device: Device) -> dict[Any, Buffer]:
-    return {role: resident.buffer for (_, role), resident in device.residents._kept.items()}
+    return {role: resident.buffer for (_, role), resident in device.resource_cache._entries.items()}
 
 
 @pytest.mark.parametrize("edges", [None, "feature", "silhouette", ["silhouette", "boundary"]])
@@ -75,7 +75,7 @@ def test_what_belongs_to_a_mesh_goes_with_it_at_the_next_picture(own: Device) ->
     mesh, other = samples.icosphere(2), samples.cube()
     gx.render_array(mesh, device=own, **STYLE)
     gx.render_array(other, device=own, **STYLE)
-    buffers = list(own.residents._kept.values())
+    buffers = list(own.resource_cache._entries.values())
     of_mesh = [resident.buffer for resident in buffers if resident.owner() is mesh]
     assert len(of_mesh) >= 4
     assert not any(buffer._released for buffer in of_mesh)
@@ -83,7 +83,7 @@ def test_what_belongs_to_a_mesh_goes_with_it_at_the_next_picture(own: Device) ->
     gc.collect()
     gx.render_array(other, device=own, **STYLE)
     assert all(buffer._released for buffer in of_mesh)
-    assert {id(other)} == {owner for owner, _ in own.residents._kept}
+    assert {id(other)} == {owner for owner, _ in own.resource_cache._entries}
 
 
 def test_many_meshes_that_come_and_go_leave_nothing(own: Device) -> None:
@@ -95,7 +95,7 @@ def test_many_meshes_that_come_and_go_leave_nothing(own: Device) -> None:
             == gx.render_array(Mesh(turned.positions, turned.faces), camera=CAMERA, size=(40, 30)).tobytes()
         )
         del turned
-    own.residents.trim()
+    own.resource_cache.trim()
     assert not kept(own)
 
 
@@ -104,16 +104,16 @@ def test_beyond_the_budget_the_least_recently_used_goes_first(own: Device, monke
     pictures = [gx.render_array(mesh, device=own, **STYLE).tobytes() for mesh in meshes]
     gx.render_array(meshes[0], device=own, **STYLE)
     held = {
-        id(mesh): sum(r.buffer.n_bytes for (owner, _), r in own.residents._kept.items() if owner == id(mesh))
+        id(mesh): sum(r.buffer.n_bytes for (owner, _), r in own.resource_cache._entries.items() if owner == id(mesh))
         for mesh in meshes
     }
-    monkeypatch.setattr(residents, "MOST_BYTES", held[id(meshes[0])] + held[id(meshes[2])])
-    own.residents.trim()
-    assert {owner for owner, _ in own.residents._kept} == {id(meshes[0]), id(meshes[2])}
-    monkeypatch.setattr(residents, "MOST_BYTES", 0)
+    monkeypatch.setattr(resource_cache, "MAX_CACHED_BYTES", held[id(meshes[0])] + held[id(meshes[2])])
+    own.resource_cache.trim()
+    assert {owner for owner, _ in own.resource_cache._entries} == {id(meshes[0]), id(meshes[2])}
+    monkeypatch.setattr(resource_cache, "MAX_CACHED_BYTES", 0)
     for mesh, picture in zip(meshes, pictures, strict=True):
         assert gx.render_array(mesh, device=own, **STYLE).tobytes() == picture
-    own.residents.trim()
+    own.resource_cache.trim()
     assert not kept(own)
 
 
@@ -125,10 +125,12 @@ def test_an_array_is_made_once_an_owner_and_role(own: Device) -> None:
         made.append(len(made))
         return np.full(5, made[-1], np.uint32)
 
-    buffers = [own.residents.get(owner, role, array) for _ in range(2) for owner in owners for role in ("a", ("b", 1))]
+    buffers = [
+        own.resource_cache.get(owner, role, array) for _ in range(2) for owner in owners for role in ("a", ("b", 1))
+    ]
     assert made == [0, 1, 2, 3]
     assert buffers[:4] == buffers[4:]
     for i, buffer in enumerate(buffers[:4]):
-        with buffer.downloaded(20) as view:
+        with buffer.map_read(20) as view:
             assert (view.view(np.uint32) == i).all()
-    assert own.residents.get(owners[0], "empty", lambda: np.empty((0, 2), np.uint32)).n_bytes == 4
+    assert own.resource_cache.get(owners[0], "empty", lambda: np.empty((0, 2), np.uint32)).n_bytes == 4

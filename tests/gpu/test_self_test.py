@@ -8,7 +8,7 @@ from gpu_xform.gpu.device import Device
 
 
 def test_the_self_test_passes_every_check(device: Device) -> None:
-    checks = self_test.run(device)
+    checks = self_test.run(device.context, device.pipelines)
     assert [name for name, _, _ in checks] == ["matrix layout", "struct layout", "long loop"]
     assert all(passed for _, passed, _ in checks)
     assert all(detail for _, _, detail in checks)
@@ -16,7 +16,7 @@ def test_the_self_test_passes_every_check(device: Device) -> None:
 
 def test_a_loop_of_32768_iterations_is_counted_to_its_end(device: Device) -> None:
     assert self_test.MAX_ITERATIONS == 32_768
-    detail = {name: detail for name, _, detail in self_test.run(device)}["long loop"]
+    detail = {name: detail for name, _, detail in self_test.run(device.context, device.pipelines)}["long loop"]
     assert detail == "32,768 iterations counted to 49,152 of 49,152"
 
 

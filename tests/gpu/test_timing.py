@@ -8,16 +8,18 @@ import pytest
 
 from gpu_xform.compute.kernels import transform as transform_pass
 from gpu_xform.gpu import timing
-from gpu_xform.gpu.chunking import Plan
+from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import Device
 
 
 @pytest.fixture
 def kernel(device: Device) -> Iterator[tuple[Any, Any, int]]:
     """A pipeline, its bindings, and how many workgroups of it take a while."""
-    plan = Plan.of(device, 1 << 20, 3, np.dtype(np.float32))
+    plan = DispatchPlan.of(device, 1 << 20, 3, np.dtype(np.float32))
     with device.lock:
-        buffers = [device.pool.get(role, plan.chunk * plan.point_bytes) for role in ("source", "destination")]
+        buffers = [
+            device.pool.scratch("test", role, plan.chunk * plan.point_bytes) for role in ("source", "destination")
+        ]
         (transforms,) = transform_pass.upload_transforms(plan, np.eye(4)[None], plan.chunk)
         pipeline = plan.pipeline("transform_points", finish=transform_pass.Finish.AS_IT_IS, n_rows=1)
         yield pipeline, (transforms, *buffers), plan.n_workgroups(plan.chunk)
@@ -37,4 +39,4 @@ def test_a_devices_clock_ticks_as_it_says(
     monkeypatch.setattr(timing, "lib", SimpleNamespace(wgpuQueueGetTimestampPeriod=lambda _: 1e9))
     assert timing.kernel_seconds(device, *kernel) >= 1000.0
     monkeypatch.undo()
-    assert timing.nanoseconds_a_tick(device) > 0.0
+    assert timing.nanoseconds_per_tick(device) > 0.0

@@ -2,12 +2,11 @@
 
 import numpy as np
 import pytest
-import wgpu
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.geometry.edges import edge_faces, face_normals
-from gpu_xform.gpu.buffers import STORAGE
+from gpu_xform.gpu.buffers import INDIRECT
 from gpu_xform.gpu.device import Device
 from tests.support.types import Array, DeviceFactory
 
@@ -189,6 +188,6 @@ def test_what_passes_beside_the_eye_is_not_gone_through_pixel_by_pixel(device: D
     """Hundreds of triangles as large as the picture would keep some devices busy until the system resets them."""
     inside = Camera.look_at((0.05, 0.02, 0.01), (1, 0.3, 0.2))
     gx.render_array(samples.icosphere(5), camera=inside, size=(64, 64), hidden="remove", device=device)
-    large = device.pool.get("large triangles", 16, STORAGE | wgpu.BufferUsage.INDIRECT)
-    with large.downloaded(16) as view:
+    large = device.pool.scratch("raster", "large triangles", 16, INDIRECT)
+    with large.map_read(16) as view:
         assert view.view(np.uint32)[3] == 0

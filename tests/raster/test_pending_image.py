@@ -79,7 +79,7 @@ def test_pictures_begun_in_several_threads_are_themselves(style: dict[str, Any],
 
 def spare(device: Device) -> list[int]:
     """Return the numbers of the buffers that a device has for pictures."""
-    return sorted(buffer.number for buffers in device.pool._spare.values() for buffer in buffers)
+    return sorted(buffer.id for buffers in device.pool._spare.values() for buffer in buffers)
 
 
 @pytest.mark.parametrize("has_arrived", [False, True])

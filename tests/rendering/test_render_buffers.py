@@ -37,14 +37,14 @@ def test_what_is_pending_is_drawn_without_being_read_back(monkeypatch: pytest.Mo
     )
     with gx.PointBuffer(HOUSE.positions) as points:
         moved = points.transformed(TURN)
-        downloaded = buffers.Buffer.downloaded
+        downloaded = buffers.Buffer.map_read
         read: list[int] = []
 
         def spy(buffer: buffers.Buffer, n_bytes: int) -> Any:
             read.append(n_bytes)
             return downloaded(buffer, n_bytes)
 
-        monkeypatch.setattr(buffers.Buffer, "downloaded", spy)
+        monkeypatch.setattr(buffers.Buffer, "map_read", spy)
         drawn = gx.render_array(moved, edges=HOUSE.edges, camera=CAMERA, size=(300, 200))
         assert read == [200 * 300 * 4]  # the picture, and nothing else
         flat = gx.render_array(

@@ -254,12 +254,12 @@ def test_more_pieces_than_one_binding_holds_are_written_in_turns(
     whole = render_svg(BALL, device=device, **options)
     small: Device = device_with_limits(max_binding_bytes=1 << 14)
     sizes: list[int] = []
-    create = type(small.handle).create_bind_group
+    create = type(small.context.handle).create_bind_group
 
     def spy(handle: Any, *, entries: Any, **rest: Any) -> Any:
         sizes.extend(entry["resource"]["size"] for entry in entries)
         return create(handle, entries=entries, **rest)
 
-    monkeypatch.setattr(type(small.handle), "create_bind_group", spy)
+    monkeypatch.setattr(type(small.context.handle), "create_bind_group", spy)
     assert render_svg(BALL, device=small, **options) == whole
     assert 1 << 13 < max(sizes) <= 1 << 14

@@ -6,9 +6,9 @@ import numpy as np
 import numpy.typing as npt
 
 from ...gpu.buffers import Buffer
-from ...gpu.chunking import Plan
-from ...gpu.dispatch import bind, dispatch
-from .transform import Finish, upload_transforms
+from ...gpu.chunking import DispatchPlan
+from ...gpu.dispatch import dispatch
+from .transform import POOL_OWNER, Finish, upload_transforms
 
 POINTS_PER_INVOCATION = 128
 
@@ -33,7 +33,7 @@ class Reduction:
 
 
 def reduce(
-    plan: Plan, source: Buffer, n_points: int, matrix: npt.NDArray[np.float64] | None, finish: Finish
+    plan: DispatchPlan, source: Buffer, n_points: int, matrix: npt.NDArray[np.float64] | None, finish: Finish
 ) -> Reduction:
     """Reduce the first `n_points` > 0 of `source`, each through `matrix` (4, 4) first, if there is one."""
     device = plan.device
@@ -48,11 +48,13 @@ def reduce(
         n_workgroups = max(1, n_points // (POINTS_PER_INVOCATION * plan.workgroup_size))
         n_partials = min(n_workgroups * plan.workgroup_size, n_points)
         (transforms,) = upload_transforms(plan, np.eye(4)[None] if matrix is None else matrix[None], n_points)
-        partials = device.pool.get("partials", n_workgroups * plan.workgroup_size * 12 * plan.dtype.itemsize)
-        with device.recording(transforms.buffer, source, partials) as encoder:
-            bindings = bind(device, pipeline, (transforms, source, partials))
+        partials = device.pool.scratch(
+            POOL_OWNER, "partials", n_workgroups * plan.workgroup_size * 12 * plan.dtype.itemsize
+        )
+        with device.encode_commands(transforms.buffer, source, partials, label="reduce points") as encoder:
+            bindings = device.bind_groups.bind(pipeline, (transforms, source, partials))
             dispatch(encoder, pipeline, bindings, n_workgroups)
-        with partials.downloaded(n_partials * 12 * plan.dtype.itemsize) as view:
+        with partials.map_read(n_partials * 12 * plan.dtype.itemsize) as view:
             rows = view.view(plan.dtype).reshape(n_partials, 3, 4).astype(np.float64)
     axes = slice(plan.n_components)
     poisoned = np.where(rows[:, :, 3].sum(axis=0) > 0, np.nan, 0.0)[axes]

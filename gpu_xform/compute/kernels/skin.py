@@ -6,10 +6,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...gpu import layouts
-from ...gpu.chunking import Plan
+from ...gpu.chunking import DispatchPlan
 from ...gpu.device import Device
-from ...gpu.dispatch import bind, dispatch
-from .transform import Finish, upload_transforms
+from ...gpu.dispatch import dispatch
+from .transform import POOL_OWNER, Finish, upload_transforms
 
 
 def blend(
@@ -33,7 +33,7 @@ def blend(
     """
     n_points, n_components = points.shape
     n_influences = index.shape[1]
-    plan = Plan.of(device, n_points, n_components, dtype, points_per_invocation=1, widest=n_influences)
+    plan = DispatchPlan.of(device, n_points, n_components, dtype, points_per_invocation=1, widest=n_influences)
     pipeline = device.pipelines.compute(
         f"blend_points_{plan.precision}",
         workgroup_size=plan.workgroup_size,
@@ -44,11 +44,13 @@ def blend(
         inverse_transposed=inverse_transposed,
     )
     with device.lock:
-        source = device.pool.get("source", plan.chunk * plan.point_bytes)
-        destination = device.pool.get("destination", plan.chunk * plan.point_bytes)
-        picks = device.pool.get("picks", plan.chunk * n_influences * 4)
-        shares = device.pool.get("shares", plan.chunk * n_influences * dtype.itemsize if weights is not None else 16)
-        stack = device.pool.get("matrices", len(matrices) * 16 * dtype.itemsize)
+        source = device.pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
+        destination = device.pool.scratch(POOL_OWNER, "destination", plan.chunk * plan.point_bytes)
+        picks = device.pool.scratch(POOL_OWNER, "picks", plan.chunk * n_influences * 4)
+        shares = device.pool.scratch(
+            POOL_OWNER, "shares", plan.chunk * n_influences * dtype.itemsize if weights is not None else 16
+        )
+        stack = device.pool.scratch(POOL_OWNER, "matrices", len(matrices) * 16 * dtype.itemsize)
         stack.upload(layouts.matrix_array(matrices, dtype))
         buffers = (source, destination, picks, shares, stack)
         for part in plan.chunks(n_points):
@@ -58,10 +60,10 @@ def blend(
             if weights is not None:
                 shares.upload(np.ascontiguousarray(weights[part], dtype))
             (transforms,) = upload_transforms(plan, np.eye(4)[None], n_part)
-            with device.recording(transforms.buffer, *buffers) as encoder:
-                bindings = bind(device, pipeline, (transforms, *buffers))
+            with device.encode_commands(transforms.buffer, *buffers, label="skin points") as encoder:
+                bindings = device.bind_groups.bind(pipeline, (transforms, *buffers))
                 dispatch(encoder, pipeline, bindings, -(-n_part // plan.workgroup_size))
-            with destination.downloaded(n_part * plan.point_bytes) as view:
+            with destination.map_read(n_part * plan.point_bytes) as view:
                 out[part] = view.view(dtype).reshape(n_part, n_components)
 
 

@@ -9,10 +9,11 @@ import numpy.typing as npt
 from ..._core.memmap import let_go
 from ...gpu import layouts
 from ...gpu.buffers import READBACK, UNIFORM, Buffer
-from ...gpu.chunking import POINTS_PER_INVOCATION, Plan
+from ...gpu.chunking import POINTS_PER_INVOCATION, DispatchPlan
 from ...gpu.device import Device
-from ...gpu.dispatch import Binding, bind, dispatch
+from ...gpu.dispatch import Binding, dispatch
 
+POOL_OWNER = "compute"  # the kernels run one at a time and share their buffers
 ROWS_AT_ONCE = 8  # matrices that one dispatch applies; the length of the WGSL array
 UNIFORM_ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
 
@@ -49,11 +50,11 @@ def transform(
     if len(matrices) == 1:
         transform_once(device, points, matrices[0], out[0], dtype, finish)
         return
-    plan = Plan.of(device, n_points, n_components, dtype, most_bytes=BATCH_BYTES)
+    plan = DispatchPlan.of(device, n_points, n_components, dtype, most_bytes=BATCH_BYTES)
     rows = min(max_rows(plan, BATCH_BYTES), len(matrices))
     with device.lock:
-        source = device.pool.get("source", plan.chunk * plan.point_bytes)
-        destination = device.pool.get("destination", rows * plan.chunk * plan.point_bytes)
+        source = device.pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
+        destination = device.pool.scratch(POOL_OWNER, "destination", rows * plan.chunk * plan.point_bytes)
         for part in plan.chunks(n_points):
             upload_part(plan, source, points, part)
             for first in range(0, len(matrices), rows):
@@ -72,16 +73,16 @@ def transform_once(
 ) -> None:
     """Write one `matrix` (4, 4) applied to `points` (n, 2 or 3) into `out`, which may be `points` itself."""
     once, most_bytes = (mapped_once, CACHED_BYTES) if device.host_mappable else (staged_once, STAGED_BYTES)
-    plan = Plan.of(device, len(points), points.shape[1], dtype, most_bytes=most_bytes)
+    plan = DispatchPlan.of(device, len(points), points.shape[1], dtype, most_bytes=most_bytes)
     with device.lock:
         once(plan, points, matrix, out, finish)
 
 
 def mapped_once(
-    plan: Plan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64], out: npt.NDArray[Any], finish: Finish
+    plan: DispatchPlan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64], out: npt.NDArray[Any], finish: Finish
 ) -> None:
     """Do it where the host maps the device's memory: a chunk in, through the shader and out, while it is cached."""
-    buffer = plan.device.pool.get("source", plan.chunk * plan.point_bytes)
+    buffer = plan.device.pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
     for part in plan.chunks(len(points)):
         upload_part(plan, buffer, points, part)
         apply_in_place(plan, matrix, buffer, part.stop - part.start, finish)
@@ -90,14 +91,14 @@ def mapped_once(
 
 
 def staged_once(
-    plan: Plan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64], out: npt.NDArray[Any], finish: Finish
+    plan: DispatchPlan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64], out: npt.NDArray[Any], finish: Finish
 ) -> None:
     """Do it over a bus, with two chunks under way: while the device has one, the host reads the one before it."""
     pool, n_bytes = plan.device.pool, plan.chunk * plan.point_bytes
     parts = list(plan.chunks(len(points)))
     turns = range(min(2, len(parts)))
-    buffers = [pool.get(f"source {turn}", n_bytes) for turn in turns]
-    ways_back = [pool.get(f"way back {turn}", n_bytes, READBACK) for turn in turns]
+    buffers = [pool.scratch(POOL_OWNER, f"source {turn}", n_bytes) for turn in turns]
+    ways_back = [pool.scratch(POOL_OWNER, f"way back {turn}", n_bytes, READBACK) for turn in turns]
 
     def collect(k: int) -> None:
         download_rows(plan, ways_back[k % 2], out[None, parts[k]])
@@ -111,13 +112,13 @@ def staged_once(
     collect(len(parts) - 1)
 
 
-def upload_part(plan: Plan, source: Buffer, points: npt.NDArray[Any], part: slice) -> None:
+def upload_part(plan: DispatchPlan, source: Buffer, points: npt.NDArray[Any], part: slice) -> None:
     """Copy a part of `points` to the start of `source`."""
     source.upload(np.ascontiguousarray(points[part], plan.dtype))
     let_go(points[part])
 
 
-def max_rows(plan: Plan, most_bytes: int) -> int:
+def max_rows(plan: DispatchPlan, most_bytes: int) -> int:
     """Return how many matrices are applied at once: as many results of a chunk as one buffer takes, in whole groups."""
     limits = plan.device.limits
     n_bytes = min(limits.max_bound_bytes, most_bytes)
@@ -126,7 +127,7 @@ def max_rows(plan: Plan, most_bytes: int) -> int:
 
 
 def apply_in_place(
-    plan: Plan,
+    plan: DispatchPlan,
     matrix: npt.NDArray[np.float64],
     points: Buffer,
     n_points: int,
@@ -138,14 +139,16 @@ def apply_in_place(
     pipeline = plan.pipeline("transform_in_place", finish=finish)
     (transforms,) = upload_transforms(plan, matrix[None], n_points)
     used = [transforms.buffer, points, *([way_back] if way_back else [])]
-    with plan.device.recording(*used) as encoder:
-        dispatch(encoder, pipeline, bind(plan.device, pipeline, (transforms, points)), plan.n_workgroups(n_points))
+    with plan.device.encode_commands(*used, label="transform points in place") as encoder:
+        dispatch(
+            encoder, pipeline, plan.device.bind_groups.bind(pipeline, (transforms, points)), plan.n_workgroups(n_points)
+        )
         if way_back:
-            encoder.copy_buffer_to_buffer(points.handle, 0, way_back.handle, 0, n_points * plan.point_bytes)
+            encoder.copy_buffer(points, way_back, n_points * plan.point_bytes)
 
 
 def apply(
-    plan: Plan,
+    plan: DispatchPlan,
     matrices: npt.NDArray[np.float64],
     source: Buffer,
     destination: Buffer,
@@ -157,15 +160,15 @@ def apply(
     The results follow one another in `destination`, each padded to whole workgroups, as `source` is.
     """
     groups = upload_transforms(plan, matrices, n_points)
-    with plan.device.recording(groups[0].buffer, source, destination) as encoder:
+    with plan.device.encode_commands(groups[0].buffer, source, destination, label="transform points") as encoder:
         for first, transforms in zip(range(0, len(matrices), ROWS_AT_ONCE), groups, strict=True):
             n_rows = min(ROWS_AT_ONCE, len(matrices) - first)
             pipeline = plan.pipeline("transform_points", finish=finish, n_rows=n_rows)
-            bindings = bind(plan.device, pipeline, (transforms, source, destination))
+            bindings = plan.device.bind_groups.bind(pipeline, (transforms, source, destination))
             dispatch(encoder, pipeline, bindings, plan.n_workgroups(n_points))
 
 
-def upload_transforms(plan: Plan, matrices: npt.NDArray[np.float64], n_points: int) -> list[Binding]:
+def upload_transforms(plan: DispatchPlan, matrices: npt.NDArray[np.float64], n_points: int) -> list[Binding]:
     """Return the WGSL arrays of `Transform` structs for `matrices` (k, 4, 4), each array of `ROWS_AT_ONCE`."""
     n_quads = plan.padded(n_points) // POINTS_PER_INVOCATION
     struct_bytes = layouts.TRANSFORM[plan.dtype].itemsize
@@ -178,17 +181,17 @@ def upload_transforms(plan: Plan, matrices: npt.NDArray[np.float64], n_points: i
     )
     groups = np.zeros((n_groups, spacing), np.uint8)
     groups[:, :array_bytes] = structs.reshape(n_groups, array_bytes)
-    buffer = plan.device.pool.get("transforms", groups.nbytes, UNIFORM)
+    buffer = plan.device.pool.scratch(POOL_OWNER, "transforms", groups.nbytes, UNIFORM)
     buffer.upload(groups)
     return [Binding(buffer, group * spacing, array_bytes) for group in range(n_groups)]
 
 
-def download_rows(plan: Plan, destination: Buffer, out: npt.NDArray[Any]) -> None:
+def download_rows(plan: DispatchPlan, destination: Buffer, out: npt.NDArray[Any]) -> None:
     """Copy `destination` into `out` (k, n, 2 or 3), leaving out what pads each row to whole workgroups."""
     n_rows, n_points, n_components = out.shape
     padded = plan.padded(n_points)
     n_used = (n_rows - 1) * padded + n_points
-    with destination.downloaded(n_used * plan.point_bytes) as view:
+    with destination.map_read(n_used * plan.point_bytes) as view:
         flat = view.view(plan.dtype).reshape(n_used, n_components)
         for row in range(n_rows):
             out[row] = flat[row * padded : row * padded + n_points]

@@ -7,15 +7,15 @@ from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-import wgpu
 
 from ...drawing.draw_list import Lines
 from ...drawing.enums import ColorMode, Hidden
 from ...gpu import layouts
 from ...gpu.buffers import Buffer
 from ...gpu.chunking import n_workgroups, workgroup_size
+from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
-from ...gpu.dispatch import Binding, bind, dispatch
+from ...gpu.dispatch import Binding, dispatch
 from ..tiles import TILE_SIDE
 from .vertex_stage import Projected
 
@@ -91,7 +91,8 @@ def strength_constants(batch: Batch, *, nothing_hides: bool) -> dict[str, float]
 
 
 def over_edges(
-    encoder: wgpu.GPUCommandEncoder,
+    device: Device,
+    encoder: CommandEncoder,
     stage: str,
     batch: Batch,
     bindings: Bindings,
@@ -100,7 +101,6 @@ def over_edges(
     **constants: float,
 ) -> None:
     """Record a stage that goes through the edges of a batch, an edge an invocation, or `n_lanes`."""
-    device = batch.shape.positions.device
     pipeline = device.pipelines.compute(stage, workgroup_size=workgroup_size(device), **constants)
     grid = n_workgroups(device, batch.n_edges * n_lanes), batch.shape.n_instances
-    dispatch(encoder, pipeline, bind(device, pipeline, bindings), *grid)
+    dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, bindings), *grid)

@@ -5,12 +5,11 @@ from collections.abc import Sequence
 from itertools import groupby
 from typing import NamedTuple
 
-import wgpu
-
 from ...drawing.draw_list import Lines
 from ...drawing.enums import Hidden
 from ...gpu import uniforms
 from ...gpu.buffers import Buffer
+from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import Binding
 from .line_batches import (
@@ -23,7 +22,7 @@ from .line_batches import (
     strength_constants,
     style_struct,
 )
-from .render_target import Target
+from .render_target import POOL_OWNER, Target
 from .triangles import FacePass
 from .vertex_stage import Projected
 
@@ -50,15 +49,15 @@ class LinePass:
     def __init__(self, device: Device, shapes: Sequence[Projected], faces: FacePass, extent: tuple[int, int]) -> None:
         self._device = device
         self._batches = batches(device, shapes)
-        self._styles = uniforms.upload(device, "styles", [style_struct(batch) for batch in self._batches])
+        self._styles = uniforms.upload(device, POOL_OWNER, "styles", [style_struct(batch) for batch in self._batches])
         self._constants = [strength_constants(batch, nothing_hides=faces.is_empty) for batch in self._batches]
         self._depths = faces.depths
         n_pixels = extent[0] * extent[1]
-        self._ink: Buffer = device.pool.get("ink", 4 * n_pixels)
+        self._ink: Buffer = device.pool.scratch(POOL_OWNER, "ink", 4 * n_pixels)
         n_keys = max((_n_keys(batch) for batch in self._batches if _is_colored(batch.lines)), default=0)
-        self._inked: Buffer = device.pool.get("inked pixels", 4 * n_pixels + 4)
-        self._nearest: Buffer = device.pool.get("nearest edges", max(4 * n_keys * n_pixels, 4))
-        self._no_colors: Buffer = device.pool.get("no colours", COLOR_BYTES)
+        self._inked: Buffer = device.pool.scratch(POOL_OWNER, "inked pixels", 4 * n_pixels + 4)
+        self._nearest: Buffer = device.pool.scratch(POOL_OWNER, "nearest edges", max(4 * n_keys * n_pixels, 4))
+        self._no_colors: Buffer = device.pool.scratch(POOL_OWNER, "no colours", COLOR_BYTES)
 
     @property
     def buffers(self) -> list[Buffer]:
@@ -75,7 +74,7 @@ class LinePass:
             own += [batch.shape.positions, batch.edges.buffer, *([batch.colors.buffer] if batch.colors else [])]
         return own
 
-    def draw(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding) -> None:
+    def draw(self, encoder: CommandEncoder, target: Target, tile: Binding) -> None:
         """Record all lines, each over what is there."""
         for _, alike in groupby(self._parts(tile), key=lambda part: id(part.batch.lines)):
             parts = list(alike)
@@ -93,7 +92,7 @@ class LinePass:
             for batch, style, constants in zip(self._batches, self._styles, self._constants, strict=True)
         ]
 
-    def _draw_ink(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
+    def _draw_ink(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         n_edges = sum(batch.n_edges * batch.shape.n_instances for batch, _, _ in parts)
         looks = self._begin_ink(encoder, target, parts[0].batch.lines, n_edges)
         inked: Bindings = {5: self._ink, 9: self._inked}
@@ -101,38 +100,36 @@ class LinePass:
             self._go_along(encoder, "ink_lines", batch, bindings | inked, {**constants, **looks})
         self._end_ink(encoder, target, "blend_ink", {0: parts[0].bindings[0], 1: parts[0].bindings[1]} | inked, looks)
 
-    def _draw_thin(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
+    def _draw_thin(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         for batch, bindings, constants in parts:
             marked = bindings | {5: self._ink}
             looks = {**constants, "is_plain": _is_plain(batch.lines)}
-            encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
-            over_edges(encoder, "mark_thin_lines", batch, marked, 1, **looks)
+            encoder.clear_buffer(self._ink, target.n_bytes)
+            over_edges(self._device, encoder, "mark_thin_lines", batch, marked, 1, **looks)
             colored = {**looks, "color_mode": batch.lines.color_mode}
             target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **colored)
 
-    def _draw_colored(self, encoder: wgpu.GPUCommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
+    def _draw_colored(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         # Keys name edges of one batch: nearer ones lie over farther ones in each, later batches over earlier ones.
         for batch, bindings, constants in parts:
             lines = batch.lines
             looks = self._begin_ink(encoder, target, lines, batch.n_edges * batch.shape.n_instances)
             looks |= constants | {"color_mode": lines.color_mode, "is_wide": _is_wide(lines), "n_keys": _n_keys(batch)}
             inked = bindings | {5: self._ink, 6: self._colors(batch), 8: self._nearest, 9: self._inked}
-            encoder.clear_buffer(self._nearest.handle, 0, _n_keys(batch) * target.n_bytes)
+            encoder.clear_buffer(self._nearest, _n_keys(batch) * target.n_bytes)
             self._go_along(encoder, "ink_colored_lines", batch, inked, looks | {"is_clear": lines.is_clear})
             self._end_ink(encoder, target, "blend_colored_lines", inked, looks)
 
-    def _begin_ink(
-        self, encoder: wgpu.GPUCommandEncoder, target: Target, lines: Lines, n_edges: int
-    ) -> dict[str, float]:
+    def _begin_ink(self, encoder: CommandEncoder, target: Target, lines: Lines, n_edges: int) -> dict[str, float]:
         """Record that there is no ink, and return what the shaders are compiled for that lay it and blend it."""
-        encoder.clear_buffer(self._ink.handle, 0, target.n_bytes)
-        encoder.clear_buffer(self._inked.handle, 0, 4)
+        encoder.clear_buffer(self._ink, target.n_bytes)
+        encoder.clear_buffer(self._inked, 4)
         ink_steps, may_overflow = _ink_steps(lines, n_edges)
         return {"ink_steps": ink_steps, "may_overflow": may_overflow, "is_listed": n_edges <= MOST_LISTED}
 
     @staticmethod
     def _end_ink(
-        encoder: wgpu.GPUCommandEncoder, target: Target, stage: str, bindings: Bindings, looks: dict[str, float]
+        encoder: CommandEncoder, target: Target, stage: str, bindings: Bindings, looks: dict[str, float]
     ) -> None:
         """Record what blends the ink into the picture."""
         own = {name: value for name, value in looks.items() if name != "may_overflow"}
@@ -141,7 +138,7 @@ class LinePass:
 
     def _go_along(
         self,
-        encoder: wgpu.GPUCommandEncoder,
+        encoder: CommandEncoder,
         stage: str,
         batch: Batch,
         bindings: Bindings,
@@ -150,7 +147,7 @@ class LinePass:
         """Record a stage that lays ink."""
         n_lanes = 1 << log2_lanes(batch)
         own = {"least_light": LEAST_LIGHT, "is_wide": _is_wide(batch.lines)}
-        over_edges(encoder, stage, batch, bindings, n_lanes, **looks | own)
+        over_edges(self._device, encoder, stage, batch, bindings, n_lanes, **looks | own)
 
     def _colors(self, batch: Batch) -> Binding:
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)

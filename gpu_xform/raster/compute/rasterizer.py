@@ -20,7 +20,7 @@ from ...imaging.image import straight_alpha
 from ..screen_bounds import reached
 from ..tiles import TILE_SIDE, WIDEST_MARGIN, Region, Tile, tile_struct, tiles
 from .lines import LinePass
-from .render_target import Target
+from .render_target import POOL_OWNER, Target
 from .triangles import FacePass
 from .vertex_stage import Projection, in_bindings
 
@@ -77,7 +77,7 @@ def draw(
     with device.lock, contextlib.ExitStack() as stack, contextlib.ExitStack() as unread:
         colors = None
         if len(palette):
-            colors = Buffer(device, palette.nbytes)
+            colors = Buffer(device.context, palette.nbytes, label="raster: palette")
             stack.callback(colors.release)
             colors.upload(palette)
         projection = Projection(device, [part for shape in shapes for part in in_bindings(device, shape)])
@@ -87,10 +87,10 @@ def draw(
 
         @uninterrupted()
         def drawn(part: Tile, wait: Callable[[], None]) -> Target:
-            (tile,) = uniforms.upload(device, "tile", [tile_struct(part, view, ground)])
+            (tile,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(part, view, ground)])
             target = Target(device, part.extent, tile)
             unread.callback(_give_up, target)
-            with device.recording(*target.buffers, *common) as encoder:
+            with device.encode_commands(*target.buffers, *common, label="raster tile") as encoder:
                 if part is parts[0]:
                     projection.record(encoder)
                 faces.lay(encoder, tile)

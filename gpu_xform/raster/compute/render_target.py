@@ -6,15 +6,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
-import wgpu
 
 from ...gpu.buffers import READBACK, Buffer
 from ...gpu.chunking import n_workgroups, workgroup_size
-from ...gpu.dispatch import Binding, bind, dispatch
+from ...gpu.context import CommandEncoder
+from ...gpu.dispatch import Binding, dispatch
 
 if TYPE_CHECKING:
     from ...gpu.device import Device
 
+POOL_OWNER = "raster"
 PIXELS_PER_INVOCATION = 64
 FILL_BYTES = 16  # of four pixels, which are filled at once
 
@@ -33,10 +34,10 @@ class Target:
         self._is_blank = True  # nothing has been recorded, not even the background
         self._is_taken = True
         self.n_bytes = 4 * width * height
-        self._pixels = device.pool.take("picture", -(-self.n_bytes // FILL_BYTES) * FILL_BYTES)
+        self._pixels = device.pool.acquire(POOL_OWNER, "picture", -(-self.n_bytes // FILL_BYTES) * FILL_BYTES)
         self._arriving = self._pixels
         if not self._pixels.can_map:
-            self._arriving = device.pool.take("readback", self.n_bytes, READBACK)
+            self._arriving = device.pool.acquire(POOL_OWNER, "readback", self.n_bytes, READBACK)
 
     @property
     def buffers(self) -> list[Buffer]:
@@ -45,7 +46,7 @@ class Target:
 
     def blend(
         self,
-        encoder: wgpu.GPUCommandEncoder,
+        encoder: CommandEncoder,
         stage: str,
         bindings: Mapping[int, Buffer | Binding],
         **constants: float,
@@ -56,7 +57,7 @@ class Target:
 
     def blend_listed(
         self,
-        encoder: wgpu.GPUCommandEncoder,
+        encoder: CommandEncoder,
         stage: str,
         bindings: Mapping[int, Buffer | Binding],
         **constants: float,
@@ -65,14 +66,14 @@ class Target:
         self._fill(encoder)
         self._go_through(encoder, stage, bindings, **constants)
 
-    def _fill(self, encoder: wgpu.GPUCommandEncoder) -> None:
+    def _fill(self, encoder: CommandEncoder) -> None:
         if self._is_blank:
             self._is_blank = False
             self._go_through(encoder, "fill_picture", {0: self._tile})
 
     def _go_through(
         self,
-        encoder: wgpu.GPUCommandEncoder,
+        encoder: CommandEncoder,
         stage: str,
         bindings: Mapping[int, Buffer | Binding],
         **constants: float,
@@ -80,24 +81,24 @@ class Target:
         size = workgroup_size(self._device)
         pipeline = self._device.pipelines.compute(stage, workgroup_size=size, **constants)
         n = -(-self.n_bytes // (4 * PIXELS_PER_INVOCATION))
-        bound = bind(self._device, pipeline, {**bindings, 7: self._pixels})
+        bound = self._device.bind_groups.bind(pipeline, {**bindings, 7: self._pixels})
         dispatch(encoder, pipeline, bound, n_workgroups(self._device, n))
 
-    def leave(self, encoder: wgpu.GPUCommandEncoder) -> None:
+    def leave(self, encoder: CommandEncoder) -> None:
         """Record what brings the finished picture to where the host can map it."""
         self._fill(encoder)
         if self._arriving is not self._pixels:
-            encoder.copy_buffer_to_buffer(self._pixels.handle, 0, self._arriving.handle, 0, self.n_bytes)
+            encoder.copy_buffer(self._pixels, self._arriving, self.n_bytes)
 
     def arrive(self) -> None:
         """Wait until the picture is there."""
-        self._arriving.arrive(self.n_bytes)
+        self._arriving.wait_mapped(self.n_bytes)
 
     @contextlib.contextmanager
     def arrived(self) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the picture: (height, width, 4), valid inside the block only, after which the target can go."""
         width, height = self._extent
-        with self._arriving.downloaded(self.n_bytes) as view:
+        with self._arriving.map_read(self.n_bytes) as view:
             yield view.reshape(height, width, 4)
         self._give_back()
 
@@ -105,12 +106,12 @@ class Target:
         """Give its memory back unread; where it has been read, that has been done."""
         if self._is_taken:
             self._device.require_usable()
-            self._arriving.forget()
+            self._arriving.unmap()
             self._give_back()
 
     def _give_back(self) -> None:
         with self._device.lock:
             self._is_taken = False
-            self._device.pool.give_back("picture", self._pixels)
+            self._device.pool.release(POOL_OWNER, "picture", self._pixels)
             if self._arriving is not self._pixels:
-                self._device.pool.give_back("readback", self._arriving)
+                self._device.pool.release(POOL_OWNER, "readback", self._arriving)

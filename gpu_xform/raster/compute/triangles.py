@@ -7,16 +7,16 @@ from itertools import accumulate
 
 import numpy as np
 import numpy.typing as npt
-import wgpu
 
 from ...drawing.draw_list import Cue
 from ...errors import ArgumentError
 from ...gpu import layouts, uniforms
-from ...gpu.buffers import STORAGE, Buffer
+from ...gpu.buffers import INDIRECT, Buffer
 from ...gpu.chunking import n_workgroups, workgroup_size
+from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
-from ...gpu.dispatch import Binding, bind, dispatch
-from .render_target import Target
+from ...gpu.dispatch import Binding, dispatch
+from .render_target import POOL_OWNER, Target
 from .vertex_stage import HEAD_BYTES, Projected
 
 TRIANGLE_BYTES = 12
@@ -74,13 +74,13 @@ class FacePass:
             )
         self._n_depths = n_depths
         pool = device.pool
-        self.depths: Buffer = pool.get("face depths", 4 * n_depths if self._batches else 4)
-        self._marks: Buffer = pool.get("face marks", 4 * n_depths if self._is_marked else 4)
-        self._no_places = pool.get("no places", PLACE_BYTES)
+        self.depths: Buffer = pool.scratch(POOL_OWNER, "face depths", 4 * n_depths if self._batches else 4)
+        self._marks: Buffer = pool.scratch(POOL_OWNER, "face marks", 4 * n_depths if self._is_marked else 4)
+        self._no_places = pool.scratch(POOL_OWNER, "no places", PLACE_BYTES)
         most = max((batch.n_triangles * batch.shape.n_instances for batch in self._batches), default=0)
-        self._large = pool.get("large triangles", HEAD_BYTES + 4 * most, STORAGE | wgpu.BufferUsage.INDIRECT)
+        self._large = pool.scratch(POOL_OWNER, "large triangles", HEAD_BYTES + 4 * most, INDIRECT)
         structs = [batch.struct(is_marking=again) for again in (False, True) for batch in self._batches]
-        self._structs = uniforms.upload(device, "faces", structs)
+        self._structs = uniforms.upload(device, POOL_OWNER, "faces", structs)
 
     @property
     def is_empty(self) -> bool:
@@ -97,17 +97,17 @@ class FacePass:
             own += [batch.color_places.buffer] if batch.color_places else []
         return own
 
-    def lay(self, encoder: wgpu.GPUCommandEncoder, tile: Binding) -> None:
+    def lay(self, encoder: CommandEncoder, tile: Binding) -> None:
         """Record the depths of all faces, then the marks of those that are painted."""
         if self.is_empty:
             return
-        encoder.clear_buffer(self.depths.handle, 0, 4 * self._n_depths)
+        encoder.clear_buffer(self.depths, 4 * self._n_depths)
         self._go_through(encoder, tile, again=False)
         if self._is_marked:
-            encoder.clear_buffer(self._marks.handle, 0, 4 * self._n_depths)
+            encoder.clear_buffer(self._marks, 4 * self._n_depths)
             self._go_through(encoder, tile, again=True)
 
-    def _go_through(self, encoder: wgpu.GPUCommandEncoder, tile: Binding, *, again: bool) -> None:
+    def _go_through(self, encoder: CommandEncoder, tile: Binding, *, again: bool) -> None:
         # The same pipelines both times: others might round otherwise, and no face would be as near as the nearest.
         constants = {
             "workgroup_size": workgroup_size(self._device),
@@ -130,17 +130,17 @@ class FacePass:
                 batch.color_places or self._no_places,
                 self._large,
             )
-            encoder.clear_buffer(self._large.handle, 0, HEAD_BYTES)
+            encoder.clear_buffer(self._large, HEAD_BYTES)
             grid = n_workgroups(self._device, batch.n_triangles), batch.shape.n_instances
-            dispatch(encoder, small_ones, bind(self._device, small_ones, buffers), *grid)
-            dispatch(encoder, large_ones, bind(self._device, large_ones, buffers), self._large)
+            dispatch(encoder, small_ones, self._device.bind_groups.bind(small_ones, buffers), *grid)
+            dispatch(encoder, large_ones, self._device.bind_groups.bind(large_ones, buffers), self._large)
 
     def seen(self, shapes: Sequence[Projected]) -> list[npt.NDArray[np.bool_]]:
         """Return which triangles of each shape have marks, where they are numbered: (n_instances, n_triangles)."""
         sizes = [(batch.shape.n_instances, batch.n_triangles) for batch in self._batches]
         marked = np.zeros(1 + sum(map(math.prod, sizes)), np.bool_)
         if self._is_marked:
-            with self._marks.downloaded(4 * self._n_depths) as view:
+            with self._marks.map_read(4 * self._n_depths) as view:
                 marked[view.view(np.uint32)] = True
         found: dict[int, list[npt.NDArray[np.bool_]]] = {id(shape): [] for shape in shapes}
         for batch, size in zip(self._batches, sizes, strict=True):
@@ -148,7 +148,7 @@ class FacePass:
             found[id(batch.shape)].append(marked[first : first + math.prod(size)].reshape(size))
         return [np.hstack([np.empty((shape.n_instances, 0), np.bool_), *found[id(shape)]]) for shape in shapes]
 
-    def paint(self, encoder: wgpu.GPUCommandEncoder, target: Target, tile: Binding) -> None:
+    def paint(self, encoder: CommandEncoder, target: Target, tile: Binding) -> None:
         """Record the painted faces, if there are any."""
         if self._palette:
             bindings: dict[int, Buffer | Binding] = {0: tile, 5: self._marks, 6: self._palette}

@@ -4,15 +4,16 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-import wgpu
 
 from ...drawing.draw_list import Shape
 from ...drawing.limits import CLIP_POSITION_BYTES
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import Buffer
 from ...gpu.chunking import POINTS_PER_INVOCATION, precision_name, rounded_up, workgroup_size
+from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
-from ...gpu.dispatch import Binding, bind, dispatch
+from ...gpu.dispatch import Binding, dispatch
+from .render_target import POOL_OWNER
 
 NUMBER_BYTES = 4
 HEAD_BYTES = 16  # before the numbers of large triangles: workgroups (x, y, z), and how many triangles they take
@@ -56,12 +57,12 @@ class Projection:
             points = shape.points
             n_padded = rounded_up(points.n_points)
             n_bytes = len(shape.clip_from_points) * n_padded * CLIP_POSITION_BYTES
-            positions = device.pool.get(f"positions {number}", n_bytes)
+            positions = device.pool.scratch(POOL_OWNER, f"positions {number}", n_bytes)
             stack = layouts.matrix_array(shape.clip_from_points, points.dtype)
-            matrices = device.pool.get(f"projections {number}", stack.nbytes)
+            matrices = device.pool.scratch(POOL_OWNER, f"projections {number}", stack.nbytes)
             matrices.upload(stack)
             n_quads = np.array([n_padded // POINTS_PER_INVOCATION, 0, 0, 0], np.uint32)
-            (struct,) = uniforms.upload(device, f"quads {number}", [n_quads])
+            (struct,) = uniforms.upload(device, POOL_OWNER, f"quads {number}", [n_quads])
             self._bindings.append((struct, matrices, points.buffer, positions))
             self.shapes.append(Projected(shape, positions))
 
@@ -70,11 +71,17 @@ class Projection:
         """All that a submission of the projection uses."""
         return [buffer for struct, *others in self._bindings for buffer in (struct.buffer, *others)]
 
-    def record(self, encoder: wgpu.GPUCommandEncoder) -> None:
+    def record(self, encoder: CommandEncoder) -> None:
         """Record a dispatch for each shape."""
         size = workgroup_size(self._device)
         for projected, bindings in zip(self.shapes, self._bindings, strict=True):
             stage = f"project_vertices_{precision_name(projected.shape.points.dtype)}"
             pipeline = self._device.pipelines.compute(stage, workgroup_size=size)
             n_workgroups = -(-projected.stride // (POINTS_PER_INVOCATION * size))
-            dispatch(encoder, pipeline, bind(self._device, pipeline, bindings), n_workgroups, projected.n_instances)
+            dispatch(
+                encoder,
+                pipeline,
+                self._device.bind_groups.bind(pipeline, bindings),
+                n_workgroups,
+                projected.n_instances,
+            )

@@ -1,0 +1,139 @@
+"""The device context: an opened adapter, its lock, limits and features, and the one place that submits work.
+
+Buffers, caches, shaders and dispatches are made from a context. `Device` puts them together.
+"""
+
+import contextlib
+import os
+import threading
+from collections.abc import Iterator
+from typing import Protocol
+
+import wgpu
+
+from .._core.interrupts import uninterrupted
+from ..errors import DeviceError
+from .adapters import Adapter, Limits, described, find_adapter, quiet_runtime_dir
+from .errors import device_errors
+
+# Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus
+# is faster; on integrated ones wgpu makes what the host may write write-combined, from which it reads at a crawl.
+HOST_MAPPABLE_KINDS = {"CPU"}
+MAPPABLE = "mappable-primary-buffers"
+WANTED_FEATURES = frozenset({"shader-f64", "timestamp-query", MAPPABLE})
+WANTED_LIMITS = (
+    "max-buffer-size",
+    "max-storage-buffer-binding-size",
+    "max-compute-workgroups-per-dimension",
+    "max-compute-workgroup-size-x",
+    "max-compute-invocations-per-workgroup",
+)
+
+_process_of_first_device: int | None = None
+
+
+class Submittable(Protocol):
+    """Device memory that a submission can use."""
+
+    @property
+    def handle(self) -> wgpu.GPUBuffer:
+        """The object that wgpu knows it by."""
+
+    def require_submittable(self, context: "GpuContext") -> None:
+        """Raise `DeviceError` if a submission on `context` that uses it would abort the process."""
+
+
+class CommandEncoder:
+    """The commands of one submission, in the order in which the device runs them."""
+
+    def __init__(self, handle: wgpu.GPUCommandEncoder) -> None:
+        self.handle = handle
+
+    def copy_buffer(
+        self, source: Submittable, destination: Submittable, n_bytes: int, *, source_offset_bytes: int = 0
+    ) -> None:
+        """Copy `n_bytes` of `source` to the start of `destination`."""
+        self.handle.copy_buffer_to_buffer(source.handle, source_offset_bytes, destination.handle, 0, n_bytes)
+
+    def clear_buffer(self, buffer: Submittable, n_bytes: int) -> None:
+        """Fill the first `n_bytes` of `buffer` with zeros."""
+        self.handle.clear_buffer(buffer.handle, 0, n_bytes)
+
+
+class GpuContext:
+    """An opened adapter.
+
+    adapter : part of the adapter's name, in any case; by default GPU_XFORM_ADAPTER, else the fastest
+    limits : stricter limits than the adapter's own to plan by
+    wanted_features : which features of wgpu to use if the adapter has them
+    """
+
+    def __init__(
+        self,
+        adapter: str | None = None,
+        *,
+        limits: Limits | None = None,
+        wanted_features: frozenset[str] = WANTED_FEATURES,
+    ) -> None:
+        _refuse_fork()
+        chosen = find_adapter(adapter or os.environ.get("GPU_XFORM_ADAPTER") or None)
+        self.adapter: Adapter = described(chosen)
+        self.limits: Limits = limits or self.adapter.limits
+        useful = wanted_features if self.adapter.kind in HOST_MAPPABLE_KINDS else wanted_features - {MAPPABLE}
+        self.features: frozenset[str] = useful & self.adapter.features
+        self.host_mappable: bool = MAPPABLE in self.features
+        self.handle: wgpu.GPUDevice = _open_adapter(chosen, self.features)
+        global _process_of_first_device
+        _process_of_first_device = os.getpid()
+        self.lock = threading.RLock()
+        self.is_closed = False
+
+    @contextlib.contextmanager
+    def encode_commands(self, *used: Submittable, label: str) -> Iterator[CommandEncoder]:
+        """Encode commands that touch the buffers `used`; submit them once, at the end of the block.
+
+        wgpu aborts the process if a submission is not valid: what could make it so is checked here.
+        """
+        with self.lock, uninterrupted():
+            self.require_usable()
+            encoder = CommandEncoder(self.handle.create_command_encoder(label=label))
+            yield encoder
+            for buffer in used:
+                buffer.require_submittable(self)
+            with device_errors("record the commands"):
+                commands = encoder.handle.finish(label=label)
+            self.handle.queue.submit([commands])
+
+    def require_usable(self) -> None:
+        """Raise `DeviceError` if the device is closed, or if this process is a fork of the one that opened it."""
+        _refuse_fork()
+        if self.is_closed:
+            raise DeviceError(f"the device {self.adapter.name!r} is closed")
+
+    def close(self) -> None:
+        """Free the device. Closing twice does nothing."""
+        with self.lock:
+            if not self.is_closed:
+                self.is_closed = True
+                self.handle.destroy()
+
+    def __repr__(self) -> str:
+        return f"Device({self.adapter.name!r}, {self.adapter.backend}, {self.adapter.driver})"
+
+
+def _open_adapter(adapter: wgpu.GPUAdapter, features: frozenset[str]) -> wgpu.GPUDevice:
+    limits = {name: adapter.limits[name] for name in WANTED_LIMITS}
+    name = adapter.info["device"]
+    with quiet_runtime_dir(), device_errors(f"open the adapter {name!r}"):
+        try:
+            return adapter.request_device_sync(label=name, required_features=sorted(features), required_limits=limits)
+        except RuntimeError as error:  # as wgpu says that a driver refuses, but nothing else
+            raise wgpu.GPUError(str(error)) from error
+
+
+def _refuse_fork() -> None:
+    if _process_of_first_device not in (None, os.getpid()):
+        raise DeviceError(
+            f"process {os.getpid()} is a fork of process {_process_of_first_device}, which has opened a graphics "
+            "device: drivers hang in such a child; start workers with multiprocessing.get_context('spawn')"
+        )
