@@ -1,4 +1,4 @@
-"""The faces of a mesh that are seen, cut at the sides of the view, and into strips where distance pales them."""
+"""The faces of a mesh that are seen, cut at the sides of the view, and into bands where distance pales them."""
 
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
@@ -8,11 +8,21 @@ import numpy as np
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..drawing.depth import lost_by_distance
 from ..geometry.mesh import Mesh
-from .painters import Height, Pieces, chosen, clipped, extremes, fans, members, strips, together
+from .painters import (
+    HalfSpace,
+    RaggedPolygons,
+    clip,
+    concatenate,
+    min_max,
+    rows_of,
+    select,
+    split_bands,
+    triangulate_fans,
+)
 
 Triangulation: TypeAlias = Callable[[], tuple[IndexArray, IndexArray]]
 
-STEP = 1.0 / 64.0  # of opacity, by which strips of a face that distance pales differ: four of 255
+STEP = 1.0 / 64.0  # of opacity, by which bands of a face that distance pales differ: four of 255
 FARTHEST_ASIDE = 16.0  # half widths of the picture, beyond which faces are cut off
 SLACK = 1e-9  # of w: what lies in a plane is on either side of it
 
@@ -24,15 +34,17 @@ class InView(NamedTuple):
     cut : convex pieces of the others, each in a plane
     """
 
-    whole: Pieces
-    cut: Pieces
+    whole: RaggedPolygons
+    cut: RaggedPolygons
 
 
-def faces_in_view(mesh: Mesh, cut: Triangulation, clip: Float64Array, seen: BoolArray, cue: Float64Array) -> InView:
+def faces_in_view(
+    mesh: Mesh, cut: Triangulation, clip_positions: Float64Array, seen: BoolArray, cue: Float64Array
+) -> InView:
     """Return the faces that are seen, those cut that reach out of the view, fold, or are not paled evenly.
 
     cut : gives the triangles of the mesh, and the face of each
-    clip : (n, 4) the points in clip space, depth turned round
+    clip_positions : (n, 4) the points in clip space, depth turned round
     seen : (f,)
     cue : (4,) as `views.depth_cue` gives it
     """
@@ -40,40 +52,40 @@ def faces_in_view(mesh: Mesh, cut: Triangulation, clip: Float64Array, seen: Bool
     def lost(corners: Float64Array) -> Float64Array:
         return lost_by_distance(cue, corners)
 
-    def in_triangles(faces: IndexArray) -> Pieces:
+    def in_triangles(faces: IndexArray) -> RaggedPolygons:
         indices, owners = cut()
         own = np.isin(owners, faces)
-        corners = clip[indices[own]].reshape(-1, 4)
-        return Pieces(np.arange(0, len(corners) + 1, 3), corners, owners[own])
+        corners = clip_positions[indices[own]].reshape(-1, 4)
+        return RaggedPolygons(np.arange(0, len(corners) + 1, 3), corners, owners[own])
 
     faces = np.flatnonzero(seen & (np.diff(mesh.offsets) > 2))
-    rows, offsets = members(mesh.offsets, faces)
-    whole = Pieces(offsets, clip[mesh.indices[rows]], faces)
-    sides = _sides(float(np.abs(clip[:, 3]).max(initial=0.0)))
-    is_in = np.all([extremes(whole, side(whole.corners))[0] >= 0.0 for side in sides], axis=0)
-    inside = chosen(whole, is_in)
-    low, high = extremes(inside, lost(inside.corners).clip(0.0, cue[3]))
+    rows, offsets = rows_of(mesh.offsets, faces)
+    whole = RaggedPolygons(offsets, clip_positions[mesh.indices[rows]], faces)
+    sides = _sides(float(np.abs(clip_positions[:, 3]).max(initial=0.0)))
+    is_in = np.all([min_max(whole, side(whole.corners))[0] >= 0.0 for side in sides], axis=0)
+    inside = select(whole, is_in)
+    low, high = min_max(inside, lost(inside.corners).clip(0.0, cue[3]))
     # In a parallel view of what is projected once more, what is lost is not linear: such faces pale as a whole.
     is_linear = cue[1] != 0.0 or not _varies(whole.corners[:, 3])
     is_whole = (high - low <= STEP) | (not is_linear)
     is_whole &= ~_folds(inside, in_triangles)
     if is_in.all() and is_whole.all():
-        return InView(whole, chosen(whole, ~is_in))
+        return InView(whole, select(whole, ~is_in))
     reaching_out = in_triangles(whole.owners[~is_in])
     for side in sides:
-        reaching_out = clipped(reaching_out, side)
-    others = together([in_triangles(inside.owners[~is_whole]), reaching_out])
+        reaching_out = clip(reaching_out, side)
+    others = concatenate([in_triangles(inside.owners[~is_whole]), reaching_out])
     levels = np.arange(0.0, cue[3] + STEP, STEP) if is_linear and cue[3] > 0.0 else np.empty(0)
-    return InView(chosen(inside, is_whole), strips(others, lost, levels))
+    return InView(select(inside, is_whole), split_bands(others, lost, levels))
 
 
-def _folds(polygons: Pieces, in_triangles: Callable[[IndexArray], Pieces]) -> BoolArray:
+def _folds(polygons: RaggedPolygons, in_triangles: Callable[[IndexArray], RaggedPolygons]) -> BoolArray:
     """Tell of which polygons parts are seen from the one side and parts from the other: they are not in one plane.
 
     What such polygons cover is more than what their outlines do.
     """
     n = len(polygons.owners)
-    corners, of = fans(polygons)
+    corners, of = triangulate_fans(polygons)
     has_more = np.diff(polygons.offsets)[of] > 3
     folds = _turn_both_ways(polygons.corners[corners[has_more]], of[has_more], n)
     if folds.any():  # or it is not convex, which its triangles tell
@@ -100,7 +112,7 @@ def _varies(values: Float64Array) -> bool:
     return len(values) > 0 and bool(np.ptp(values) > SLACK * np.abs(values).max())
 
 
-def _sides(largest_w: float) -> list[Height]:
+def _sides(largest_w: float) -> list[HalfSpace]:
     """Return the planes between which everything is seen, and so near to the view that it has a place in a file."""
     return [
         lambda corners: corners[:, 3] - SLACK * largest_w,

@@ -15,7 +15,7 @@ from ..geometry.mesh import Mesh
 from ..imaging.colors import FloatColor, packed
 from .clip_faces import Triangulation, faces_in_view
 from .layer import Polygons
-from .painters import Pieces, fans, means, painters_order, together
+from .painters import RaggedPolygons, concatenate, mean, sort_back_to_front, triangulate_fans
 
 NOTHING_LOST = np.zeros(4)
 
@@ -28,7 +28,7 @@ class Painted(NamedTuple):
     triangles : gives the triangles (t, 3, 3) of all, and which polygon each belongs to (t,), ascending
     """
 
-    polygons: Pieces
+    polygons: RaggedPolygons
     colors: Float64Array
     seen: BoolArray
     triangles: Callable[[], tuple[Float64Array, IndexArray]]
@@ -72,8 +72,8 @@ def polygons(parts: Sequence[Painted], backdrop: FloatColor) -> Polygons:
     alpha = colors[:, 3:]
     if backdrop[3] == 1.0 and len(alpha) and (alpha != alpha[0]).any():
         colors = alpha * np.insert(colors[:, :3], 3, 1.0, axis=1) + (1.0 - alpha) * backdrop
-    ordered = painters_order(
-        together([part.polygons for part in parts]),
+    ordered = sort_back_to_front(
+        concatenate([part.polygons for part in parts]),
         np.concatenate([part.seen for part in parts]),
         packed(colors).astype(np.int64),
         lambda: _triangles(parts),
@@ -100,8 +100,8 @@ def _painted(
     clip = mesh.positions @ clip_from_model[:, :3].T + clip_from_model[:, 3]
     shown = is_seen if len(colors) > 1 else np.full(mesh.n_faces, is_seen.any())
     whole, cut = faces_in_view(mesh, in_triangles, clip, shown, cue)
-    pieces = together([whole, cut])
-    left = 1.0 - means(pieces, lost_by_distance(cue, pieces.corners).clip(0.0, cue[3]))
+    pieces = concatenate([whole, cut])
+    left = 1.0 - mean(pieces, lost_by_distance(cue, pieces.corners).clip(0.0, cue[3]))
     own = np.broadcast_to(colors, (mesh.n_faces, 4))[pieces.owners]
     paled = np.column_stack([own[:, :3], own[:, 3] * left])
 
@@ -110,7 +110,7 @@ def _painted(
         number = np.full(mesh.n_faces, -1)
         number[whole.owners] = np.arange(len(whole.owners))
         chosen = number[faces] >= 0
-        corners, owners = fans(cut)
+        corners, owners = triangulate_fans(cut)
         in_clip_space = np.concatenate([clip[points[chosen]], cut.corners[corners]])
         return _in_picture(in_clip_space, size), np.append(number[faces[chosen]], owners + len(whole.owners))
 

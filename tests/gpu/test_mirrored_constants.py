@@ -11,7 +11,7 @@ from gpu_xform.gpu import shaders
 from gpu_xform.raster.compute.triangles import LEFT_BITS
 from gpu_xform.vector.build_layers import PALE
 from gpu_xform.vector.layer import DASH_OFF, DASH_ON, NARROWEST_DASHED
-from gpu_xform.vector.painters.overlaps import NEARLY
+from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
 
 
 def constants(stage: str) -> dict[str, str]:
@@ -31,7 +31,7 @@ def test_vector_pictures_fade_and_dash_as_the_shaders_do() -> None:
 
 
 def test_what_is_level_in_vector_pictures_is_so_in_the_shaders() -> None:
-    assert constants("lay_faces")["NEARLY"] == f"1.0 + {NEARLY:.0e}".replace("e-0", "e-")
+    assert constants("lay_faces")["NEARLY"] == f"1.0 + {DEPTH_RTOL:.0e}".replace("e-0", "e-")
 
 
 @pytest.mark.parametrize(

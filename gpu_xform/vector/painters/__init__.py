@@ -1,23 +1,23 @@
-"""Polygons cut by planes, and put in the order in which a painter lays them: NumPy only.
+"""Painter's algorithm for polygons in NumPy: clipping by planes, and sorting from back to front.
 
 Reading order: ragged, polygons, clipping, box_tree, overlaps, depth_graph, cycle_breaking, painters_algorithm.
 """
 
-from .clipping import Height, clipped, strips
-from .painters_algorithm import painters_order
-from .polygons import Pieces, chosen, extremes, fans, means, together
-from .ragged import members
+from .clipping import HalfSpace, clip, split_bands
+from .painters_algorithm import sort_back_to_front
+from .polygons import RaggedPolygons, concatenate, mean, min_max, select, triangulate_fans
+from .ragged import rows_of
 
 __all__ = [
-    "Height",
-    "Pieces",
-    "chosen",
-    "clipped",
-    "extremes",
-    "fans",
-    "means",
-    "members",
-    "painters_order",
-    "strips",
-    "together",
+    "HalfSpace",
+    "RaggedPolygons",
+    "clip",
+    "concatenate",
+    "mean",
+    "min_max",
+    "rows_of",
+    "select",
+    "sort_back_to_front",
+    "split_bands",
+    "triangulate_fans",
 ]

@@ -1,183 +1,201 @@
-"""Polygons that hide one another in a circle, cut until none does."""
+"""Cyclic overlap: polygons that hide one another in a cycle are split until the occlusion graph is acyclic."""
 
 import numpy as np
 
 from ..._core.types import BoolArray, Float64Array, IndexArray
-from .clipping import clipped
-from .depth_graph import circles, knotted
-from .overlaps import FIRST, NEARLY, SECOND, SLIVER, Facets, Pairs, areas, facets, related
-from .polygons import Pieces, chosen, extremes, fans, following, taken, together
-from .ragged import members, products, starts
+from .clipping import clip
+from .depth_graph import find_cycles, in_cycle
+from .overlaps import (
+    BEFORE,
+    BEHIND,
+    DEPTH_RTOL,
+    MIN_OVERLAP_PX,
+    Facets,
+    Overlaps,
+    double_areas,
+    find_overlaps,
+    make_facets,
+)
+from .polygons import RaggedPolygons, concatenate, min_max, next_corner, select, take, triangulate_fans
+from .ragged import cross_join_groups, rows_of, to_offsets
 
-MOST_PIECES = 4  # a polygon, and so many more; where there would be more, some polygons stay in a circle
-ROOM = 4096
+# Cells that there may be, for each cell at first and beside them; if splitting needs more, some cycles stay.
+MAX_CELLS_PER_CELL, EXTRA_CELLS = 4, 4096
 
 
-def untangled(
-    polygons: Pieces, these: Facets, in_knot: BoolArray, pairs: Pairs
-) -> tuple[Pieces, IndexArray, IndexArray]:
-    """Return the polygons, those `in_knot` (k,) cut, and of the pieces that overlap the farther and the nearer ones.
+def break_cycles(
+    polygons: RaggedPolygons, facets: Facets, is_cyclic: BoolArray, overlaps: Overlaps
+) -> tuple[RaggedPolygons, IndexArray, IndexArray]:
+    """Split polygons until the occlusion graph is acyclic; return (pieces, farther, nearer).
 
-    polygons : x and y in pixels, and depth turned round; their owners are their numbers, and stay so in the pieces
-    these : the facets of all
+    polygons : x and y in pixels, and reversed-Z depth; their owners are their indices, and those of their pieces
+    facets : of all polygons
+    is_cyclic : (k,) which polygons to split
+
+    `farther` and `nearer` are the pieces of each occlusion.
     """
-    n = len(in_knot)
-    inner = in_knot[pairs.i] & in_knot[pairs.j]
-    cells = _flat_parts(chosen(polygons, in_knot), these)
-    offsets, order = _by_owner(cells, n)
-    first, second, _ = products(offsets, pairs.i[inner], pairs.j[inner])
-    cells, far, near = _cut_apart(cells, order[first], order[second])
-    rest = chosen(polygons, ~in_knot)
-    pieces = together([rest, cells])
-    offsets, order = _by_owner(pieces, n)
-    first, second, _ = products(offsets, *pairs.chosen(~inner).hidden)
+    n = len(is_cyclic)
+    is_inner = is_cyclic[overlaps.i] & is_cyclic[overlaps.j]
+    cells = _planar_parts(select(polygons, is_cyclic), facets)
+    offsets, order = _group_by_owner(cells, n)
+    first, second, _ = cross_join_groups(offsets, overlaps.i[is_inner], overlaps.j[is_inner])
+    cells, farther, nearer = _split_cells(cells, order[first], order[second])
+    rest = select(polygons, ~is_cyclic)
+    pieces = concatenate([rest, cells])
+    offsets, order = _group_by_owner(pieces, n)
+    first, second, _ = cross_join_groups(offsets, *overlaps.selected(~is_inner).farther_nearer)
     n_rest = len(rest.owners)
-    return pieces, np.append(order[first], far + n_rest), np.append(order[second], near + n_rest)
+    return pieces, np.append(order[first], farther + n_rest), np.append(order[second], nearer + n_rest)
 
 
-def _by_owner(pieces: Pieces, n: int) -> tuple[IndexArray, IndexArray]:
+def _group_by_owner(pieces: RaggedPolygons, n: int) -> tuple[IndexArray, IndexArray]:
     """Return the pieces of n owners as groups: their offsets, and the pieces in that order."""
-    return starts(np.bincount(pieces.owners, minlength=n)), np.argsort(pieces.owners, kind="stable")
+    return to_offsets(np.bincount(pieces.owners, minlength=n)), np.argsort(pieces.owners, kind="stable")
 
 
-def _flat_parts(polygons: Pieces, these: Facets) -> Pieces:
-    """Return convex polygons that lie in a plane: those that are, and the facets of the others."""
-    is_flat = _are_convex(polygons) & _are_level(polygons)
-    bent = polygons.owners[~is_flat]
-    rows, offsets = members(these.offsets, bent)
-    corners = np.stack([these.x[:, rows], these.y[:, rows], these.depth[:, rows]]).transpose(2, 1, 0).reshape(-1, 3)
-    torn = Pieces(np.arange(0, len(corners) + 1, 3), corners, np.repeat(bent, np.diff(offsets)))
-    return together([chosen(polygons, is_flat), torn])
+def _planar_parts(polygons: RaggedPolygons, facets: Facets) -> RaggedPolygons:
+    """Return convex planar cells: the polygons that are such, and the facets of the others."""
+    is_cell = _are_convex(polygons) & _are_planar(polygons)
+    others = polygons.owners[~is_cell]
+    rows, offsets = rows_of(facets.offsets, others)
+    corners = np.stack([facets.x[:, rows], facets.y[:, rows], facets.depth[:, rows]]).transpose(2, 1, 0).reshape(-1, 3)
+    triangles = RaggedPolygons(np.arange(0, len(corners) + 1, 3), corners, np.repeat(others, np.diff(offsets)))
+    return concatenate([select(polygons, is_cell), triangles])
 
 
-def _cut_apart(cells: Pieces, i: IndexArray, j: IndexArray) -> tuple[Pieces, IndexArray, IndexArray]:
-    """Return cells cut until none hide one another in a circle, and of those that overlap the farther and the nearer.
+def _split_cells(cells: RaggedPolygons, i: IndexArray, j: IndexArray) -> tuple[RaggedPolygons, IndexArray, IndexArray]:
+    """Split cells until the occlusion graph is acyclic; return (cells, farther, nearer).
 
-    cells : convex, each in a plane
-    i, j : (p,) which may overlap
+    cells : convex and planar
+    i, j : (p,) pairs that may overlap
     """
-    most = MOST_PIECES * len(cells.owners) + ROOM
-    planes = _planes(cells)
-    tangled = related(_facets(cells), i, j)
-    clear = tangled.chosen(np.zeros(len(tangled.i), np.bool_))
+    max_cells = MAX_CELLS_PER_CELL * len(cells.owners) + EXTRA_CELLS
+    planes = _fit_planes(cells)
+    unordered = find_overlaps(_make_cell_facets(cells), i, j)
+    ordered = unordered.selected(np.zeros(len(unordered.i), np.bool_))
     while True:
         n = len(cells.owners)
-        in_knot = knotted(n, *tangled.hidden)
-        inner = in_knot[tangled.i] & in_knot[tangled.j]
-        clear, tangled = clear.and_(tangled.chosen(~inner)), tangled.chosen(inner)
-        if len(tangled.i) == 0:
-            return cells, *clear.hidden
-        if tangled.cross.any():
-            targets, knives = _of_crossing(tangled.chosen(tangled.cross))
+        is_cyclic = in_cycle(n, *unordered.farther_nearer)
+        is_inner = is_cyclic[unordered.i] & is_cyclic[unordered.j]
+        ordered, unordered = ordered.joined(unordered.selected(~is_inner)), unordered.selected(is_inner)
+        if len(unordered.i) == 0:
+            return cells, *ordered.farther_nearer
+        if unordered.intersecting.any():
+            targets, splitters = _intersecting_splits(unordered.selected(unordered.intersecting))
         else:
-            targets, knives = _of_circles(cells, planes, *tangled.hidden)
-        are_cut = _reach_through(cells, planes, targets, knives)
-        targets, knives = targets[are_cut], knives[are_cut]
-        if len(targets) == 0 or n + len(targets) > most:
-            return cells, *clear.and_(_by_farthest(cells, tangled)).hidden
-        cells, planes = _cut(cells, targets, planes[knives]), np.concatenate([planes, planes[targets]])
-        parts = np.full(n, -1)
-        parts[targets] = np.arange(n, len(cells.owners))
-        these = _facets(cells)
-        clear, tangled = _of_parts(clear, parts, these), _of_parts(tangled, parts, these)
+            targets, splitters = _cycle_splits(cells, planes, *unordered.farther_nearer)
+        is_split = _straddles(cells, planes, targets, splitters)
+        targets, splitters = targets[is_split], splitters[is_split]
+        if len(targets) == 0 or n + len(targets) > max_cells:
+            return cells, *ordered.joined(_order_by_farthest(cells, unordered)).farther_nearer
+        cells = _split_by_planes(cells, targets, planes[splitters])
+        planes = np.concatenate([planes, planes[targets]])
+        split_off = np.full(n, -1)
+        split_off[targets] = np.arange(n, len(cells.owners))
+        facets = _make_cell_facets(cells)
+        ordered, unordered = (
+            _update_overlaps(ordered, split_off, facets),
+            _update_overlaps(unordered, split_off, facets),
+        )
 
 
-def _of_crossing(pairs: Pairs) -> tuple[IndexArray, IndexArray]:
-    """Return what is cut by what, once each: of two that cross, what crosses less by what crosses more."""
-    i, j = pairs.i, pairs.j
-    n_crossings = np.bincount(np.concatenate([i, j]))
-    is_knife = n_crossings[i] > n_crossings[j]
-    targets, knives = np.where(is_knife, j, i), np.where(is_knife, i, j)
-    order = np.lexsort((-n_crossings[knives], targets))
-    found, first = np.unique(targets[order], return_index=True)
-    return found, knives[order][first]
+def _intersecting_splits(overlaps: Overlaps) -> tuple[IndexArray, IndexArray]:
+    """Return (targets, splitters), each target once: of two that intersect, that with fewer intersections is split."""
+    i, j = overlaps.i, overlaps.j
+    n_intersections = np.bincount(np.concatenate([i, j]))
+    is_splitter = n_intersections[i] > n_intersections[j]
+    targets, splitters = np.where(is_splitter, j, i), np.where(is_splitter, i, j)
+    order = np.lexsort((-n_intersections[splitters], targets))
+    unique_targets, first = np.unique(targets[order], return_index=True)
+    return unique_targets, splitters[order][first]
 
 
-def _of_circles(
-    cells: Pieces, planes: Float64Array, far: IndexArray, near: IndexArray
+def _cycle_splits(
+    cells: RaggedPolygons, planes: Float64Array, farther: IndexArray, nearer: IndexArray
 ) -> tuple[IndexArray, IndexArray]:
-    """Return what is cut by what, so that circles are broken.
+    """Return (targets, splitters) that break cycles, each by the plane in it that splits the fewest of its cells.
 
-    Each plane of a circle cuts something of it: else it would lie between all that is before it and all behind it.
+    Each plane of a cycle splits one of its cells, or it would lie between all that is before it and all behind it.
     """
-    targets, knives = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
-    for circle in map(np.array, circles(far, near)):
-        n = len(circle)
-        are_cut = _reach_through(cells, planes, np.repeat(circle, n), np.tile(circle, n)).reshape(n, n)
-        n_cut = are_cut.sum(axis=0)
-        knife = int(np.where(n_cut > 0, n_cut, n + 1).argmin())
-        targets.append(circle[are_cut[:, knife]])
-        knives.append(np.full(n_cut[knife], circle[knife]))
-    return np.concatenate(targets), np.concatenate(knives)
+    targets, splitters = [np.empty(0, np.int64)], [np.empty(0, np.int64)]
+    for cycle in map(np.array, find_cycles(farther, nearer)):
+        n = len(cycle)
+        is_split = _straddles(cells, planes, np.repeat(cycle, n), np.tile(cycle, n)).reshape(n, n)
+        n_split = is_split.sum(axis=0)
+        splitter = int(np.where(n_split > 0, n_split, n + 1).argmin())
+        targets.append(cycle[is_split[:, splitter]])
+        splitters.append(np.full(n_split[splitter], cycle[splitter]))
+    return np.concatenate(targets), np.concatenate(splitters)
 
 
-def _reach_through(cells: Pieces, planes: Float64Array, targets: IndexArray, knives: IndexArray) -> BoolArray:
-    """Tell whether cells (p,) reach to both sides of the planes of others."""
-    these = taken(cells, targets)
-    low, high = extremes(these, _heights(these, planes[knives]))
-    reaches: BoolArray = np.minimum(high, -low) > SLIVER * np.hypot(*(planes[targets, :2] - planes[knives, :2]).T)
-    return reaches
+def _straddles(cells: RaggedPolygons, planes: Float64Array, targets: IndexArray, splitters: IndexArray) -> BoolArray:
+    """Tell which target cells (p,) lie on both sides of the plane of their splitter."""
+    some = take(cells, targets)
+    low, high = min_max(some, _plane_distances(some, planes[splitters]))
+    slope = np.hypot(*(planes[targets, :2] - planes[splitters, :2]).T)
+    straddles: BoolArray = np.minimum(high, -low) > MIN_OVERLAP_PX * slope
+    return straddles
 
 
-def _cut(cells: Pieces, targets: IndexArray, planes: Float64Array) -> Pieces:
-    """Return the cells, in place of the targets (k,) what of them is before planes (k, 3), and last what is behind."""
-    whole = taken(cells, targets)
-    whole = whole._replace(corners=np.column_stack([whole.corners, _heights(whole, planes)]))
-    parts = clipped(whole, lambda corners: corners[:, 3]), clipped(whole, lambda corners: -corners[:, 3])
+def _split_by_planes(cells: RaggedPolygons, targets: IndexArray, planes: Float64Array) -> RaggedPolygons:
+    """Return the cells, each target (k,) cut to what is before its plane (k, 3); the parts behind come last."""
+    whole = take(cells, targets)
+    whole = whole._replace(corners=np.column_stack([whole.corners, _plane_distances(whole, planes)]))
+    parts = clip(whole, lambda corners: corners[:, 3]), clip(whole, lambda corners: -corners[:, 3])
     before, behind = (part._replace(corners=part.corners[:, :3]) for part in parts)
     n = len(cells.owners)
-    places = np.arange(n)
-    places[targets] = np.arange(n, n + len(targets))
-    return together([taken(together([cells, before]), places), behind])
+    indices = np.arange(n)
+    indices[targets] = np.arange(n, n + len(targets))
+    return concatenate([take(concatenate([cells, before]), indices), behind])
 
 
-def _of_parts(pairs: Pairs, parts: IndexArray, these: Facets) -> Pairs:
-    """Return the pairs of cells of which some were cut: `parts` (n,) gives what was cut off each, or -1."""
-    is_same = (parts[pairs.i] < 0) & (parts[pairs.j] < 0)
-    i, j = pairs.i[~is_same], pairs.j[~is_same]
-    i, j = np.concatenate([i, parts[i], i, parts[i]]), np.concatenate([j, j, parts[j], parts[j]])
+def _update_overlaps(overlaps: Overlaps, split_off: IndexArray, facets: Facets) -> Overlaps:
+    """Return the overlaps after a split; `split_off` (n,) is the new part of each cell, or -1."""
+    is_same = (split_off[overlaps.i] < 0) & (split_off[overlaps.j] < 0)
+    i, j = overlaps.i[~is_same], overlaps.j[~is_same]
+    i, j = np.concatenate([i, split_off[i], i, split_off[i]]), np.concatenate([j, j, split_off[j], split_off[j]])
     exist = (i >= 0) & (j >= 0)
-    return pairs.chosen(is_same).and_(related(these, i[exist], j[exist]))
+    return overlaps.selected(is_same).joined(find_overlaps(facets, i[exist], j[exist]))
 
 
-def _by_farthest(cells: Pieces, pairs: Pairs) -> Pairs:
-    """Return the pairs as they were if no cell reached nearer than its farthest corner."""
-    rank = np.argsort(np.argsort(extremes(cells, cells.corners[:, 2])[0], kind="stable"))
-    return pairs._replace(sides=np.where(rank[pairs.i] > rank[pairs.j], FIRST, SECOND))
+def _order_by_farthest(cells: RaggedPolygons, overlaps: Overlaps) -> Overlaps:
+    """Return the overlaps as they were if all of a cell were as far away as its farthest corner."""
+    rank = np.argsort(np.argsort(min_max(cells, cells.corners[:, 2])[0], kind="stable"))
+    return overlaps._replace(occlusion=np.where(rank[overlaps.i] > rank[overlaps.j], BEFORE, BEHIND))
 
 
-def _heights(cells: Pieces, planes: Float64Array) -> Float64Array:
-    """Return how far before a plane each, (k, 3), the corners of the cells lie: (c,)."""
+def _plane_distances(cells: RaggedPolygons, planes: Float64Array) -> Float64Array:
+    """Return the depth of the corners of cells before the plane of each cell (k, 3): (c,)."""
     a, b, c = np.repeat(planes, np.diff(cells.offsets), axis=0).T
     x, y, depth = cells.corners.T
-    heights: Float64Array = depth - a * x - b * y - c
-    return heights
+    distances: Float64Array = depth - a * x - b * y - c
+    return distances
 
 
-def _planes(cells: Pieces) -> Float64Array:
-    """Return (a, b, c) of the plane a x + b y + c that each is in, by its largest triangle: (k, 3)."""
-    these = _facets(cells)
-    owners = np.repeat(np.arange(len(cells.owners)), np.diff(these.offsets))
-    largest = np.lexsort((areas(these.x, these.y), owners))[these.offsets[1:] - 1]
-    a, b = these.slope[:, largest]
-    return np.column_stack([a, b, these.depth[0, largest] - a * these.x[0, largest] - b * these.y[0, largest]])
+def _fit_planes(cells: RaggedPolygons) -> Float64Array:
+    """Return (a, b, c) of the plane a x + b y + c through the largest triangle of each cell: (k, 3)."""
+    facets = _make_cell_facets(cells)
+    owners = np.repeat(np.arange(len(cells.owners)), np.diff(facets.offsets))
+    largest = np.lexsort((double_areas(facets.x, facets.y), owners))[facets.offsets[1:] - 1]
+    a, b = facets.slope[:, largest]
+    return np.column_stack([a, b, facets.depth[0, largest] - a * facets.x[0, largest] - b * facets.y[0, largest]])
 
 
-def _facets(cells: Pieces) -> Facets:
+def _make_cell_facets(cells: RaggedPolygons) -> Facets:
     """Return the facets of convex polygons."""
-    corners, owners = fans(cells)
-    return facets(np.searchsorted(owners, np.arange(len(cells.owners) + 1)), cells.corners[corners])
+    corners, owners = triangulate_fans(cells)
+    return make_facets(np.searchsorted(owners, np.arange(len(cells.owners) + 1)), cells.corners[corners])
 
 
-def _are_level(polygons: Pieces) -> BoolArray:
-    """Tell of polygons whether all their corners lie in one plane."""
-    off = np.abs(_heights(polygons, _planes(polygons)))
-    return extremes(polygons, NEARLY * polygons.corners[:, 2] - off)[0] >= 0.0
+def _are_planar(polygons: RaggedPolygons) -> BoolArray:
+    """Tell which polygons have all their corners in one plane."""
+    distances = np.abs(_plane_distances(polygons, _fit_planes(polygons)))
+    return min_max(polygons, DEPTH_RTOL * polygons.corners[:, 2] - distances)[0] >= 0.0
 
 
-def _are_convex(polygons: Pieces) -> BoolArray:
-    """Tell of polygons whether they turn one way at all corners."""
-    after = following(polygons)
+def _are_convex(polygons: RaggedPolygons) -> BoolArray:
+    """Tell which polygons turn the same way at all corners."""
+    after = next_corner(polygons)
     x, y, _ = (polygons.corners[after] - polygons.corners).T
-    low, high = extremes(polygons, x * y[after] - y * x[after])
+    low, high = min_max(polygons, x * y[after] - y * x[after])
     return np.minimum(high, -low) <= 1e-9 * np.maximum(high, -low)

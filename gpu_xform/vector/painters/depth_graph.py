@@ -1,60 +1,60 @@
-"""What comes before what, and what cannot be put in order because it goes round in a circle."""
+"""Occlusion graph: its topological levels, and the cycles that leave it without an order."""
 
 import numpy as np
 
 from ..._core.types import BoolArray, IndexArray
-from .ragged import members
+from .ragged import rows_of
 
 
-def levels(n: int, before: IndexArray, after: IndexArray) -> IndexArray:
-    """Return a number for each of n things, less for each of `before` (e,) than for its `after` (e,): (n,).
+def topological_levels(n: int, before: IndexArray, after: IndexArray) -> IndexArray:
+    """Return a level for each of n nodes, lower for `before` (e,) than for `after` (e,) of each edge: (n,).
 
-    It is -1 for what is in a circle, and for all that comes after one.
+    It is -1 for the nodes of cycles, and for all that come after one.
     """
-    found = np.full(n, -1)
+    levels = np.full(n, -1)
     waiting = np.bincount(after, minlength=n)
     order = np.argsort(before, kind="stable")
-    followers = after[order]
+    successors = after[order]
     offsets = np.searchsorted(before[order], np.arange(n + 1))
     ready, level = np.flatnonzero(waiting == 0), 0
     while len(ready):
-        found[ready] = level
-        following = followers[members(offsets, ready)[0]]
-        np.subtract.at(waiting, following, 1)
-        ready, level = np.unique(following[waiting[following] == 0]), level + 1
-    return found
+        levels[ready] = level
+        reached = successors[rows_of(offsets, ready)[0]]
+        np.subtract.at(waiting, reached, 1)
+        ready, level = np.unique(reached[waiting[reached] == 0]), level + 1
+    return levels
 
 
-def knotted(n: int, before: IndexArray, after: IndexArray) -> BoolArray:
-    """Tell which of n things are in a circle, or after one and before another: (n,)."""
-    left = levels(n, before, after) < 0
-    both = left[before] & left[after]
-    return left & (levels(n, after[both], before[both]) < 0)
+def in_cycle(n: int, before: IndexArray, after: IndexArray) -> BoolArray:
+    """Tell which of n nodes are in a cycle, or come after one and before another: (n,)."""
+    unordered = topological_levels(n, before, after) < 0
+    both = unordered[before] & unordered[after]
+    return unordered & (topological_levels(n, after[both], before[both]) < 0)
 
 
-def circles(before: IndexArray, after: IndexArray) -> list[list[int]]:
-    """Return circles that have nothing in common, so many that what is in none of them makes no other."""
-    followers: dict[int, list[int]] = {}
-    for thing, follower in zip(before.tolist(), after.tolist(), strict=True):
-        followers.setdefault(thing, []).append(follower)
-    found: list[list[int]] = []
+def find_cycles(before: IndexArray, after: IndexArray) -> list[list[int]]:
+    """Return disjoint cycles, enough that the nodes outside them form no other; by depth-first search."""
+    successors: dict[int, list[int]] = {}
+    for node, successor in zip(before.tolist(), after.tolist(), strict=True):
+        successors.setdefault(node, []).append(successor)
+    cycles: list[list[int]] = []
     done = set[int]()
-    for start in followers:
-        way = [] if start in done else [start]
-        place = {start: 0}
-        while way:
-            left = followers.get(way[-1], [])
-            while left and left[-1] in done:
-                left.pop()
-            if left and left[-1] not in place:
-                place[left[-1]] = len(way)
-                way.append(left[-1])
+    for start in successors:
+        path = [] if start in done else [start]
+        position = {start: 0}
+        while path:
+            waiting = successors.get(path[-1], [])
+            while waiting and waiting[-1] in done:
+                waiting.pop()
+            if waiting and waiting[-1] not in position:
+                position[waiting[-1]] = len(path)
+                path.append(waiting[-1])
                 continue
-            first = place[left[-1]] if left else len(way) - 1
-            if left:
-                found.append(way[first:])
-            for thing in way[first:]:
-                del place[thing]
-            done.update(way[first:])
-            del way[first:]
-    return found
+            first = position[waiting[-1]] if waiting else len(path) - 1
+            if waiting:
+                cycles.append(path[first:])
+            for node in path[first:]:
+                del position[node]
+            done.update(path[first:])
+            del path[first:]
+    return cycles

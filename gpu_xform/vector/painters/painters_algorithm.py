@@ -1,8 +1,8 @@
-"""The order in which a painter lays polygons: each over all that it hides.
+"""Painter's algorithm: the order of polygons from back to front, each over all that it hides.
 
-They are sorted by their farthest corners, as Newell, Newell and Sancha do ("A solution to the hidden surface problem",
-1972). Where that is wrong, whatever lies between the two in that order is sorted by what hides what; and polygons that
-hide one another in a circle are cut.
+Polygons are sorted by their farthest corners (Newell, Newell and Sancha, "A solution to the hidden surface problem",
+1972). Runs in which that order is wrong are sorted topologically by occlusion; polygons that overlap cyclically are
+split.
 """
 
 from collections.abc import Callable
@@ -10,88 +10,99 @@ from collections.abc import Callable
 import numpy as np
 
 from ..._core.types import BoolArray, Float64Array, IndexArray
-from .box_tree import overlapping
-from .cycle_breaking import untangled
-from .depth_graph import knotted, levels
-from .overlaps import SLIVER, Facets, facets, related
-from .polygons import Pieces, chosen, extremes, following, taken, together
+from .box_tree import find_overlapping_boxes
+from .cycle_breaking import break_cycles
+from .depth_graph import in_cycle, topological_levels
+from .overlaps import MIN_OVERLAP_PX, Facets, find_overlaps, make_facets
+from .polygons import RaggedPolygons, concatenate, min_max, next_corner, select, take
 
-MOST_PAIRS = 1 << 22  # of polygons whose boxes overlap: some seconds
+MAX_PAIRS = 1 << 22  # of polygons whose boxes overlap: some seconds
 
 
-def painters_order(
-    polygons: Pieces, seen: BoolArray, kinds: IndexArray, triangles: Callable[[], tuple[Float64Array, IndexArray]]
-) -> Pieces:
-    """Return the polygons, what is farther before what is nearer, and some in several pieces.
+def sort_back_to_front(
+    polygons: RaggedPolygons,
+    is_visible: BoolArray,
+    kinds: IndexArray,
+    triangles: Callable[[], tuple[Float64Array, IndexArray]],
+) -> RaggedPolygons:
+    """Return the polygons from the farthest to the nearest, some of them split into pieces.
 
-    polygons : corners (c, 3), x and y in pixels and depth turned round; of two in one plane, the later is nearer
-    seen : (k,) whether each is the nearest in the middle of some pixel. Others come first, but for those so narrow that
-        they may show between the middles.
-    kinds : (k,) those of one kind look the same, so that it does not matter which lies over which
-    triangles : gives the triangles (t, 3, 3) of all, and which polygon each belongs to (t,), ascending
+    polygons : corners (c, 3), x and y in pixels and reversed-Z depth; of two in one plane, the later is nearer
+    is_visible : (k,) whether each is the nearest at the centre of some pixel. The others come first, except those so
+        narrow that they may show between the centres.
+    kinds : (k,) polygons of one kind look the same, so their order does not matter
+    triangles : returns the triangles (t, 3, 3) of all polygons, and the index of the polygon of each (t,), ascending
 
-    The owners of the pieces are the polygons' numbers. Where more overlap than there is time for, all are in the order
-    of their farthest corners.
+    The owners of the pieces are the indices of the polygons. If more than MAX_PAIRS overlap, all polygons are in the
+    order of their farthest corners.
     """
     polygons = polygons._replace(owners=np.arange(len(polygons.owners)))
     if len(kinds) == 0 or (kinds == kinds[0]).all():
         return polygons
-    seen = seen | _are_narrow(polygons)
-    shown = chosen(polygons, seen)
+    is_visible = is_visible | _are_narrow(polygons)
+    visible = select(polygons, is_visible)
 
-    def shown_facets() -> Facets:
+    def visible_facets() -> Facets:
         corners, owners = triangles()
-        of_shown = seen[owners]
-        return facets(np.searchsorted(owners[of_shown], np.append(shown.owners, len(seen))), corners[of_shown])
+        mask = is_visible[owners]
+        return make_facets(np.searchsorted(owners[mask], np.append(visible.owners, len(is_visible))), corners[mask])
 
-    ordered = _ordered(shown._replace(owners=np.arange(len(shown.owners))), kinds[seen], shown_facets)
-    return together([chosen(polygons, ~seen), ordered._replace(owners=shown.owners[ordered.owners])])
+    ordered = _sort(visible._replace(owners=np.arange(len(visible.owners))), kinds[is_visible], visible_facets)
+    return concatenate([select(polygons, ~is_visible), ordered._replace(owners=visible.owners[ordered.owners])])
 
 
-def _are_narrow(polygons: Pieces) -> BoolArray:
+def _are_narrow(polygons: RaggedPolygons) -> BoolArray:
     """Tell which polygons are less than a pixel wide."""
     x, y, _ = polygons.corners.T
-    after = following(polygons)
+    after = next_corner(polygons)
     areas = 0.5 * np.abs(np.add.reduceat(x * y[after] - x[after] * y, polygons.offsets[:-1]))
-    (left, right), (top, bottom) = extremes(polygons, x), extremes(polygons, y)
+    (left, right), (top, bottom) = min_max(polygons, x), min_max(polygons, y)
     return areas < np.maximum(right - left, bottom - top)
 
 
-def _ordered(polygons: Pieces, kinds: IndexArray, these: Callable[[], Facets]) -> Pieces:
-    """Return polygons, whose owners are their numbers, in order and some in pieces; `these` gives their facets."""
-    farthest, nearest = extremes(polygons, polygons.corners[:, 2])
+def _sort(polygons: RaggedPolygons, kinds: IndexArray, make_all_facets: Callable[[], Facets]) -> RaggedPolygons:
+    """Return polygons, whose owners are their indices, from back to front, some of them split."""
+    farthest, nearest = min_max(polygons, polygons.corners[:, 2])
     order = np.argsort(farthest, kind="stable")
     rank = np.argsort(order)
-    low, high = _boxes(polygons)
+    low, high = _bounding_boxes(polygons)
+
+    def overlapping(
+        behind: Float64Array | IndexArray, before: Float64Array | IndexArray
+    ) -> tuple[IndexArray, IndexArray]:
+        return find_overlapping_boxes(np.column_stack([low, behind]), np.column_stack([high, before]), kinds, MAX_PAIRS)
+
     try:
-        i, j = overlapping(np.column_stack([low, farthest]), np.column_stack([high, nearest]), kinds, MOST_PAIRS)
+        i, j = overlapping(farthest, nearest)
         if len(i) == 0:
-            return taken(polygons, order)
-        all_facets = these()
-        far, near = related(all_facets, i, j).hidden
-        wrong = rank[far] > rank[near]
-        if not wrong.any():
-            return taken(polygons, order)
-        blocks = _blocks(rank[near[wrong]], rank[far[wrong]], len(order))[rank]
-        i, j = overlapping(np.column_stack([low, blocks]), np.column_stack([high, blocks]), kinds, MOST_PAIRS)
+            return take(polygons, order)
+        facets = make_all_facets()
+        farther, nearer = find_overlaps(facets, i, j).farther_nearer
+        is_wrong = rank[farther] > rank[nearer]
+        if not is_wrong.any():
+            return take(polygons, order)
+        runs = _merge_intervals(rank[nearer[is_wrong]], rank[farther[is_wrong]], len(order))[rank]
+        i, j = overlapping(runs, runs)
     except OverflowError:
-        return taken(polygons, order)
-    pairs = related(all_facets, i, j)
-    far, near = pairs.hidden
-    in_knot = knotted(len(order), far, near)
-    if in_knot.any():
-        polygons, far, near = untangled(polygons, all_facets, in_knot, pairs)
+        return take(polygons, order)
+    overlaps = find_overlaps(facets, i, j)
+    farther, nearer = overlaps.farther_nearer
+    is_cyclic = in_cycle(len(order), farther, nearer)
+    if is_cyclic.any():
+        polygons, farther, nearer = break_cycles(polygons, facets, is_cyclic, overlaps)
     owners = polygons.owners
-    return taken(polygons, np.lexsort((rank[owners], levels(len(owners), far, near), blocks[owners])))
+    levels = topological_levels(len(owners), farther, nearer)
+    return take(polygons, np.lexsort((rank[owners], levels, runs[owners])))
 
 
-def _boxes(polygons: Pieces) -> tuple[Float64Array, Float64Array]:
-    """Return the low and the high corners (k, 2) of boxes that overlap where polygons may."""
-    (left, right), (top, bottom) = (extremes(polygons, polygons.corners[:, axis]) for axis in range(2))
-    return np.column_stack([left, top]) + 0.5 * SLIVER, np.column_stack([right, bottom]) - 0.5 * SLIVER
+def _bounding_boxes(polygons: RaggedPolygons) -> tuple[Float64Array, Float64Array]:
+    """Return the corners (k, 2) of boxes that overlap if polygons may overlap visibly."""
+    (left, right), (top, bottom) = (min_max(polygons, polygons.corners[:, axis]) for axis in range(2))
+    margin = 0.5 * MIN_OVERLAP_PX
+    return np.column_stack([left, top]) + margin, np.column_stack([right, bottom]) - margin
 
 
-def _blocks(first: IndexArray, last: IndexArray, n: int) -> IndexArray:
-    """Return which of n places in a row lie together, where all from `first` to `last` (k,) do: (n,), ascending."""
+def _merge_intervals(first: IndexArray, last: IndexArray, n: int) -> IndexArray:
+    """Return a number for each of n ranks, the same for all from `first` to `last` of an interval: (n,), ascending."""
     n_open = np.cumsum(np.bincount(first, minlength=n) - np.bincount(last, minlength=n))
     return np.cumsum(np.concatenate([[0], n_open[:-1] == 0]))

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector.painters.box_tree import overlapping
+from gpu_xform.vector.painters.box_tree import find_overlapping_boxes
 
 PLENTY = 1 << 20
 
@@ -26,7 +26,7 @@ def test_all_pairs_of_different_kinds_that_meet_are_found_once(
     kinds = np.random.default_rng(seed).integers(-2, n_kinds - 2, n)
     i, j = np.triu_indices(n, 1)
     met = ((low[i] <= high[j]) & (low[j] <= high[i])).all(axis=1) & (kinds[i] != kinds[j])
-    found = overlapping(low, high, kinds, PLENTY)
+    found = find_overlapping_boxes(low, high, kinds, PLENTY)
     assert sorted(zip(*(side.tolist() for side in found), strict=True)) == list(
         zip(i[met].tolist(), j[met].tolist(), strict=True)
     )
@@ -37,13 +37,13 @@ def test_one_box_around_many_small_ones_is_paired_with_each() -> None:
     corners = np.random.default_rng(1).uniform(0.0, 100.0, (n, 2))
     low = np.concatenate([corners, [[-1.0, -1.0]]])
     high = np.concatenate([corners + 0.001, [[101.0, 101.0]]])
-    i, j = overlapping(low, high, np.append(np.zeros(n, np.int64), 1), n)
+    i, j = find_overlapping_boxes(low, high, np.append(np.zeros(n, np.int64), 1), n)
     assert sorted(i.tolist()) == list(range(n))
     assert (j == n).all()
 
 
 def test_more_pairs_than_there_is_room_for_are_an_overflow() -> None:
     low, high = np.zeros((40, 2)), np.ones((40, 2))
-    assert len(overlapping(low, high, np.arange(40), 1000)[0]) == 780
+    assert len(find_overlapping_boxes(low, high, np.arange(40), 1000)[0]) == 780
     with pytest.raises(OverflowError, match=r"^more than 100 pairs of boxes overlap$"):
-        overlapping(low, high, np.arange(40), 100)
+        find_overlapping_boxes(low, high, np.arange(40), 100)

@@ -1,4 +1,4 @@
-"""Polygons cut by planes: nothing is lost, nothing is there twice, and each piece lies where it should."""
+"""Clipping of polygons: nothing is lost, nothing is there twice, and each piece lies where it should."""
 
 import numpy as np
 import pytest
@@ -6,20 +6,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from gpu_xform.vector.painters import Pieces, chosen, clipped, strips, together
+from gpu_xform.vector.painters import RaggedPolygons, clip, concatenate, select, split_bands
 from tests.support.types import Array
 
 TRIANGLES = arrays(np.float64, (4, 3, 2), elements=st.integers(-8, 8).map(float))
 PLANES = arrays(np.float64, 3, elements=st.integers(-5, 5).map(float))
 
 
-def flat(triangles: Array) -> Pieces:
+def flat(triangles: Array) -> RaggedPolygons:
     """Return triangles of the plane (t, 3, 2) in clip space, at w = 1."""
     corners = np.column_stack([triangles.reshape(-1, 2), np.zeros(3 * len(triangles)), np.ones(3 * len(triangles))])
-    return Pieces(np.arange(0, len(corners) + 1, 3), corners, np.arange(len(triangles)))
+    return RaggedPolygons(np.arange(0, len(corners) + 1, 3), corners, np.arange(len(triangles)))
 
 
-def polygons(pieces: Pieces, owner: int) -> list[Array]:
+def polygons(pieces: RaggedPolygons, owner: int) -> list[Array]:
     return [
         pieces.corners[pieces.offsets[i] : pieces.offsets[i + 1], :2] for i in np.flatnonzero(pieces.owners == owner)
     ]
@@ -30,7 +30,7 @@ def area(points: Array) -> float:
     return 0.5 * float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)))
 
 
-def require_whole(pieces: Pieces) -> None:
+def require_whole(pieces: RaggedPolygons) -> None:
     assert pieces.offsets[0] == 0
     assert pieces.offsets[-1] == len(pieces.corners)
     assert len(pieces.owners) == len(pieces.offsets) - 1
@@ -40,8 +40,8 @@ def require_whole(pieces: Pieces) -> None:
 @given(TRIANGLES, PLANES)
 def test_two_sides_of_a_plane_make_the_whole(triangles: Array, plane: Array) -> None:
     pieces = flat(triangles)
-    above = clipped(pieces, lambda corners: corners[:, [0, 1, 3]] @ plane)
-    below = clipped(pieces, lambda corners: corners[:, [0, 1, 3]] @ -plane)
+    above = clip(pieces, lambda corners: corners[:, [0, 1, 3]] @ plane)
+    below = clip(pieces, lambda corners: corners[:, [0, 1, 3]] @ -plane)
     for side, sign in ((above, 1.0), (below, -1.0)):
         require_whole(side)
         assert (sign * (side.corners[:, [0, 1, 3]] @ plane) >= -1e-9).all()
@@ -53,31 +53,33 @@ def test_two_sides_of_a_plane_make_the_whole(triangles: Array, plane: Array) -> 
 
 
 @given(TRIANGLES, PLANES, st.sampled_from([0.3, 1.0, 7.0, 1000.0]))
-def test_strips_make_the_whole_and_differ_by_a_step(triangles: Array, slope: Array, step: float) -> None:
+def test_bands_make_the_whole_and_differ_by_a_step(triangles: Array, slope: Array, step: float) -> None:
     levels = np.arange(-20.0, 20.0, step) if step < 1000.0 else np.empty(0)
-    made = strips(flat(triangles), lambda corners: corners[:, [0, 1, 3]] @ slope, levels)
+    made = split_bands(flat(triangles), lambda corners: corners[:, [0, 1, 3]] @ slope, levels)
     require_whole(made)
     for owner, triangle in enumerate(triangles):
         own = polygons(made, owner)
         assert sum(map(area, own)) == pytest.approx(area(triangle), abs=1e-9)
-        for strip in own:
-            values = strip @ slope[:2] + slope[2]
+        for band in own:
+            values = band @ slope[:2] + slope[2]
             assert not ((levels > values.min() + 1e-9) & (levels < values.max() - 1e-9)).any()
 
 
-def test_corners_are_mixed_before_they_are_divided() -> None:
-    triangle = Pieces(np.array([0, 3]), np.array([(0, 0, 0, 1), (4, 0, 0, 3), (0, 4, 0, 1)], float), np.array([7]))
-    cut = clipped(triangle, lambda corners: corners[:, 3] - 2.0)
+def test_corners_are_interpolated_before_they_are_divided_by_w() -> None:
+    triangle = RaggedPolygons(
+        np.array([0, 3]), np.array([(0, 0, 0, 1), (4, 0, 0, 3), (0, 4, 0, 1)], float), np.array([7])
+    )
+    cut = clip(triangle, lambda corners: corners[:, 3] - 2.0)
     assert {tuple(corner) for corner in cut.corners.tolist()} == {(2, 0, 0, 2), (4, 0, 0, 3), (2, 2, 0, 2)}
     assert cut.owners.tolist() == [7]
 
 
 def test_nothing_stays_nothing() -> None:
-    nothing = chosen(flat(np.zeros((1, 3, 2))), np.array([False]))
+    nothing = select(flat(np.zeros((1, 3, 2))), np.array([False]))
     for made in (
-        clipped(nothing, lambda corners: corners[:, 0]),
-        strips(nothing, lambda corners: corners[:, 0], np.array([0.5])),
-        together([nothing, nothing]),
+        clip(nothing, lambda corners: corners[:, 0]),
+        split_bands(nothing, lambda corners: corners[:, 0], np.array([0.5])),
+        concatenate([nothing, nothing]),
     ):
         require_whole(made)
         assert len(made.owners) == 0

@@ -1,4 +1,4 @@
-"""Orders and circles, beside what the standard library and closures of relations say of them."""
+"""Topological levels and cycles, beside what the standard library and closures of relations say of them."""
 
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
@@ -8,7 +8,7 @@ import numpy.typing as npt
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector.painters.depth_graph import circles, knotted, levels
+from gpu_xform.vector.painters.depth_graph import find_cycles, in_cycle, topological_levels
 
 Relation = npt.NDArray[np.int64]
 
@@ -28,44 +28,44 @@ def reached(relation: Relation) -> npt.NDArray[np.bool_]:
 
 
 @given(RELATIONS)
-def test_levels_rise_and_what_follows_a_circle_has_none(relation: Relation) -> None:
-    found = levels(N, *relation.T)
+def test_levels_rise_and_what_follows_a_cycle_has_none(relation: Relation) -> None:
+    found = topological_levels(N, *relation.T)
     reach = reached(relation)
-    in_circle = reach.diagonal()
-    assert ((found < 0) == (in_circle | reach[in_circle].any(axis=0))).all()
+    is_in_cycle = reach.diagonal()
+    assert ((found < 0) == (is_in_cycle | reach[is_in_cycle].any(axis=0))).all()
     settled = relation[(found[relation] >= 0).all(axis=1)]
     assert (found[settled[:, 0]] < found[settled[:, 1]]).all()
 
 
 @given(RELATIONS)
-def test_knots_are_circles_and_what_is_between_them(relation: Relation) -> None:
+def test_in_cycle_holds_for_cycles_and_what_is_between_them(relation: Relation) -> None:
     reach = reached(relation)
-    in_circle = reach.diagonal()
-    after, before = in_circle | reach[in_circle].any(axis=0), in_circle | reach[:, in_circle].any(axis=1)
-    assert (knotted(N, *relation.T) == (after & before)).all()
+    is_in_cycle = reach.diagonal()
+    after, before = is_in_cycle | reach[is_in_cycle].any(axis=0), is_in_cycle | reach[:, is_in_cycle].any(axis=1)
+    assert (in_cycle(N, *relation.T) == (after & before)).all()
 
 
 @given(RELATIONS)
-def test_circles_have_nothing_in_common_and_leave_no_other(relation: Relation) -> None:
-    found = circles(*relation.T)
+def test_cycles_are_disjoint_and_leave_no_other(relation: Relation) -> None:
+    found = find_cycles(*relation.T)
     steps = set(map(tuple, relation.tolist()))
-    for circle in found:
-        assert all(step in steps for step in pairwise([*circle, circle[0]]))
-    members = [thing for circle in found for thing in circle]
-    assert len(members) == len(set(members))
+    for cycle in found:
+        assert all(step in steps for step in pairwise([*cycle, cycle[0]]))
+    nodes = [node for cycle in found for node in cycle]
+    assert len(nodes) == len(set(nodes))
     graph: dict[int, set[int]] = {}
     for before, after in steps:
-        if before not in members and after not in members:
+        if before not in nodes and after not in nodes:
             graph.setdefault(after, set()).add(before)
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:
-        raise AssertionError("a circle is left") from error
+        raise AssertionError("a cycle is left") from error
 
 
 def test_nothing_has_no_order() -> None:
     nothing = np.empty(0, np.int64)
-    assert levels(0, nothing, nothing).shape == (0,)
-    assert levels(3, nothing, nothing).tolist() == [0, 0, 0]
-    assert not knotted(3, nothing, nothing).any()
-    assert circles(nothing, nothing) == []
+    assert topological_levels(0, nothing, nothing).shape == (0,)
+    assert topological_levels(3, nothing, nothing).tolist() == [0, 0, 0]
+    assert not in_cycle(3, nothing, nothing).any()
+    assert find_cycles(nothing, nothing) == []

@@ -1,23 +1,23 @@
-"""Which of two triangles is before the other, where that can be said by hand."""
+"""Occlusion of two triangles, in cases that can be told by hand."""
 
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gpu_xform.vector.painters import Pieces, clipped, fans
-from gpu_xform.vector.painters.overlaps import FIRST, LEVEL, SECOND, facets, related
+from gpu_xform.vector.painters import RaggedPolygons, clip, triangulate_fans
+from gpu_xform.vector.painters.overlaps import BEFORE, BEHIND, COPLANAR, find_overlaps, make_facets
 from tests.support.types import Array
 
-APART, MINE, OTHER, NEITHER = 0, int(FIRST), int(SECOND), int(LEVEL)  # which is before the other
+APART, MINE, OTHER, NEITHER = 0, int(BEFORE), int(BEHIND), int(COPLANAR)  # which is before the other
 BOTH = MINE | OTHER
 FLAT = [(0, 0, 0.5), (40, 0, 0.5), (0, 40, 0.5)]
 
 CASES: dict[str, tuple[Any, int]] = {
     "before": ([(5, 5, 0.7), (15, 5, 0.7), (5, 15, 0.7)], OTHER),
     "behind": ([(-50, -50, 0.2), (150, -50, 0.2), (-50, 150, 0.2)], MINE),
-    "level": ([(5, 5, 0.5), (60, 5, 0.5), (5, 60, 0.5)], NEITHER),
-    "level but for rounding": ([(5, 5, 0.5), (60, 5, 0.5 + 1e-15), (5, 60, 0.5 - 1e-15)], NEITHER),
+    "coplanar": ([(5, 5, 0.5), (60, 5, 0.5), (5, 60, 0.5)], NEITHER),
+    "coplanar but for rounding": ([(5, 5, 0.5), (60, 5, 0.5 + 1e-15), (5, 60, 0.5 - 1e-15)], NEITHER),
     "nearer than single precision can tell": ([(5, 5, 0.5 + 1e-7), (60, 5, 0.5 + 1e-7), (5, 60, 0.5 + 1e-7)], NEITHER),
     "a little nearer": ([(5, 5, 0.5 + 1e-5), (60, 5, 0.5 + 1e-5), (5, 60, 0.5 + 1e-5)], OTHER),
     "crossing": ([(5, 5, 0.4), (15, 5, 0.6), (5, 15, 0.4)], BOTH),
@@ -34,9 +34,9 @@ CASES: dict[str, tuple[Any, int]] = {
 }
 
 
-def sides(first: Array, second: Array) -> int:
-    pairs = related(facets(np.arange(3), np.array([first, second])), np.array([0]), np.array([1]))
-    return int(pairs.sides[0]) if len(pairs.sides) else APART
+def occlusion(first: Array, second: Array) -> int:
+    pairs = find_overlaps(make_facets(np.arange(3), np.array([first, second])), np.array([0]), np.array([1]))
+    return int(pairs.occlusion[0]) if len(pairs.occlusion) else APART
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -45,48 +45,48 @@ def test_two_triangles_are_compared_where_they_overlap(name: str) -> None:
     turned = {MINE: OTHER, OTHER: MINE}.get(expected, expected)
     for mine in (np.array(FLAT), np.array(FLAT)[[2, 1, 0]]):
         for other in (np.array(others, np.float64), np.array(others, np.float64)[[1, 0, 2]]):
-            assert sides(mine, other) == expected
-            assert sides(other, mine) == turned
+            assert occlusion(mine, other) == expected
+            assert occlusion(other, mine) == turned
 
 
-def parts(triangles: Array, others: Array, sign: float) -> Pieces:
-    """Return what of triangles (n, 3, 3) is before the planes of others, where `sign` is -1 what is behind them."""
+def clip_by_planes(triangles: Array, others: Array, sign: float) -> RaggedPolygons:
+    """Return the parts of triangles (n, 3, 3) before the planes of others; behind them if `sign` is -1."""
     n, ones = len(triangles), np.ones((len(triangles), 3, 1))
     planes = np.linalg.solve(np.concatenate([others[..., :2], ones], axis=2), others[..., 2:])
     levels = np.concatenate([triangles[..., :2], ones], axis=2) @ planes
     corners = np.concatenate([triangles, triangles[..., 2:] - levels], axis=2).reshape(-1, 4)
-    whole = Pieces(np.arange(0, 3 * n + 1, 3), corners, np.arange(n))
-    return clipped(whole, lambda corners: sign * corners[:, 3])
+    whole = RaggedPolygons(np.arange(0, 3 * n + 1, 3), corners, np.arange(n))
+    return clip(whole, lambda corners: sign * corners[:, 3])
 
 
 @pytest.mark.parametrize(("sign", "side"), [(1.0, MINE), (-1.0, OTHER)])
-def test_what_is_cut_where_it_crosses_another_does_so_no_more(sign: float, side: int) -> None:
+def test_triangles_clipped_by_the_planes_of_others_intersect_them_no_more(sign: float, side: int) -> None:
     random = np.random.default_rng(0)
     n = 2000
     places = random.uniform(0, 1000, (n, 1, 2)) + random.uniform(-60, 60, (2, n, 3, 2))
     mine, others = np.concatenate([places, random.uniform(1e-4, 9e-4, (2, n, 3, 1))], axis=3)
     corners, owners = [], []
-    for part in (parts(mine, others, sign), parts(others, mine, -sign)):
-        triangles, polygon = fans(part)
+    for part in (clip_by_planes(mine, others, sign), clip_by_planes(others, mine, -sign)):
+        triangles, polygon = triangulate_fans(part)
         corners.append(part.corners[triangles, :3])
         owners.append(part.owners[polygon])
     i, j = np.nonzero(owners[0][:, None] == owners[1])
-    both = facets(np.arange(sum(map(len, owners)) + 1), np.concatenate(corners))
-    pairs = related(both, i, j + len(owners[0]))
+    both = make_facets(np.arange(sum(map(len, owners)) + 1), np.concatenate(corners))
+    pairs = find_overlaps(both, i, j + len(owners[0]))
     assert len(pairs.i) > 500
-    assert (pairs.sides == side).all()
+    assert (pairs.occlusion == side).all()
 
 
-def test_of_level_polygons_the_second_hides() -> None:
+def test_of_coplanar_polygons_the_second_is_the_nearer() -> None:
     level = np.array([FLAT, FLAT, FLAT], np.float64)
-    pairs = related(facets(np.arange(4), level), np.array([0, 1]), np.array([1, 2]))
-    far, near = pairs.hidden
+    pairs = find_overlaps(make_facets(np.arange(4), level), np.array([0, 1]), np.array([1, 2]))
+    far, near = pairs.farther_nearer
     assert (far.tolist(), near.tolist()) == ([0, 1], [1, 2])
-    assert not pairs.cross.any()
+    assert not pairs.intersecting.any()
 
 
-def test_polygons_are_before_one_another_where_their_triangles_are() -> None:
+def test_polygons_are_before_one_another_if_their_triangles_are() -> None:
     corners = np.array(FLAT) + np.array([(0, 0, -0.2), (100, 0, 0.2), (0, 0, 0), (100, 0, 0)])[:, None]
-    pairs = related(facets(np.array([0, 2, 4]), corners), np.array([0]), np.array([1]))
-    assert pairs.sides.tolist() == [BOTH]
-    assert [side.tolist() for side in pairs.hidden] == [[1, 0], [0, 1]]
+    pairs = find_overlaps(make_facets(np.array([0, 2, 4]), corners), np.array([0]), np.array([1]))
+    assert pairs.occlusion.tolist() == [BOTH]
+    assert [side.tolist() for side in pairs.farther_nearer] == [[1, 0], [0, 1]]
