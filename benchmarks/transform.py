@@ -24,7 +24,7 @@ from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import default_device
 from gpu_xform.gpu.dispatch import Binding, dispatch
-from gpu_xform.gpu.timing import kernel_seconds
+from gpu_xform.gpu.timing import time_kernel
 
 Points = npt.NDArray[Any]
 
@@ -200,7 +200,7 @@ def kernel(device: gx.Device, n_points: int) -> Row:
     clock: dict[str, list[float]] = {name: [] for name in stages}
     for _ in range(25):
         for name, stage in stages.items():
-            clock[name].append(kernel_seconds(device, *stage, copies.plan.n_workgroups(n_points)))
+            clock[name].append(time_kernel(device, *stage, copies.plan.n_workgroups(n_points)))
     ours, copy = (statistics.median(clock[name][2:]) for name in ("ours", "copy"))
     return Row(f"kernel, float32, {n_points / 1e6:g} M, resident", "a copy kernel, same bytes", ours, copy, 1.15)
 

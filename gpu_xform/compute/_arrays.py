@@ -9,12 +9,12 @@ from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError
 
 
-def point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
+def as_point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return `points` as an array (..., n, 2) or (..., n, 3) of float32 or float64, in any layout and byte order.
 
     Nothing is copied where the numbers are already float32 or float64; integers become float64, float16 float32.
     """
-    array = host_array(points, "points")
+    array = as_host_array(points, "points")
     if array.dtype.kind in "iu" or (array.size == 0 and not hasattr(points, "dtype")):
         array = array.astype(np.float64)
     elif array.dtype == np.float16:
@@ -26,7 +26,7 @@ def point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
     return array
 
 
-def host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
+def as_host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
     """Return `value` as a NumPy array, sharing its memory where it offers it."""
     try:
         # Arrays of other libraries hand their memory over by DLPack; NumPy would look for `__array__` only.
@@ -63,7 +63,7 @@ def _same_memory(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> bool:
     )
 
 
-def embedded(matrices: Float64Array) -> Float64Array:
+def as_4x4(matrices: Float64Array) -> Float64Array:
     """Return 3x3 matrices of R^2 (k, 3, 3) as the 4x4 ones that leave z alone: (k, 4, 4); 4x4 ones as they are."""
     if matrices.shape[-1] == 4:
         return matrices

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError, ArgumentTypeError
-from ._arrays import host_array
+from ._arrays import as_host_array
 
 # Weights of a point are used as they are; a sum further from 1 than this is taken for a mistake.
 WEIGHT_TOLERANCE = 1e-3
@@ -23,7 +23,7 @@ def influences(
     per_point: tuple[int, ...], n_matrices: int, index: npt.ArrayLike, weights: npt.ArrayLike | None
 ) -> Influences:
     """Return `index` and `weights` for points of shape `per_point`; raise where they do not fit."""
-    picks = host_array(index, "index")
+    picks = as_host_array(index, "index")
     if picks.dtype.kind not in "iu":
         raise ArgumentTypeError(f"index must hold integers, got dtype {picks.dtype}")
     _require_shape(picks, per_point, "index", blended=weights is not None)
@@ -34,7 +34,7 @@ def influences(
     n_points = int(np.prod(per_point))
     if weights is None:
         return Influences(picks.reshape(n_points, 1), None)
-    shares = host_array(weights, "weights")
+    shares = as_host_array(weights, "weights")
     if shares.dtype.kind not in "fiu":
         raise ArgumentTypeError(f"weights must hold real numbers, got dtype {shares.dtype}")
     if shares.shape != picks.shape:

@@ -11,9 +11,9 @@ from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, DeviceError
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import DispatchPlan
-from ..gpu.device import Device, chosen_device
-from ..gpu.device_points import Points
-from ._arrays import embedded, point_array, require_output
+from ..gpu.device import Device, resolve_device
+from ..gpu.device_points import DevicePoints
+from ._arrays import as_4x4, as_point_array, require_output
 from ._precision import require_range, resolve
 from .kernels import reduce as reduce_pass
 from .kernels import transform as transform_pass
@@ -34,10 +34,10 @@ class PointBuffer:
     """
 
     def __init__(self, points: npt.ArrayLike, *, device: Device | None = None) -> None:
-        source = point_array(points)
+        source = as_point_array(points)
         if source.ndim != 2:
             raise ArgumentError(f"points must have shape (n, 3) or (n, 2), got {source.shape}")
-        device = chosen_device(device)
+        device = resolve_device(device)
         dtype = resolve("float64" if source.dtype.itemsize == 8 else "float32", source.dtype, device).dtype
         self._store = _Store(device, source, dtype)
         self._pending: Float64Array | None = None
@@ -69,7 +69,7 @@ class PointBuffer:
     @property
     def pending(self) -> Float64Array | None:
         """The (4, 4) matrix that the points have still to go through, for points of R^2 with an idle z; or None."""
-        return None if self._pending is None else embedded(self._pending[None])[0]
+        return None if self._pending is None else as_4x4(self._pending[None])[0]
 
     def transformed(self, matrix: MatrixLike) -> "PointBuffer":
         """Return the points with an affine matrix to be applied after what is pending."""
@@ -100,9 +100,9 @@ class PointBuffer:
         reduction = self._reduced()
         return reduction.total / reduction.n_points
 
-    def resident(self) -> Points:
+    def device_points(self) -> DevicePoints:
         """Return the points on the device, without what is pending, for a stage that draws them from there."""
-        return self._store.resident()
+        return self._store.device_points()
 
     def close(self) -> None:
         """Give the device's memory back, for every buffer that shares it. Closing twice does nothing."""
@@ -196,13 +196,13 @@ class _Store:
             whole = whole.merged(part)
         return whole
 
-    def resident(self) -> Points:
+    def device_points(self) -> DevicePoints:
         device = self.require_open()
         if len(self.parts) != 1:
             raise ArgumentError(
                 f"points must be one to {self.plan.chunk:,} to be drawn from {device.name!r}, got {self.n_points:,}"
             )
-        return Points(self.parts[0][1], self.n_points, self.plan.dtype)
+        return DevicePoints(self.parts[0][1], self.n_points, self.plan.dtype)
 
     def require_open(self) -> Device:
         if self._released:

@@ -21,9 +21,9 @@ from .. import matrices
 from .._core.arguments import require_affine, square_matrices
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, PrecisionError
-from ..gpu.device import Device, chosen_device
+from ..gpu.device import Device, resolve_device
 from . import _rebased
-from ._arrays import embedded, point_array, require_output
+from ._arrays import as_4x4, as_point_array, require_output
 from ._precision import Precision, is_single, require_range, resolve, warn_if_coarse
 from ._skinning import Influences, influences
 from .kernels import skin as blend_pass
@@ -59,7 +59,7 @@ def transform_points(
     numbers, text and objects, `PrecisionError` for float64 on a device without it. Warns (`PrecisionWarning`) where
     float32 is too coarse for the coordinates.
     """
-    source = point_array(points)
+    source = as_point_array(points)
     affine = _affine_matrices(matrix, source)
     if is_single(precision, source):
         warn_if_coarse(source)
@@ -81,7 +81,7 @@ def transform_vectors(
 
     normalize : give every result the length 1; what has no length stays as it is
     """
-    source = point_array(points)
+    source = as_point_array(points)
     linear = _linear_part(_affine_matrices(matrix, source))
     return _run(source, linear, _finish(normalize), index, weights, precision, out, device)
 
@@ -102,7 +102,7 @@ def transform_normals(
     Lengths change unless `normalize` is set. With `weights` it is the blended matrix whose inverse transpose is taken.
     Raises `SingularMatrixError` where a linear part has no inverse.
     """
-    source = point_array(points)
+    source = as_point_array(points)
     linear = _linear_part(_affine_matrices(matrix, source))
     if weights is None:
         linear = np.array([matrices.inverse(m).T for m in linear.reshape(-1, *linear.shape[-2:])]).reshape(linear.shape)
@@ -130,7 +130,7 @@ def project_points(
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
     """Apply any matrices to points and divide by w; where w is 0, give NaN. Otherwise as `transform_points`."""
-    source = point_array(points)
+    source = as_point_array(points)
     projective = square_matrices(matrix, "matrix", source.shape[-1] + 1)
     if is_single(precision, source):
         warn_if_coarse(source)
@@ -173,14 +173,14 @@ def _run(
         out = np.empty(shape, dtype)
     else:
         require_output(out, shape, points)
-    device = chosen_device(device)
+    device = resolve_device(device)
     how = resolve(precision, dtype, device)
     require_range(matrix, how.dtype)
     if out.size == 0:
         return out
 
     n_components = points.shape[-1]
-    stack = embedded(matrix.reshape(-1, *matrix.shape[-2:]))
+    stack = as_4x4(matrix.reshape(-1, *matrix.shape[-2:]))
     target = out if out.ndim == 2 or out.flags.c_contiguous else np.empty(shape, dtype)
     if picked is None and _one_by_one(points, stack):
         rows = points.reshape(-1, n_components)
@@ -201,7 +201,7 @@ def _run(
     elif picked is None:
         sets, own = np.broadcast_to(points, shape), np.broadcast_to(matrix, (*batch, *matrix.shape[-2:]))
         for one in np.ndindex(batch):
-            _rebased.transform(device, sets[one], embedded(own[one][None]), target[one][None], finish)
+            _rebased.transform(device, sets[one], as_4x4(own[one][None]), target[one][None], finish)
     else:
         raise PrecisionError("rebased precision takes the same matrices for all points: use precision='float32'")
     if target is not out:

@@ -16,7 +16,7 @@ from ..compute.transform import transform_points
 from ..errors import DeviceError
 from ..gpu.chunking import DispatchPlan
 from ..gpu.device import Device
-from ..gpu.timing import kernel_seconds
+from ..gpu.timing import time_kernel
 
 ROUNDS = 7
 
@@ -158,7 +158,7 @@ def _kernels(
             (plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1), (transforms, source, destination)),
             (plan.pipeline("copy_points"), (source, destination)),
         ]
-        rounds = [[kernel_seconds(device, *stage, n_workgroups) for stage in stages] for _ in range(ROUNDS + 1)]
+        rounds = [[time_kernel(device, *stage, n_workgroups) for stage in stages] for _ in range(ROUNDS + 1)]
     kernel, copy = (statistics.median(column) for column in zip(*rounds[1:], strict=True))
     return kernel, copy
 

@@ -17,11 +17,11 @@ from ..drawing.view import View
 from ..errors import GpuXformError, NoAdapterError
 from ..gpu import chunking as plans
 from ..gpu import self_test
-from ..gpu.adapters import Adapter, adapters, described, find_adapter
+from ..gpu.adapters import Adapter, adapters, describe_adapter, find_adapter
 from ..gpu.buffers import Buffer
 from ..gpu.context import HOST_MAPPABLE_KINDS
 from ..gpu.device import Device
-from ..gpu.device_points import Points
+from ..gpu.device_points import DevicePoints
 from ..raster.compute import rasterizer as picture
 
 N_POINTS = 1_000
@@ -74,7 +74,7 @@ def examine(adapter: str | None = None) -> Report:
     device: Adapter | None = None
     checks: tuple[Check, ...] = ()
     try:
-        device = described(find_adapter(adapter or os.environ.get("GPU_XFORM_ADAPTER") or None))
+        device = describe_adapter(find_adapter(adapter or os.environ.get("GPU_XFORM_ADAPTER") or None))
         reason = _reason(adapter, len(found))
         checks = _tried(adapter)
     except NoAdapterError as error:
@@ -143,13 +143,13 @@ def _transform(device: Device, dtype: np.dtype[Any]) -> tuple[bool, str]:
 def _picture(device: Device) -> tuple[bool, str]:
     """Draw a line two pixels wide, left of and above the middle, and look at the pixels on it and away from it."""
     ends = np.array([(-0.75, 0.5, 0.5), (0.25, 0.5, 0.5)], np.float32)
-    buffer = Buffer(device.context, plans.rounded_up(len(ends)) * 12, label="doctor: points")
+    buffer = Buffer(device.context, plans.align_points(len(ends)) * 12, label="doctor: points")
     edges = Buffer(device.context, 8, label="doctor: edges")
     try:
         buffer.upload(ends)
         edges.upload(np.array([0, 1], np.uint32))
         lines = shapes.Lines(edges, 1, line_width=2.0, color=(1.0, 1.0, 1.0, 1.0))
-        shape = shapes.Shape(Points(buffer, len(ends), ends.dtype), np.eye(4)[None], None, (lines,))
+        shape = shapes.Shape(DevicePoints(buffer, len(ends), ends.dtype), np.eye(4)[None], None, (lines,))
         view = View((32, 32), (0.0, 0.0))
         pixels = picture.draw(device, [shape], np.empty(0, np.uint32), view, (0.0, 0.0, 0.0, 1.0)).pixels()
     finally:

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..gpu.buffers import Buffer
-from ..gpu.device_points import Points
+from ..gpu.device_points import DevicePoints
 from .enums import ColorMode, Hidden
 
 Cue: TypeAlias = tuple[float, float, float, float]
@@ -70,7 +70,7 @@ class Shape:
         what is far away
     """
 
-    points: Points
+    points: DevicePoints
     clip_from_points: npt.NDArray[np.float64]
     faces: Faces | None
     lines: tuple[Lines, ...]

@@ -25,15 +25,15 @@ from ..geometry.edges import (
 )
 from ..geometry.mesh import Mesh, pair_keys
 from ..geometry.triangulation import triangulate
-from ..gpu.chunking import rounded_up
+from ..gpu.chunking import align_points
 from ..gpu.device import Device
-from ..gpu.device_points import Points
+from ..gpu.device_points import DevicePoints
 from ..gpu.layouts import CANDIDATE
 from .layer import Layer
 from .layer_colors import by_face
 
 NO_FACE = 2**32 - 1
-MOST_OF_HULL = 1 << 10  # points; of larger models the corners of their box do
+MAX_BOUNDING_POINTS = 1 << 10  # points; of larger models the corners of their box do
 
 
 class Pairs(NamedTuple):
@@ -104,7 +104,7 @@ class Subject(Protocol):
         """Return points of the world (p, 3) that a camera must hold to hold all instances."""
         ...
 
-    def on_device(self, device: Device) -> tuple[Points, Float64Array]:
+    def on_device(self, device: Device) -> tuple[DevicePoints, Float64Array]:
         """Return the points on `device`, and the (4, 4) matrix from them to the model's frame."""
         ...
 
@@ -196,7 +196,7 @@ class MeshSubject:
             positions = box_corners(self.mesh.bounds)
         return np.concatenate([world_positions(positions, matrix) for matrix in world_from_model])
 
-    def on_device(self, device: Device) -> tuple[Points, Float64Array]:
+    def on_device(self, device: Device) -> tuple[DevicePoints, Float64Array]:
         """Return the points in single precision, moved and scaled into [-1, 1]^3.
 
         Single precision would lose the shape of a small model far from the origin, and has no room for very large ones.
@@ -206,13 +206,15 @@ class MeshSubject:
         model_from_unit[:3, 3] = center
 
         def padded() -> npt.NDArray[np.float32]:
-            points = np.zeros((rounded_up(self.n_points), 3), np.float32)
+            points = np.zeros((align_points(self.n_points), 3), np.float32)
             points[: self.n_points] = self._in_unit_cube()
             return points
 
         buffer = device.resource_cache.get(self.owner, "points", padded)
-        hull = self.mesh.positions if self.n_points <= MOST_OF_HULL else box_corners(self.mesh.bounds)
-        return Points(buffer, self.n_points, np.dtype(np.float32), (hull - center) / half_size), model_from_unit
+        bounding_points = self.mesh.positions if self.n_points <= MAX_BOUNDING_POINTS else box_corners(self.mesh.bounds)
+        return DevicePoints(
+            buffer, self.n_points, np.dtype(np.float32), (bounding_points - center) / half_size
+        ), model_from_unit
 
     def _unit_cube(self) -> tuple[Float64Array, float]:
         return self.mesh.center, float((self.mesh.bounds[1] - self.mesh.center).max()) or 1.0
@@ -295,12 +297,12 @@ class BufferSubject:
     def _bounds(self) -> Float64Array:
         return self._points.bounds().astype(np.float64)
 
-    def on_device(self, device: Device) -> tuple[Points, Float64Array]:
+    def on_device(self, device: Device) -> tuple[DevicePoints, Float64Array]:
         """Return the points as they are; what is pending goes into the matrix."""
         if self._points.device is not device:
             raise ArgumentError(f"model is on {self._points.device!r}, device is {device!r}: they must be one")
         pending = self._points.pending
-        return self._points.resident(), np.eye(4) if pending is None else pending
+        return self._points.device_points(), np.eye(4) if pending is None else pending
 
 
 def outline(layers: Sequence[Layer], subjects: Sequence[Subject]) -> Float64Array:

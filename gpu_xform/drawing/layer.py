@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._core.arguments import number, real_array, square_matrices
 from .._core.types import Float64Array, MatrixLike, StrPath
-from ..compute._arrays import host_array
+from ..compute._arrays import as_host_array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.edges import EdgesLike, angle
@@ -151,7 +151,7 @@ def is_cloud(model: object) -> TypeGuard[npt.NDArray[Any]]:
 
 def cloud(points: npt.NDArray[Any]) -> Mesh:
     """Return the mesh of `points` (n, 3) without faces; raise errors that call them the model."""
-    array = host_array(points, "model")
+    array = as_host_array(points, "model")
     if array.ndim != 2 or array.shape[1] != 3:
         raise ArgumentError(f"model must have shape (n, 3), got {array.shape}")
     return Mesh(real_array(array, "model"))

@@ -11,7 +11,7 @@ import numpy as np
 from .._core.types import Float64Array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, MeshError
-from ..gpu.device import Device, chosen_device
+from ..gpu.device import Device, resolve_device
 from . import limits
 from .build_draw_list import Shaped, needs_distance, shaped
 from .camera import Camera, CameraLike, fit_options, require_in_reach
@@ -61,7 +61,7 @@ def staged(
         if len(held()) == 0:
             raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
         camera = Camera.fit(held(), **options)
-    device = chosen_device(_own_device(layers) if device is None else device)
+    device = resolve_device(_own_device(layers) if device is None else device)
     for model in subjects:
         _require_room(model, device)
     drawn = cache(lambda: np.concatenate([held(), strays(layers, subjects)]))

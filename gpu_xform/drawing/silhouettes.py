@@ -5,7 +5,7 @@ import numpy.typing as npt
 
 from ..gpu import layouts, uniforms
 from ..gpu.buffers import Buffer
-from ..gpu.chunking import n_workgroups, workgroup_size
+from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.device import Device
 from ..gpu.dispatch import dispatch
 
@@ -23,10 +23,10 @@ def find(device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, 
     struct = np.zeros((), layouts.VIEW)
     struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero where all the model is one line to the eye
     struct["n_candidates"] = n_candidates
-    pipeline = device.pipelines.compute("find_silhouette", workgroup_size=workgroup_size(device))
+    pipeline = device.pipelines.compute("find_silhouette", workgroup_size=choose_workgroup_size(device))
     with device.lock:
         (view,) = uniforms.upload(device, "silhouette", "view", [struct])
         with device.encode_commands(view.buffer, candidates, planes, edges, label="silhouette") as encoder:
             bindings = device.bind_groups.bind(pipeline, (view, candidates, planes, edges))
-            dispatch(encoder, pipeline, bindings, n_workgroups(device, n_candidates))
+            dispatch(encoder, pipeline, bindings, count_workgroups(device, n_candidates))
     return edges

@@ -15,7 +15,7 @@ import wgpu
 from wgpu.backends.wgpu_native.extras import set_instance_extras
 
 from ..errors import NoAdapterError
-from .drivers import install_hint
+from .drivers import suggest_driver
 
 NATIVE_BACKENDS = {"darwin": ["Metal"], "win32": ["DX12", "Vulkan"]}.get(sys.platform, ["Vulkan"])
 FASTEST_FIRST = ("DiscreteGPU", "IntegratedGPU", "VirtualGPU", "Unknown", "CPU")
@@ -50,10 +50,10 @@ class Adapter:
 
 def adapters() -> list[Adapter]:
     """List the adapters of this machine, the fastest kind first; an empty list where there is no driver."""
-    return [described(adapter) for adapter in native_adapters()]
+    return [describe_adapter(adapter) for adapter in list_native_adapters()]
 
 
-def described(adapter: wgpu.GPUAdapter) -> Adapter:
+def describe_adapter(adapter: wgpu.GPUAdapter) -> Adapter:
     """Read what wgpu knows of an adapter."""
     info, limits = adapter.info, adapter.limits
     return Adapter(
@@ -75,9 +75,9 @@ def described(adapter: wgpu.GPUAdapter) -> Adapter:
 
 def find_adapter(name: str | None) -> wgpu.GPUAdapter:
     """Return the fastest adapter whose name contains `name`, in any case; `NoAdapterError` where none does."""
-    found = native_adapters()
+    found = list_native_adapters()
     if not found:
-        raise NoAdapterError(f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver. {install_hint()}")
+        raise NoAdapterError(f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver. {suggest_driver()}")
     for adapter in found:
         if name is None or name.casefold() in adapter.info["device"].casefold():
             return adapter
@@ -85,9 +85,9 @@ def find_adapter(name: str | None) -> wgpu.GPUAdapter:
     raise NoAdapterError(f"no graphics adapter has {name!r} in its name; there are: {names}")
 
 
-def native_adapters() -> list[wgpu.GPUAdapter]:
+def list_native_adapters() -> list[wgpu.GPUAdapter]:
     """Enumerate the native adapters, the fastest kind first."""
-    with quiet_runtime_dir():
+    with lend_runtime_dir():
         # Another user of wgpu in this process may have made the instance already: its other back ends are sieved out.
         with contextlib.suppress(RuntimeError):
             set_instance_extras(backends=NATIVE_BACKENDS)
@@ -100,7 +100,7 @@ def native_adapters() -> list[wgpu.GPUAdapter]:
 
 
 @contextlib.contextmanager
-def quiet_runtime_dir() -> Iterator[None]:
+def lend_runtime_dir() -> Iterator[None]:
     """Lend the drivers a private XDG_RUNTIME_DIR where none is set: without one, Mesa complains on standard error."""
     before = os.environ.get("XDG_RUNTIME_DIR")
     if before or not sys.platform.startswith("linux"):

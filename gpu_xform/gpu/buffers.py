@@ -16,7 +16,7 @@ import wgpu
 from .._core.interrupts import uninterrupted
 from ..errors import DeviceError
 from .context import GpuContext
-from .errors import device_errors
+from .errors import translate_wgpu_errors
 
 Usage = wgpu.BufferUsage
 STORAGE: int = Usage.STORAGE | Usage.COPY_SRC | Usage.COPY_DST
@@ -51,14 +51,14 @@ class Buffer:
         self._host_mappable = bool(usage & Usage.STORAGE) and context.host_mappable
         if self._host_mappable:
             usage |= MAPPED
-        with uninterrupted(), device_errors(f"allocate {n_bytes:,} bytes"):
+        with uninterrupted(), translate_wgpu_errors(f"allocate {n_bytes:,} bytes"):
             self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
         self._released = False
         self._is_mapped = False
 
     def upload(self, array: npt.NDArray[Any]) -> None:
         """Copy `array` (C-ordered) to the buffer's start."""
-        with self.context.lock, device_errors(f"upload {array.nbytes:,} bytes"):
+        with self.context.lock, translate_wgpu_errors(f"upload {array.nbytes:,} bytes"):
             self.require_submittable(self.context)
             if self._host_mappable and array.nbytes > MAX_QUEUED_BYTES:
                 self.handle.map_sync(wgpu.MapMode.WRITE, 0, array.nbytes)
@@ -76,7 +76,7 @@ class Buffer:
         """
         if self._is_mapped:
             return
-        with self.context.lock, uninterrupted(), device_errors(f"read {n_bytes:,} bytes back"):
+        with self.context.lock, uninterrupted(), translate_wgpu_errors(f"read {n_bytes:,} bytes back"):
             self.require_submittable(self.context)
             self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
             self._is_mapped = True

@@ -44,7 +44,7 @@ class DispatchPlan:
         limits = device.limits
         n_bytes = min(limits.max_bound_bytes, most_bytes)
         in_binding = n_bytes // (max(n_components, widest) * dtype.itemsize)
-        own_size = max(1, min(workgroup_size(device), in_binding // POINTS_PER_INVOCATION))
+        own_size = max(1, min(choose_workgroup_size(device), in_binding // POINTS_PER_INVOCATION))
         in_dispatch = limits.max_workgroups * own_size * points_per_invocation
         group = POINTS_PER_INVOCATION * own_size
         most = max(min(in_binding, in_dispatch) // group, 1) * group
@@ -80,14 +80,14 @@ class DispatchPlan:
             yield slice(start, min(start + self.chunk, n_points))
 
 
-def workgroup_size(device: Device) -> int:
+def choose_workgroup_size(device: Device) -> int:
     """Return how many invocations make a workgroup."""
     return min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
 
 
-def n_workgroups(device: Device, n: int) -> int:
+def count_workgroups(device: Device, n: int) -> int:
     """Return how many workgroups a stage takes that goes on from `n` things to the next by what one dispatch holds."""
-    return max(1, min(-(-n // workgroup_size(device)), device.limits.max_workgroups))
+    return max(1, min(-(-n // choose_workgroup_size(device)), device.limits.max_workgroups))
 
 
 def precision_name(dtype: np.dtype[Any]) -> str:
@@ -95,6 +95,6 @@ def precision_name(dtype: np.dtype[Any]) -> str:
     return "f64" if dtype == np.float64 else "f32"
 
 
-def rounded_up(n_points: int) -> int:
+def align_points(n_points: int) -> int:
     """Return `n_points` rounded up to whole invocations."""
     return -(-n_points // POINTS_PER_INVOCATION) * POINTS_PER_INVOCATION

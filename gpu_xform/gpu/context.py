@@ -13,8 +13,8 @@ import wgpu
 
 from .._core.interrupts import uninterrupted
 from ..errors import DeviceError
-from .adapters import Adapter, Limits, described, find_adapter, quiet_runtime_dir
-from .errors import device_errors
+from .adapters import Adapter, Limits, describe_adapter, find_adapter, lend_runtime_dir
+from .errors import translate_wgpu_errors
 
 # Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus
 # is faster; on integrated ones wgpu makes what the host may write write-combined, from which it reads at a crawl.
@@ -77,7 +77,7 @@ class GpuContext:
     ) -> None:
         _refuse_fork()
         chosen = find_adapter(adapter or os.environ.get("GPU_XFORM_ADAPTER") or None)
-        self.adapter: Adapter = described(chosen)
+        self.adapter: Adapter = describe_adapter(chosen)
         self.limits: Limits = limits or self.adapter.limits
         useful = wanted_features if self.adapter.kind in HOST_MAPPABLE_KINDS else wanted_features - {MAPPABLE}
         self.features: frozenset[str] = useful & self.adapter.features
@@ -100,7 +100,7 @@ class GpuContext:
             yield encoder
             for buffer in used:
                 buffer.require_submittable(self)
-            with device_errors("record the commands"):
+            with translate_wgpu_errors("record the commands"):
                 commands = encoder.handle.finish(label=label)
             self.handle.queue.submit([commands])
 
@@ -124,7 +124,7 @@ class GpuContext:
 def _open_adapter(adapter: wgpu.GPUAdapter, features: frozenset[str]) -> wgpu.GPUDevice:
     limits = {name: adapter.limits[name] for name in WANTED_LIMITS}
     name = adapter.info["device"]
-    with quiet_runtime_dir(), device_errors(f"open the adapter {name!r}"):
+    with lend_runtime_dir(), translate_wgpu_errors(f"open the adapter {name!r}"):
         try:
             return adapter.request_device_sync(label=name, required_features=sorted(features), required_limits=limits)
         except RuntimeError as error:  # as wgpu says that a driver refuses, but nothing else

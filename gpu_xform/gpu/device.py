@@ -102,7 +102,7 @@ def default_device() -> Device:
         return _default
 
 
-def chosen_device(device: Device | None) -> Device:
+def resolve_device(device: Device | None) -> Device:
     """Return `device`, or by default the process's own. Raises `ArgumentTypeError` for what is no Device."""
     if device is None:
         return default_device()

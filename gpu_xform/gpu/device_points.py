@@ -10,13 +10,13 @@ from .buffers import Buffer
 
 
 @dataclass(frozen=True)
-class Points:
+class DevicePoints:
     """The first `n_points` > 0 packed points of R^3 in `buffer`, which is padded to whole quads.
 
-    hull : (h, 3), between which all of them lie; None where the host does not know
+    bounding_points : (h, 3), between which all of them lie; None where the host does not know
     """
 
     buffer: Buffer
     n_points: int
     dtype: np.dtype[Any]
-    hull: npt.NDArray[np.float64] | None = None
+    bounding_points: npt.NDArray[np.float64] | None = None

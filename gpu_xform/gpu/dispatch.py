@@ -7,7 +7,7 @@ import wgpu
 
 from .buffers import Buffer
 from .context import CommandEncoder, GpuContext
-from .errors import device_errors
+from .errors import translate_wgpu_errors
 
 MAX_BIND_GROUPS = 256  # kept for the next time; small pictures take a tenth less time for it
 
@@ -60,7 +60,7 @@ class BindGroupCache:
         return len(self._groups)
 
     def _create(self, pipeline: wgpu.GPUComputePipeline, parts: Sequence[tuple[int, Binding]]) -> wgpu.GPUBindGroup:
-        with device_errors("bind the buffers"):
+        with translate_wgpu_errors("bind the buffers"):
             return self._context.handle.create_bind_group(
                 label=pipeline.label,
                 layout=pipeline.get_bind_group_layout(0),

@@ -13,7 +13,7 @@ PACKAGES = {
 }
 
 
-def install_hint() -> str:
+def suggest_driver() -> str:
     """Say in one line how this system gets a driver; on Linux that is Mesa's lavapipe, which needs no GPU."""
     if sys.platform != "linux":
         return "Update the driver of the graphics card."

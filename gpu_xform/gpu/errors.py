@@ -11,7 +11,7 @@ MEMORY_WORDS = ("not enough memory", "out of memory")
 
 
 @contextlib.contextmanager
-def device_errors(action: str) -> Iterator[None]:
+def translate_wgpu_errors(action: str) -> Iterator[None]:
     """Turn what wgpu raises in the block into `DeviceMemoryError` or `DeviceError`; `action` says what was tried."""
     try:
         yield

@@ -12,7 +12,7 @@ from .device import Device
 from .dispatch import Binding, dispatch
 
 
-def kernel_seconds(
+def time_kernel(
     device: Device, pipeline: wgpu.GPUComputePipeline, bindings: Sequence[Buffer | Binding], n_workgroups: int
 ) -> float:
     """Run one dispatch and return its seconds by the device's own clock; by the host's where the device has none."""

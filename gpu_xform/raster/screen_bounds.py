@@ -41,14 +41,14 @@ def _on_grid(first: float, last: float, side: int) -> tuple[int, int]:
 
 def _places(shape: Shape, size: tuple[int, int]) -> npt.NDArray[np.float64] | None:
     """Return pixels (p, 2) between which all of a shape lies; None where it may lie anywhere."""
-    hull, matrices = shape.points.hull, shape.clip_from_points
-    if hull is None:
+    bounding_points, matrices = shape.points.bounding_points, shape.clip_from_points
+    if bounding_points is None:
         return None
     if len(matrices) > 1:
-        first, last = hull.min(axis=0), hull.max(axis=0)
-        hull = first + (last - first) * UNIT_CORNERS
+        first, last = bounding_points.min(axis=0), bounding_points.max(axis=0)
+        bounding_points = first + (last - first) * UNIT_CORNERS
     rows = matrices[:, [0, 1, 3]]
-    clip = np.einsum("kij,nj->kni", rows[:, :, :3], hull) + rows[:, np.newaxis, :, 3]
+    clip = np.einsum("kij,nj->kni", rows[:, :, :3], bounding_points) + rows[:, np.newaxis, :, 3]
     w = clip[..., 2:]
     if not w.min() > LEAST_W * np.abs(clip).max():
         return None

@@ -13,7 +13,7 @@ from ..drawing.draw_list import Lines, Shape
 from ..drawing.view import View
 from ..gpu import uniforms
 from ..gpu.buffers import Buffer
-from ..gpu.chunking import n_workgroups, workgroup_size
+from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.device import Device
 from ..gpu.dispatch import Binding, dispatch
 from ..gpu.layouts import PIECE
@@ -84,8 +84,8 @@ def _pieces(
     device: Device, batch: Batch, buffers: tuple[Buffer | Binding, ...], constants: Mapping[str, float]
 ) -> npt.NDArray[np.void]:
     n_edges = batch.n_edges * batch.shape.n_instances
-    grid = n_workgroups(device, batch.n_edges), batch.shape.n_instances
-    pipeline = device.pipelines.compute("cut_lines", workgroup_size=workgroup_size(device), **constants)
+    grid = count_workgroups(device, batch.n_edges), batch.shape.n_instances
+    pipeline = device.pipelines.compute("cut_lines", workgroup_size=choose_workgroup_size(device), **constants)
 
     def run(counts: Buffer, pieces: Buffer, first: int | None) -> None:
         turn = np.array([first is not None, first or 0, 0, 0], np.uint32)

@@ -16,7 +16,7 @@ from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Size, picture_size
 from ..errors import DisplayError, MissingExtraError
-from ..gpu.adapters import quiet_runtime_dir
+from ..gpu.adapters import lend_runtime_dir
 from ..gpu.device import Device
 from ..imaging.colors import ColorLike
 from .session import Session
@@ -59,7 +59,7 @@ def view(
     axis = None if up is None else direction(up, "up", 3)
     backend = _backend()
     session = Session(models, camera, axis, (width, height), background, device, style)
-    with quiet_runtime_dir():
+    with lend_runtime_dir():
         canvas = backend.RenderCanvas(size=(width, height), title=session.title, max_fps=FASTEST)
         failures = connect(canvas, session)
         backend.loop.call_soon(_mind_interrupts, backend.loop, canvas, failures)

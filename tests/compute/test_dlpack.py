@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
-from gpu_xform.compute._arrays import host_array, point_array
+from gpu_xform.compute._arrays import as_host_array, as_point_array
 from gpu_xform.errors import ArgumentTypeError
 from tests.support.reference_transform import AFFINE, some_points
 from tests.support.types import Array
@@ -45,7 +45,7 @@ class Elsewhere(ByDLPack):
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_arrays_of_other_libraries_are_read_without_a_copy(wrap: Any, dtype: npt.DTypeLike) -> None:
     points = some_points(9, dtype)
-    assert np.shares_memory(point_array(wrap(points)), points)
+    assert np.shares_memory(as_point_array(wrap(points)), points)
     assert np.array_equal(gx.transform_points(wrap(points), AFFINE), gx.transform_points(points, AFFINE))
 
 
@@ -59,9 +59,9 @@ def test_index_and_weights_may_be_such_arrays_too(wrap: Any) -> None:
 
 def test_an_array_of_numpys_own_is_not_copied_and_a_map_stays_one(tmp_path: Any) -> None:
     points = some_points(9, np.float32)
-    assert host_array(points, "points") is points
+    assert as_host_array(points, "points") is points
     np.save(tmp_path / "points.npy", points)
-    assert isinstance(host_array(np.load(tmp_path / "points.npy", mmap_mode="r"), "points"), np.memmap)
+    assert isinstance(as_host_array(np.load(tmp_path / "points.npy", mmap_mode="r"), "points"), np.memmap)
 
 
 def test_memory_of_another_device_is_refused() -> None:

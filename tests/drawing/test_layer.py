@@ -228,7 +228,7 @@ def test_instances_are_cut_so_that_points_and_a_number_a_face_or_an_edge_fit_bin
 ) -> None:
     small = device_with_limits(max_binding_bytes=1 << 15)
     with PointBuffer(np.ones((n_points, 3), np.float32), device=small) as points:
-        stored = points.resident()
+        stored = points.device_points()
         faces = Faces(stored.buffer, n_triangles) if n_triangles else None
         lines = (Lines(stored.buffer, 1, 1.0), Lines(stored.buffer, n_edges, 1.0))
         matrices_of_many = np.random.default_rng(1).normal(size=(100, 4, 4))

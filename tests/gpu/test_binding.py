@@ -79,7 +79,7 @@ def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
     device.bind_groups.clear()
     with gx.PointBuffer(np.eye(3, dtype=np.float32), device=device) as points:
         gx.render_array(points, edges=[(0, 1)], device=device, camera=CAMERA, size=(64, 48))
-        own = points.resident().buffer.id
+        own = points.device_points().buffer.id
     kept = {number for _, *parts in device.bind_groups._groups for _, number, *_ in parts}
     assert kept
     assert own not in kept

@@ -19,7 +19,7 @@ from gpu_xform.gpu import context, drivers
 from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device, default_device
-from gpu_xform.gpu.errors import device_errors
+from gpu_xform.gpu.errors import translate_wgpu_errors
 
 linux = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="concerns Linux's driver loader and fork")
 
@@ -77,7 +77,7 @@ def test_an_opengl_adapter_is_never_taken(monkeypatch: pytest.MonkeyPatch) -> No
     stubs = [SimpleNamespace(info={"backend_type": backend, "adapter_type": kind}) for backend, kind in infos]
     monkeypatch.setattr(adapters_module, "NATIVE_BACKENDS", ["Vulkan"])
     monkeypatch.setattr("wgpu.gpu.enumerate_adapters_sync", lambda: stubs)
-    assert adapters_module.native_adapters() == [stubs[2], stubs[3], stubs[1]]
+    assert adapters_module.list_native_adapters() == [stubs[2], stubs[3], stubs[1]]
 
 
 def test_an_adapter_is_chosen_by_a_part_of_its_name_in_any_case(
@@ -148,9 +148,9 @@ def test_the_hint_names_the_systems_own_package(
 
     monkeypatch.setattr(sys, "platform", "linux")
     monkeypatch.setattr("platform.freedesktop_os_release", read)
-    assert expected in drivers.install_hint()
+    assert expected in drivers.suggest_driver()
     monkeypatch.setattr(sys, "platform", "win32")
-    assert "driver" in drivers.install_hint()
+    assert "driver" in drivers.suggest_driver()
 
 
 @linux
@@ -171,7 +171,7 @@ def test_the_runtime_directory_is_lent_and_then_as_before(value: str | None, mon
         monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
     else:
         monkeypatch.setenv("XDG_RUNTIME_DIR", value)
-    with adapters_module.quiet_runtime_dir():
+    with adapters_module.lend_runtime_dir():
         lent = os.environ["XDG_RUNTIME_DIR"]
         assert lent == value if value else Path(lent).stat().st_mode & 0o777 == 0o700
     assert os.environ.get("XDG_RUNTIME_DIR") == value
@@ -307,7 +307,7 @@ def test_the_host_maps_no_memory_that_it_would_read_slowly(
     """What a GPU shares with the host, wgpu makes write-combined where the host may write it."""
     features = device.adapter.features | {"mappable-primary-buffers"}
     seen = dataclasses.replace(device.adapter, kind=kind, features=features)
-    monkeypatch.setattr(context, "described", lambda _: seen)
+    monkeypatch.setattr(context, "describe_adapter", lambda _: seen)
     with Device() as other:
         assert other.host_mappable is is_mapped
         assert Buffer(other.context, 16, label="test").can_map is is_mapped
@@ -372,7 +372,10 @@ def test_exhausted_memory_is_a_device_memory_error(device: Device) -> None:
     ],
 )
 def test_an_error_of_wgpu_becomes_one_of_ours(raised: Exception, expected: type[Exception]) -> None:
-    with pytest.raises(DeviceError, match=r"the device .* lift 3 bytes") as caught, device_errors("lift 3 bytes"):
+    with (
+        pytest.raises(DeviceError, match=r"the device .* lift 3 bytes") as caught,
+        translate_wgpu_errors("lift 3 bytes"),
+    ):
         raise raised
     assert type(caught.value) is expected
     assert caught.value.__cause__ is raised

@@ -11,7 +11,7 @@ from gpu_xform import Camera, Layer, Mesh, Scene, compare_images, render_array, 
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.formats._concatenate import joined
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.chunking import rounded_up
+from gpu_xform.gpu.chunking import align_points
 from gpu_xform.gpu.device import Device
 
 SIZE = (300, 200)
@@ -82,7 +82,7 @@ def test_a_mesh_is_uploaded_once_for_all_nodes_and_styles(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(Buffer, "upload", spy)
     render_array(scene, size=SIZE, device=device)
-    assert uploads.count(12 * rounded_up(ball.n_points)) == 1
+    assert uploads.count(12 * align_points(ball.n_points)) == 1
     assert len([layer for layer in scene.layers() if layer.model is ball]) == 3
 
 

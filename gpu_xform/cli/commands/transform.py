@@ -132,12 +132,12 @@ def _is_special(path: str) -> bool:
 
 
 def _transform_whole_array(options: Namespace, matrix: Float64Array) -> None:
-    from ...compute._arrays import point_array
+    from ...compute._arrays import as_point_array
     from ...compute.transform import project_points, transform_points
 
     array = files.read_array(options.input)
     try:
-        points = point_array(array)
+        points = as_point_array(array)
     except (ArgumentError, ArgumentTypeError) as error:
         raise ArgumentError(f"{options.input}: {error}") from None
     if points.shape[-1] == 2:

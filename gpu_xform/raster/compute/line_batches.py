@@ -12,7 +12,7 @@ from ...drawing.draw_list import Lines
 from ...drawing.enums import ColorMode, Hidden
 from ...gpu import layouts
 from ...gpu.buffers import Buffer
-from ...gpu.chunking import n_workgroups, workgroup_size
+from ...gpu.chunking import choose_workgroup_size, count_workgroups
 from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import Binding, dispatch
@@ -101,6 +101,6 @@ def over_edges(
     **constants: float,
 ) -> None:
     """Record a stage that goes through the edges of a batch, an edge an invocation, or `n_lanes`."""
-    pipeline = device.pipelines.compute(stage, workgroup_size=workgroup_size(device), **constants)
-    grid = n_workgroups(device, batch.n_edges * n_lanes), batch.shape.n_instances
+    pipeline = device.pipelines.compute(stage, workgroup_size=choose_workgroup_size(device), **constants)
+    grid = count_workgroups(device, batch.n_edges * n_lanes), batch.shape.n_instances
     dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, bindings), *grid)

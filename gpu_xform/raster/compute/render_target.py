@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...gpu.buffers import READBACK, Buffer
-from ...gpu.chunking import n_workgroups, workgroup_size
+from ...gpu.chunking import choose_workgroup_size, count_workgroups
 from ...gpu.context import CommandEncoder
 from ...gpu.dispatch import Binding, dispatch
 
@@ -78,11 +78,11 @@ class Target:
         bindings: Mapping[int, Buffer | Binding],
         **constants: float,
     ) -> None:
-        size = workgroup_size(self._device)
+        size = choose_workgroup_size(self._device)
         pipeline = self._device.pipelines.compute(stage, workgroup_size=size, **constants)
         n = -(-self.n_bytes // (4 * PIXELS_PER_INVOCATION))
         bound = self._device.bind_groups.bind(pipeline, {**bindings, 7: self._pixels})
-        dispatch(encoder, pipeline, bound, n_workgroups(self._device, n))
+        dispatch(encoder, pipeline, bound, count_workgroups(self._device, n))
 
     def leave(self, encoder: CommandEncoder) -> None:
         """Record what brings the finished picture to where the host can map it."""

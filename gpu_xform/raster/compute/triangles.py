@@ -12,7 +12,7 @@ from ...drawing.draw_list import Cue
 from ...errors import ArgumentError
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import INDIRECT, Buffer
-from ...gpu.chunking import n_workgroups, workgroup_size
+from ...gpu.chunking import choose_workgroup_size, count_workgroups
 from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import Binding, dispatch
@@ -110,7 +110,7 @@ class FacePass:
     def _go_through(self, encoder: CommandEncoder, tile: Binding, *, again: bool) -> None:
         # The same pipelines both times: others might round otherwise, and no face would be as near as the nearest.
         constants = {
-            "workgroup_size": workgroup_size(self._device),
+            "workgroup_size": choose_workgroup_size(self._device),
             "numbered": self._numbered,
             "is_cued": self._is_cued,
         }
@@ -131,7 +131,7 @@ class FacePass:
                 self._large,
             )
             encoder.clear_buffer(self._large, HEAD_BYTES)
-            grid = n_workgroups(self._device, batch.n_triangles), batch.shape.n_instances
+            grid = count_workgroups(self._device, batch.n_triangles), batch.shape.n_instances
             dispatch(encoder, small_ones, self._device.bind_groups.bind(small_ones, buffers), *grid)
             dispatch(encoder, large_ones, self._device.bind_groups.bind(large_ones, buffers), self._large)
 

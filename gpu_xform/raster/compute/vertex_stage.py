@@ -9,7 +9,7 @@ from ...drawing.draw_list import Shape
 from ...drawing.limits import CLIP_POSITION_BYTES
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import Buffer
-from ...gpu.chunking import POINTS_PER_INVOCATION, precision_name, rounded_up, workgroup_size
+from ...gpu.chunking import POINTS_PER_INVOCATION, align_points, choose_workgroup_size, precision_name
 from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import Binding, dispatch
@@ -34,13 +34,13 @@ class Projected:
     @property
     def stride(self) -> int:
         """The number of points from one instance to the next."""
-        return rounded_up(self.shape.points.n_points)
+        return align_points(self.shape.points.n_points)
 
 
 def in_bindings(device: Device, shape: Shape) -> Iterator[Shape]:
     """Cut the instances of a shape into as many shapes as bindings need: for points, and a number a face or an edge."""
     n_numbers = max([lines.n_edges for lines in shape.lines] + [shape.faces.n_triangles if shape.faces else 0])
-    stride = max(rounded_up(shape.points.n_points) * CLIP_POSITION_BYTES, n_numbers * NUMBER_BYTES)
+    stride = max(align_points(shape.points.n_points) * CLIP_POSITION_BYTES, n_numbers * NUMBER_BYTES)
     most = max(1, min((device.limits.max_bound_bytes - HEAD_BYTES) // stride, device.limits.max_workgroups))
     for start in range(0, len(shape.clip_from_points), most):
         yield replace(shape, clip_from_points=shape.clip_from_points[start : start + most])
@@ -55,7 +55,7 @@ class Projection:
         self.shapes: list[Projected] = []
         for number, shape in enumerate(shapes):
             points = shape.points
-            n_padded = rounded_up(points.n_points)
+            n_padded = align_points(points.n_points)
             n_bytes = len(shape.clip_from_points) * n_padded * CLIP_POSITION_BYTES
             positions = device.pool.scratch(POOL_OWNER, f"positions {number}", n_bytes)
             stack = layouts.matrix_array(shape.clip_from_points, points.dtype)
@@ -73,7 +73,7 @@ class Projection:
 
     def record(self, encoder: CommandEncoder) -> None:
         """Record a dispatch for each shape."""
-        size = workgroup_size(self._device)
+        size = choose_workgroup_size(self._device)
         for projected, bindings in zip(self.shapes, self._bindings, strict=True):
             stage = f"project_vertices_{precision_name(projected.shape.points.dtype)}"
             pipeline = self._device.pipelines.compute(stage, workgroup_size=size)
