@@ -8,7 +8,7 @@ from ..drawing.prepare import Size, Stage, staged
 from ..errors import ArgumentError
 from ..gpu.device import Device
 from ..imaging.colors import ColorLike, FloatColor, backdrop
-from ..vector import Strokes, pdf, svg
+from ..vector import VectorLayer, format_pdf, format_svg
 from ..vector.build_layers import strokes
 from ..vector.edge_visibility import MARGIN
 
@@ -33,7 +33,7 @@ def render_svg(
     lines of one pixel.
     """
     layers, ground, extent = _drawn(models, camera, size, background, device, style)
-    return svg(extent, ground, layers)
+    return format_svg(extent, ground, layers)
 
 
 def render_pdf(
@@ -50,7 +50,7 @@ def render_pdf(
     Raises `MissingExtraError` where the extra `pdf` is not installed.
     """
     layers, ground, extent = _drawn(models, camera, size, background, device, style)
-    return pdf(extent, ground, layers)
+    return format_pdf(extent, ground, layers)
 
 
 def _drawn(
@@ -60,7 +60,7 @@ def _drawn(
     background: ColorLike | None,
     device: Device | None,
     style: Style,
-) -> tuple[list[Strokes], FloatColor, tuple[int, int]]:
+) -> tuple[list[VectorLayer], FloatColor, tuple[int, int]]:
     ground = backdrop(background)
     with staged(models, camera, size, device, style) as stage:
         _require_depths(stage)

@@ -1,11 +1,11 @@
-"""Pictures as lines instead of pixels: what was computed in two dimensions becomes SVG or PDF.
+"""Vector back end: a draw list becomes SVG or PDF.
 
 Reading order: decimal_text, join_segments, layer, paths, svg, pdf, edge_visibility, painters, clip_faces, fills,
 build_layers.
 """
 
-from .layer import Dots, Polygons, Strokes, dash_pattern
-from .pdf import pdf
-from .svg import svg
+from .layer import Points, Polygons, VectorLayer, dash_pattern
+from .pdf import format_pdf
+from .svg import format_svg
 
-__all__ = ["Dots", "Polygons", "Strokes", "dash_pattern", "pdf", "svg"]
+__all__ = ["Points", "Polygons", "VectorLayer", "dash_pattern", "format_pdf", "format_svg"]

@@ -12,14 +12,14 @@ from ..drawing.prepare import Stage
 from ..imaging.colors import FloatColor
 from .edge_visibility import Cut, cut
 from .fills import painted, polygons
-from .layer import Dots, Polygons, Strokes
+from .layer import Points, Polygons, VectorLayer
 
 PALE = 0.25  # what hidden edges keep of their strength where they fade; as in the shaders
 GRADIENT_STEP = 8.0  # pixels; pieces of changing colour are no longer
 UNCUT = 1e9
 
 
-def strokes(stage: Stage, backdrop: FloatColor) -> list[Strokes]:
+def strokes(stage: Stage, backdrop: FloatColor) -> list[VectorLayer]:
     """Return each layer's picture; before them all painted faces, unless they are the first layer's own."""
     shaped = stage.shaped
     cuts, seen = cut(stage.device, shaped.shapes, stage.view, _longest, painting=len(shaped.palette) > 0)
@@ -49,7 +49,7 @@ def _longest(lines: Lines) -> float:
     return GRADIENT_STEP if lines.color_mode is ColorMode.PER_VERTEX and not is_pale else UNCUT
 
 
-def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons | None) -> Strokes:
+def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons | None) -> VectorLayer:
     """Return one layer's strokes; hidden parts that are removed, and hidden dots, are left out."""
     segments, hidden, starts, colors, circles, dot_colors = [], [], [], [], [], []
     fades = False
@@ -73,7 +73,7 @@ def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons
         hidden.append(is_hidden)
         starts.append(pieces["start"])
         colors.append(own)
-    return Strokes(
+    return VectorLayer(
         name=name,
         segments=np.concatenate(segments) if segments else np.empty((0, 4), np.float32),
         hidden=np.concatenate(hidden) if hidden else np.empty(0, np.bool_),
@@ -82,7 +82,7 @@ def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons
         line_width=line_width,
         hidden_style="fade" if fades else "dash",
         polygons=filled,
-        dots=Dots(np.concatenate(circles), np.concatenate(dot_colors)) if circles else None,
+        points=Points(np.concatenate(circles), np.concatenate(dot_colors)) if circles else None,
     )
 
 

@@ -1,7 +1,7 @@
-"""What a picture of one model consists of, in two dimensions: computed before, written after.
+"""Vector layer: what one model contributes to a vector picture, in two dimensions.
 
-Coordinates are pixels, x to the right and y down, from the picture's top left corner. Colours are straight red, green,
-blue and alpha from 0 to 1; alpha is final, whatever paled a line is in it.
+Coordinates are pixels from the top left corner of the picture, x to the right and y down. Colours are straight red,
+green, blue and alpha from 0 to 1; alpha is final and includes all fades.
 """
 
 from dataclasses import dataclass
@@ -15,20 +15,20 @@ from ..errors import ArgumentError
 
 FloatArray = npt.NDArray[np.floating[Any]]
 
-DASH_ON, DASH_OFF = 4.0, 3.0  # line widths
-NARROWEST_DASHED = 1.5  # pixels: dashes of narrower lines would no longer look like lines
-FARTHEST = 1e7  # pixels: hundredths of them still fit an int32
+DASH_ON_WIDTHS, DASH_OFF_WIDTHS = 4.0, 3.0  # lengths in line widths
+MIN_DASH_WIDTH_PX = 1.5  # dashes of narrower lines would no longer look like lines
+MAX_COORDINATE_PX = 1e7  # hundredths of pixels still fit an int32
 
 
 def dash_pattern(line_width: float) -> tuple[float, float]:
-    """Return how many pixels along a dashed line are drawn, and how many then left out; dashes end flat."""
-    width = max(line_width, NARROWEST_DASHED)
-    return DASH_ON * width, DASH_OFF * width
+    """Return the lengths in pixels of the dashes of a line, which end flat, and of the gaps."""
+    width = max(line_width, MIN_DASH_WIDTH_PX)
+    return DASH_ON_WIDTHS * width, DASH_OFF_WIDTHS * width
 
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Filled polygons, those behind first: of one alpha, only the nearest shows.
+    """Filled polygons from back to front; of polygons of one alpha, only the nearest shows.
 
     offsets : (k + 1,) int; polygon i has the points from offsets[i] to offsets[i + 1]
     points : (p, 2)
@@ -45,10 +45,10 @@ class Polygons:
 
 
 @dataclass(frozen=True, eq=False)
-class Dots:
-    """Round dots, each over those before it.
+class Points:
+    """Round points, each drawn over those before it.
 
-    circles : (d, 3) the middle's x and y, and the diameter
+    circles : (d, 3) the centre's x and y, and the diameter
     colors : (1, 4) or (d, 4)
     """
 
@@ -61,18 +61,18 @@ class Dots:
 
 
 @dataclass(frozen=True, eq=False)
-class Strokes:
-    """One model's picture: its polygons, the hidden parts of its edges over them, the visible ones, its dots.
+class VectorLayer:
+    """One model in a picture: its polygons, over them the hidden and the visible parts of its edges, and its points.
 
-    name : of the model: any text, and several may have the same
-    segments : (s, 4) x0, y0, x1, y1: a visible or a hidden part of an edge, painted over those before it
+    name : of the model: any text, not necessarily unique
+    segments : (s, 4) x0, y0, x1, y1: a visible or a hidden part of an edge, drawn over those before it
     hidden : (s,) bool
-    dash_start : (s,) pixels from where the edge starts to where the segment does
+    dash_start : (s,) distance in pixels from the start of the edge to that of the segment
     colors : (1, 4) or (s, 4)
     line_width : pixels
-    hidden_style : "dash" draws hidden segments by `dash_pattern`, which starts where the edge does; "fade" like others
+    hidden_style : "dash" draws hidden segments by `dash_pattern`, which begins where the edge does; "fade" like others
 
-    Raises `ArgumentError` where shapes don't fit, or a coordinate is no number or farther out than 1e7.
+    Raises `ArgumentError` if shapes don't fit, or a coordinate is not finite or beyond 1e7.
     """
 
     name: str
@@ -83,7 +83,7 @@ class Strokes:
     line_width: float
     hidden_style: Literal["dash", "fade"] = "dash"
     polygons: Polygons | None = None
-    dots: Dots | None = None
+    points: Points | None = None
 
     def __post_init__(self) -> None:
         _require_coordinates(self.segments, "segments", 4)
@@ -91,21 +91,21 @@ class Strokes:
         for values, name in ((self.hidden, "hidden"), (self.dash_start, "dash_start")):
             if values.shape != (n,):
                 raise ArgumentError(f"{name} must have shape ({n},), got {values.shape}")
-        _require_reach(self.dash_start, "dash_start")
+        _require_in_range(self.dash_start, "dash_start")
         _require_colors(self.colors, n)
 
 
 def _require_coordinates(values: FloatArray, name: str, columns: int) -> None:
     if values.ndim != 2 or values.shape[1] != columns:
         raise ArgumentError(f"{name} must have shape (n, {columns}), got {values.shape}")
-    _require_reach(values, name)
+    _require_in_range(values, name)
 
 
-def _require_reach(values: FloatArray, name: str) -> None:
+def _require_in_range(values: FloatArray, name: str) -> None:
     if not np.isfinite(values).all():
         raise ArgumentError(f"{name} must be finite, got {first_non_finite(values)}")
-    if np.abs(values).max(initial=0.0) > FARTHEST:
-        raise ArgumentError(f"{name} must lie within {FARTHEST:g} pixels, got {np.abs(values).max():g}")
+    if np.abs(values).max(initial=0.0) > MAX_COORDINATE_PX:
+        raise ArgumentError(f"{name} must lie within {MAX_COORDINATE_PX:g} pixels, got {np.abs(values).max():g}")
 
 
 def _require_colors(colors: FloatArray, n: int) -> None:

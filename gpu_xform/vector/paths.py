@@ -1,8 +1,8 @@
-"""Which lines share a path.
+"""Paths of a vector layer: which lines and polygons share one.
 
-A path paints what it covers once, however often its lines cross; the lines of a picture are each painted over those
-before them. So a line that lets something shine through has a path of its own: where two cross, it is darker. Opaque
-lines of one colour that come one after another share a path, which nobody can tell from many.
+A path paints what it covers once, however often its lines cross; the lines of a picture are each drawn over those
+before them. So a transparent line has a path of its own: where two cross, the picture is darker. Consecutive opaque
+lines of one colour share a path, which looks the same as many.
 """
 
 from collections.abc import Iterator
@@ -15,30 +15,30 @@ import numpy.typing as npt
 
 from .._core.types import BoolArray, IndexArray
 from ..imaging.colors import packed
-from .decimal_text import Hundredths, Octets, hundredths
-from .join_segments import LONGEST, chained
-from .layer import FloatArray, Polygons, Strokes, dash_pattern
+from .decimal_text import Bytes, FixedPoint, to_fixed_point
+from .join_segments import MAX_POINTS_PER_LINE, join_segments
+from .layer import FloatArray, Polygons, VectorLayer, dash_pattern
 
-SEAM = 0.5  # pixels by which polygons of several paths overlap, or what lies behind would glimmer between them
+SEAM_WIDTH_PX = 0.5  # overlap of polygons of several paths, or what lies behind would glimmer between them
 
 
 @dataclass(frozen=True)
 class Paths:
-    """Paths in the order in which they are painted.
+    """Paths in the order in which they are drawn.
 
     points : (n, 2)
     begins : (n,) whether a line of a path begins at the point
     offsets : (p + 1,) path i has the points from offsets[i] to offsets[i + 1]
     colors : (p, 4) red, green, blue, alpha from 0 to 255
-    phases : (p,) how far into the pattern of dashes each line starts, or None where lines are not dashed
+    phases : (p,) offset into the dash pattern at which each line of a path starts; None if lines are not dashed
     closed : whether lines end where they begin, as polygons do
     """
 
-    points: Hundredths
+    points: FixedPoint
     begins: BoolArray
     offsets: IndexArray
-    colors: Octets
-    phases: Hundredths | None = None
+    colors: Bytes
+    phases: FixedPoint | None = None
     closed: bool = False
 
     @property
@@ -47,91 +47,96 @@ class Paths:
         return np.append(self.begins[1:], True)
 
 
-def octets(colors: FloatArray, n: int) -> Octets:
-    """Return `n` colours with 8 bits a component, as pictures of pixels have them: (n, 4)."""
+def quantize_colors(colors: FloatArray, n: int) -> Bytes:
+    """Return `n` colours with 8 bits per component, rounded as in pictures of pixels: (n, 4).
+
+    colors : (1, 4) or (n, 4)
+    """
     return np.broadcast_to(packed(np.asarray(colors, np.float64))[:, None].view(np.uint8), (n, 4))
 
 
-def distinct(colors: Octets) -> tuple[Octets, IndexArray]:
-    """Return the colours that there are, and which of them each one is."""
+def unique_colors(colors: Bytes) -> tuple[Bytes, IndexArray]:
+    """Return the distinct colours, and the index of each of `colors` among them."""
     as_numbers = np.ascontiguousarray(colors).view(np.uint32)[:, 0]
-    _, first, which = np.unique(as_numbers, return_index=True, return_inverse=True)
-    return colors[first], which
+    _, first, index = np.unique(as_numbers, return_index=True, return_inverse=True)
+    return colors[first], index
 
 
-def line_paths(strokes: Strokes, *, hidden: bool) -> Paths:
-    """Return the paths of the hidden or of the visible segments; those without any alpha are left out."""
-    colors = octets(strokes.colors, len(strokes.segments))
-    chosen = np.flatnonzero((strokes.hidden == hidden) & (colors[:, 3] > 0))
-    ends, colors = hundredths(strokes.segments[chosen]).reshape(-1, 2, 2), colors[chosen]
-    if hidden and strokes.hidden_style == "dash":
-        period = hundredths(np.array([sum(dash_pattern(strokes.line_width))]))
-        return _dashed(ends, colors, hundredths(strokes.dash_start[chosen]) % period)
-    return _solid(ends, colors)
+def make_line_paths(layer: VectorLayer, *, hidden: bool) -> Paths:
+    """Return the paths of the hidden or of the visible segments, without those whose alpha is 0."""
+    colors = quantize_colors(layer.colors, len(layer.segments))
+    which = np.flatnonzero((layer.hidden == hidden) & (colors[:, 3] > 0))
+    ends, colors = to_fixed_point(layer.segments[which]).reshape(-1, 2, 2), colors[which]
+    if hidden and layer.hidden_style == "dash":
+        period = to_fixed_point(np.array([sum(dash_pattern(layer.line_width))]))
+        return _make_dashed_paths(ends, colors, to_fixed_point(layer.dash_start[which]) % period)
+    return _make_solid_paths(ends, colors)
 
 
-def _solid(ends: Hundredths, colors: Octets) -> Paths:
-    runs = _runs(colors)
-    points, begins = chained(ends, runs)
-    offsets = _offsets(begins, runs[points >> 1])
+def _make_solid_paths(ends: FixedPoint, colors: Bytes) -> Paths:
+    runs = _number_runs(colors)
+    points, begins = join_segments(ends, runs)
+    offsets = _path_offsets(begins, runs[points >> 1])
     return Paths(ends.reshape(-1, 2)[points], begins, offsets, colors[points[offsets[:-1]] >> 1])
 
 
-def _dashed(ends: Hundredths, colors: Octets, phases: Hundredths) -> Paths:
-    """Return paths whose lines all start at one place of the pattern: each line begins it anew, so none are strung."""
-    order = np.lexsort((phases, _runs(colors)))
+def _make_dashed_paths(ends: FixedPoint, colors: Bytes, phases: FixedPoint) -> Paths:
+    """Return paths whose lines share a phase. Each line restarts the dash pattern, so segments are not joined."""
+    order = np.lexsort((phases, _number_runs(colors)))
     ends, colors, phases = ends[order], colors[order], phases[order]
     begins = np.tile([True, False], len(ends))
-    offsets = _offsets(begins, np.repeat(np.cumsum(_changes(np.column_stack([_runs(colors), phases]))), 2))
+    runs = np.cumsum(_differs_from_previous(np.column_stack([_number_runs(colors), phases])))
+    offsets = _path_offsets(begins, np.repeat(runs, 2))
     first = offsets[:-1] // 2
     return Paths(ends.reshape(-1, 2), begins, offsets, colors[first], phases[first])
 
 
-def face_paths(polygons: Polygons) -> Iterator[tuple[int, Paths]]:
-    """Yield an alpha, from 0 to 255, and the opaque paths to blend with it as one: neighbours that have that alpha.
+def make_polygon_paths(polygons: Polygons) -> Iterator[tuple[int, Paths]]:
+    """Yield runs of polygons of one alpha: the alpha, from 0 to 255, and opaque paths to composite with it as a group.
 
-    All polygons go round the same way, or where two of a path overlap there would be a hole.
+    All polygons have the same winding, or there would be holes where two of a path overlap.
     """
     n = len(polygons.offsets) - 1
-    colors = octets(polygons.colors, n)
-    for start, end in pairwise([*np.flatnonzero(_changes(colors[:, 3:])), n]):
+    colors = quantize_colors(polygons.colors, n)
+    points = to_fixed_point(polygons.points)
+    for start, end in pairwise([*np.flatnonzero(_differs_from_previous(colors[:, 3:])), n]):
         alpha = int(colors[start, 3])
         if alpha > 0:
-            yield alpha, _face_paths(hundredths(polygons.points), polygons.offsets[start : end + 1], colors[start:end])
+            yield alpha, _make_opaque_paths(points, polygons.offsets[start : end + 1], colors[start:end])
 
 
-def _face_paths(points: Hundredths, offsets: npt.NDArray[np.integer[Any]], colors: Octets) -> Paths:
+def _make_opaque_paths(points: FixedPoint, offsets: npt.NDArray[np.integer[Any]], colors: Bytes) -> Paths:
     points, offsets = points[offsets[0] : offsets[-1]], offsets - offsets[0]
     sizes = np.diff(offsets)
-    which = np.repeat(np.arange(len(sizes)), sizes)
+    polygon = np.repeat(np.arange(len(sizes)), sizes)
     index = np.arange(len(points))
-    begins = index == offsets[which]
-    following = np.where(index + 1 == offsets[which + 1], offsets[which], index + 1)
-    p, q = points.astype(np.float64), points[following].astype(np.float64)
-    areas = np.bincount(which, p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], len(sizes))
-    points = points[np.where(areas[which] < 0.0, offsets[which] + offsets[which + 1] - 1 - index, index)]
+    begins = index == offsets[polygon]
+    after = np.where(index + 1 == offsets[polygon + 1], offsets[polygon], index + 1)
+    p, q = points.astype(np.float64), points[after].astype(np.float64)
+    areas = np.bincount(polygon, p[:, 0] * q[:, 1] - p[:, 1] * q[:, 0], len(sizes))
+    points = points[np.where(areas[polygon] < 0.0, offsets[polygon] + offsets[polygon + 1] - 1 - index, index)]
     opaque = colors.copy()
     opaque[:, 3] = 255
-    paths = _offsets(begins, _runs(opaque)[which])
-    return Paths(points, begins, paths, opaque[which[paths[:-1]]], closed=True)
+    paths = _path_offsets(begins, _number_runs(opaque)[polygon])
+    return Paths(points, begins, paths, opaque[polygon[paths[:-1]]], closed=True)
 
 
-def _changes(rows: npt.NDArray[np.integer[Any]]) -> BoolArray:
-    """Tell of each row (n, k) whether it is another than the one before."""
-    changed = np.ones(len(rows), np.bool_)
-    changed[1:] = (rows[1:] != rows[:-1]).any(axis=1)
-    return changed
+def _differs_from_previous(rows: npt.NDArray[np.integer[Any]]) -> BoolArray:
+    """Tell whether each row (n, k) differs from the one before; the first does."""
+    differs = np.ones(len(rows), np.bool_)
+    differs[1:] = (rows[1:] != rows[:-1]).any(axis=1)
+    return differs
 
 
-def _runs(colors: Octets) -> IndexArray:
-    """Return the number of each colour's run: opaque neighbours that are equal, or one that is not opaque."""
-    return np.cumsum(_changes(colors) | (colors[:, 3] < 255))
+def _number_runs(colors: Bytes) -> IndexArray:
+    """Return the number of each colour's run: equal opaque neighbours, or one colour that is not opaque."""
+    return np.cumsum(_differs_from_previous(colors) | (colors[:, 3] < 255))
 
 
-def _offsets(begins: BoolArray, runs: IndexArray) -> IndexArray:
-    """Return where each path begins, and the end: a line begins there, another run or too long a path."""
-    first = np.maximum.accumulate(np.where(_changes(runs[:, None]), np.arange(len(runs)), 0))
-    part = (np.arange(len(runs)) - first) // LONGEST
+def _path_offsets(begins: BoolArray, runs: IndexArray) -> IndexArray:
+    """Return where each path begins, and the end: at a line that begins a run, or would make the path too long."""
+    first = np.maximum.accumulate(np.where(_differs_from_previous(runs[:, None]), np.arange(len(runs)), 0))
+    part = (np.arange(len(runs)) - first) // MAX_POINTS_PER_LINE
     lines = np.flatnonzero(begins)
-    changed = _changes(np.stack([runs[lines], part[lines]], axis=1))
-    return np.append(lines[changed], len(runs))
+    is_first = _differs_from_previous(np.stack([runs[lines], part[lines]], axis=1))
+    return np.append(lines[is_first], len(runs))

@@ -1,4 +1,4 @@
-"""Pictures as PDF, one layer a model, for print."""
+"""PDF documents: one optional-content layer per model, for print."""
 
 import io
 import zlib
@@ -10,15 +10,15 @@ import numpy as np
 
 from ..errors import MissingExtraError
 from ..imaging.colors import FloatColor
-from .decimal_text import Octets, hundredths, rows
-from .layer import Dots, Strokes, dash_pattern
-from .paths import SEAM, Paths, distinct, face_paths, line_paths, octets
+from .decimal_text import Bytes, format_rows, to_fixed_point
+from .layer import Points, VectorLayer, dash_pattern
+from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
 
-POINTS_A_PIXEL = 0.75  # CSS has 96 pixels an inch, PDF 72 points
-COMPRESSION = 4  # zlib's best saves another twentieth, and takes seven times as long
+POINTS_PER_PIXEL = 0.75  # CSS has 96 pixels per inch, PDF 72 points
+ZLIB_LEVEL = 4  # the best level saves another 5 %, and takes seven times as long
 
-# Four curves, a circle of diameter 1 within 0.03 %. A line of no length with round ends would be one as well, but some
-# viewers lengthen it.
+# Four Bezier curves, a circle of diameter 1 within 0.03 %. A line of no length with round ends would be one too, but
+# some viewers lengthen it.
 _BEND = 0.5 * 0.5523
 _CIRCLE = (
     *((0.5, 0.0), (0.5, _BEND), (_BEND, 0.5), (0.0, 0.5), (-_BEND, 0.5), (-0.5, _BEND), (-0.5, 0.0)),
@@ -27,11 +27,12 @@ _CIRCLE = (
 _CIRCLE_VERBS = (b" m\n", *(b" ", b" ", b" c\n") * 3, b" ", b" ", b" c f\n")
 
 
-def pdf(size: tuple[int, int], background: FloatColor, layers: Sequence[Strokes]) -> bytes:
+def format_pdf(size: tuple[int, int], background: FloatColor, layers: Sequence[VectorLayer]) -> bytes:
     """Return a PDF document of one page that shows each layer over those before it; the same bytes every time.
 
-    A pixel of `size` is 1/96 inch. A model is a layer of the document, which viewers can hide, under its own name.
-    Coordinates are rounded to hundredths of a pixel. Raises `MissingExtraError` where pydyf is not installed.
+    A pixel of `size` = (width, height) is 1/96 inch. Each model is a layer of the document with the model's name, which
+    viewers can hide. Coordinates are rounded to hundredths of a pixel. Raises `MissingExtraError` if pydyf is not
+    installed.
     """
     try:
         import pydyf
@@ -46,7 +47,7 @@ def pdf(size: tuple[int, int], background: FloatColor, layers: Sequence[Strokes]
 
 
 class _Page:
-    """A page whose content counts in pixels from the top left corner, and what the content refers to by name."""
+    """A page whose coordinates are pixels from the top left corner, and the resources that its content names."""
 
     def __init__(self, pydyf: ModuleType, size: tuple[int, int]) -> None:
         self._pydyf = pydyf
@@ -55,31 +56,31 @@ class _Page:
         self._alphas: dict[str, Any] = {}
         self._groups: dict[str, Any] = {}
         self._models: dict[str, Any] = {}
-        self._content = [b"%f 0 0 %f 0 %f cm" % (POINTS_A_PIXEL, -POINTS_A_PIXEL, POINTS_A_PIXEL * size[1])]
+        self._content = [b"%f 0 0 %f 0 %f cm" % (POINTS_PER_PIXEL, -POINTS_PER_PIXEL, POINTS_PER_PIXEL * size[1])]
 
     def fill(self, background: FloatColor) -> None:
-        """Paint all of the page."""
-        [state] = self._states(octets(np.array([background]), 1), "rg")
+        """Fill the whole page with a colour."""
+        [state] = self._states(quantize_colors(np.array([background]), 1), "rg")
         self._content.append(b"q %b0 0 %d %d re f Q" % (state, *self._size))
 
-    def draw(self, layer: Strokes) -> None:
-        """Draw one model, over what is there."""
+    def draw(self, layer: VectorLayer) -> None:
+        """Draw one model over what is there."""
         name = f"m{len(self._models)}"
         title = layer.name.encode("utf-8", "replace").decode() or "model"
         model = self._pydyf.Dictionary({"Type": "/OCG", "Name": self._pydyf.String(title)})
         self._pdf.add_object(model)
         self._models[name] = model.reference
-        self._content.extend([b"/OC /%b BDC" % name.encode(), *self._model(layer), b"EMC"])
+        self._content.extend([b"/OC /%b BDC" % name.encode(), *self._draw_model(layer), b"EMC"])
 
     def document(self) -> bytes:
         """Return the whole document."""
         pydyf, pdf = self._pydyf, self._pdf
-        content = self._stream(self._content)
+        content = self._add_stream(self._content)
         resources = {"ExtGState": self._alphas, "XObject": self._groups, "Properties": self._models}
         page = {
             "Type": "/Page",
             "Parent": pdf.pages.reference,
-            "MediaBox": pydyf.Array([0, 0, *(POINTS_A_PIXEL * side for side in self._size)]),
+            "MediaBox": pydyf.Array([0, 0, *(POINTS_PER_PIXEL * side for side in self._size)]),
             "Contents": content.reference,
             "Resources": pydyf.Dictionary({kind: pydyf.Dictionary(named) for kind, named in resources.items()}),
         }
@@ -90,31 +91,31 @@ class _Page:
         pdf.write(file)
         return file.getvalue()
 
-    def _stream(self, commands: list[bytes], **entries: Any) -> Any:
-        """Add a stream of `commands` to the document, compressed."""
-        data = zlib.compress(b"\n".join(commands), COMPRESSION)
+    def _add_stream(self, commands: list[bytes], **entries: Any) -> Any:
+        """Add a compressed stream of `commands` to the document."""
+        data = zlib.compress(b"\n".join(commands), ZLIB_LEVEL)
         stream = self._pydyf.Stream([data], {**entries, "Filter": "/FlateDecode"})
         self._pdf.add_object(stream)
         return stream
 
-    def _model(self, layer: Strokes) -> Iterator[bytes]:
+    def _draw_model(self, layer: VectorLayer) -> Iterator[bytes]:
         if layer.polygons is not None:
-            for alpha, paths in face_paths(layer.polygons):
-                yield from self._faces(paths, alpha)
+            for alpha, paths in make_polygon_paths(layer.polygons):
+                yield from self._draw_faces(paths, alpha)
         for hidden in (True, False):
-            yield from self._lines(line_paths(layer, hidden=hidden), layer.line_width)
-        if layer.dots is not None:
-            yield from self._dots(layer.dots)
+            yield from self._draw_lines(make_line_paths(layer, hidden=hidden), layer.line_width)
+        if layer.points is not None:
+            yield from self._draw_points(layer.points)
 
-    def _faces(self, paths: Paths, alpha: int) -> Iterator[bytes]:
+    def _draw_faces(self, paths: Paths, alpha: int) -> Iterator[bytes]:
         if len(paths.colors) == 1:
-            commands = [b"q", *self._painted(paths, "rg", b"f"), b"Q"]
+            commands = [b"q", *self._draw_paths(paths, "rg", b"f"), b"Q"]
         else:
-            commands = [b"q %f w 1 j" % SEAM, *self._painted(paths, "rg RG", b"b"), b"Q"]
+            commands = [b"q %f w 1 j" % SEAM_WIDTH_PX, *self._draw_paths(paths, "rg RG", b"b"), b"Q"]
         if alpha == 255:
             yield from commands
             return
-        # Painted apart, then laid over the page as one: no polygon shines through another.
+        # A transparency group, composited over the page as a whole: polygons do not show through one another.
         group = {
             "Type": "/XObject",
             "Subtype": "/Form",
@@ -122,57 +123,58 @@ class _Page:
             "Group": self._pydyf.Dictionary({"S": "/Transparency"}),
         }
         name = f"g{len(self._groups)}"
-        self._groups[name] = self._stream(commands, **group).reference
+        self._groups[name] = self._add_stream(commands, **group).reference
         yield f"q {self._opacity(alpha)}/{name} Do Q".encode()
 
-    def _lines(self, paths: Paths, line_width: float) -> Iterator[bytes]:
+    def _draw_lines(self, paths: Paths, line_width: float) -> Iterator[bytes]:
         if paths.phases is None:
             yield b"q %f w 1 j 1 J" % line_width
-            yield from self._painted(paths, "RG", b"S")
+            yield from self._draw_paths(paths, "RG", b"S")
         else:
             on, off = dash_pattern(line_width)
             yield b"q %f w" % line_width
             dashes = [b"[%f %f] %.2f d\n" % (on, off, phase / 100) for phase in paths.phases.tolist()]
-            yield from map(bytes.__add__, dashes, self._painted(paths, "RG", b"S"))
+            yield from map(bytes.__add__, dashes, self._draw_paths(paths, "RG", b"S"))
         yield b"Q"
 
-    def _painted(self, paths: Paths, operators: str, paint: bytes) -> Iterator[bytes]:
-        """Yield the commands for each path: its colour, its lines, and what paints them."""
+    def _draw_paths(self, paths: Paths, operators: str, paint: bytes) -> Iterator[bytes]:
+        """Yield the commands of each path: its colour, its lines, and the operator that paints them."""
         verbs = np.where(paths.begins, b" m", b" l")
         after = np.where(paths.ends & paths.closed, b" h\n", b"\n")
-        text, rows_at = rows(paths.points[:, 0], b" ", paths.points[:, 1], verbs, after)
-        at = rows_at[paths.offsets].tolist()
-        for state, a, b in zip(self._states(paths.colors, operators), at[:-1], at[1:], strict=True):
-            yield state + text[a:b] + paint
+        text, row_offsets = format_rows(paths.points[:, 0], b" ", paths.points[:, 1], verbs, after)
+        offsets = row_offsets[paths.offsets].tolist()
+        states = self._states(paths.colors, operators)
+        for state, start, end in zip(states, offsets[:-1], offsets[1:], strict=True):
+            yield state + text[start:end] + paint
 
-    def _dots(self, dots: Dots) -> Iterator[bytes]:
-        colors = octets(dots.colors, len(dots.circles))
-        shown = colors[:, 3] > 0
-        if not shown.any():
+    def _draw_points(self, points: Points) -> Iterator[bytes]:
+        colors = quantize_colors(points.colors, len(points.circles))
+        is_shown = colors[:, 3] > 0
+        if not is_shown.any():
             return
-        x, y, diameter = dots.circles[shown].T
+        x, y, diameter = points.circles[is_shown].T
         columns = [
             part
-            for (across, down), verb in zip(_CIRCLE, _CIRCLE_VERBS, strict=True)
-            for part in (hundredths(x + across * diameter), b" ", hundredths(y + down * diameter), verb)
+            for (dx, dy), verb in zip(_CIRCLE, _CIRCLE_VERBS, strict=True)
+            for part in (to_fixed_point(x + dx * diameter), b" ", to_fixed_point(y + dy * diameter), verb)
         ]
         yield b"q"
-        yield rows(np.array(self._states(colors[shown], "rg")), *columns)[0]
+        yield format_rows(np.array(self._states(colors[is_shown], "rg")), *columns)[0]
         yield b"Q"
 
-    def _states(self, colors: Octets, operators: str) -> list[bytes]:
-        """Return what to set before each of `colors` is used: nothing where it is the one before."""
-        found, which = distinct(colors)
+    def _states(self, colors: Bytes, operators: str) -> list[bytes]:
+        """Return the commands that set each of `colors`: none if it equals the one before."""
+        unique, index = unique_colors(colors)
         all_opaque = bool((colors[:, 3] == 255).all())
-        words = []
-        for *rgb, alpha in found.tolist():
+        states = []
+        for *rgb, alpha in unique.tolist():
             components = " ".join(f"{component / 255:.4g}" for component in rgb)
             paint = " ".join(f"{components} {operator}" for operator in operators.split())
-            words.append(f"{paint} {'' if all_opaque else self._opacity(alpha)}".encode())
-        changed = np.diff(which, prepend=-1) != 0
-        return [words[i] if new else b"" for i, new in zip(which.tolist(), changed.tolist(), strict=True)]
+            states.append(f"{paint} {'' if all_opaque else self._opacity(alpha)}".encode())
+        changes = np.diff(index, prepend=-1) != 0
+        return [states[i] if new else b"" for i, new in zip(index.tolist(), changes.tolist(), strict=True)]
 
     def _opacity(self, alpha: int) -> str:
-        """Return what sets an alpha, from 0 to 255."""
+        """Return the command that sets an alpha, from 0 to 255."""
         self._alphas[f"a{alpha}"] = self._pydyf.Dictionary({"CA": alpha / 255, "ca": alpha / 255})
         return f"/a{alpha} gs "

@@ -1,4 +1,4 @@
-"""Pictures as SVG, one group a model, for browsers and for designers."""
+"""SVG documents: one group per model, for browsers and drawing programs."""
 
 import html
 import re
@@ -8,135 +8,140 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..imaging.colors import FloatColor
-from .decimal_text import Octets, hundredths, rows
-from .layer import Dots, Strokes, dash_pattern
-from .paths import SEAM, Paths, distinct, face_paths, line_paths, octets
+from .decimal_text import Bytes, format_rows, to_fixed_point
+from .layer import Points, VectorLayer, dash_pattern
+from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
 
 
-def svg(size: tuple[int, int], background: FloatColor, layers: Sequence[Strokes]) -> str:
-    """Return an SVG document, `size` pixels wide and high, that shows each layer over those before it.
+def format_svg(size: tuple[int, int], background: FloatColor, layers: Sequence[VectorLayer]) -> str:
+    """Return an SVG document of `size` = (width, height) pixels that shows each layer over those before it.
 
-    A model is a group with an id made of its name, its name as the title, and groups of class "faces", "hidden",
-    "visible" and "points" for what it has. Colours, widths and dashes are attributes of these groups, and of a path
-    only where it differs. Coordinates are rounded to hundredths of a pixel.
+    Each model is a group. Its id is derived from the model's name, its title is the name, and it holds groups of class
+    "faces", "hidden", "visible" and "points", as far as the model has such. Colours, widths and dashes are attributes
+    of these groups, and of a path only if it differs. Coordinates are rounded to hundredths of a pixel.
     """
     width, height = size
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">\n'
     ]
     if background[3] > 0.0:
-        paint = _paint(octets(np.array([background]), 1)[0], "fill")
+        paint = _paint(quantize_colors(np.array([background]), 1)[0], "fill")
         parts.append(f'<rect id="background" width="{width}" height="{height}"{paint}/>\n')
     names = [layer.name for layer in layers]
     for layer, identifier in zip(layers, _identifiers(names), strict=True):
         parts.append(f'<g id="{identifier}">\n')
         if layer.name:
-            parts.append(f"<title>{_escaped(layer.name)}</title>\n")
-        parts.extend(_model(layer))
+            parts.append(f"<title>{_escape(layer.name)}</title>\n")
+        parts.extend(_format_model(layer))
         parts.append("</g>\n")
     parts.append("</svg>\n")
     return "".join(parts)
 
 
-def _escaped(text: str) -> str:
-    """Return `text` as XML holds it; a replacement stands for each character that XML cannot even escape."""
-    known = re.sub("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
-    return html.escape(known, quote=False)
+def _escape(text: str) -> str:
+    """Return `text` as XML text; characters that XML cannot even escape become U+FFFD."""
+    allowed = re.sub("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
+    return html.escape(allowed, quote=False)
 
 
 def _identifiers(names: Sequence[str]) -> Iterator[str]:
-    """Yield an id for each name: its letters and digits as far as ASCII has them, and a number where others have it."""
-    taken, counts = {"background"}, dict[str, int]()
+    """Yield a unique id for each name: its ASCII letters and digits, and a number if another model has that id."""
+    used, counts = {"background"}, dict[str, int]()
     for name in names:
         plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
         base = re.sub(r"[^A-Za-z0-9_]+", "-", plain).strip("-")
         if not base[:1].isalpha():
             base = f"model-{base}".rstrip("-")
         identifier = base
-        while identifier in taken:
+        while identifier in used:
             counts[base] = counts.get(base, 1) + 1
             identifier = f"{base}-{counts[base]}"
-        taken.add(identifier)
+        used.add(identifier)
         yield identifier
 
 
-def _model(layer: Strokes) -> Iterator[str]:
+def _format_model(layer: VectorLayer) -> Iterator[str]:
     if layer.polygons is not None:
-        for alpha, paths in face_paths(layer.polygons):
-            yield from _faces(paths, alpha)
-    width = f' stroke-width="{_number(layer.line_width)}"'
+        for alpha, paths in make_polygon_paths(layer.polygons):
+            yield from _format_faces(paths, alpha)
+    width = f' stroke-width="{_to_text(layer.line_width)}"'
     solid = f'{width} stroke-linecap="round" stroke-linejoin="round"'
-    dashed = f'{width} stroke-dasharray="{" ".join(map(_number, dash_pattern(layer.line_width)))}"'
-    hidden = line_paths(layer, hidden=True)
-    yield from _lines("hidden", hidden, solid if hidden.phases is None else dashed)
-    yield from _lines("visible", line_paths(layer, hidden=False), solid)
-    if layer.dots is not None:
-        yield from _dots(layer.dots)
+    dashed = f'{width} stroke-dasharray="{" ".join(map(_to_text, dash_pattern(layer.line_width)))}"'
+    hidden = make_line_paths(layer, hidden=True)
+    yield from _format_lines("hidden", hidden, solid if hidden.phases is None else dashed)
+    yield from _format_lines("visible", make_line_paths(layer, hidden=False), solid)
+    if layer.points is not None:
+        yield from _format_points(layer.points)
 
 
-def _faces(paths: Paths, alpha: int) -> Iterator[str]:
+def _format_faces(paths: Paths, alpha: int) -> Iterator[str]:
     if len(paths.colors) == 1:
         common, own = _styles(paths.colors, "fill")
     else:
         common, own = _styles(paths.colors, "fill", "stroke")
-        common += f' stroke-width="{_number(SEAM)}" stroke-linejoin="round"'
+        common += f' stroke-width="{_to_text(SEAM_WIDTH_PX)}" stroke-linejoin="round"'
     if alpha < 255:
-        common += f' opacity="{_number(alpha / 255)}"'  # of all together: none shines through another
+        # Of the group as a whole: polygons do not show through one another.
+        common += f' opacity="{_to_text(alpha / 255)}"'
     yield f'<g class="faces"{common}>\n'
-    yield from _elements(paths, own)
+    yield from _format_paths(paths, own)
     yield "</g>\n"
 
 
-def _lines(name: str, paths: Paths, style: str) -> Iterator[str]:
+def _format_lines(name: str, paths: Paths, style: str) -> Iterator[str]:
     if len(paths.colors) == 0:
         return
     common, own = _styles(paths.colors, "stroke")
     if paths.phases is not None:
-        starts = [f' stroke-dashoffset="{_number(phase / 100)}"' if phase else "" for phase in paths.phases.tolist()]
+        starts = [f' stroke-dashoffset="{_to_text(phase / 100)}"' if phase else "" for phase in paths.phases.tolist()]
         own = list(map(str.__add__, own, starts))
     yield f'<g class="{name}" fill="none"{common}{style}>\n'
-    yield from _elements(paths, own)
+    yield from _format_paths(paths, own)
     yield "</g>\n"
 
 
-def _elements(paths: Paths, own: list[str]) -> Iterator[str]:
+def _format_paths(paths: Paths, attributes: list[str]) -> Iterator[str]:
     after = np.where(paths.ends & paths.closed, b"z", b"")
-    text, rows_at = rows(np.where(paths.begins, b"M", b" "), paths.points[:, 0], b" ", paths.points[:, 1], after)
-    data, at = text.decode("ascii"), rows_at[paths.offsets].tolist()
-    return (f'<path{word} d="{data[a:b]}"/>\n' for word, a, b in zip(own, at[:-1], at[1:], strict=True))
+    before, (x, y) = np.where(paths.begins, b"M", b" "), paths.points.T
+    text, row_offsets = format_rows(before, x, b" ", y, after)
+    data, offsets = text.decode("ascii"), row_offsets[paths.offsets].tolist()
+    return (
+        f'<path{own} d="{data[start:end]}"/>\n'
+        for own, start, end in zip(attributes, offsets[:-1], offsets[1:], strict=True)
+    )
 
 
-def _dots(dots: Dots) -> Iterator[str]:
-    colors = octets(dots.colors, len(dots.circles))
-    shown = colors[:, 3] > 0
-    x, y, diameter = dots.circles[shown].T
-    if len(x) == 0:
+def _format_points(points: Points) -> Iterator[str]:
+    colors = quantize_colors(points.colors, len(points.circles))
+    is_shown = colors[:, 3] > 0
+    if not is_shown.any():
         return
-    common, own = _styles(colors[shown], "fill")
-    columns = (b'<circle cx="', hundredths(x), b'" cy="', hundredths(y), b'" r="', hundredths(0.5 * diameter))
+    x, y, radius = (to_fixed_point(values) for values in (points.circles[is_shown] * (1.0, 1.0, 0.5)).T)
+    common, own = _styles(colors[is_shown], "fill")
+    columns = (b'<circle cx="', x, b'" cy="', y, b'" r="', radius, b'"', np.array(own, np.bytes_), b"/>\n")
     yield f'<g class="points"{common}>\n'
-    yield rows(*columns, b'"', np.array(own, np.bytes_), b"/>\n")[0].decode("ascii")
+    yield format_rows(*columns)[0].decode("ascii")
     yield "</g>\n"
 
 
-def _styles(colors: Octets, *kinds: str) -> tuple[str, list[str]]:
-    """Return attributes that paint in the first colour, and for each colour those to add to paint in it."""
+def _styles(colors: Bytes, *kinds: str) -> tuple[str, list[str]]:
+    """Return attributes that set the first colour, and for each colour those that set it where it differs."""
     common = colors[0]
-    found, which = distinct(colors)
-    words = [_paint(color, *kinds, common=common) for color in found]
-    return _paint(common, *kinds), [words[i] for i in which.tolist()]
+    unique, index = unique_colors(colors)
+    own = [_paint(color, *kinds, common=common) for color in unique]
+    return _paint(common, *kinds), [own[i] for i in index.tolist()]
 
 
-def _paint(color: Octets, *kinds: str, common: Octets | None = None) -> str:
-    """Return attributes for each of `kinds`, "fill" or "stroke", as far as `common` does not say the same."""
-    words = []
+def _paint(color: Bytes, *kinds: str, common: Bytes | None = None) -> str:
+    """Return attributes that set a colour for `kinds`, "fill" and "stroke", except those that equal `common`'s."""
+    attributes = []
     for kind in kinds:
         if common is None or (color[:3] != common[:3]).any():
-            words.append(f' {kind}="#{color[:3].tobytes().hex()}"')
+            attributes.append(f' {kind}="#{color[:3].tobytes().hex()}"')
         if color[3] != (255 if common is None else common[3]):
-            words.append(f' {kind}-opacity="{_number(color[3] / 255)}"')
-    return "".join(words)
+            attributes.append(f' {kind}-opacity="{_to_text(color[3] / 255)}"')
+    return "".join(attributes)
 
 
-def _number(value: float) -> str:
+def _to_text(value: float) -> str:
     return f"{value:.6g}"

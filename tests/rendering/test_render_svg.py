@@ -17,7 +17,7 @@ from gpu_xform.errors import ArgumentError
 from gpu_xform.geometry.edges import edge_faces, face_normals
 from gpu_xform.gpu.device import Device, default_device
 from gpu_xform.rendering.vector import render_pdf, render_svg
-from gpu_xform.vector import Strokes
+from gpu_xform.vector import VectorLayer
 from gpu_xform.vector.build_layers import strokes
 from tests.support.browser import Browser
 from tests.support.types import DeviceFactory
@@ -29,7 +29,7 @@ CAMERA = gx.Camera.look_at((3, 2.2, 6), (0, 0.1, 0))
 ASIDE = [gx.translate(x, 0.2, -2.4) @ gx.scale(0.4) for x in (-1.2, 1.2)]
 
 
-def layers(models: Any, **style: Unpack[Style]) -> list[Strokes]:
+def layers(models: Any, **style: Unpack[Style]) -> list[VectorLayer]:
     with staged(models, CAMERA, SIZE, None, style) as stage:
         return strokes(stage, (1.0, 1.0, 1.0, 1.0))
 

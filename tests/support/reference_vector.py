@@ -6,14 +6,14 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from gpu_xform.vector import Polygons, Strokes, dash_pattern
+from gpu_xform.vector import Polygons, VectorLayer, dash_pattern
 from tests.support.reference_coverage import bar_areas, capsule_areas
 from tests.support.types import Array
 
 SAMPLES = 8  # per side of a pixel
 
 
-def composite_layers(size: tuple[int, int], background: Sequence[float], layers: Iterable[Strokes]) -> Array:
+def composite_layers(size: tuple[int, int], background: Sequence[float], layers: Iterable[VectorLayer]) -> Array:
     """Return the picture (height, width, 4), premultiplied, from 0 to 1."""
     width, height = size
     picture = np.empty((height, width, 4))
@@ -29,7 +29,7 @@ def _premultiplied(color: Sequence[float] | Array) -> Array:
     return np.array([*np.multiply(color[:3], color[3]), color[3]])
 
 
-def _covers(layer: Strokes, size: tuple[int, int]) -> Iterator[tuple[Array, Array]]:
+def _covers(layer: VectorLayer, size: tuple[int, int]) -> Iterator[tuple[Array, Array]]:
     """Yield the coverage of every pixel (height, width) and the colour, for one primitive after another."""
     if layer.polygons is not None:
         yield from _polygon_covers(layer.polygons, size)
@@ -43,9 +43,9 @@ def _covers(layer: Strokes, size: tuple[int, int]) -> Iterator[tuple[Array, Arra
         else:
             covered = capsule_areas(a, b, layer.line_width, size)
         yield covered, colors[i]
-    if layer.dots is not None:
-        shown = np.broadcast_to(layer.dots.colors, (len(layer.dots.circles), 4))
-        for (x, y, diameter), color in zip(layer.dots.circles, shown, strict=True):
+    if layer.points is not None:
+        shown = np.broadcast_to(layer.points.colors, (len(layer.points.circles), 4))
+        for (x, y, diameter), color in zip(layer.points.circles, shown, strict=True):
             middle = np.array([x, y], np.float64)
             yield capsule_areas(middle, middle, float(diameter), size), color
 

@@ -1,4 +1,4 @@
-"""Numbers as text: exact to the hundredth, and never longer than needed."""
+"""Decimal text: exact to the hundredth, and never longer than needed."""
 
 import re
 from decimal import Decimal
@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector.decimal_text import hundredths, rows
+from gpu_xform.vector.decimal_text import format_rows, to_fixed_point
 
 LIMIT = 10**9
 
 
 def words(*values: int) -> list[str]:
-    text, at = rows(np.array(values, np.int32), b";")
+    text, at = format_rows(np.array(values, np.int32), b";")
     assert at.tolist() == [0, *(i + 1 for i, character in enumerate(text) if character == ord(";"))]
     return text.decode("ascii").split(";")[:-1]
 
@@ -39,7 +39,7 @@ def test_some_words() -> None:
 def test_rows_of_any_number_are_the_pieces_one_after_another(n: int) -> None:
     values = np.arange(n, dtype=np.int32) - 500
     marks = np.where(values % 3 == 0, b"ab", b"")
-    text, at = rows(b"<", values, marks, b">\n", -values)
+    text, at = format_rows(b"<", values, marks, b">\n", -values)
     expected = [
         b"<%s%s>\n%s" % (words(v)[0].encode(), m, words(-v)[0].encode())
         for v, m in zip(values[:700], marks, strict=False)
@@ -53,5 +53,5 @@ def test_rows_of_any_number_are_the_pieces_one_after_another(n: int) -> None:
 
 @given(st.floats(-1e7, 1e7, width=32))
 def test_pixels_are_rounded_to_the_nearest_hundredth(value: float) -> None:
-    [rounded] = hundredths(np.array([value], np.float32)).tolist()
+    [rounded] = to_fixed_point(np.array([value], np.float32)).tolist()
     assert abs(rounded - 100 * value) <= 0.5

@@ -1,4 +1,4 @@
-"""What is refused before anything is written."""
+"""Vector layers: what is refused before anything is written."""
 
 import dataclasses
 from typing import Any
@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from gpu_xform.errors import ArgumentError
-from gpu_xform.vector import Dots, Polygons, Strokes, dash_pattern
+from gpu_xform.vector import Points, Polygons, VectorLayer, dash_pattern
 
-GOOD = Strokes(
+GOOD = VectorLayer(
     "", np.zeros((3, 4), np.float32), np.zeros(3, np.bool_), np.zeros(3, np.float32), np.ones((1, 4)), line_width=1.0
 )
 
@@ -31,12 +31,12 @@ def test_dashes_are_four_line_widths_long_and_three_apart(line_width: float, pat
         ({"colors": np.ones((2, 4))}, r"colors must have shape \(1, 4\) or \(3, 4\), got \(2, 4\)"),
     ],
 )
-def test_strokes_that_do_not_fit_are_refused(change: dict[str, Any], message: str) -> None:
+def test_layers_whose_arrays_do_not_fit_are_refused(change: dict[str, Any], message: str) -> None:
     with pytest.raises(ArgumentError, match=message):
         dataclasses.replace(GOOD, **change)
 
 
-def test_so_are_polygons_and_dots() -> None:
+def test_so_are_polygons_and_points() -> None:
     with pytest.raises(ArgumentError, match=r"points must have shape \(n, 2\), got \(3, 3\)"):
         Polygons(np.array([0, 3]), np.zeros((3, 3)), np.ones((1, 4)))
     with pytest.raises(ArgumentError, match=r"colors must have shape \(1, 4\) or \(2, 4\), got \(3, 4\)"):
@@ -44,6 +44,6 @@ def test_so_are_polygons_and_dots() -> None:
     with pytest.raises(ArgumentError, match=r"points must be finite, got nan at index \(2, 0\)"):
         Polygons(np.array([0, 3]), np.array([[0, 0], [1, 0], [np.nan, 1]]), np.ones((1, 4)))
     with pytest.raises(ArgumentError, match=r"circles must have shape \(n, 3\), got \(3, 2\)"):
-        Dots(np.zeros((3, 2)), np.ones((1, 4)))
+        Points(np.zeros((3, 2)), np.ones((1, 4)))
     with pytest.raises(ArgumentError, match=r"colors must have shape \(1, 4\) or \(3, 4\), got \(3, 3\)"):
-        Dots(np.zeros((3, 3)), np.ones((3, 3)))
+        Points(np.zeros((3, 3)), np.ones((3, 3)))

@@ -1,4 +1,4 @@
-"""What a PDF says of itself; what it shows is in test_pictures."""
+"""Structure of PDF documents; what they show is in test_pictures."""
 
 import ctypes
 import dataclasses
@@ -10,9 +10,9 @@ import pypdfium2
 import pytest
 
 from gpu_xform.errors import MissingExtraError
-from gpu_xform.vector import Strokes, pdf
+from gpu_xform.vector import VectorLayer, format_pdf
 
-CROSS = Strokes(
+CROSS = VectorLayer(
     "cross",
     np.array([[10, 20, 90, 20], [50, 5, 50, 65]], np.float32),
     np.zeros(2, np.bool_),
@@ -24,12 +24,12 @@ WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
 def test_a_pixel_is_a_96th_of_an_inch() -> None:
-    [page] = pypdfium2.PdfDocument(pdf((192, 97), WHITE, [CROSS]))
+    [page] = pypdfium2.PdfDocument(format_pdf((192, 97), WHITE, [CROSS]))
     assert page.get_size() == (144.0, 72.75)
 
 
-def test_lines_are_lines() -> None:
-    [page] = pypdfium2.PdfDocument(pdf((100, 70), WHITE, [CROSS]))
+def test_segments_become_lines_of_one_path() -> None:
+    [page] = pypdfium2.PdfDocument(format_pdf((100, 70), WHITE, [CROSS]))
     kinds = [thing.type for thing in page.get_objects()]
     assert kinds == [pypdfium2.raw.FPDF_PAGEOBJ_PATH] * 2
     background, lines = page.get_objects()
@@ -44,12 +44,12 @@ def test_lines_are_lines() -> None:
 
 
 def test_the_same_picture_is_the_same_bytes() -> None:
-    assert pdf((100, 70), WHITE, [CROSS]) == pdf((100, 70), WHITE, [CROSS])
+    assert format_pdf((100, 70), WHITE, [CROSS]) == format_pdf((100, 70), WHITE, [CROSS])
 
 
 def test_each_model_is_a_layer_under_its_name() -> None:
     names = ["cross", "", "Café (1)", "日本\ud800"]
-    data = pdf((100, 70), WHITE, [dataclasses.replace(CROSS, name=name) for name in names])
+    data = format_pdf((100, 70), WHITE, [dataclasses.replace(CROSS, name=name) for name in names])
     for name in (
         b"(cross)",
         b"(model)",
@@ -65,11 +65,11 @@ def test_each_model_is_a_layer_under_its_name() -> None:
 
 
 def test_nothing_is_an_empty_page() -> None:
-    [page] = pypdfium2.PdfDocument(pdf((100, 70), (0.0, 0.0, 0.0, 0.0), []))
+    [page] = pypdfium2.PdfDocument(format_pdf((100, 70), (0.0, 0.0, 0.0, 0.0), []))
     assert list(page.get_objects()) == []
 
 
 def test_without_its_library_the_error_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "pydyf", None)
     with pytest.raises(MissingExtraError, match=r"pip install 'gpu_xform\[pdf\]'"):
-        pdf((100, 70), WHITE, [CROSS])
+        format_pdf((100, 70), WHITE, [CROSS])

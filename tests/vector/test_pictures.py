@@ -9,7 +9,7 @@ import numpy.typing as npt
 import pypdfium2
 import pytest
 
-from gpu_xform.vector import Dots, Polygons, Strokes, pdf, svg
+from gpu_xform.vector import Points, Polygons, VectorLayer, format_pdf, format_svg
 from tests.support.browser import Browser
 from tests.support.reference_vector import composite_layers
 
@@ -37,13 +37,13 @@ CORNERS = np.array(
 OUTLINES = np.array([[20, 20, 80, 30], [80, 30, 60, 70], [60, 70, 20, 20], [80, 30, 90, 80], [90, 80, 60, 70]])
 
 
-def lines(n: int = 12, **others: Any) -> Strokes:
+def lines(n: int = 12, **others: Any) -> VectorLayer:
     """Return lines of any slope, some of which leave the picture."""
     random = np.random.default_rng(n)
     starts = random.uniform(-5, 100, (n, 2))
     segments = np.hstack([starts, starts + random.normal(scale=25, size=(n, 2))]).astype(np.float32)
-    strokes = Strokes("lines", segments, np.zeros(n, np.bool_), np.zeros(n), np.array([[0.0, 0.0, 0.0, 1.0]]), 1.5)
-    return dataclasses.replace(strokes, **others)
+    layer = VectorLayer("lines", segments, np.zeros(n, np.bool_), np.zeros(n), np.array([[0.0, 0.0, 0.0, 1.0]]), 1.5)
+    return dataclasses.replace(layer, **others)
 
 
 def faces(*colors: tuple[float, float, float, float]) -> Polygons:
@@ -83,9 +83,9 @@ PICTURES = {
         0, polygons=faces(*((*color[:3], 0.5) for color in (YELLOW, GREEN, BLUE, RED)))
     ),
     "filled in colours and alphas": lines(0, polygons=faces((1, 0.8, 0, 0.5), GREEN, (0, 0.3, 1, 0.0), (1, 0, 0, 0.3))),
-    "dots": lines(
+    "points": lines(
         0,
-        dots=Dots(
+        points=Points(
             np.array([[20, 30, 15], [30.5, 33.2, 10], [60.3, 60.7, 3], [80, 20, 7]]),
             np.array([[1, 0, 0, 0.5], [0, 0, 1, 0.9], [0, 0, 0, 1], [0, 0, 0, 0]]),
         ),
@@ -94,20 +94,22 @@ PICTURES = {
 STACK = [
     dataclasses.replace(PICTURES["filled"], name="below"),
     dataclasses.replace(PICTURES["wide"], colors=np.array([[0.5, 0, 0.5, 0.6]])),
-    PICTURES["dots"],
+    PICTURES["points"],
 ]
-CASES = {**{name: [strokes] for name, strokes in PICTURES.items()}, "several models": STACK}
+CASES = {**{name: [layer] for name, layer in PICTURES.items()}, "several models": STACK}
 
 
-def shown_in_browser(layers: list[Strokes], background: Any, browser: Browser, folder: Path) -> npt.NDArray[np.uint8]:
+def shown_in_browser(
+    layers: list[VectorLayer], background: Any, browser: Browser, folder: Path
+) -> npt.NDArray[np.uint8]:
     page = folder / "picture.svg"
-    page.write_text(svg(SIZE, background, layers), "utf-8")
+    page.write_text(format_svg(SIZE, background, layers), "utf-8")
     browser.open(page, SIZE)
     return browser.screenshot()
 
 
-def shown_by_pdfium(layers: list[Strokes], background: Any) -> npt.NDArray[np.uint8]:
-    [page] = pypdfium2.PdfDocument(pdf(SIZE, background, layers))
+def shown_by_pdfium(layers: list[VectorLayer], background: Any) -> npt.NDArray[np.uint8]:
+    [page] = pypdfium2.PdfDocument(format_pdf(SIZE, background, layers))
     bitmap = page.render(scale=96 / 72, fill_color=(0, 0, 0, 0), force_bitmap_format=pypdfium2.raw.FPDFBitmap_BGRA)
     return np.asarray(bitmap.to_numpy()[..., [2, 1, 0, 3]])
 

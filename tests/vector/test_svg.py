@@ -12,23 +12,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector import Dots, Polygons, Strokes, svg
-from gpu_xform.vector import join_segments as _chains
+from gpu_xform.vector import Points, Polygons, VectorLayer, format_svg
+from gpu_xform.vector.join_segments import MAX_POINTS_PER_LINE
 
 WHITE = (1.0, 1.0, 1.0, 1.0)
 SVG = "{http://www.w3.org/2000/svg}"
 CLASSES = ("faces", "hidden", "visible", "points")
 
 
-def strokes(segments: npt.ArrayLike, **others: Any) -> Strokes:
+def make_layer(segments: npt.ArrayLike, **others: Any) -> VectorLayer:
     array = np.array(segments, np.float32).reshape(-1, 4)
     n = len(array)
-    made = Strokes("model", array, np.zeros(n, np.bool_), np.zeros(n), np.array([[0.0, 0.0, 0.0, 1.0]]), 1.5)
+    made = VectorLayer("model", array, np.zeros(n, np.bool_), np.zeros(n), np.array([[0.0, 0.0, 0.0, 1.0]]), 1.5)
     return dataclasses.replace(made, **others)
 
 
-def parsed(*layers: Strokes, background: Any = WHITE) -> ET.Element:
-    return ET.fromstring(svg((640, 480), background, layers))  # noqa: S314 - our own
+def parsed(*layers: VectorLayer, background: Any = WHITE) -> ET.Element:
+    return ET.fromstring(format_svg((640, 480), background, layers))  # noqa: S314 - our own
 
 
 def group(root: ET.Element, name: str) -> ET.Element:
@@ -51,7 +51,7 @@ def drawn(element: ET.Element) -> npt.NDArray[np.float64]:
 
 
 def test_a_picture_has_its_size_its_background_and_its_models() -> None:
-    root = parsed(strokes([1, 2, 3, 4]), strokes([5, 6, 7, 8], name="other"), background=(1.0, 0.5, 0.0, 0.2))
+    root = parsed(make_layer([1, 2, 3, 4]), make_layer([5, 6, 7, 8], name="other"), background=(1.0, 0.5, 0.0, 0.2))
     assert root.tag == f"{SVG}svg"
     assert root.attrib == {"width": "640", "height": "480", "viewBox": "0 0 640 480"}
     background, *models = root
@@ -62,17 +62,19 @@ def test_a_picture_has_its_size_its_background_and_its_models() -> None:
 
 
 def test_a_transparent_background_is_none() -> None:
-    assert [child.tag for child in parsed(strokes([]), background=(1.0, 1.0, 1.0, 0.0))] == [f"{SVG}g"]
+    assert [child.tag for child in parsed(make_layer([]), background=(1.0, 1.0, 1.0, 0.0))] == [f"{SVG}g"]
 
 
 COORDINATES = st.floats(-1e5, 1e5, width=32)
 
 
 @given(st.lists(st.tuples(*[COORDINATES] * 4), max_size=20), st.data())
-def test_every_segment_is_there_to_the_hundredth(segments: list[tuple[float, ...]], data: st.DataObject) -> None:
+def test_every_segment_is_there_to_a_hundredth_of_a_pixel(
+    segments: list[tuple[float, ...]], data: st.DataObject
+) -> None:
     hidden = np.array(data.draw(st.lists(st.booleans(), min_size=len(segments), max_size=len(segments))), np.bool_)
     array = np.array(segments, np.float32).reshape(-1, 4)
-    root = parsed(strokes(array, hidden=hidden))
+    root = parsed(make_layer(array, hidden=hidden))
     for name, chosen in (("hidden", hidden), ("visible", ~hidden)):
         rounded = np.rint(array[chosen].astype(np.float64) * 100) / 100
         expected = sorted(sorted([tuple(row[:2]), tuple(row[2:])]) for row in rounded.tolist())
@@ -84,7 +86,7 @@ def test_every_segment_is_there_to_the_hundredth(segments: list[tuple[float, ...
 
 def test_styles_are_on_the_groups() -> None:
     root = parsed(
-        strokes(
+        make_layer(
             [[0, 0, 9, 0], [0, 1, 9, 1], [0, 2, 9, 2]],
             hidden=np.array([True, False, False]),
             colors=np.array([[0.2, 0.4, 0.6, 0.4]]),
@@ -99,7 +101,7 @@ def test_styles_are_on_the_groups() -> None:
 
 
 def test_faded_lines_are_lines_like_others() -> None:
-    both = strokes(
+    both = make_layer(
         [[0, 0, 9, 0], [9, 0, 9, 9]], hidden=np.array([True, True]), hidden_style="fade", dash_start=np.array([3, 5])
     )
     hidden = group(parsed(both), "hidden")
@@ -111,7 +113,7 @@ def test_faded_lines_are_lines_like_others() -> None:
 def test_opaque_neighbours_of_one_colour_share_a_path_and_those_that_meet_a_line() -> None:
     segments = [[0, 0, 9, 0], [50, 50, 60, 60], [9, 0, 9, 9], [9, 9, 30, 1], [1, 1, 2, 2]]
     colors = np.array([[1, 0, 0, 1], [1, 0, 0, 1], [1, 0, 0, 1], [0, 0, 1, 1], [1, 0, 0, 1]])
-    paths = group(parsed(strokes(segments, colors=colors)), "visible")
+    paths = group(parsed(make_layer(segments, colors=colors)), "visible")
     assert [path.attrib for path in paths] == [
         {"d": "M0 0 9 0 9 9M50 50 60 60"},
         {"d": "M9 9 30 1", "stroke": "#0000ff"},
@@ -119,10 +121,10 @@ def test_opaque_neighbours_of_one_colour_share_a_path_and_those_that_meet_a_line
     ]
 
 
-def test_what_shines_through_has_a_path_of_its_own_so_that_crossings_are_darker() -> None:
+def test_transparent_lines_have_paths_of_their_own_so_that_crossings_are_darker() -> None:
     colors = np.array([[0, 0, 0, 0.2], [0, 0, 0, 0.2], [0, 0, 0, 1], [0, 0, 0, 1], [0, 0, 0, 0], [0, 0, 0, 0.4]])
     segments = [[i, 0, i + 1, 0] for i in range(6)]
-    paths = group(parsed(strokes(segments, colors=colors)), "visible")
+    paths = group(parsed(make_layer(segments, colors=colors)), "visible")
     assert [path.attrib for path in paths] == [
         {"d": "M0 0 1 0"},
         {"d": "M1 0 2 0"},
@@ -134,7 +136,7 @@ def test_what_shines_through_has_a_path_of_its_own_so_that_crossings_are_darker(
 def test_dashed_lines_start_where_their_pattern_says() -> None:
     segments = [[0, 0, 9, 0], [9, 0, 9, 9], [0, 20, 30, 20], [0, 30, 9, 30]]
     starts = np.array([0, 21.0, 12.5, 12.5 + 3 * 10.5])  # the pattern of 1.5 pixels' width is 10.5 long
-    hidden = group(parsed(strokes(segments, hidden=np.ones(4, np.bool_), dash_start=starts)), "hidden")
+    hidden = group(parsed(make_layer(segments, hidden=np.ones(4, np.bool_), dash_start=starts)), "hidden")
     assert [path.attrib for path in hidden] == [
         {"d": "M0 0 9 0M9 0 9 9"},
         {"d": "M0 20 30 20M0 30 9 30", "stroke-dashoffset": "2"},
@@ -145,26 +147,28 @@ def test_dashed_lines_of_other_colours_stay_in_their_order() -> None:
     colors = np.array([[1, 0, 0, 1], [1, 0, 0, 1], [0, 0, 1, 1], [1, 0, 0, 0.4], [1, 0, 0, 0.4]])
     segments = [[i, 0, i, 9] for i in range(5)]
     starts = np.array([5, 4, 3, 2, 1])
-    hidden = group(parsed(strokes(segments, hidden=np.ones(5, np.bool_), dash_start=starts, colors=colors)), "hidden")
+    hidden = group(
+        parsed(make_layer(segments, hidden=np.ones(5, np.bool_), dash_start=starts, colors=colors)), "hidden"
+    )
     where = [(path.attrib["d"][1], path.attrib["stroke-dashoffset"]) for path in hidden]
     assert where == [("1", "4"), ("0", "5"), ("2", "3"), ("3", "2"), ("4", "1")]
 
 
 def test_a_path_is_not_too_long_for_readers_of_xml() -> None:
-    n = 2 * _chains.LONGEST
+    n = 2 * MAX_POINTS_PER_LINE
     scattered = np.random.default_rng(0).uniform(0, 640, (n, 4))
     one_line = np.column_stack([np.arange(n), np.zeros(n), np.arange(n) + 1, np.zeros(n)])
-    visible = group(parsed(strokes(np.concatenate([scattered, one_line]))), "visible")
+    visible = group(parsed(make_layer(np.concatenate([scattered, one_line]))), "visible")
     counts = [[len(line) for line in lines(path)] for path in visible]
     assert sum(points - 1 for path in counts for points in path) == 2 * n
-    assert max(map(sum, counts)) <= 2 * _chains.LONGEST
-    assert len(counts) <= 3 * n / _chains.LONGEST + 1
+    assert max(map(sum, counts)) <= 2 * MAX_POINTS_PER_LINE
+    assert len(counts) <= 3 * n / MAX_POINTS_PER_LINE + 1
 
 
-def test_polygons_of_one_colour_are_a_path_and_go_round_the_same_way() -> None:
+def test_polygons_of_one_colour_are_a_path_and_have_one_winding() -> None:
     corners = np.array([[0, 0], [9, 0], [9, 9], [0, 0], [0, 9], [9, 9], [20, 0], [30, 0], [30, 10], [20, 10]])
     polygons = Polygons(np.array([0, 3, 6, 10]), corners, np.array([[1.0, 0.0, 0.0, 0.6]]))
-    faces = group(parsed(strokes([], polygons=polygons)), "faces")
+    faces = group(parsed(make_layer([], polygons=polygons)), "faces")
     assert faces.attrib == {"class": "faces", "fill": "#ff0000", "opacity": "0.6"}
     assert [path.attrib for path in faces] == [{"d": "M0 0 9 0 9 9zM9 9 0 9 0 0zM20 0 30 0 30 10 20 10z"}]
 
@@ -172,7 +176,7 @@ def test_polygons_of_one_colour_are_a_path_and_go_round_the_same_way() -> None:
 def test_polygons_of_several_colours_overlap_a_little_and_one_alpha_is_one_group() -> None:
     corners = np.array([[0, 0], [9, 0], [9, 9]] * 5)
     colors = np.array([[1, 0, 0, 1], [1, 0, 0, 1], [0, 1, 0, 1], [0, 1, 0, 0.2], [0, 1, 0, 0]])
-    root = parsed(strokes([], polygons=Polygons(np.arange(0, 16, 3), corners, colors)))
+    root = parsed(make_layer([], polygons=Polygons(np.arange(0, 16, 3), corners, colors)))
     opaque, translucent = root.findall(f".//{SVG}g[@class='faces']")
     seam = {"stroke": "#ff0000", "stroke-width": "0.5", "stroke-linejoin": "round"}
     assert opaque.attrib == {"class": "faces", "fill": "#ff0000", **seam}
@@ -182,10 +186,10 @@ def test_polygons_of_several_colours_overlap_a_little_and_one_alpha_is_one_group
     assert [path.attrib for path in translucent] == [{"d": once}]
 
 
-def test_dots_are_circles() -> None:
+def test_points_are_circles() -> None:
     circles = np.array([[1, 2, 3], [4.256, -5, 0.5], [7, 8, 9]])
     colors = np.array([[1, 0, 0, 1], [0, 0, 1, 0.8], [1, 0, 0, 0]])
-    points = group(parsed(strokes([], dots=Dots(circles, colors))), "points")
+    points = group(parsed(make_layer([], points=Points(circles, colors))), "points")
     assert points.attrib == {"class": "points", "fill": "#ff0000"}
     assert [circle.attrib for circle in points] == [
         {"cx": "1", "cy": "2", "r": "1.5"},
@@ -193,24 +197,24 @@ def test_dots_are_circles() -> None:
     ]
 
 
-def test_faces_lie_under_hidden_lines_and_those_under_visible_ones_and_dots_on_top() -> None:
-    everything = strokes(
+def test_faces_lie_under_hidden_lines_and_those_under_visible_ones_and_points_on_top() -> None:
+    everything = make_layer(
         [[0, 0, 9, 0], [0, 1, 9, 1]],
         hidden=np.array([False, True]),
         polygons=Polygons(np.array([0, 3]), np.eye(3)[:, :2], np.ones((1, 4))),
-        dots=Dots(np.ones((1, 3)), np.ones((1, 4))),
+        points=Points(np.ones((1, 3)), np.ones((1, 4))),
     )
     [_, [_, *groups]] = parsed(everything)
     assert [element.attrib["class"] for element in groups] == list(CLASSES)
 
 
 def test_what_shows_nothing_is_an_empty_group() -> None:
-    nothing = strokes(
+    nothing = make_layer(
         [],
         polygons=Polygons(np.array([0]), np.zeros((0, 2)), np.ones((1, 4))),
-        dots=Dots(np.zeros((0, 3)), np.zeros((0, 4))),
+        points=Points(np.zeros((0, 3)), np.zeros((0, 4))),
     )
-    unseen = strokes([0, 0, 9, 9], colors=np.zeros((1, 4)))
+    unseen = make_layer([0, 0, 9, 9], colors=np.zeros((1, 4)))
     for layer in (nothing, unseen):
         [_, model] = parsed(layer)
         assert [child.tag for child in model] == [f"{SVG}title"]
@@ -228,7 +232,7 @@ def test_what_shows_nothing_is_an_empty_group() -> None:
     ],
 )
 def test_ids_are_made_of_names(names: tuple[str, ...], identifiers: tuple[str, ...]) -> None:
-    root = parsed(*(strokes([], name=name) for name in names))
+    root = parsed(*(make_layer([], name=name) for name in names))
     assert [model.attrib["id"] for model in root[1:]] == list(identifiers)
     titles = [model.findtext(f"{SVG}title") for model in root[1:]]
     assert titles == [name or None for name in names]
@@ -236,7 +240,7 @@ def test_ids_are_made_of_names(names: tuple[str, ...], identifiers: tuple[str, .
 
 @given(st.lists(st.text(st.characters(exclude_categories=()), max_size=8), max_size=6))
 def test_any_names_make_a_document_with_different_ids(names: list[str]) -> None:
-    root = parsed(*(strokes([], name=name) for name in names))
+    root = parsed(*(make_layer([], name=name) for name in names))
     ids = [element.attrib["id"] for element in root]
     assert len(set(ids)) == len(ids) == len(names) + 1
     assert all(re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", identifier) for identifier in ids)
