@@ -1,4 +1,3 @@
-import subprocess
 import sys
 import warnings
 from pathlib import Path
@@ -10,6 +9,7 @@ from PIL import Image
 
 from gpu_xform import Camera, Layer, animate, matrices, samples, save_mesh, turntable
 from gpu_xform.cli import main
+from tests.support.cli import error_of, run_in_process
 from tests.support.pty_run import run_on_terminal
 from tests.support.types import Pixels
 
@@ -18,12 +18,11 @@ HOUSE = samples.house()
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files() -> None:
     save_mesh(HOUSE, "house.obj")
 
 
-def shown(path: str = "out.webp") -> list[Pixels]:
+def read_frames(path: str = "out.webp") -> list[Pixels]:
     frames = []
     with Image.open(path) as image:
         for k in range(getattr(image, "n_frames", 1)):
@@ -32,9 +31,9 @@ def shown(path: str = "out.webp") -> list[Pixels]:
     return frames
 
 
-def written(*options: str) -> list[Pixels]:
+def run_animate(*options: str) -> list[Pixels]:
     assert main(["animate", "house.obj", "-o", "out.webp", *SMALL, *options]) == 0
-    return shown()
+    return read_frames()
 
 
 def expected(**arguments: Any) -> list[Pixels]:
@@ -70,7 +69,7 @@ def test_options_are_the_library_s_arguments(options: list[str], arguments: dict
     if arguments is None:
         moved = matrices.translate(0, 1, 0)
         arguments = {"camera": Camera.look_at((3, 4, 9), (0, 1, 0)), "transform": moved}
-    frames = written(*options)
+    frames = run_animate(*options)
     assert np.array_equal(frames, expected(**arguments))
     assert options in ([], ["--turntable"]) or not np.array_equal(frames, expected())
 
@@ -79,17 +78,17 @@ def test_several_models_turn_together_about_their_common_middle() -> None:
     save_mesh(samples.cube().transformed(matrices.translate(4, 0, 0)), "cube.off")
     assert main(["animate", "house.obj", "--color", "red", "cube.off", "-o", "out.webp", *SMALL]) == 0
     scene = [Layer(HOUSE, color="red"), Layer(samples.cube(), color="red", transform=matrices.translate(4, 0, 0))]
-    assert np.array_equal(shown(), [np.asarray(frame) for frame in turntable(scene, 4, size=(60, 40))])
+    assert np.array_equal(read_frames(), [np.asarray(frame) for frame in turntable(scene, 4, size=(60, 40))])
 
 
 def test_numbers_color_what_moves() -> None:
-    frames = written("--scalars", "y", "--cmap", "magma")
+    frames = run_animate("--scalars", "y", "--cmap", "magma")
     assert np.array_equal(frames, expected(scalars=HOUSE.positions[:, 1], cmap="magma"))
 
 
 def test_the_turn_is_about_the_model_s_up() -> None:
     save_mesh(HOUSE.transformed(matrices.rotate_x(90, degrees=True)), "house.obj")
-    difference = np.abs(np.stack(written("--up", "+Z")).astype(int) - expected())
+    difference = np.abs(np.stack(run_animate("--up", "+Z")).astype(int) - expected())
     assert difference.max() <= 2
 
 
@@ -99,7 +98,7 @@ def test_matrices_move_the_model_after_its_own_transforms() -> None:
     options = ["--matrices", "poses.npy", "--resolution", "60x40", "--scale", "2", "--fps", "8"]
     assert main(["animate", "house.obj", "-o", "out.webp", *options]) == 0
     made = animate(HOUSE, poses, size=(60, 40), transform=matrices.scale(2))
-    assert np.array_equal(shown(), [np.asarray(frame) for frame in made])
+    assert np.array_equal(read_frames(), [np.asarray(frame) for frame in made])
     with Image.open("out.webp") as image:
         image.load()
         assert image.info["duration"] == 125
@@ -113,11 +112,11 @@ def test_without_more_it_is_a_hundred_frames_of_640_by_480_twenty_a_second() -> 
 
 
 def test_a_model_from_standard_input_and_one_file_a_frame() -> None:
-    typed = [sys.executable, "-m", "gpu_xform", "animate", "-", "--file-type", "obj", "-o", "f/{frame:02}.png", *SMALL]
-    ran = subprocess.run(typed, input=Path("house.obj").read_bytes(), capture_output=True, check=False)
+    typed = ["animate", "-", "--file-type", "obj", "-o", "f/{frame:02}.png", *SMALL]
+    ran = run_in_process(*typed, input=Path("house.obj").read_bytes())
     assert (ran.returncode, ran.stdout, ran.stderr) == (0, b"", b"")
     assert sorted(path.name for path in Path("f").iterdir()) == ["00.png", "01.png", "02.png", "03.png"]
-    assert np.array_equal([shown(f"f/{k:02}.png")[0] for k in range(4)], expected())
+    assert np.array_equal([read_frames(f"f/{k:02}.png")[0] for k in range(4)], expected())
 
 
 def test_a_padded_video_is_a_warning_of_one_line(capfd: pytest.CaptureFixture[str]) -> None:
@@ -164,21 +163,16 @@ def test_what_is_wrong_is_one_line_and_leaves_no_file(
     np.save("flat.npy", np.eye(3))
     np.save("nan.npy", np.stack([np.eye(4), np.diag([1, 1, np.nan, 1])]))
     before = sorted(Path().iterdir())
-    assert main(["animate", "house.obj", "--resolution", "40,40", *options]) == 2
-    output, complaint = capsys.readouterr()
-    assert output == ""
-    assert message in complaint
-    assert complaint.startswith("gpu-xform: error: ")
-    assert complaint.count("\n") == 1
+    assert message in error_of(["animate", "house.obj", "--resolution", "40,40", *options], capsys)
     assert sorted(Path().iterdir()) == before
 
 
 def test_models_with_nothing_to_draw_are_named(capsys: pytest.CaptureFixture[str]) -> None:
     typed = ["-o", "out.gif", "--edges", "boundary", "--resolution", "40,40"]
-    assert main(["animate", "house.obj", *typed]) == 2
-    assert "gpu-xform: error: house.obj: edges must choose at least one edge" in capsys.readouterr().err
-    assert main(["animate", "house.obj", "house.obj", *typed]) == 2
-    assert "gpu-xform: error: house.obj and 1 more: house: edges must" in capsys.readouterr().err
+    message = error_of(["animate", "house.obj", *typed], capsys)
+    assert "gpu-xform: error: house.obj: edges must choose at least one edge" in message
+    message = error_of(["animate", "house.obj", "house.obj", *typed], capsys)
+    assert "gpu-xform: error: house.obj and 1 more: house: edges must" in message
     assert list(Path().iterdir()) == [Path("house.obj")]
 
 
@@ -190,5 +184,5 @@ def test_a_bar_is_shown_on_a_terminal_only(columns: int, rows: int) -> None:
     assert code == 0
     assert "out.webp: " in told
     assert "frames/s]" in told
-    piped = subprocess.run([sys.executable, "-m", "gpu_xform", *typed], capture_output=True, check=False)
+    piped = run_in_process(*typed)
     assert (piped.returncode, piped.stdout, piped.stderr) == (0, b"", b"")

@@ -2,8 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +12,7 @@ import gpu_xform as gx
 from gpu_xform.cli import main
 from gpu_xform.cli.commands import transform as commands
 from gpu_xform.compute import streaming
+from tests.support.cli import error_of, run_in_process
 from tests.support.reference_transform import some_points
 
 STEPS = ["--scale", "0.3", "--rotate-z", "90", "--translate", "-0.5,2,0"]
@@ -21,8 +20,7 @@ MATRIX = gx.chain(gx.scale(0.3), gx.rotate_z(90, degrees=True), gx.translate(-0.
 
 
 @pytest.fixture(autouse=True)
-def _folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(streaming, "CHUNK_BYTES", 1200)
 
 
@@ -45,8 +43,7 @@ def test_what_cannot_be_streamed_is_taken_whole(array: Any, capsys: pytest.Captu
     np.save("in.npy", array)
     assert main(["transform", "in.npy", "out.npy", *STEPS]) == 0
     assert np.array_equal(np.load("out.npy"), gx.transform_points(array, MATRIX))
-    assert main(["transform", "in.npy", "out.npy", "--resume"]) == 2
-    assert "--resume goes from an .npy file" in capsys.readouterr().err
+    assert "--resume goes from an .npy file" in error_of(["transform", "in.npy", "out.npy", "--resume"], capsys)
 
 
 def test_an_interrupted_run_is_resumed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -77,16 +74,13 @@ def test_an_interrupted_run_is_resumed(monkeypatch: pytest.MonkeyPatch, capsys: 
 
 def test_models_are_not_resumed(capsys: pytest.CaptureFixture[str]) -> None:
     gx.save_mesh(gx.samples.cube(), "cube.obj")
-    assert main(["transform", "cube.obj", "out.obj", "--resume"]) == 2
-    assert "--resume is for .npy files" in capsys.readouterr().err
+    assert "--resume is for .npy files" in error_of(["transform", "cube.obj", "out.obj", "--resume"], capsys)
 
 
 def test_no_bar_is_shown_where_there_is_no_terminal() -> None:
     np.save("in.npy", some_points(950, np.float32))
-    run = subprocess.run(
-        [sys.executable, "-m", "gpu_xform", "transform", "in.npy", "out.npy"], capture_output=True, check=True
-    )
-    assert (run.stdout, run.stderr) == (b"", b"")
+    run = run_in_process("transform", "in.npy", "out.npy")
+    assert (run.returncode, run.stdout, run.stderr) == (0, b"", b"")
 
 
 def test_bench_prints_figures_that_hang_together(capsys: pytest.CaptureFixture[str]) -> None:
@@ -111,11 +105,9 @@ def test_bench_says_when_the_device_is_a_cpu(capsys: pytest.CaptureFixture[str],
 
 def test_bench_refuses_a_wrong_result(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("gpu_xform.diagnostics.bench.transform_points", lambda points, matrix, out, device: out.fill(0))  # noqa: ARG005
-    assert main(["bench", "--points", "1e3"]) == 1
-    assert "computes wrongly" in capsys.readouterr().err
+    assert "computes wrongly" in error_of(["bench", "--points", "1e3"], capsys, 1)
 
 
 @pytest.mark.parametrize("text", ["0", "-5", "1.5", "many", "", "1e99", "nan"])
 def test_bench_wants_whole_numbers_of_points(text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["bench", f"--points={text}"]) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    assert "--points" in error_of(["bench", f"--points={text}"], capsys)

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -17,8 +16,8 @@ from gpu_xform.cli import files, main
 from gpu_xform.cli.argv import attach_values
 from gpu_xform.cli.parser import make_parser
 from gpu_xform.formats.registry import READERS
-
-Points = npt.NDArray[np.float64]
+from tests.support.cli import error_of, run_in_process
+from tests.support.types import Array
 
 C30, S30 = np.sqrt(3) / 2, 0.5
 SCALE = ("--scale", "1,2,3"), np.diag([1.0, 2, 3, 1])
@@ -29,30 +28,25 @@ SIXTEEN = "0 -0.3 7 -0.5 0.3 0 0 2 0 5 0.25 11 0 0 0 1"
 POINTS = np.array([[1.0, 2, 3], [-4, 5, -6], [0.125, 0, 7], [1e6, -1e-6, 3], [0, 0, 0]])
 
 
-def command(*arguments: str, **options: Any) -> "subprocess.CompletedProcess[bytes]":
-    return subprocess.run([sys.executable, "-m", "gpu_xform", *arguments], capture_output=True, check=False, **options)
-
-
-def moved(points: Points, *steps: npt.NDArray[Any]) -> Points:
+def moved(points: Array, *steps: Array) -> Array:
     homogeneous = np.column_stack([points, np.ones(len(points))])
     for step in steps:
         homogeneous = (step @ homogeneous.T).T
     return np.asarray(homogeneous[:, :3])
 
 
-def assert_as_accurate_as_promised(result: Points, points: Points, matrix: npt.NDArray[Any], unit: float) -> None:
+def assert_as_accurate_as_promised(result: Array, points: Array, matrix: Array, unit: float) -> None:
     magnitudes = np.abs(points) @ np.abs(matrix[:3, :3]).T + np.abs(matrix[:3, 3])
     assert (np.abs(result - moved(points, matrix)) <= 6 * unit * magnitudes).all()
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files() -> None:
     save_mesh(samples.house(), "house.obj")
     np.save("points.npy", POINTS)
 
 
-def transformed(*options: str, points: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
+def run_transform(*options: str, points: Array | None = None) -> Array:
     if points is not None:
         np.save("points.npy", points)
     assert main(["transform", "points.npy", "moved.npy", *options]) == 0
@@ -60,7 +54,7 @@ def transformed(*options: str, points: npt.NDArray[Any] | None = None) -> npt.ND
 
 
 @pytest.mark.parametrize("order", [(SCALE, ROTATE, TRANSLATE), (TRANSLATE, ROTATE, SCALE), (ROTATE, TRANSLATE, SCALE)])
-def test_transforms_apply_in_the_order_typed(order: tuple[tuple[tuple[str, str], npt.NDArray[Any]], ...]) -> None:
+def test_transforms_apply_in_the_order_typed(order: tuple[tuple[tuple[str, str], Array], ...]) -> None:
     options = [word for typed, _ in order for word in typed]
     assert main(["transform", "house.obj", "moved.obj", *options]) == 0
     house, result = samples.house(), load_mesh("moved.obj")
@@ -99,7 +93,7 @@ def test_one_option_may_be_typed_twice_and_between_the_files() -> None:
 )
 def test_each_transform(typed: str, rows: npt.ArrayLike) -> None:
     matrix = np.vstack([rows, [0.0, 0, 0, 1]])
-    assert np.allclose(transformed(*shlex.split(typed)), moved(POINTS, matrix), rtol=1e-12, atol=1e-9)
+    assert np.allclose(run_transform(*shlex.split(typed)), moved(POINTS, matrix), rtol=1e-12, atol=1e-9)
 
 
 @pytest.mark.parametrize("separator", [" ", ",", ", ", "  "])
@@ -114,7 +108,7 @@ def test_a_matrix_may_be_typed_or_in_a_file(separator: str, where: str) -> None:
     elif where == "npy":
         np.save("m.npy", expected.astype(np.float32))
         text, expected = "m.npy", expected.astype(np.float32).astype(np.float64)
-    result = transformed("--matrix", text)
+    result = run_transform("--matrix", text)
     assert_as_accurate_as_promised(result, POINTS, expected, 2.0**-53)
 
 
@@ -122,11 +116,10 @@ def test_a_projection_divides_only_when_told_to(capsys: pytest.CaptureFixture[st
     points = np.array([[1.0, 2, 4], [3, -1, -8], [1, 1, 0]])
     # The lecture's perspective: x* = d x / (d - z)
     expected = np.column_stack([8 * points[:, :2] / (8 - points[:, 2:]), np.zeros(3)])
-    result = transformed("--perspective-from-eye", "8", "--project", points=points)
+    result = run_transform("--perspective-from-eye", "8", "--project", points=points)
     assert np.allclose(result, expected, rtol=1e-15, atol=0)
     Path("moved.npy").unlink()
-    assert main(["transform", "points.npy", "moved.npy", "--perspective-from-eye", "8"]) == 2
-    assert "--project" in capsys.readouterr().err
+    assert "--project" in error_of(["transform", "points.npy", "moved.npy", "--perspective-from-eye", "8"], capsys)
     assert not Path("moved.npy").exists()
 
 
@@ -144,7 +137,7 @@ def test_polygons_and_coordinates_survive_conversion(chain: list[str]) -> None:
 @pytest.mark.parametrize("shape", [(0, 3), (1, 2), (65, 3), (7, 2)])
 def test_an_array_keeps_its_type_and_shape(dtype: str, shape: tuple[int, int]) -> None:
     points = np.random.default_rng(1).normal(size=shape).astype(dtype)
-    result = transformed("--rotate-z", "30", "--translate", "-0.5,2,0", points=points)
+    result = run_transform("--rotate-z", "30", "--translate", "-0.5,2,0", points=points)
     assert result.dtype == np.dtype(dtype).newbyteorder("=")
     assert result.shape == shape
     in_space = np.zeros((len(points), 3))
@@ -155,7 +148,7 @@ def test_an_array_keeps_its_type_and_shape(dtype: str, shape: tuple[int, int]) -
 
 def test_an_array_in_columns_is_read_as_its_rows() -> None:
     points = np.asfortranarray(POINTS)
-    assert np.array_equal(transformed("--translate", "1,2,3", points=points), np.add(POINTS, (1, 2, 3)))
+    assert np.array_equal(run_transform("--translate", "1,2,3", points=points), np.add(POINTS, (1, 2, 3)))
 
 
 def test_a_file_can_be_its_own_result() -> None:
@@ -165,10 +158,9 @@ def test_a_file_can_be_its_own_result() -> None:
 
 def test_points_of_the_plane_stay_in_it(capsys: pytest.CaptureFixture[str]) -> None:
     flat = np.array([[1.0, 2], [3, 4]])
-    assert np.array_equal(transformed("--rotate-x", "180", points=flat), flat * (1, -1))
+    assert np.array_equal(run_transform("--rotate-x", "180", points=flat), flat * (1, -1))
     for leaving in ("--rotate-x=90", "--translate=0,0,1", "--shear=zx=1"):
-        assert main(["transform", "points.npy", "moved.npy", leaving]) == 2
-        assert "xy-plane" in capsys.readouterr().err
+        assert "xy-plane" in error_of(["transform", "points.npy", "moved.npy", leaving], capsys)
 
 
 @pytest.mark.parametrize(
@@ -202,7 +194,7 @@ def test_explain_prints_what_the_library_explains(capsys: pytest.CaptureFixture[
 
 def test_a_pipe_in_and_a_pipe_out() -> None:
     typed = ["transform", "-", "-", "--file-type", "npy", "--translate", "-1,0,0"]
-    result = command(*typed, input=Path("points.npy").read_bytes())
+    result = run_in_process(*typed, input=Path("points.npy").read_bytes())
     assert (result.returncode, result.stderr) == (0, b"")
     assert np.array_equal(np.load(io.BytesIO(result.stdout)), np.subtract(POINTS, (1, 0, 0)))
 

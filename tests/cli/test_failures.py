@@ -19,6 +19,7 @@ from gpu_xform.errors import DeviceError, DeviceMemoryError, ShaderError
 from gpu_xform.formats import registry
 from gpu_xform.gpu.device import Device
 from gpu_xform.rendering import raster as wireframe
+from tests.support.cli import error_of, run_in_process
 
 OLD = b"what was there before"
 NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
@@ -29,9 +30,8 @@ ARRAY = "transform points.npy out.npy "
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+def _files(working_folder: Path) -> Iterator[None]:
     """Run in a folder whose files are all the same afterwards."""
-    monkeypatch.chdir(tmp_path)
     save_mesh(samples.house(), "house.obj")
     save_mesh(Mesh([(0, 0, 0), (1, 0, 0)], [(1, 1)]), "dot.obj")
     np.save("points.npy", np.ones((4, 3)))
@@ -62,20 +62,9 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     Path("folder.png").mkdir()
     for name in ("out.png", "out.obj", "out.npy", "out.bmp", "out.3mf", "out"):
         Path(name).write_bytes(OLD)
-    before = {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()}
+    before = {path: path.read_bytes() for path in working_folder.rglob("*") if path.is_file()}
     yield
-    assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
-
-
-def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> str:
-    assert main(shlex.split(typed)) == code
-    printed = capsys.readouterr()
-    assert printed.out == ""
-    assert printed.err.startswith("gpu-xform: error: ")
-    assert printed.err.endswith("\n")
-    assert printed.err.count("\n") == 1
-    assert "Traceback" not in printed.err
-    return printed.err
+    assert {path: path.read_bytes() for path in working_folder.rglob("*") if path.is_file()} == before
 
 
 @pytest.mark.parametrize(
@@ -229,7 +218,7 @@ def complaint(typed: str, capsys: pytest.CaptureFixture[str], code: int = 2) -> 
     ],
 )
 def test_bad_input_is_one_line_and_touches_nothing(typed: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert words in complaint(typed, capsys)
+    assert words in error_of(shlex.split(typed), capsys)
 
 
 @pytest.mark.parametrize("path", ["", "house.obj/", "new.png/", "new.png/.", "."])
@@ -252,7 +241,7 @@ def test_what_is_no_path_of_a_file_is_said_of_the_argument(
     typed: str, argument: str, path: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     expected = f"gpu-xform: error: argument {argument}: expected the path of a file, got '{path}'\n"
-    assert complaint(typed.format(shlex.quote(path)), capsys) == expected
+    assert error_of(shlex.split(typed.format(shlex.quote(path))), capsys) == expected
 
 
 @pytest.mark.parametrize("command", [RENDER, TRANSFORM, ARRAY, "doctor "])
@@ -263,19 +252,18 @@ def test_an_unknown_adapter_is_named_with_those_there_are(
         assert main(["doctor", "--adapter", "nonesuch"]) == 3
         message = capsys.readouterr().out
     else:
-        message = complaint(command + "--adapter nonesuch", capsys, code=3)
+        message = error_of(shlex.split(command + "--adapter nonesuch"), capsys, code=3)
     assert "'nonesuch'" in message
     assert device.name in message
 
 
 @pytest.mark.parametrize("command", [RENDER, TRANSFORM, ARRAY])
 def test_without_a_driver_a_line_says_what_to_install(command: str) -> None:
-    typed = [sys.executable, "-m", "gpu_xform", *shlex.split(command)]
-    result = subprocess.run(typed, capture_output=True, check=False, text=True, env=os.environ | NO_DRIVER)
-    assert (result.returncode, result.stdout) == (3, "")
-    assert result.stderr.startswith("gpu-xform: error: no graphics adapter")
-    assert "nstall" in result.stderr
-    assert result.stderr.count("\n") == 1
+    result = run_in_process(*shlex.split(command), env=os.environ | NO_DRIVER)
+    assert (result.returncode, result.stdout) == (3, b"")
+    assert result.stderr.startswith(b"gpu-xform: error: no graphics adapter")
+    assert b"nstall" in result.stderr
+    assert result.stderr.count(b"\n") == 1
 
 
 @pytest.mark.parametrize(
@@ -299,9 +287,9 @@ def test_what_the_library_raises_has_its_exit_code(
 
     monkeypatch.setattr(wireframe, "render", fail)
     monkeypatch.setattr(transform_pass, "transform", fail)
-    assert words in complaint(RENDER, capsys, code)
-    assert words in complaint(TRANSFORM, capsys, code)
-    assert words in complaint(ARRAY, capsys, code)
+    assert words in error_of(shlex.split(RENDER), capsys, code)
+    assert words in error_of(shlex.split(TRANSFORM), capsys, code)
+    assert words in error_of(shlex.split(ARRAY), capsys, code)
 
 
 class FullDisk:
@@ -326,20 +314,20 @@ def test_a_full_disk_leaves_the_older_file_and_nothing_else(
     monkeypatch.setattr(files, "atomic_write", almost_full)
     monkeypatch.setattr(registry, "atomic_write", almost_full)
     target = shlex.split(command)[-1]
-    assert complaint(command, capsys) == f"gpu-xform: error: {target}: {os.strerror(errno.ENOSPC)}\n"
+    assert error_of(shlex.split(command), capsys) == f"gpu-xform: error: {target}: {os.strerror(errno.ENOSPC)}\n"
 
 
 @pytest.mark.skipif(not hasattr(os, "geteuid") or os.geteuid() == 0, reason="root may read and write everything")
 def test_permissions(capsys: pytest.CaptureFixture[str]) -> None:
     Path("house.obj").chmod(0)
     try:
-        assert "house.obj: Permission denied" in complaint(RENDER, capsys)
+        assert "house.obj: Permission denied" in error_of(shlex.split(RENDER), capsys)
     finally:
         Path("house.obj").chmod(0o600)
 
 
 def test_a_line_break_in_a_name_stays_in_one_line(capsys: pytest.CaptureFixture[str]) -> None:
-    assert "a b.obj: No such file" in complaint("render 'a\nb.obj' -o out.png", capsys)
+    assert "a b.obj: No such file" in error_of(shlex.split("render 'a\nb.obj' -o out.png"), capsys)
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
@@ -362,4 +350,4 @@ def test_a_closed_standard_stream(
     stream: str, command: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, stream, None)
-    assert "Bad file descriptor" in complaint(command, capsys)
+    assert "Bad file descriptor" in error_of(shlex.split(command), capsys)

@@ -1,6 +1,5 @@
 """Many models on one command line: into one picture, or each into its own."""
 
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,10 @@ from gpu_xform.cli import files, main
 from gpu_xform.cli.parser import parse
 from gpu_xform.cli.path_templates import Template
 from gpu_xform.errors import DeviceError
-from gpu_xform.imaging.image import Pixels
 from gpu_xform.rendering import raster as wireframe
+from tests.support.cli import error_of, list_pngs, read_png, run_in_process
 from tests.support.pty_run import run_on_terminal
+from tests.support.types import Pixels
 
 SIZE = ("--resolution", "60,40")
 MODELS = {
@@ -28,32 +28,22 @@ MODELS = {
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files() -> None:
     for name, mesh in MODELS.items():
         save_mesh(mesh, name)
 
 
-def png(path: str) -> Pixels:
-    with Image.open(path) as image:
-        return np.asarray(image)
-
-
-def drawn(mesh: Mesh | list[Mesh], **arguments: Any) -> Pixels:
+def expected_picture(mesh: Mesh | list[Mesh], **arguments: Any) -> Pixels:
     return render_array(mesh, size=(60, 40), **arguments)
-
-
-def pictures() -> list[str]:
-    return sorted(path.as_posix() for path in Path().rglob("*.png"))
 
 
 def test_each_model_gets_the_picture_it_would_get_alone(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", *MODELS, "-o", "thumbs/small/{model}.png", *SIZE, "--rotate-y", "20"]) == 0
     assert capsys.readouterr() == ("", "gpu-xform: 4 pictures: 4 done\n")
-    assert pictures() == sorted(f"thumbs/small/{Path(name).stem}.png" for name in MODELS)
+    assert list_pngs() == sorted(f"thumbs/small/{Path(name).stem}.png" for name in MODELS)
     for name in MODELS:
-        alone = drawn(load_mesh(name), transform=matrices.rotate_y(20, degrees=True))
-        assert np.array_equal(png(f"thumbs/small/{Path(name).stem}.png"), alone)
+        alone = expected_picture(load_mesh(name), transform=matrices.rotate_y(20, degrees=True))
+        assert np.array_equal(read_png(f"thumbs/small/{Path(name).stem}.png"), alone)
 
 
 def test_several_models_go_into_one_picture(capsys: pytest.CaptureFixture[str]) -> None:
@@ -61,8 +51,8 @@ def test_several_models_go_into_one_picture(capsys: pytest.CaptureFixture[str]) 
     assert capsys.readouterr() == ("", "")
     meshes = [load_mesh(name) for name in ("lines.obj", "house.obj", "solid.ply")]
     camera = Camera.fit(np.concatenate([mesh.positions for mesh in meshes]))
-    together = png("all.png")
-    darkest = np.min([drawn(mesh, camera=camera) for mesh in meshes], axis=0)
+    together = read_png("all.png")
+    darkest = np.min([expected_picture(mesh, camera=camera) for mesh in meshes], axis=0)
     # Where lines of two models meet, both darken the pixel.
     assert (together <= darkest).all()
     assert (together == darkest).mean() > 0.9
@@ -71,7 +61,7 @@ def test_several_models_go_into_one_picture(capsys: pytest.CaptureFixture[str]) 
 
 def test_several_models_are_coloured_by_their_own_faces() -> None:
     assert main(["render", "cube.off", "lines.obj", "-o", "all.png", "--color", "face", *SIZE]) == 0
-    assert np.array_equal(png("all.png"), drawn([samples.cube(), MODELS["lines.obj"]], color="face"))
+    assert np.array_equal(read_png("all.png"), expected_picture([samples.cube(), MODELS["lines.obj"]], color="face"))
 
 
 def test_models_may_stand_between_the_options() -> None:
@@ -80,7 +70,7 @@ def test_models_may_stand_between_the_options() -> None:
     assert len(options.steps) == 2
     assert main(["render", "house.obj", "-o", "one.png", *SIZE, "cube.off"]) == 0
     assert main(["render", "house.obj", "cube.off", "-o", "other.png", *SIZE]) == 0
-    assert np.array_equal(png("one.png"), png("other.png"))
+    assert np.array_equal(read_png("one.png"), read_png("other.png"))
 
 
 @pytest.mark.parametrize(
@@ -96,9 +86,9 @@ def test_models_may_stand_between_the_options() -> None:
     ],
 )
 def test_an_unknown_option_is_no_model(typed: str, meant: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "house.obj", "-o", "x.png", *typed.split()]) == 2
-    assert capsys.readouterr().err == f"gpu-xform: error: unrecognized arguments: {typed}{meant}\n"
-    assert not pictures()
+    message = error_of(["render", "house.obj", "-o", "x.png", *typed.split()], capsys)
+    assert message == f"gpu-xform: error: unrecognized arguments: {typed}{meant}\n"
+    assert not list_pngs()
 
 
 def test_folders_keep_models_of_one_name_apart(capsys: pytest.CaptureFixture[str]) -> None:
@@ -111,18 +101,18 @@ def test_folders_keep_models_of_one_name_apart(capsys: pytest.CaptureFixture[str
     assert capsys.readouterr().err == f"gpu-xform: error: {expected}\n"
     assert not Path("t").exists()
     assert main([*both, "t/{folder}/{model}.png"]) == 0
-    assert pictures() == ["t/a/model.png", "t/b/c/model.png"]
-    assert np.array_equal(png("t/b/c/model.png"), drawn(samples.house()))
+    assert list_pngs() == ["t/a/model.png", "t/b/c/model.png"]
+    assert np.array_equal(read_png("t/b/c/model.png"), expected_picture(samples.house()))
     assert main([*both, "{folder}/{model}.png"]) == 0
-    assert np.array_equal(png("a/model.png"), drawn(samples.cube()))
+    assert np.array_equal(read_png("a/model.png"), expected_picture(samples.cube()))
 
 
 def test_one_path_by_two_names_is_one_path(capsys: pytest.CaptureFixture[str]) -> None:
     Path("a").mkdir()
-    assert main(["render", "house.obj", "a/../house.obj", "-o", "{folder}/{model}.png"]) == 2
-    assert "two pictures would go there" in capsys.readouterr().err
+    message = error_of(["render", "house.obj", "a/../house.obj", "-o", "{folder}/{model}.png"], capsys)
+    assert "two pictures would go there" in message
     assert main(["render", "house.obj", "house.obj", "-o", "{model}.png"]) == 2
-    assert not pictures()
+    assert not list_pngs()
 
 
 def test_a_bad_model_does_not_stop_the_others(capsys: pytest.CaptureFixture[str]) -> None:
@@ -138,8 +128,8 @@ def test_a_bad_model_does_not_stop_the_others(capsys: pytest.CaptureFixture[str]
     ]
     assert complaints[1] == "gpu-xform: error: none.obj: No such file or directory"
     assert summary == "gpu-xform: 6 pictures: 2 done, 4 failed"
-    assert pictures() == ["cube.png", "house.png"]
-    assert np.array_equal(png("cube.png"), drawn(samples.cube()))
+    assert list_pngs() == ["cube.png", "house.png"]
+    assert np.array_equal(read_png("cube.png"), expected_picture(samples.cube()))
     assert not list(Path().glob(".*"))
 
 
@@ -167,7 +157,7 @@ def test_whatever_goes_wrong_names_the_model_and_the_worst_decides(
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == f"gpu-xform: error: house.obj: {words}"
     assert lines[2] == "gpu-xform: 3 pictures: 1 done, 2 failed"
-    assert pictures() == ["cube.png"]
+    assert list_pngs() == ["cube.png"]
 
 
 def test_a_folder_that_cannot_be_made_is_said_for_each(capsys: pytest.CaptureFixture[str]) -> None:
@@ -178,12 +168,11 @@ def test_a_folder_that_cannot_be_made_is_said_for_each(capsys: pytest.CaptureFix
 
 
 def test_a_folder_is_made_for_a_template_only(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "house.obj", "-o", "none/x.png", *SIZE]) == 2
-    assert "none/x.png: No such file" in capsys.readouterr().err
+    assert "none/x.png: No such file" in error_of(["render", "house.obj", "-o", "none/x.png", *SIZE], capsys)
     assert not Path("none").exists()
     assert main(["render", "house.obj", "-o", "none/{model}.png", *SIZE]) == 0
     assert capsys.readouterr().err == ""
-    assert pictures() == ["none/house.png"]
+    assert list_pngs() == ["none/house.png"]
 
 
 def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -196,7 +185,7 @@ def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys
 
     monkeypatch.setattr(files, "read_mesh", interrupted)
     assert main(["render", *MODELS, "-o", "{model}.png", *SIZE]) == 130
-    assert pictures() == ["cube.png", "house.png"]
+    assert list_pngs() == ["cube.png", "house.png"]
     assert capsys.readouterr() == ("", "")
 
 
@@ -223,12 +212,10 @@ def test_braces_in_a_model_s_name_are_left_alone() -> None:
 @pytest.mark.parametrize("option", ["-o", "--reference", "--reference-diff"])
 @pytest.mark.parametrize("text", ["{name}.png", "{}.png", "{model:>9}.png", "{model!r}.png", "{.png", "{model}}.png"])
 def test_other_braces_are_a_usage_error(option: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "house.obj", option, text]) == 2
-    message = capsys.readouterr().err
-    assert message.count("\n") == 1
+    message = error_of(["render", "house.obj", option, text], capsys)
     assert f"{option}" in message
     assert "expected {model} or {folder}, or braces doubled" in message
-    assert not pictures()
+    assert not list_pngs()
 
 
 @pytest.mark.parametrize(
@@ -245,11 +232,9 @@ def test_other_braces_are_a_usage_error(option: str, text: str, capsys: pytest.C
     ],
 )
 def test_what_cannot_be_planned_is_one_line(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", *typed]) == 2
-    message = capsys.readouterr().err
+    message = error_of(["render", *typed], capsys)
     assert words in message
-    assert message.count("\n") == 1
-    assert not pictures()
+    assert not list_pngs()
 
 
 def test_patterns_that_no_shell_has_expanded() -> None:
@@ -263,17 +248,16 @@ def test_patterns_that_no_shell_has_expanded() -> None:
     assert files.matching(["in/*.wrl"]) == ["in/*.wrl"]
     assert files.matching(["-"]) == ["-"]
     assert main(["render", "in/*.obj", "-o", "{model}.png", *SIZE]) == 0
-    assert pictures() == ["b.png", "x1.png", "x[1].png"]
+    assert list_pngs() == ["b.png", "x1.png", "x[1].png"]
 
 
 def test_standard_input_among_others() -> None:
-    typed = [sys.executable, "-m", "gpu_xform", "render", "house.obj", "-", "--file-type", "obj", "-o", "-", *SIZE]
-    data = Path("lines.obj").read_bytes()
-    result = subprocess.run(typed, input=data, capture_output=True, check=False)
+    typed = ["render", "house.obj", "-", "--file-type", "obj", "-o", "-", *SIZE]
+    result = run_in_process(*typed, input=Path("lines.obj").read_bytes())
     assert (result.returncode, result.stderr) == (0, b"")
     Path("piped.png").write_bytes(result.stdout)
     assert main(["render", "house.obj", "lines.obj", "-o", "plain.png", *SIZE]) == 0
-    assert np.array_equal(png("piped.png"), png("plain.png"))
+    assert np.array_equal(read_png("piped.png"), read_png("plain.png"))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")

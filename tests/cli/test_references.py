@@ -9,13 +9,13 @@ from PIL import Image
 
 from gpu_xform import Mesh, compare_images, samples, save_mesh
 from gpu_xform.cli import main
+from tests.support.cli import error_of
 
 SIZE = ("--resolution", "120,80")
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files() -> None:
     house = samples.house()
     save_mesh(house, "house.obj")
     save_mesh(Mesh(house.positions, house.faces[:-2]), "open.obj")  # the same points: the same camera
@@ -24,6 +24,10 @@ def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def render(*typed: str) -> int:
     return main(["render", *typed, *SIZE])
+
+
+def render_error(capsys: pytest.CaptureFixture[str], *typed: str, code: int = 2) -> str:
+    return error_of(["render", *typed, *SIZE], capsys, code)
 
 
 def same(one: str, other: str) -> bool:
@@ -59,8 +63,9 @@ def test_pixels_and_their_tolerance_can_be_allowed(capsys: pytest.CaptureFixture
     found = compare_images("drawn.png", "expected.png")
     compared = ["open.obj", "--reference", "expected.png"]
     assert render(*compared, "--reference-pixels", str(found.n_pixels)) == 0
-    assert render(*compared, "--reference-pixels", str(found.n_pixels - 1)) == 4
-    assert f"allowed are {found.n_pixels - 1:,}" in capsys.readouterr().err
+    assert f"allowed are {found.n_pixels - 1:,}" in render_error(
+        capsys, *compared, "--reference-pixels", str(found.n_pixels - 1), code=4
+    )
     assert render(*compared, "--reference-threshold", str(found.largest)) == 0
     assert render(*compared, "--reference-threshold", str(found.largest - 0.5)) == 4
     largest = int((found.by_pixel == found.largest).sum())
@@ -75,14 +80,13 @@ def test_the_difference_is_drawn_where_there_is_one() -> None:
 
 
 def test_another_size_is_a_difference(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "house.obj", "--reference", "expected.png", "--resolution", "80,120"]) == 4
+    typed = ["render", "house.obj", "--reference", "expected.png", "--resolution", "80,120"]
     expected = "expected.png: the reference is 120 x 80 pixels, the picture 80 x 120"
-    assert capsys.readouterr().err == f"gpu-xform: error: {expected}\n"
+    assert error_of(typed, capsys, 4) == f"gpu-xform: error: {expected}\n"
 
 
 def test_a_missing_reference_says_how_it_is_made(capsys: pytest.CaptureFixture[str]) -> None:
-    assert render("house.obj", "--reference", "none.png", "-o", "drawn.png") == 2
-    message = capsys.readouterr().err
+    message = render_error(capsys, "house.obj", "--reference", "none.png", "-o", "drawn.png")
     assert message.startswith("gpu-xform: error: none.png: there is no such reference; ")
     assert "-o none.png instead of --reference" in message
     assert same("drawn.png", "expected.png")
@@ -92,8 +96,9 @@ def test_a_missing_reference_says_how_it_is_made(capsys: pytest.CaptureFixture[s
 
 def test_a_damaged_reference_is_wrong_input(capsys: pytest.CaptureFixture[str]) -> None:
     Path("expected.png").write_bytes(Path("expected.png").read_bytes()[:200])
-    assert render("house.obj", "--reference", "expected.png") == 2
-    assert "--reference must be a PNG file, got 'expected.png'" in capsys.readouterr().err
+    assert "--reference must be a PNG file, got 'expected.png'" in render_error(
+        capsys, "house.obj", "--reference", "expected.png"
+    )
 
 
 def test_each_of_many_has_its_own_reference(capsys: pytest.CaptureFixture[str]) -> None:
@@ -129,8 +134,9 @@ def test_one_reference_for_many_models(capsys: pytest.CaptureFixture[str]) -> No
 @pytest.mark.parametrize("written", [["-o", "./expected.png"], ["--reference-diff", "expected.png", "-o", "x.png"]])
 def test_a_reference_is_never_written(written: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     before = Path("expected.png").read_bytes()
-    assert render("open.obj", "--reference", "expected.png", *written) == 2
-    assert "expected.png: a picture cannot take the place of a reference" in capsys.readouterr().err
+    assert "expected.png: a picture cannot take the place of a reference" in render_error(
+        capsys, "open.obj", "--reference", "expected.png", *written
+    )
     assert Path("expected.png").read_bytes() == before
     assert not Path("x.png").exists()
 
@@ -153,6 +159,5 @@ def test_a_reference_is_never_written(written: list[str], capsys: pytest.Capture
     ],
 )
 def test_options_that_mean_nothing(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert render("open.obj", *typed) == 2
-    assert words in capsys.readouterr().err
+    assert words in render_error(capsys, "open.obj", *typed)
     assert sorted(path.name for path in Path().iterdir()) == ["expected.png", "house.obj", "open.obj"]

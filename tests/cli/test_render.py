@@ -1,7 +1,6 @@
 import dataclasses
 import io
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
@@ -17,22 +16,20 @@ from gpu_xform.cli import options as option_groups
 from gpu_xform.drawing.layer import Layer
 from gpu_xform.gpu.device import Device
 from gpu_xform.imaging.colors import FACE_CYCLE
+from tests.support.cli import error_of, read_png, run_in_process
 from tests.support.types import Pixels
 
 SIZE = ("--resolution", "120,80")
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files() -> None:
     save_mesh(samples.house(), "house.obj")
 
 
-def drawn(*options: str, model: str = "house.obj") -> Pixels:
+def run_render(*options: str, model: str = "house.obj") -> Pixels:
     assert main(["render", model, "-o", "out.png", *options]) == 0
-    with Image.open("out.png") as image:
-        assert (image.format, image.mode) == ("PNG", "RGBA")
-        return np.asarray(image)
+    return read_png("out.png")
 
 
 def expected(**arguments: Any) -> Pixels:
@@ -40,7 +37,7 @@ def expected(**arguments: Any) -> Pixels:
 
 
 def test_the_corners_of_the_model_are_lit_and_the_frame_is_not() -> None:
-    pixels = drawn("--resolution", "200,150", "--camera-position", "3,4,9", "--line-width", "3")
+    pixels = run_render("--resolution", "200,150", "--camera-position", "3,4,9", "--line-width", "3")
     assert pixels.shape == (150, 200, 4)
     # By hand: the view's axes, the distance along it, 15 degrees to the picture's upper edge.
     eye = np.array([3.0, 4.0, 9.0])
@@ -112,19 +109,19 @@ def test_the_corners_of_the_model_are_lit_and_the_frame_is_not() -> None:
     ],
 )
 def test_options_are_the_library_s_arguments(options: list[str], arguments: dict[str, Any]) -> None:
-    pixels = drawn(*SIZE, *options)
+    pixels = run_render(*SIZE, *options)
     assert np.array_equal(pixels, expected(**arguments))
     assert not options or not np.array_equal(pixels, expected())
 
 
 def test_no_background_is_transparent_between_the_lines() -> None:
-    alpha = drawn(*SIZE, "--no-background")[..., 3]
+    alpha = run_render(*SIZE, "--no-background")[..., 3]
     assert (alpha[[0, 0, -1, -1], [0, -1, 0, -1]] == 0).all()
     assert alpha.max() == 255
 
 
 def test_one_color_for_each_face() -> None:
-    pixels = drawn("--resolution", "300x300", "--color", "face", "--line-width", "4")
+    pixels = run_render("--resolution", "300x300", "--color", "face", "--line-width", "4")
     colors = {"#" + bytes(color).hex() for color in pixels[..., :3].reshape(-1, 3)}
     # Later faces cover the edges they share with earlier ones: the two gables come first, and have none left.
     assert [cycled in colors for cycled in FACE_CYCLE] == 2 * [False] + 5 * [True] + 3 * [False]
@@ -132,11 +129,11 @@ def test_one_color_for_each_face() -> None:
 
 @pytest.mark.parametrize("typed", ["30,20", "30x20", "30X20", " 30 , 20 "])
 def test_a_resolution_is_width_and_height(typed: str) -> None:
-    assert drawn("--resolution", typed).shape == (20, 30, 4)
+    assert run_render("--resolution", typed).shape == (20, 30, 4)
 
 
 def test_the_default_picture_is_1024_square_and_black_on_white() -> None:
-    pixels = drawn()
+    pixels = run_render()
     assert np.array_equal(pixels, render_array(samples.house()))
     assert pixels.shape == (1024, 1024, 4)
 
@@ -154,14 +151,14 @@ def test_the_default_picture_is_1024_square_and_black_on_white() -> None:
 )
 def test_a_model_with_another_up_looks_the_same(up: str, world_from_upright: npt.NDArray[np.float64]) -> None:
     save_mesh(samples.house().transformed(world_from_upright), "lying.obj")
-    difference = np.abs(drawn(*SIZE, "--up", up, model="lying.obj").astype(int) - expected())
+    difference = np.abs(run_render(*SIZE, "--up", up, model="lying.obj").astype(int) - expected())
     assert difference.max() <= 2
-    assert np.abs(drawn(*SIZE, model="lying.obj").astype(int) - expected()).max() > 200
+    assert np.abs(run_render(*SIZE, model="lying.obj").astype(int) - expected()).max() > 200
 
 
 def test_standard_output_holds_the_picture_and_nothing_else(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
-    typed = [sys.executable, "-m", "gpu_xform", "render", "-", "--file-type", "OBJ", "-o", "-", *SIZE]
-    result = subprocess.run(typed, input=Path("house.obj").read_bytes(), capture_output=True, check=False)
+    typed = ["render", "-", "--file-type", "OBJ", "-o", "-", *SIZE]
+    result = run_in_process(*typed, input=Path("house.obj").read_bytes())
     assert (result.returncode, result.stderr) == (0, b"")
     with Image.open(io.BytesIO(result.stdout)) as image:
         assert np.array_equal(np.asarray(image), expected())
@@ -172,13 +169,13 @@ def test_standard_output_holds_the_picture_and_nothing_else(capsysbinary: pytest
 
 
 def test_a_part_of_the_adapter_s_name_picks_it(device: Device) -> None:
-    assert np.array_equal(drawn(*SIZE, "--adapter", device.name[1:5].upper()), expected())
+    assert np.array_equal(run_render(*SIZE, "--adapter", device.name[1:5].upper()), expected())
 
 
 def test_an_older_picture_is_replaced() -> None:
     Path("out.png").write_bytes(b"older")
     Path("OTHER.PNG").write_bytes(b"older")
-    drawn(*SIZE)
+    run_render(*SIZE)
     assert main(["render", "house.obj", "-o", "OTHER.PNG", *SIZE]) == 0
     assert Path("OTHER.PNG").read_bytes() == Path("out.png").read_bytes()
     assert len(list(Path().iterdir())) == 3
@@ -186,7 +183,7 @@ def test_an_older_picture_is_replaced() -> None:
 
 def test_a_type_may_be_said_for_a_name_that_does_not_say_it() -> None:
     Path("house.obj").rename("house.txt")
-    assert np.array_equal(drawn(*SIZE, "--file-type", ".obj", model="house.txt"), expected())
+    assert np.array_equal(run_render(*SIZE, "--file-type", ".obj", model="house.txt"), expected())
 
 
 def test_points_behind_a_projection_s_eye_are_not_framed() -> None:
@@ -194,29 +191,30 @@ def test_points_behind_a_projection_s_eye_are_not_framed() -> None:
     options = [*SIZE, "--perspective-from-eye", "5", "--camera-direction", "-Z"]
     triangle = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
     camera = Camera.fit(triangle, direction=(0, 0, -1))
-    assert np.array_equal(drawn(*options, model="point.obj"), render_array(triangle, size=(120, 80), camera=camera))
+    assert np.array_equal(
+        run_render(*options, model="point.obj"), render_array(triangle, size=(120, 80), camera=camera)
+    )
 
 
 def test_edges_are_chosen_by_name() -> None:
     house = samples.house()
     split = Mesh(house.positions, house.to_trimesh().faces)
     save_mesh(split, "split.obj")
-    assert np.array_equal(drawn("--edges", "feature", model="split.obj"), drawn())
-    assert not np.array_equal(drawn(model="split.obj"), drawn())
+    assert np.array_equal(run_render("--edges", "feature", model="split.obj"), run_render())
+    assert not np.array_equal(run_render(model="split.obj"), run_render())
     # The walls stand at right angles; nothing else turns as far.
-    sharp, some = drawn("--edges", "feature", "--feature-angle", "89", model="split.obj"), drawn()
+    sharp, some = run_render("--edges", "feature", "--feature-angle", "89", model="split.obj"), run_render()
     assert (sharp != some).any()
     assert ((sharp == some) | (sharp == 255)).mean() > 0.98
     save_mesh(samples.grid(3), "grid.obj")
-    rim = drawn("--edges", "boundary", model="grid.obj")
-    assert np.array_equal(drawn("--edges", "boundary,feature", model="grid.obj"), rim)
-    assert not np.array_equal(drawn(model="grid.obj"), rim)
+    rim = run_render("--edges", "boundary", model="grid.obj")
+    assert np.array_equal(run_render("--edges", "boundary,feature", model="grid.obj"), rim)
+    assert not np.array_equal(run_render(model="grid.obj"), rim)
 
 
 @pytest.mark.parametrize("options", [["--edges", "creases"], ["--feature-angle", "181"], ["--feature-angle", "x"]])
 def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "house.obj", "-o", "out.png", *options]) == 2
-    assert options[0] in capsys.readouterr().err
+    assert options[0] in error_of(["render", "house.obj", "-o", "out.png", *options], capsys)
     assert not Path("out.png").exists()
 
 
@@ -285,8 +283,7 @@ def test_a_document_of_two_models_has_a_group_of_each() -> None:
     ],
 )
 def test_documents_are_not_compared(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "house.obj", *typed]) == 2
-    assert words in capsys.readouterr().err
+    assert words in error_of(["render", "house.obj", *typed], capsys)
     assert sorted(path.name for path in Path().iterdir()) == ["house.obj"]
 
 
@@ -294,8 +291,7 @@ def test_without_the_extra_a_pdf_says_what_to_install(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "pydyf", None)
-    assert main(["render", "house.obj", "-o", "house.pdf", *SIZE]) == 2
-    assert "pip install 'gpu_xform[pdf]'" in capsys.readouterr().err
+    assert "pip install 'gpu_xform[pdf]'" in error_of(["render", "house.obj", "-o", "house.pdf", *SIZE], capsys)
     assert not Path("house.pdf").exists()
 
 
@@ -318,7 +314,7 @@ def test_colours_by_number(options: list[str], arguments: dict[str, Any]) -> Non
     np.save("house.npy", -HEIGHTS)
     if "--rotate-y" in options:
         arguments = arguments | {"transform": matrices.rotate_y(90, degrees=True)}
-    pixels = drawn(*SIZE, *options)
+    pixels = run_render(*SIZE, *options)
     assert np.array_equal(pixels, expected(**arguments))
     plain = {name: value for name, value in arguments.items() if name in {"transform", "scalars"}}
     assert len(arguments) == len(plain) or not np.array_equal(pixels, expected(**plain))
@@ -331,8 +327,7 @@ def test_one_colour_means_one_number_in_a_picture_of_two_models() -> None:
     y = [mesh.positions[:, 1] for mesh in (house, tower)]
     ends = min(y[0].min(), y[1].min()), max(y[0].max(), y[1].max())
     together = [Layer(house, scalars=y[0], clim=ends), Layer(tower, scalars=y[1], clim=ends)]
-    with Image.open("out.png") as image:
-        assert np.array_equal(np.asarray(image), render_array(together, size=(120, 80)))
+    assert np.array_equal(read_png("out.png"), render_array(together, size=(120, 80)))
     apart = [Layer(house, scalars=y[0]), Layer(tower, scalars=y[1])]
     assert not np.array_equal(render_array(together, size=(120, 80)), render_array(apart, size=(120, 80)))
 
@@ -369,10 +364,8 @@ def test_styles_that_cannot_be(options: list[str], words: str, capsys: pytest.Ca
     np.save("nine.npy", np.zeros(9))
     np.save("words.npy", np.full(10, "a"))
     np.save("infinite.npy", np.full(10, np.inf))
-    assert main(["render", "house.obj", "-o", "out.png", *options]) == 2
-    message = capsys.readouterr().err
+    message = error_of(["render", "house.obj", "-o", "out.png", *options], capsys)
     assert words in message
-    assert message.count("\n") == 1
     assert not Path("out.png").exists()
 
 
@@ -415,7 +408,7 @@ def arrays() -> None:
     ],
 )
 def test_arrays_are_what_the_library_takes(options: list[str], arguments: dict[str, Any]) -> None:
-    pixels = drawn(*SIZE, *options)
+    pixels = run_render(*SIZE, *options)
     assert np.array_equal(pixels, expected(**arguments))
     assert not np.array_equal(pixels, expected())
 
@@ -423,7 +416,7 @@ def test_arrays_are_what_the_library_takes(options: list[str], arguments: dict[s
 @pytest.mark.usefixtures("arrays")
 def test_further_layers_have_a_style_of_their_own() -> None:
     save_mesh(samples.cube(), "a cube.obj")
-    shown = drawn(
+    shown = run_render(
         *SIZE,
         "--fill",
         "gold",
@@ -484,8 +477,6 @@ def test_further_layers_have_a_style_of_their_own() -> None:
     ],
 )
 def test_arrays_and_layers_that_cannot_be(options: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "house.obj", "-o", "out.png", *options]) == 2
-    message = capsys.readouterr().err
+    message = error_of(["render", "house.obj", "-o", "out.png", *options], capsys)
     assert words in message
-    assert message.count("\n") == 1
     assert not Path("out.png").exists()

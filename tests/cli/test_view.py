@@ -3,17 +3,16 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from gpu_xform import DisplayError, render, samples, save_mesh
 from gpu_xform.cli import main
 from gpu_xform.cli.parser import parse
 from gpu_xform.viewer import window
+from tests.support.cli import error_of, read_png
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def _files(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     save_mesh(samples.house(), "house.obj")
@@ -51,8 +50,7 @@ def test_what_is_shown_is_what_render_draws(options: list[str], viewed: dict[str
     del viewed["up"]
     shown = render(**viewed)
     assert main(["render", "house.obj", *options, "-o", "house.png", "--resolution", "960,720"]) == 0
-    with Image.open("house.png") as drawn:
-        np.testing.assert_array_equal(np.asarray(shown), np.asarray(drawn))
+    np.testing.assert_array_equal(np.asarray(shown), read_png("house.png"))
 
 
 def test_turns_are_about_the_up_of_the_model_unless_the_picture_has_one(viewed: dict[str, Any]) -> None:
@@ -93,11 +91,7 @@ def test_a_size_has_two_names_and_each_command_its_own(command: str, usual: tupl
     ],
 )
 def test_what_is_wrong_is_one_line(typed: str, message: str, capfd: pytest.CaptureFixture[str]) -> None:
-    assert main(typed.split()) == 2
-    output, errors = capfd.readouterr()
-    assert output == ""
-    assert errors.startswith(f"gpu-xform: error: {message}")
-    assert errors.count("\n") == 1
+    assert error_of(typed.split(), capfd).startswith(f"gpu-xform: error: {message}")
 
 
 def test_a_window_that_cannot_be_opened_is_wrong_usage(
@@ -107,5 +101,4 @@ def test_a_window_that_cannot_be_opened_is_wrong_usage(
         raise DisplayError("no display: why")
 
     monkeypatch.setattr(window, "view", refuse)
-    assert main(["view", "house.obj"]) == 2
-    assert capsys.readouterr().err == "gpu-xform: error: no display: why\n"
+    assert error_of(["view", "house.obj"], capsys) == "gpu-xform: error: no display: why\n"

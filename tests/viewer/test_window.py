@@ -68,9 +68,7 @@ class Window:
         return np.asarray(self.canvas.draw())
 
 
-@pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("working_folder")
 
 
 def expected(models: Models = HOUSE, size: tuple[int, int] = SIZE, **arguments: Any) -> Pixels:
