@@ -14,17 +14,18 @@ from .._core.arguments import direction, whole_number
 from .._core.progress import bar
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
 from ..drawing.camera import Camera, CameraLike, fit_options, outermost, require_in_reach
+from ..drawing.framing import framing_points
 from ..drawing.layer import Layer, Models, Style
-from ..drawing.load_models import opened, outline
-from ..drawing.prepare import Size, picture_size
+from ..drawing.load_models import load_models
+from ..drawing.prepare import Frame, Size, parse_size
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..gpu.device import Device
 from ..imaging import image as images
 from ..imaging.colors import ColorLike, rgba
 from ..imaging.image import Pixels
 from ..matrices import rotate, translate
-from ..raster.compute.rasterizer import Drawn
-from ..rendering.raster import begun
+from ..raster.base import PendingImage
+from ..rendering.raster import begin_render
 from . import poses
 from .encoders import html
 from .encoders.frames import Clip
@@ -78,7 +79,7 @@ def animate(
     `Animation.save` do.
     """
     moving = described(frames, fps, n_frames, duration)
-    animation = Animation(opened(models), moving, size, camera, background, device, style)
+    animation = Animation(load_models(models), moving, size, camera, background, device, style)
     if path is not None:
         animation.save(path, progress=progress)
     return animation
@@ -105,9 +106,9 @@ def turntable(
     if isinstance(axis, str) and axis not in AXES:
         raise ArgumentError(f"axis must be 'x', 'y', 'z' or a vector, got {axis!r}")
     along = direction(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
-    shown = opened(models)
+    shown = load_models(models)
     placed: Style = {} if transform is None else {"transform": transform}
-    points = outline(poses.posed(shown, np.eye(4), placed))
+    points = framing_points(poses.posed(shown, np.eye(4), placed))
     if len(points) == 0:
         raise MeshError("a model without points cannot turn about its middle")
     middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
@@ -137,7 +138,7 @@ class Animation:
     ) -> None:
         self._models = models
         self._motion = motion
-        self._size = picture_size(size)
+        self._size = parse_size(size)
         self._background = background
         self._device = device
         self._style = style
@@ -172,7 +173,7 @@ class Animation:
         """Return points of the world (n, 3) that a camera must hold in frame k."""
         layers = self._posed(k)
         with np.errstate(over="ignore", invalid="ignore"):
-            points = outline(layers)
+            points = framing_points(layers)
         require_in_reach(points, f"frame {k}: the model")
         return points
 
@@ -181,7 +182,7 @@ class Animation:
         i = whole_number(i, "i")
         if not -len(self) <= i < len(self):
             raise ArgumentError(f"i must be a frame's number below {len(self)}, got {i}")
-        return images.image(self._begun(i % len(self)).pixels())
+        return images.image(self._begin(i % len(self)).result())
 
     def save(self, path: StrPath, *, progress: Progress | None = None) -> None:
         """Write the animation, holding few frames at a time; a file is there whole or not at all.
@@ -235,28 +236,22 @@ class Animation:
 
     def _drawn(self, numbers: Sequence[int]) -> Generator[Pixels]:
         """Draw frames by their numbers, each while the caller is busy with the one before it."""
-        last = begun_one = None
+        last = begun = None
         try:
             for k in numbers:
-                last, begun_one = begun_one, self._begun(k, begun_one)
+                last, begun = begun, self._begin(k, begun)
                 if last is not None:
-                    yield last.pixels()
-            if begun_one is not None:
-                yield begun_one.pixels()
+                    yield last.result()
+            if begun is not None:
+                yield begun.result()
         finally:
-            for unread in (last, begun_one):
+            for unread in (last, begun):
                 if unread is not None:
-                    unread.give_up()
+                    unread.cancel()
 
-    def _begun(self, k: int, after: Drawn | None = None) -> Drawn:
-        return begun(
-            self._posed(k),
-            camera=self.camera,
-            size=self.size,
-            background=self._background,
-            device=self._device,
-            after=after,
-        )
+    def _begin(self, k: int, overlap_with: PendingImage | None = None) -> PendingImage:
+        frame = Frame(self.camera, self.size, self._background, self._device)
+        return begin_render(self._posed(k), frame, {}, overlap_with=overlap_with)
 
     def _posed(self, k: int) -> list[Layer]:
         own = self._motion.at(k)

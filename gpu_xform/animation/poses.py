@@ -10,7 +10,7 @@ from .._core.arguments import square_matrix
 from .._core.types import Float64Array, MatrixLike
 from ..compute.point_buffer import PointBuffer
 from ..drawing.layer import Layer, Model, Models, Style, as_layers
-from ..drawing.load_models import FILES, opened
+from ..drawing.load_models import PATH_TYPES, load_models
 from ..errors import ArgumentTypeError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
@@ -22,8 +22,8 @@ Pose: TypeAlias = Float64Array | dict[str, Float64Array] | Mesh | PointBuffer | 
 
 def checked_pose(frame: Frame, name: str) -> Pose:
     """Return what a frame may be in a form that can be drawn; errors call it `name`."""
-    if isinstance(frame, (Mesh, PointBuffer, Layer, Scene, *FILES)):
-        return opened(frame)  # type: ignore[return-value]  # one model stays one
+    if isinstance(frame, (Mesh, PointBuffer, Layer, Scene, *PATH_TYPES)):
+        return load_models(frame)  # type: ignore[return-value]  # one model stays one
     if isinstance(frame, Mapping):
         return {node: square_matrix(matrix, f"{name}[{node!r}]", 4) for node, matrix in frame.items()}
     return square_matrix(frame, name, 4)

@@ -163,11 +163,13 @@ def resolution(text: str) -> tuple[int, int]:
 @option_value
 def line_width(text: str) -> float:
     """Read a positive number of pixels."""
-    from ..drawing.layer import WIDEST_LINE
+    from ..drawing.layer import MAX_LINE_WIDTH_PX
 
     width = number(numbers(text, "one number", 1)[0], "the width")
-    if not 0.0 < width <= WIDEST_LINE:
-        raise ValueError(f"expected a positive number of pixels, at most {WIDEST_LINE:,.0f}, got {shortened(text)}")
+    if not 0.0 < width <= MAX_LINE_WIDTH_PX:
+        raise ValueError(
+            f"expected a positive number of pixels, at most {MAX_LINE_WIDTH_PX:,.0f}, got {shortened(text)}"
+        )
     return width
 
 

@@ -42,11 +42,11 @@ def camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
     if options.camera_position is None:
         return {"direction": _direction(options), **_lens(options)}
     from ..drawing.camera import Camera
-    from ..drawing.load_models import outline
+    from ..drawing.framing import framing_points
 
     target = options.camera_focal_point
     if target is None:
-        target = Mesh(outline(layers)).center
+        target = Mesh(framing_points(layers)).center
     try:
         return Camera.look_at(options.camera_position, target, **_lens(options))
     except ArgumentError as error:

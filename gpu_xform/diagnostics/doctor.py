@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..compute.kernels import transform as transform_pass
-from ..drawing import draw_list as shapes
+from ..drawing.draw_list import Drawable, DrawList, Lines
 from ..drawing.view import View
 from ..errors import GpuXformError, NoAdapterError
 from ..gpu import chunking as plans
@@ -22,7 +22,7 @@ from ..gpu.buffers import Buffer
 from ..gpu.context import HOST_MAPPABLE_KINDS
 from ..gpu.device import Device
 from ..gpu.device_points import DevicePoints
-from ..raster.compute import rasterizer as picture
+from ..raster.choose import rasterizer_for
 
 N_POINTS = 1_000
 # Fifteen different entries and translation far from the rotation's size: a transposed or shifted matrix must fail.
@@ -148,10 +148,11 @@ def _picture(device: Device) -> tuple[bool, str]:
     try:
         buffer.upload(ends)
         edges.upload(np.array([0, 1], np.uint32))
-        lines = shapes.Lines(edges, 1, line_width=2.0, color=(1.0, 1.0, 1.0, 1.0))
-        shape = shapes.Shape(DevicePoints(buffer, len(ends), ends.dtype), np.eye(4)[None], None, (lines,))
-        view = View((32, 32), (0.0, 0.0))
-        pixels = picture.draw(device, [shape], np.empty(0, np.uint32), view, (0.0, 0.0, 0.0, 1.0)).pixels()
+        lines = Lines(edges, 1, line_width=2.0, color=(1.0, 1.0, 1.0, 1.0))
+        drawable = Drawable(DevicePoints(buffer, len(ends), ends.dtype), np.eye(4)[None], None, (lines,))
+        draw_list = DrawList([drawable], [0], np.empty(0, np.uint32))
+        view = View((32, 32), np.eye(4))
+        pixels = rasterizer_for(device).draw(draw_list, view, (0.0, 0.0, 0.0, 1.0)).result()
     finally:
         buffer.release()
         edges.release()

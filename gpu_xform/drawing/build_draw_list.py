@@ -1,8 +1,8 @@
-"""Layers as the shapes that a device draws."""
+"""Layers to a draw list: geometry, colours and depth cues, put on the device."""
 
 import contextlib
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,217 +15,212 @@ from ..gpu.buffers import Buffer
 from ..gpu.device import Device
 from ..gpu.layouts import CANDIDATE
 from ..imaging.colors import packed
-from . import silhouettes as silhouette_pass
-from .depth import eye
-from .draw_list import Cue, Faces, Lines, Shape
+from .depth import DepthCue, eye
+from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Drawable, DrawList, Faces, Lines
 from .enums import ColorMode, Hidden
-from .geometry_source import Candidates, Subject
+from .geometry_source import GeometrySource, SilhouetteCandidates
 from .layer import Layer
-from .layer_colors import NO_ROWS, LineColors, fill_colors, has_several_colors, line_colors
+from .layer_colors import NO_COLORS, LineColors, fill_colors, has_several_colors, line_colors
+from .silhouettes import extract_silhouette
 
-EDGE_BYTES = 8
-TRIANGLE_BYTES = 12
-CLOUD_POINT_SIZE = 2.0  # pixels, of points that nothing joins
-
-
-@dataclass(frozen=True)
-class Shaped:
-    """A picture's shapes, which layer each comes from, and the colours that their faces are painted in.
-
-    palette : (c,) packed
-    """
-
-    shapes: list[Shape]
-    layers: list[int]
-    palette: npt.NDArray[np.uint32]
+CLOUD_POINT_SIZE_PX = 2.0  # of points that nothing joins
 
 
-def shaped(
+def build_draw_list(
     layers: Sequence[Layer],
-    subjects: Sequence[Subject],
+    sources: Sequence[GeometrySource],
     clip_from_world: Float64Array,
-    cues: Sequence[Float64Array],
+    depth_cues: Sequence[DepthCue],
     device: Device,
     stack: contextlib.ExitStack,
-) -> Shaped:
-    """Put the layers on the device; what is there for this picture alone is released as `stack` unwinds.
+) -> DrawList:
+    """Put the layers on the device; buffers for this picture alone are released as `stack` unwinds.
 
-    clip_from_world : (4, 4), depth turned round
-    cues : (4,) for each layer, as `views.depth_cue` gives them
+    sources, depth_cues : one per layer
+    clip_from_world : (4, 4), reversed-Z
 
     Raises `MeshError` for a model without anything to draw, `ArgumentError` as the parts of a layer do.
     """
-    shapes: list[Shape] = []
-    owners: list[int] = []
+    drawables: list[Drawable] = []
+    layer_indices: list[int] = []
     palette: list[npt.NDArray[np.uint32]] = []
-    for number, (layer, subject, cue) in enumerate(zip(layers, subjects, cues, strict=True)):
+    for i, (layer, source, depth_cue) in enumerate(zip(layers, sources, depth_cues, strict=True)):
         first_color = sum(map(len, palette))
-        shaper = _Shaper(layer, subject, device, stack)
-        with _named(subject.name or f"models[{number}]") if len(layers) > 1 else contextlib.nullcontext():
+        builder = _LayerBuilder(layer, source, device, stack)
+        with _prefix_errors(source.name or f"models[{i}]") if len(layers) > 1 else contextlib.nullcontext():
             if layer.fill is not None:
-                palette.append(shaper.fill())
-            made = shaper.shapes(clip_from_world, cue, first_color)
-        shapes += made
-        owners += [number] * len(made)
-    return Shaped(shapes, owners, np.concatenate(palette) if palette else np.empty(0, np.uint32))
+                palette.append(builder.fill_palette())
+            built = builder.build(clip_from_world, depth_cue, first_color)
+        drawables += built
+        layer_indices += [i] * len(built)
+    return DrawList(drawables, layer_indices, np.concatenate(palette) if palette else np.empty(0, np.uint32))
 
 
 @contextlib.contextmanager
-def _named(name: str) -> Iterator[None]:
-    """Say of which of several models an error tells."""
+def _prefix_errors(name: str) -> Iterator[None]:
+    """Say in an error which of several models it is about."""
     try:
         yield
     except (ArgumentError, ArgumentTypeError, MeshError) as error:
         raise type(error)(f"{name}: {error}") from None
 
 
-def unscaled(matrices: Float64Array) -> Float64Array:
-    """Return matrices (k, 4, 4), affine ones with 1 in the end: as what is homogeneous they stay what they are."""
+def normalize_w(matrices: Float64Array) -> Float64Array:
+    """Return matrices (k, 4, 4), affine ones with a 1 in the last place: homogeneous matrices stay the same map."""
     last = matrices[:, 3:, 3:]
     is_affine = (matrices[:, 3:, :3] == 0.0).all(axis=2, keepdims=True) & (last > 0.0)
     return matrices / np.where(is_affine, last, 1.0)
 
 
-def hides(layer: Layer) -> Hidden:
+def hidden_mode(layer: Layer) -> Hidden:
     """Return what is done with the layer's hidden edges."""
     return Hidden.from_style(layer.hidden or ("show" if layer.fill is None else "remove"))
 
 
-def needs_distance(layer: Layer) -> bool:
-    """Say whether distance pales a layer, or nearer lines of it must lie over farther ones that look different."""
-    differs = has_several_colors(layer) or (not layer.antialias and hides(layer) in {Hidden.DASH, Hidden.FADE})
+def needs_depth_order(layer: Layer) -> bool:
+    """Say whether lines of a layer fade with distance, or nearer ones must lie over farther ones of another look."""
+    differs = has_several_colors(layer) or (not layer.antialias and hidden_mode(layer) in {Hidden.DASH, Hidden.FADE})
     return differs or layer.depth_cue > 0.0
 
 
-class _Shaper:
-    """One layer on its way to the device."""
+class _LayerBuilder:
+    """Builds the drawables of one layer."""
 
-    def __init__(self, layer: Layer, subject: Subject, device: Device, stack: contextlib.ExitStack) -> None:
+    def __init__(self, layer: Layer, source: GeometrySource, device: Device, stack: contextlib.ExitStack) -> None:
         self._layer = layer
-        self._subject = subject
+        self._source = source
         self._device = device
         self._stack = stack
 
-    def fill(self) -> npt.NDArray[np.uint32]:
-        """Return the packed colours that the faces are painted in: one, or one for each."""
-        colors = fill_colors(self._layer, self._subject.n_faces)
+    def fill_palette(self) -> npt.NDArray[np.uint32]:
+        """Return the packed colours that the faces are filled with: one, or one per face."""
+        colors = fill_colors(self._layer, self._source.n_faces)
         return packed(colors * (1.0, 1.0, 1.0, self._layer.alpha))
 
-    def shapes(self, clip_from_world: Float64Array, cue: Float64Array, first_color: int) -> list[Shape]:
-        """Return the layer's instances as one shape, and where silhouettes are drawn those of each as another."""
-        layer, subject = self._layer, self._subject
-        pairs, candidates, point_size = subject.pairs(layer), subject.candidates(layer), layer.point_size
-        edges = self._kept(pairs.role, lambda: pairs.find().astype(np.uint32))
+    def build(self, clip_from_world: Float64Array, depth_cue: DepthCue, first_color: int) -> list[Drawable]:
+        """Return the layer's instances as one drawable; if it has silhouettes, those of each instance as another."""
+        layer, source = self._layer, self._source
+        edge_source, candidates = source.edges(layer), source.silhouette_candidates(layer)
+        point_size = layer.point_size
+        edges = self._on_device(edge_source.key, lambda: edge_source.find().astype(np.uint32))
         n_edges = edges.n_bytes // EDGE_BYTES
         if n_edges == 0 and point_size is None:
-            if subject.n_faces == 0:
-                point_size = CLOUD_POINT_SIZE
+            if source.n_faces == 0:
+                point_size = CLOUD_POINT_SIZE_PX
             elif candidates is None and layer.fill is None:
                 raise MeshError(self._nothing_to_draw())
-        points, model_from_points = subject.on_device(self._device)
+        points, model_from_points = source.on_device(self._device)
         with np.errstate(over="ignore", invalid="ignore"):
-            clip_from_points = clip_from_world @ unscaled(layer.world_from_model) @ model_from_points
+            clip_from_points = clip_from_world @ normalize_w(layer.world_from_model) @ model_from_points
         if not np.isfinite(clip_from_points).all():
             raise ArgumentError("transform must be a matrix of numbers that do not overflow in the picture")
         scale = float(np.abs(clip_from_points).max()) or 1.0  # homogeneous: a factor changes nothing
         clip_from_points = clip_from_points / scale
-        own_cue = (float(cue[0]), float(cue[1] * scale), float(cue[2]), float(cue[3]))
+        depth_cue = depth_cue._replace(distance_scale=depth_cue.distance_scale * scale)
         style = Lines(
             edges=edges,
             n_edges=n_edges,
             line_width=layer.line_width if layer.antialias else None,
-            hidden=hides(layer),
-            strength=layer.alpha,
-            cue=own_cue,
+            hidden=hidden_mode(layer),
+            opacity=layer.alpha,
+            depth_cue=depth_cue,
         )
-        colors = line_colors(layer, subject.n_points, subject.n_faces, pairs.n_rows)
+        colors = line_colors(layer, source.n_points, source.n_faces, edge_source.n_colors)
         lines: tuple[Lines, ...] = ()
         if n_edges:
-            lines = (self._colored(style, colors, lambda: pairs.rows and pairs.rows(pairs.find())),)
+            find_rows = edge_source.color_rows
+            lines = (self._colored(style, colors, lambda: find_rows and find_rows(edge_source.find())),)
         dots: tuple[Lines, ...] = ()
         if point_size is not None:
             dots = (self._dots(replace(style, line_width=point_size), colors),)
-        faces = self._faces(first_color, own_cue)
+        faces = self._faces(first_color, depth_cue)
         if candidates is None:
-            return [Shape(points, clip_from_points, faces, lines + dots)]
-        shapes = [Shape(points, clip_from_points, faces, lines)]
+            return [Drawable(points, clip_from_points, faces, lines + dots)]
+        drawables = [Drawable(points, clip_from_points, faces, lines)]
         for matrix in clip_from_points:
-            seen = self._silhouette(style, candidates, colors, matrix)
-            shapes.append(Shape(points, matrix[None], None, seen))
+            silhouette = self._silhouette(style, candidates, colors, matrix)
+            drawables.append(Drawable(points, matrix[None], None, silhouette))
         if dots:
-            shapes.append(Shape(points, clip_from_points, None, dots))
-        return shapes
+            drawables.append(Drawable(points, clip_from_points, None, dots))
+        return drawables
 
     def _nothing_to_draw(self) -> str:
-        edges, subject = self._layer.edges, self._subject
-        if edges is None or subject.mesh is None:
-            return f"model must have edges to draw, got {subject.n_points} points and {subject.n_faces} faces"
-        chosen = [repr(str(part)) if isinstance(part, str) else "an array" for part in edge_parts(edges)]
-        said = f"{' and '.join(chosen) or 'an array'} choose{'s' if len(chosen) < 2 else ''}"
+        edges, source = self._layer.edges, self._source
+        if edges is None or source.mesh is None:
+            return f"model must have edges to draw, got {source.n_points} points and {source.n_faces} faces"
+        names = [repr(str(part)) if isinstance(part, str) else "an array" for part in edge_parts(edges)]
+        subject = f"{' and '.join(names) or 'an array'} choose{'s' if len(names) < 2 else ''}"
         reason = ""
-        if "'feature'" in chosen:
+        if "'feature'" in names:
             reason = f": no two faces turn by more than {self._layer.feature_angle:g} degrees"
-        elif "'boundary'" in chosen:
+        elif "'boundary'" in names:
             reason = ": no edge is on one face alone"
         way_out = "; 'silhouette' draws the outline" if reason else ""
-        return f"edges must choose at least one edge, {said} none of {len(subject.mesh.edges)}{reason}{way_out}"
+        return f"edges must choose at least one edge, {subject} none of {len(source.mesh.edges)}{reason}{way_out}"
 
-    def _colored(self, style: Lines, colors: LineColors, places: Callable[[], IndexArray | None]) -> Lines:
-        """Return `style` in `colors`; `places` gives which row each edge has, or None where they are in order."""
+    def _colored(self, style: Lines, colors: LineColors, find_rows: Callable[[], IndexArray | None]) -> Lines:
+        """Return `style` in `colors`; `find_rows` returns the row of each edge, or None if they are in order."""
 
-        def rows() -> npt.NDArray[np.uint32]:
-            picked = places() if colors.mode is ColorMode.PER_EDGE else None
-            return colors.rows if picked is None else colors.rows[picked]
+        def per_edge_or_vertex() -> npt.NDArray[np.uint32]:
+            rows = find_rows() if colors.mode is ColorMode.PER_EDGE else None
+            return colors.packed if rows is None else colors.packed[rows]
 
-        own = None if colors.mode is ColorMode.UNIFORM else self._kept(colors.role, rows)
-        return replace(style, color=colors.one, colors=own, color_mode=colors.mode, is_clear=colors.is_clear)
+        buffer = None if colors.mode is ColorMode.UNIFORM else self._on_device(colors.key, per_edge_or_vertex)
+        return replace(
+            style,
+            color=colors.uniform,
+            colors=buffer,
+            color_mode=colors.mode,
+            has_transparency=colors.has_transparency,
+        )
 
     def _dots(self, style: Lines, colors: LineColors) -> Lines:
-        """Return a line without length at each point; one that is hidden has no length for a dash either."""
+        """Return a line without length at each point; a hidden one has no length for a dash either."""
         hidden = Hidden.REMOVE if style.hidden is Hidden.DASH else style.hidden
-        n_points = self._subject.n_points
-        edges = self._kept("dots", lambda: np.repeat(np.arange(n_points, dtype=np.uint32), 2))
+        n_points = self._source.n_points
+        edges = self._on_device("dots", lambda: np.repeat(np.arange(n_points, dtype=np.uint32), 2))
         if colors.mode is ColorMode.PER_EDGE:
-            colors = LineColors(ColorMode.UNIFORM, colors.one, NO_ROWS)
-        dots = replace(style, edges=edges, n_edges=n_points, hidden=hidden, are_dots=True)
+            colors = LineColors(ColorMode.UNIFORM, colors.uniform, NO_COLORS)
+        dots = replace(style, edges=edges, n_edges=n_points, hidden=hidden, are_points=True)
         return self._colored(dots, colors, lambda: None)
 
     def _silhouette(
-        self, style: Lines, candidates: Candidates, colors: LineColors, clip_from_points: Float64Array
+        self, style: Lines, candidates: SilhouetteCandidates, colors: LineColors, clip_from_points: Float64Array
     ) -> tuple[Lines, ...]:
         """Return the edges that are seen edge-on, if there are candidates."""
-        among = self._kept(candidates.role, candidates.find)
+        among = self._on_device(candidates.key, candidates.find)
         n_candidates = among.n_bytes // CANDIDATE.itemsize
         if n_candidates == 0:
             return ()
-        planes = self._kept("planes", candidates.planes)
-        found = silhouette_pass.find(self._device, among, n_candidates, planes, eye(clip_from_points))
-        self._stack.callback(found.release)
+        planes = self._on_device("planes", candidates.planes)
+        edges = extract_silhouette(self._device, among, n_candidates, planes, eye(clip_from_points))
+        self._stack.callback(edges.release)
 
-        def places() -> IndexArray:
-            return candidates.rows(candidates.find()["edge"].astype(np.int64))
+        def find_rows() -> IndexArray:
+            return candidates.color_rows(candidates.find()["edge"].astype(np.int64))
 
-        return (self._colored(replace(style, edges=found, n_edges=n_candidates, are_outlines=True), colors, places),)
+        lines = replace(style, edges=edges, n_edges=n_candidates, are_silhouettes=True)
+        return (self._colored(lines, colors, find_rows),)
 
-    def _faces(self, first_color: int, cue: Cue) -> Faces | None:
-        layer, subject = self._layer, self._subject
-        if hides(layer) is Hidden.SHOW and layer.fill is None:
+    def _faces(self, first_color: int, depth_cue: DepthCue) -> Faces | None:
+        layer, source = self._layer, self._source
+        if hidden_mode(layer) is Hidden.SHOW and layer.fill is None:
             return None
-        corners = self._kept("triangles", lambda: subject.triangles()[0].astype(np.uint32))
-        n_triangles = corners.n_bytes // TRIANGLE_BYTES
+        triangles = self._on_device("triangles", lambda: source.triangles()[0].astype(np.uint32))
+        n_triangles = triangles.n_bytes // TRIANGLE_BYTES
         if n_triangles == 0:
             return None
-        places = None
+        color_indices = None
         if layer.fill is not None:
-            places = self._kept("one colour", lambda: np.zeros(1, np.uint32))
-            if len(fill_colors(layer, subject.n_faces)) > 1:
-                places = self._kept("triangles' faces", lambda: subject.triangles()[1].astype(np.uint32))
-        return Faces(corners, n_triangles, places, first_color, cue)
+            color_indices = self._on_device("one colour", lambda: np.zeros(1, np.uint32))
+            if len(fill_colors(layer, source.n_faces)) > 1:
+                color_indices = self._on_device("triangles' faces", lambda: source.triangles()[1].astype(np.uint32))
+        return Faces(triangles, n_triangles, color_indices, first_color, depth_cue)
 
-    def _kept(self, role: Hashable | None, array: Callable[[], npt.NDArray[Any]]) -> Buffer:
-        """Return the array on the device: from one picture to the next where it has a role, else for this picture."""
-        if role is not None:
-            return self._device.resource_cache.get(self._subject.owner, role, array)
+    def _on_device(self, key: Hashable | None, array: Callable[[], npt.NDArray[Any]]) -> Buffer:
+        """Return the array on the device: kept from picture to picture if it has a key, else for this picture."""
+        if key is not None:
+            return self._device.resource_cache.get(self._source.owner, key, array)
         content = array()
         buffer = Buffer(self._device.context, max(content.nbytes, 4), label="draw list")
         self._stack.callback(buffer.release)

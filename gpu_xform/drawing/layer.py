@@ -22,7 +22,7 @@ from .enums import HIDDEN_STYLES, HiddenStyle
 Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | StrPath
 
 _MODEL_TYPES = (Mesh, PointBuffer, str, os.PathLike)
-WIDEST_LINE = 1e6  # pixels; beyond that single precision loses the line's rim
+MAX_LINE_WIDTH_PX = 1e6  # pixels; beyond that single precision loses the line's rim
 
 
 class Style(TypedDict, total=False):
@@ -195,5 +195,5 @@ def _instances(shown: Instances, style: Style) -> Layer:
 
 
 def _require_width(value: float, name: str) -> None:
-    if not 0.0 < number(value, name) <= WIDEST_LINE:
-        raise ArgumentError(f"{name} must be positive and at most {WIDEST_LINE:g}, got {value:g}")
+    if not 0.0 < number(value, name) <= MAX_LINE_WIDTH_PX:
+        raise ArgumentError(f"{name} must be positive and at most {MAX_LINE_WIDTH_PX:g}, got {value:g}")

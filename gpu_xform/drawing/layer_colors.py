@@ -1,4 +1,4 @@
-"""Which colours the lines and the faces of a layer have."""
+"""The colours of a layer's lines and faces, from its style."""
 
 from collections.abc import Sequence
 from numbers import Real
@@ -15,43 +15,43 @@ from .layer import Layer
 PackedColors: TypeAlias = npt.NDArray[np.uint32]
 
 BLACK: FloatColor = (0.0, 0.0, 0.0, 1.0)
-NO_ROWS: PackedColors = np.empty(0, np.uint32)
+NO_COLORS: PackedColors = np.empty(0, np.uint32)
 OPAQUE = np.uint32(0xFF000000)  # and any colour, packed
 
 
 class LineColors(NamedTuple):
-    """The colours of lines: `one` where the mode says so, else packed rows, one an edge or one a point.
+    """The colours of lines: `uniform` if the mode is that, else `packed`, one per edge or one per vertex.
 
-    role : under which a device keeps them; None for colours that are given
+    key : under which a device keeps them; None for colours that the caller gave
     """
 
     mode: ColorMode
-    one: FloatColor
-    rows: PackedColors
-    role: str | None = None
+    uniform: FloatColor
+    packed: PackedColors
+    key: str | None = None
 
     @property
-    def is_clear(self) -> bool:
-        """Whether something shines through some of the rows."""
-        return bool((self.rows < OPAQUE).any())
+    def has_transparency(self) -> bool:
+        """Whether some of the packed colours are not opaque."""
+        return bool((self.packed < OPAQUE).any())
 
 
-def by_face(layer: Layer) -> bool:
-    """Whether the outline of each face has its own colour."""
+def colors_by_face(layer: Layer) -> bool:
+    """Say whether the edges of each face have their own colour."""
     others = (layer.edge_colors, layer.vertex_colors, layer.scalars)
-    return layer.face_colors is not None or (_is_cycle(layer.color) and all(colors is None for colors in others))
+    return layer.face_colors is not None or (_is_color_cycle(layer.color) and all(colors is None for colors in others))
 
 
 def has_several_colors(layer: Layer) -> bool:
-    """Whether the lines of a layer may differ in colour."""
+    """Say whether the lines of a layer may differ in colour."""
     others = (layer.edge_colors, layer.vertex_colors, layer.scalars)
-    return by_face(layer) or any(colors is not None for colors in others)
+    return colors_by_face(layer) or any(colors is not None for colors in others)
 
 
 def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> LineColors:
-    """Return the colours that `layer` asks for; for `by_face`, a row for each face.
+    """Return the colours that `layer` asks for; one per face if `colors_by_face`.
 
-    n_edges : of the rows that edge_colors must have
+    n_edges : rows that edge_colors must have
     """
     if layer.face_colors is not None:
         return LineColors(
@@ -67,34 +67,34 @@ def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> Line
         )
     if layer.scalars is not None:
         return LineColors(ColorMode.PER_VERTEX, BLACK, packed(mapped(layer.scalars, layer.cmap, layer.clim, n_points)))
-    if _is_cycle(layer.color):
+    if _is_color_cycle(layer.color):
         return LineColors(
-            ColorMode.PER_EDGE, BLACK, packed(_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)], "cycle"
+            ColorMode.PER_EDGE, BLACK, packed(_parse_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)], "cycle"
         )
-    return LineColors(ColorMode.UNIFORM, rgba(layer.color, "color"), NO_ROWS)
+    return LineColors(ColorMode.UNIFORM, rgba(layer.color, "color"), NO_COLORS)
 
 
 def fill_colors(layer: Layer, n_faces: int) -> npt.NDArray[np.float64]:
-    """Return the colours of `layer.fill`: (n_faces, 4), or (1, 4) for all faces."""
+    """Return the colours of `layer.fill`: (n_faces, 4), or (1, 4) if all faces have one."""
     fill = layer.fill
-    if _is_cycle(fill):
-        return _cycle("fill")[np.arange(n_faces) % len(FACE_CYCLE)]
-    if _is_one(fill):
+    if _is_color_cycle(fill):
+        return _parse_cycle("fill")[np.arange(n_faces) % len(FACE_CYCLE)]
+    if _is_single_color(fill):
         return np.array([rgba(fill, "fill")])
     return color_rows(fill, "fill", n_faces, "faces")
 
 
-def _is_one(color: object) -> bool:
-    """Whether `color` is one, not several: then it is a name, or a number stands last in it."""
+def _is_single_color(color: object) -> bool:
+    """Say whether `color` is one, not several: a name, or a sequence whose last item is a number."""
     if isinstance(color, Sequence | np.ndarray) and not isinstance(color, str):
         is_empty = color.size == 0 or color.ndim == 0 if isinstance(color, np.ndarray) else len(color) == 0
         return not is_empty and isinstance(color[-1], Real)
     return isinstance(color, str)
 
 
-def _is_cycle(color: object) -> bool:
+def _is_color_cycle(color: object) -> bool:
     return isinstance(color, str) and color == "face"
 
 
-def _cycle(name: str) -> npt.NDArray[np.float64]:
+def _parse_cycle(name: str) -> npt.NDArray[np.float64]:
     return np.array([rgba(color, name) for color in FACE_CYCLE])

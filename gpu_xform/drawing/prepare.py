@@ -1,10 +1,10 @@
-"""What every picture begins with: models checked, framed, and put on a device."""
+"""Preparing a frame: models checked, framed by a camera, and put on a device as a draw list."""
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -12,71 +12,79 @@ from .._core.types import Float64Array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device, resolve_device
+from ..imaging.colors import ColorLike, FloatColor, backdrop
 from . import limits
-from .build_draw_list import Shaped, needs_distance, shaped
+from .build_draw_list import build_draw_list, needs_depth_order
 from .camera import Camera, CameraLike, fit_options, require_in_reach
-from .depth import depth_cue, pixel_depth, with_depth
-from .geometry_source import Subject, outline, strays, subject
+from .depth import NO_DEPTH_CUE, DepthCue, fit_depth_cue, reverse_z
+from .draw_list import DrawList
+from .framing import framing_points, unbounded_points
+from .geometry_source import GeometrySource, geometry_source
 from .layer import Layer, Models, Style, as_layers
 from .view import View
 
-LONGEST_SIDE = 1 << 16  # there single precision still places lines within a hundredth of a pixel
-MOST_PIXELS = 1 << 30
+MAX_SIDE_PX = 1 << 16  # single precision still places lines within a hundredth of a pixel there
+MAX_PIXELS = 1 << 30
 
 Size: TypeAlias = Sequence[int]
 
 
 @dataclass(frozen=True)
-class Stage:
-    """What is drawn, and how it is seen.
+class Frame:
+    """What a picture is made with, beside its models, as the arguments of `render` give it."""
 
-    subjects, cues : of the layers, in their order; cues (4,) as `views.depth_cue` gives them
-    clip_from_world : (4, 4), depth turned round
+    camera: CameraLike | None = None
+    size: Size = (1024, 1024)
+    background: ColorLike | None = "white"
+    device: Device | None = None
+
+
+@dataclass(frozen=True)
+class PreparedFrame:
+    """A picture that is ready to be drawn.
+
+    background : straight alpha
+    sources, depth_cues : one per layer
     """
 
     device: Device
     view: View
-    shaped: Shaped
+    background: FloatColor
+    draw_list: DrawList
     layers: Sequence[Layer]
-    subjects: Sequence[Subject]
-    cues: Sequence[Float64Array]
-    clip_from_world: Float64Array
+    sources: Sequence[GeometrySource]
+    depth_cues: Sequence[DepthCue]
 
 
 @contextlib.contextmanager
-def staged(
-    models: Models, camera: CameraLike | None, size: Size, device: Device | None, style: Style
-) -> Iterator[Stage]:
-    """Lend everything that a picture needs, on its device, for the time of the block. Raises as `render` does."""
-    width, height = picture_size(size)
+def prepare_frame(models: Models, frame: Frame, style: Style) -> Iterator[PreparedFrame]:
+    """Lend all that a picture needs, on its device, for the time of the block. Raises as `render` does."""
+    background = backdrop(frame.background)
+    width, height = parse_size(frame.size)
     layers = as_layers(models, style)
-    subjects = [subject(layer) for layer in layers]
-    for model in subjects:
-        if model.n_points == 0:
+    sources = [geometry_source(layer) for layer in layers]
+    for source in sources:
+        if source.n_points == 0:
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
-    held = cache(lambda: outline(layers, subjects))
-    if not isinstance(camera, Camera):
-        options = fit_options(camera)
-        require_in_reach(held(), "models")
-        if len(held()) == 0:
-            raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
-        camera = Camera.fit(held(), **options)
-    device = resolve_device(_own_device(layers) if device is None else device)
-    for model in subjects:
-        _require_room(model, device)
-    drawn = cache(lambda: np.concatenate([held(), strays(layers, subjects)]))
-    clip_from_world = with_depth(camera.clip_from_world(width / height), drawn)
-    view = View((width, height), pixel_depth(clip_from_world, width))
-    cues = [
-        depth_cue(clip_from_world, drawn, layer.depth_cue) if needs_distance(layer) else np.zeros(4) for layer in layers
+    framed = cache(lambda: framing_points(layers, sources))
+    camera = frame.camera if isinstance(frame.camera, Camera) else _fit_camera(fit_options(frame.camera), framed())
+    device = resolve_device(_own_device(layers) if frame.device is None else frame.device)
+    for source in sources:
+        _require_fits(source, device)
+    drawn = cache(lambda: np.concatenate([framed(), unbounded_points(layers, sources)]))
+    clip_from_world = reverse_z(camera.clip_from_world(width / height), drawn)
+    depth_cues = [
+        fit_depth_cue(clip_from_world, drawn, layer.depth_cue) if needs_depth_order(layer) else NO_DEPTH_CUE
+        for layer in layers
     ]
     with device.lock, contextlib.ExitStack() as stack:
         device.resource_cache.trim()
-        shapes = shaped(layers, subjects, clip_from_world, cues, device, stack)
-        yield Stage(device, view, shapes, layers, subjects, cues, clip_from_world)
+        draw_list = build_draw_list(layers, sources, clip_from_world, depth_cues, device, stack)
+        view = View((width, height), clip_from_world)
+        yield PreparedFrame(device, view, background, draw_list, layers, sources, depth_cues)
 
 
-def picture_size(size: Size) -> tuple[int, int]:
+def parse_size(size: Size) -> tuple[int, int]:
     """Return `size` as two positive integers."""
     try:
         width, height = (int(side) for side in size)
@@ -85,18 +93,26 @@ def picture_size(size: Size) -> tuple[int, int]:
         raise ArgumentError(f"size must be (width, height), got {size!r}") from None
     if not whole or width < 1 or height < 1:
         raise ArgumentError(f"size must be two positive whole numbers, got {size!r}")
-    if max(width, height) > LONGEST_SIDE or width * height > MOST_PIXELS:
+    if max(width, height) > MAX_SIDE_PX or width * height > MAX_PIXELS:
         raise ArgumentError(
-            f"size must be at most {LONGEST_SIDE} pixels a side and {MOST_PIXELS:,} in all, got {width} x {height}"
+            f"size must be at most {MAX_SIDE_PX} pixels a side and {MAX_PIXELS:,} in all, got {width} x {height}"
         )
     return width, height
+
+
+def _fit_camera(options: Mapping[str, Any], points: Float64Array) -> Camera:
+    """Return `Camera.fit` of the points, with its keywords `options`."""
+    require_in_reach(points, "models")
+    if len(points) == 0:
+        raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
+    return Camera.fit(points, **options)
 
 
 def _own_device(layers: Sequence[Layer]) -> Device | None:
     return next((layer.model.device for layer in layers if isinstance(layer.model, PointBuffer)), None)
 
 
-def _require_room(model: Subject, device: Device) -> None:
+def _require_fits(source: GeometrySource, device: Device) -> None:
     most = limits.max_points(device)
-    if model.n_points > most:
-        raise ArgumentError(f"model must have at most {most:,} points on {device.name!r}, got {model.n_points:,}")
+    if source.n_points > most:
+        raise ArgumentError(f"model must have at most {most:,} points on {device.name!r}, got {source.n_points:,}")

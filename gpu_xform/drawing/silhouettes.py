@@ -1,4 +1,4 @@
-"""Edges between faces that look at the eye and faces that look away, found anew for each view."""
+"""Silhouettes: edges between faces that look at the eye and faces that look away, extracted anew for each view."""
 
 import numpy as np
 import numpy.typing as npt
@@ -8,10 +8,13 @@ from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.device import Device
 from ..gpu.dispatch import dispatch
+from .draw_list import EDGE_BYTES
 
 
-def find(device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, eye: npt.NDArray[np.float64]) -> Buffer:
-    """Return the edges (n_candidates, 2) uint32 that `Lines` takes, with no point for those that are not seen edge-on.
+def extract_silhouette(
+    device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, eye: npt.NDArray[np.float64]
+) -> Buffer:
+    """Return the edges (n_candidates, 2) uint32 that `Lines` takes, without points for those not seen edge-on.
 
     candidates : `layouts.CANDIDATE` (n_candidates,)
     planes : (f, 4) float32, each face's (normal, offset) in the points' frame, positive before the face
@@ -19,9 +22,9 @@ def find(device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, 
 
     The caller releases the result.
     """
-    edges = Buffer(device.context, 8 * n_candidates, label="silhouette: edges")
+    edges = Buffer(device.context, EDGE_BYTES * n_candidates, label="silhouette: edges")
     struct = np.zeros((), layouts.VIEW)
-    struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero where all the model is one line to the eye
+    struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero if the eye sees all the model as one line
     struct["n_candidates"] = n_candidates
     pipeline = device.pipelines.compute("find_silhouette", workgroup_size=choose_workgroup_size(device))
     with device.lock:

@@ -1,4 +1,4 @@
-"""Draw lists to pixels.
+"""Draw lists to pixels: the rasterisers, what they share, and the choice among them.
 
-Reading order: tiles, screen_bounds, compute.
+Reading order: base, tiles, screen_bounds, compute, choose.
 """

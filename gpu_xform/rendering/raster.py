@@ -1,15 +1,15 @@
-"""Wireframe pictures: models, transformed and projected on the device, their edges drawn offscreen."""
+"""Pictures as pixels: `render`, `render_array`, and `begin_render`, which does not wait for them."""
 
 from typing import TYPE_CHECKING, Unpack
 
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
-from ..drawing.prepare import Size, staged
+from ..drawing.prepare import Frame, Size, prepare_frame
 from ..gpu.device import Device
 from ..imaging import image as images
-from ..imaging.colors import ColorLike, backdrop
-from ..raster.compute import rasterizer as picture
-from ..raster.compute.rasterizer import Drawn
+from ..imaging.colors import ColorLike
+from ..raster.base import PendingImage
+from ..raster.choose import rasterizer_for
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -38,7 +38,7 @@ def render(
 
     Raises `MeshError` for a model without anything to draw, `ArgumentError` that names the argument otherwise.
     """
-    return images.image(render_array(models, camera=camera, size=size, background=background, device=device, **style))
+    return images.image(begin_render(models, Frame(camera, size, background, device), style).result())
 
 
 def render_array(
@@ -51,23 +51,16 @@ def render_array(
     **style: Unpack[Style],
 ) -> images.Pixels:
     """Draw as `render` does; return (height, width, 4) uint8, straight alpha, row 0 at the top."""
-    return begun(models, camera=camera, size=size, background=background, device=device, **style).pixels()
+    return begin_render(models, Frame(camera, size, background, device), style).result()
 
 
-def begun(
-    models: Models,
-    *,
-    camera: CameraLike | None = None,
-    size: Size = (1024, 1024),
-    background: ColorLike | None = "white",
-    device: Device | None = None,
-    after: Drawn | None = None,
-    **style: Unpack[Style],
-) -> Drawn:
-    """Begin to draw as `render` does; return what gives the pixels as `render_array` does, once they are there.
+def begin_render(
+    models: Models, frame: Frame, style: Style, *, overlap_with: PendingImage | None = None
+) -> PendingImage:
+    """Begin to draw as `render` does; return the image, which may still be being drawn.
 
-    after : a picture that was begun before, and can be read while this one is drawn
+    overlap_with : a picture that was begun earlier, to be read while this one is drawn
     """
-    ground = backdrop(background)
-    with staged(models, camera, size, device, style) as stage:
-        return picture.draw(stage.device, stage.shaped.shapes, stage.shaped.palette, stage.view, ground, after)
+    with prepare_frame(models, frame, style) as prepared:
+        rasterizer = rasterizer_for(prepared.device)
+        return rasterizer.draw(prepared.draw_list, prepared.view, prepared.background, overlap_with=overlap_with)

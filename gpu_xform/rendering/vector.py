@@ -4,10 +4,10 @@ from typing import Unpack
 
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
-from ..drawing.prepare import Size, Stage, staged
+from ..drawing.prepare import Frame, PreparedFrame, Size, prepare_frame
 from ..errors import ArgumentError
 from ..gpu.device import Device
-from ..imaging.colors import ColorLike, FloatColor, backdrop
+from ..imaging.colors import ColorLike, FloatColor
 from ..vector import VectorLayer, format_pdf, format_svg
 from ..vector.build_layers import strokes
 from ..vector.edge_visibility import MARGIN
@@ -32,8 +32,7 @@ def render_svg(
     edge that lets something shine through has one colour, that of its middle. Lines that are not anti-aliased become
     lines of one pixel.
     """
-    layers, ground, extent = _drawn(models, camera, size, background, device, style)
-    return format_svg(extent, ground, layers)
+    return format_svg(*_draw(models, Frame(camera, size, background, device), style))
 
 
 def render_pdf(
@@ -49,28 +48,20 @@ def render_pdf(
 
     Raises `MissingExtraError` where the extra `pdf` is not installed.
     """
-    layers, ground, extent = _drawn(models, camera, size, background, device, style)
-    return format_pdf(extent, ground, layers)
+    return format_pdf(*_draw(models, Frame(camera, size, background, device), style))
 
 
-def _drawn(
-    models: Models,
-    camera: CameraLike | None,
-    size: Size,
-    background: ColorLike | None,
-    device: Device | None,
-    style: Style,
-) -> tuple[list[VectorLayer], FloatColor, tuple[int, int]]:
-    ground = backdrop(background)
-    with staged(models, camera, size, device, style) as stage:
-        _require_depths(stage)
-        return strokes(stage, ground), ground, stage.view.size
+def _draw(models: Models, frame: Frame, style: Style) -> tuple[tuple[int, int], FloatColor, list[VectorLayer]]:
+    """Return the size, the background and the layers of a picture, as the writers take them."""
+    with prepare_frame(models, frame, style) as prepared:
+        _require_depths_fit(prepared)
+        return prepared.view.size, prepared.background, strokes(prepared)
 
 
-def _require_depths(stage: Stage) -> None:
-    """Raise where one binding cannot hold a depth for each pixel, which edges are cut by."""
-    width, height = stage.view.size
-    most = stage.device.limits.max_bound_bytes // 4
+def _require_depths_fit(prepared: PreparedFrame) -> None:
+    """Raise if one binding cannot hold a depth for each pixel, by which edges are split."""
+    width, height = prepared.view.size
+    most = prepared.device.limits.max_bound_bytes // 4
     if (width + 2 * MARGIN) * (height + 2 * MARGIN) > most:
         room = f"{most:,} pixels in a vector picture, {MARGIN} at each side included"
         raise ArgumentError(f"size must be at most {room}, got {width} x {height}")

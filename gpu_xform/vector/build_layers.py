@@ -8,8 +8,7 @@ import numpy.typing as npt
 from .._core.types import Float64Array
 from ..drawing.draw_list import Lines
 from ..drawing.enums import ColorMode, Hidden
-from ..drawing.prepare import Stage
-from ..imaging.colors import FloatColor
+from ..drawing.prepare import PreparedFrame
 from .edge_visibility import Cut, cut
 from .fills import painted, polygons
 from .layer import Points, Polygons, VectorLayer
@@ -19,24 +18,25 @@ GRADIENT_STEP = 8.0  # pixels; pieces of changing colour are no longer
 UNCUT = 1e9
 
 
-def strokes(stage: Stage, backdrop: FloatColor) -> list[VectorLayer]:
+def strokes(prepared: PreparedFrame) -> list[VectorLayer]:
     """Return each layer's picture; before them all painted faces, unless they are the first layer's own."""
-    shaped = stage.shaped
-    cuts, seen = cut(stage.device, shaped.shapes, stage.view, _longest, painting=len(shaped.palette) > 0)
+    draw_list, background = prepared.draw_list, prepared.background
+    drawables = draw_list.drawables
+    cuts, seen = cut(prepared.device, drawables, prepared.view, _longest, painting=len(draw_list.palette) > 0)
     owners, triangles = {}, {}
-    for owner, shape, of_shape in zip(shaped.layers, shaped.shapes, seen, strict=True):
-        owners.update({id(lines): owner for lines in shape.lines})
-        if shape.faces is not None:
-            triangles[owner] = of_shape
-    faces = painted(stage, triangles, backdrop)
+    for owner, drawable, of_drawable in zip(draw_list.layer_indices, drawables, seen, strict=True):
+        owners.update({id(lines): owner for lines in drawable.lines})
+        if drawable.faces is not None:
+            triangles[owner] = of_drawable
+    faces = painted(prepared, triangles)
     of_all = [part for parts in faces.values() for part in parts]
-    filled = polygons(of_all, backdrop) if of_all else None
+    filled = polygons(of_all, background) if of_all else None
     is_own = list(faces) == [0]
     pictures = [] if filled is None or is_own else [_strokes("faces", 1.0, [], filled)]
-    for number, (layer, subject) in enumerate(zip(stage.layers, stage.subjects, strict=True)):
+    for number, (layer, source) in enumerate(zip(prepared.layers, prepared.sources, strict=True)):
         own = [one for one in cuts if owners[id(one.batch.lines)] == number]
         line_width = layer.line_width if layer.antialias else 1.0
-        pictures.append(_strokes(subject.name, line_width, own, filled if is_own and number == 0 else None))
+        pictures.append(_strokes(source.name, line_width, own, filled if is_own and number == 0 else None))
     return pictures
 
 
@@ -45,7 +45,8 @@ def _longest(lines: Lines) -> float:
 
     Pale pieces are not cut further, because their ends would be darker where they overlap.
     """
-    is_pale = lines.strength < 1.0 or lines.is_clear or lines.cue[3] > 0.0 or lines.hidden is Hidden.FADE
+    is_pale = lines.opacity < 1.0 or lines.has_transparency
+    is_pale |= lines.depth_cue.amount > 0.0 or lines.hidden is Hidden.FADE
     return GRADIENT_STEP if lines.color_mode is ColorMode.PER_VERTEX and not is_pale else UNCUT
 
 
@@ -64,7 +65,7 @@ def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons
         own = _colors(one, pieces)
         if lines.hidden is Hidden.FADE:
             own[is_hidden, 3] *= PALE
-        if lines.are_dots:
+        if lines.are_points:
             width = np.full((len(pieces), 1), lines.line_width)
             circles.append(np.column_stack([pieces["ends"][:, :2], width]))
             dot_colors.append(own)

@@ -6,7 +6,7 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from .._core.types import BoolArray, Float64Array, IndexArray
-from ..drawing.depth import lost_by_distance
+from ..drawing.depth import DepthCue, depth_cue_loss
 from ..geometry.mesh import Mesh
 from .painters import (
     HalfSpace,
@@ -39,18 +39,17 @@ class InView(NamedTuple):
 
 
 def faces_in_view(
-    mesh: Mesh, cut: Triangulation, clip_positions: Float64Array, seen: BoolArray, cue: Float64Array
+    mesh: Mesh, cut: Triangulation, clip_positions: Float64Array, seen: BoolArray, cue: DepthCue
 ) -> InView:
     """Return the faces that are seen, those cut that reach out of the view, fold, or are not paled evenly.
 
     cut : gives the triangles of the mesh, and the face of each
     clip_positions : (n, 4) the points in clip space, depth turned round
     seen : (f,)
-    cue : (4,) as `views.depth_cue` gives it
     """
 
     def lost(corners: Float64Array) -> Float64Array:
-        return lost_by_distance(cue, corners)
+        return depth_cue_loss(cue, corners)
 
     def in_triangles(faces: IndexArray) -> RaggedPolygons:
         indices, owners = cut()
@@ -64,9 +63,9 @@ def faces_in_view(
     sides = _sides(float(np.abs(clip_positions[:, 3]).max(initial=0.0)))
     is_in = np.all([min_max(whole, side(whole.corners))[0] >= 0.0 for side in sides], axis=0)
     inside = select(whole, is_in)
-    low, high = min_max(inside, lost(inside.corners).clip(0.0, cue[3]))
+    low, high = min_max(inside, lost(inside.corners).clip(0.0, cue.amount))
     # In a parallel view of what is projected once more, what is lost is not linear: such faces pale as a whole.
-    is_linear = cue[1] != 0.0 or not _varies(whole.corners[:, 3])
+    is_linear = cue.distance_scale != 0.0 or not _varies(whole.corners[:, 3])
     is_whole = (high - low <= STEP) | (not is_linear)
     is_whole &= ~_folds(inside, in_triangles)
     if is_in.all() and is_whole.all():
@@ -75,7 +74,7 @@ def faces_in_view(
     for side in sides:
         reaching_out = clip(reaching_out, side)
     others = concatenate([in_triangles(inside.owners[~is_whole]), reaching_out])
-    levels = np.arange(0.0, cue[3] + STEP, STEP) if is_linear and cue[3] > 0.0 else np.empty(0)
+    levels = np.arange(0.0, cue.amount + STEP, STEP) if is_linear and cue.amount > 0.0 else np.empty(0)
     return InView(select(inside, is_whole), split_bands(others, lost, levels))
 
 

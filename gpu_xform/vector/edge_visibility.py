@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..drawing.draw_list import Lines, Shape
+from ..drawing.draw_list import Drawable, Lines
 from ..drawing.view import View
 from ..gpu import uniforms
 from ..gpu.buffers import Buffer
@@ -18,9 +18,10 @@ from ..gpu.device import Device
 from ..gpu.dispatch import Binding, dispatch
 from ..gpu.layouts import PIECE
 from ..raster.compute.line_batches import Batch, batches, strength_constants, style_struct
+from ..raster.compute.tile_struct import Tile, tile_struct
 from ..raster.compute.triangles import FacePass
 from ..raster.compute.vertex_stage import Projection, in_bindings
-from ..raster.tiles import Tile, tile_struct
+from ..raster.tiles import Region
 
 MARGIN = 2  # pixels around a picture whose depths are known
 
@@ -42,20 +43,20 @@ class Cut(NamedTuple):
 
 
 def cut(
-    device: Device, shapes: Sequence[Shape], view: View, longest: Callable[[Lines], float], *, painting: bool
+    device: Device, drawables: Sequence[Drawable], view: View, longest: Callable[[Lines], float], *, painting: bool
 ) -> tuple[list[Cut], list[npt.NDArray[np.bool_]]]:
-    """Return what each batch of lines is in the picture, and which triangles of each shape are the nearest somewhere.
+    """Return each batch of lines in the picture, and which triangles of each drawable are the nearest somewhere.
 
     longest : gives the pixels that a piece of lines may have along the axis that it advances most on
     painting : whether it is asked which triangles are; else none are
 
-    Of each shape, (n_instances, n_triangles), where it has no faces (n_instances, 0).
+    Of each drawable, (n_instances, n_triangles), where it has no faces (n_instances, 0).
     """
-    whole = Tile((0, 0), view.size, MARGIN)
+    whole = Tile(Region((0, 0), view.size), MARGIN)
     with device.lock:
-        parts = [list(in_bindings(device, shape)) for shape in shapes]
+        parts = [list(in_bindings(device, drawable)) for drawable in drawables]
         projection = Projection(device, [part for own in parts for part in own])
-        faces = FacePass(device, projection.shapes, math.prod(whole.depth_extent), numbered=painting)
+        faces = FacePass(device, projection.shapes, math.prod(whole.depth_region.extent), numbered=painting)
         drawn = batches(device, projection.shapes)
         structs = [style_struct(batch) for batch in drawn]
         (tile,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(whole, view)])

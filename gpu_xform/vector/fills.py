@@ -7,17 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from .._core.types import BoolArray, Float64Array, IndexArray
-from ..drawing.build_draw_list import unscaled
-from ..drawing.depth import lost_by_distance
+from ..drawing.build_draw_list import normalize_w
+from ..drawing.depth import NO_DEPTH_CUE, DepthCue, depth_cue_loss
 from ..drawing.layer_colors import fill_colors
-from ..drawing.prepare import Stage
+from ..drawing.prepare import PreparedFrame
+from ..drawing.view import ndc_to_pixels
 from ..geometry.mesh import Mesh
 from ..imaging.colors import FloatColor, packed
 from .clip_faces import Triangulation, faces_in_view
 from .layer import Polygons
 from .painters import RaggedPolygons, concatenate, mean, sort_back_to_front, triangulate_fans
-
-NOTHING_LOST = np.zeros(4)
 
 
 class Painted(NamedTuple):
@@ -34,30 +33,34 @@ class Painted(NamedTuple):
     triangles: Callable[[], tuple[Float64Array, IndexArray]]
 
 
-def painted(stage: Stage, seen: Mapping[int, BoolArray], backdrop: FloatColor) -> dict[int, list[Painted]]:
+def painted(prepared: PreparedFrame, seen: Mapping[int, BoolArray]) -> dict[int, list[Painted]]:
     """Return the painted faces of each layer that has some, instance by instance, and first those that only hide.
+
+    Faces that hide others without being painted have the colour of the background if it is opaque; else they are left
+    out.
 
     seen : of layers with faces, which triangles of each instance are the nearest somewhere (k, t). A face with a colour
         of its own is left out where none is.
-    backdrop : if opaque, the colour of faces that hide others without being painted; else these are left out
     """
     found: dict[int, list[Painted]] = {}
-    if len(stage.shaped.palette) == 0:
+    view = prepared.view
+    if len(prepared.draw_list.palette) == 0:
         return found
-    for number in sorted(seen, key=lambda number: stage.layers[number].fill is not None):
-        layer, subject, cue = stage.layers[number], stage.subjects[number], stage.cues[number]
+    for number in sorted(seen, key=lambda number: prepared.layers[number].fill is not None):
+        layer, source, cue = prepared.layers[number], prepared.sources[number], prepared.depth_cues[number]
         if layer.fill is not None:
-            colors = fill_colors(layer, subject.n_faces) * (1.0, 1.0, 1.0, layer.alpha)
-        elif backdrop[3] == 1.0:
-            colors, cue = np.array([backdrop]), NOTHING_LOST
+            colors = fill_colors(layer, source.n_faces) * (1.0, 1.0, 1.0, layer.alpha)
+        elif prepared.background[3] == 1.0:
+            colors, cue = np.array([prepared.background]), NO_DEPTH_CUE
         else:
             continue
-        if subject.mesh is None:
+        if source.mesh is None:
             continue
-        triangles = cache(subject.triangles)
+        triangles = cache(source.triangles)
+        clip_from_model = view.clip_from_world @ normalize_w(layer.world_from_model)
         found[number] = [
-            _painted(subject.mesh, matrix, stage.view.size, own, colors, cue, triangles)
-            for matrix, own in zip(stage.clip_from_world @ unscaled(layer.world_from_model), seen[number], strict=True)
+            _painted(source.mesh, matrix, view.size, own, colors, cue, triangles)
+            for matrix, own in zip(clip_from_model, seen[number], strict=True)
         ]
     return found
 
@@ -87,7 +90,7 @@ def _painted(
     size: tuple[int, int],
     seen: BoolArray,
     colors: Float64Array,
-    cue: Float64Array,
+    cue: DepthCue,
     in_triangles: Triangulation,
 ) -> Painted:
     """Return what is painted of one instance of a mesh.
@@ -101,7 +104,7 @@ def _painted(
     shown = is_seen if len(colors) > 1 else np.full(mesh.n_faces, is_seen.any())
     whole, cut = faces_in_view(mesh, in_triangles, clip, shown, cue)
     pieces = concatenate([whole, cut])
-    left = 1.0 - mean(pieces, lost_by_distance(cue, pieces.corners).clip(0.0, cue[3]))
+    left = 1.0 - mean(pieces, depth_cue_loss(cue, pieces.corners).clip(0.0, cue.amount))
     own = np.broadcast_to(colors, (mesh.n_faces, 4))[pieces.owners]
     paled = np.column_stack([own[:, :3], own[:, 3] * left])
 
@@ -119,9 +122,9 @@ def _painted(
 
 def _in_picture(clip: Float64Array, size: tuple[int, int]) -> Float64Array:
     """Return points (..., 4) in clip space as x and y in pixels, and the depth: (..., 3)."""
-    places: Float64Array = clip[..., :3] / clip[..., 3:]
-    places[..., :2] = (places[..., :2] * (0.5, -0.5) + 0.5) * size
-    return places
+    result: Float64Array = clip[..., :3] / clip[..., 3:]
+    result[..., :2] = ndc_to_pixels(result, size)
+    return result
 
 
 def _triangles(parts: Sequence[Painted]) -> tuple[Float64Array, IndexArray]:

@@ -11,8 +11,9 @@ import numpy as np
 from .._core.atomic_files import atomic_write
 from .._core.types import Float64Array
 from ..drawing.camera import Camera, CameraLike, fit_options
+from ..drawing.framing import framing_points
 from ..drawing.layer import Models, Style, as_layers
-from ..drawing.load_models import FILES, opened, outline
+from ..drawing.load_models import PATH_TYPES, load_models
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
 from ..imaging import image as images
@@ -43,8 +44,8 @@ class Session:
         device: Device | None,
         style: Style,
     ) -> None:
-        self._layers = as_layers(opened(models), style)
-        self._name = Path(models).stem if isinstance(models, FILES) else self._layers[0].name or "gpu-xform"
+        self._layers = as_layers(load_models(models), style)
+        self._name = Path(models).stem if isinstance(models, PATH_TYPES) else self._layers[0].name or "gpu-xform"
         self._background = background
         self._device = device
         self._size, self._pixel_ratio = size, 1.0
@@ -52,13 +53,13 @@ class Session:
             camera = ({} if up is None else {"up": up}) | fit_options(camera)
         # Whatever cannot be drawn is said here, before there is a window.
         render_array(self._layers, camera=camera, size=size, background=background, device=device)
-        points = outline(self._layers)
+        points = framing_points(self._layers)
         if not isinstance(camera, Camera):
             camera = Camera.fit(points, **camera)
         first = next((layer for layer in self._layers if has_faces(layer)), self._layers[0])
         self._camera = camera
         self._controls = Controls(
-            Given(camera, Ball.around(points), lambda: outline(self._layers), first, background, up)
+            Given(camera, Ball.around(points), lambda: framing_points(self._layers), first, background, up)
         )
         self._saved = self._problem = ""
         self.is_closed = False

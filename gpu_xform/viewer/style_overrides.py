@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
-from ..drawing.build_draw_list import CLOUD_POINT_SIZE
+from ..drawing.build_draw_list import CLOUD_POINT_SIZE_PX
 from ..drawing.enums import HIDDEN_STYLES, HiddenStyle
 from ..drawing.layer import Layer
-from ..drawing.layer_colors import by_face
+from ..drawing.layer_colors import colors_by_face
 from ..geometry.edges import EDGE_SETS
 from ..geometry.mesh import Mesh
 from ..imaging.colors import ColorLike, rgba
@@ -89,7 +89,7 @@ def _changes(layer: Layer, look: Look, pixel_ratio: float) -> dict[str, Any]:
     changes: dict[str, Any] = {"line_width": layer.line_width * pixel_ratio}
     size = layer.point_size
     if size is None and not has_faces(layer) and layer.edges is None:
-        size = CLOUD_POINT_SIZE
+        size = CLOUD_POINT_SIZE_PX
     if size is not None:
         changes["point_size"] = size * pixel_ratio
     if look.antialias is not None:
@@ -128,7 +128,7 @@ def _face_changes(layer: Layer, look: Look) -> dict[str, Any]:
         changes |= {"edge_colors": None, "vertex_colors": None, "scalars": None}
         if layer.face_colors is None:
             changes["color"] = "face"
-    elif by_face(layer) and (look.by_face is False or (look.edges is not None and edges is not None)):
+    elif colors_by_face(layer) and (look.by_face is False or (look.edges is not None and edges is not None)):
         changes["face_colors"] = None
         if _is_face(layer.color):
             changes["color"] = "black"
@@ -155,7 +155,7 @@ def _filled(look: Look, layer: Layer) -> bool:
 def _colored(look: Look, layer: Layer) -> bool:
     if look.by_face is not None:
         return look.by_face
-    return by_face(layer) or _is_face(layer.fill)
+    return colors_by_face(layer) or _is_face(layer.fill)
 
 
 def _is_face(color: Any) -> bool:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .._core.arguments import direction
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
-from ..drawing.prepare import Size, picture_size
+from ..drawing.prepare import Size, parse_size
 from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import lend_runtime_dir
 from ..gpu.device import Device
@@ -55,7 +55,7 @@ def view(
     Raises `DisplayError` where no window can be opened, `MissingExtraError` where the extra `viewer` is not installed,
     and otherwise what `render` raises, before there is a window.
     """
-    width, height = picture_size(size)
+    width, height = parse_size(size)
     axis = None if up is None else direction(up, "up", 3)
     backend = _backend()
     session = Session(models, camera, axis, (width, height), background, device, style)

@@ -13,7 +13,7 @@ from gpu_xform import render_array, samples, scale, transform_points
 from gpu_xform._core.interrupts import uninterrupted
 from gpu_xform.gpu.context import CommandEncoder, Submittable
 from gpu_xform.gpu.device import Device
-from gpu_xform.raster.compute import rasterizer as picture
+from gpu_xform.raster.compute import rasterizer
 
 
 @pytest.fixture(autouse=True)
@@ -115,7 +115,7 @@ def test_an_interrupt_waits_for_one_tile_not_for_the_whole_picture(
         signal.raise_signal(signal.SIGINT)
         return encode_commands(own, *used, label=label)
 
-    monkeypatch.setattr(picture, "TILE_SIDE", 32)
+    monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", 32)
     monkeypatch.setattr(Device, "encode_commands", interrupted)
     with pytest.raises(KeyboardInterrupt):
         render_array(samples.cube(), device=device, size=(320, 320))

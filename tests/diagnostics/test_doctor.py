@@ -19,7 +19,7 @@ from gpu_xform.diagnostics.doctor import Check, Report, examine
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu import self_test
 from gpu_xform.gpu.device import Device
-from gpu_xform.raster.compute import rasterizer as picture
+from gpu_xform.raster.compute import rasterizer
 
 NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
 CHECKS = ["matrix layout", "struct layout", "long loop", "float32 transform", "float64 transform", "picture"]
@@ -135,8 +135,8 @@ def test_a_wrong_transform_is_noticed(
 def test_a_wrong_picture_is_noticed(
     mutant: Callable[[npt.NDArray[np.uint8]], npt.NDArray[np.uint8]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    pixels = picture.Drawn.pixels
-    monkeypatch.setattr(picture.Drawn, "pixels", lambda drawn: mutant(pixels(drawn)))
+    result = rasterizer.ComputePendingImage.result
+    monkeypatch.setattr(rasterizer.ComputePendingImage, "result", lambda pending: mutant(result(pending)))
     assert wrong(examine().checks) == ["picture"]
     assert main(["doctor"]) == 1
 
@@ -145,7 +145,7 @@ def test_a_device_that_fails_while_it_works_is_reported(monkeypatch: pytest.Monk
     def lost(*_: object, **__: object) -> None:
         raise DeviceError("the device is lost")
 
-    monkeypatch.setattr(picture, "draw", lost)
+    monkeypatch.setattr(rasterizer.ComputeRasterizer, "draw", lost)
     report = examine()
     assert wrong(report.checks) == ["picture"]
     assert "WRONG  picture           the device is lost\n" in report.text()

@@ -7,7 +7,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, matrices, samples
-from gpu_xform.drawing.depth import depth_cue, eye, pixel_depth, with_depth
+from gpu_xform.drawing.depth import depth_slope_per_pixel, eye, fit_depth_cue, reverse_z
 from tests.support.types import Array
 
 POINTS = np.random.default_rng(5).uniform(-1.0, 1.0, (40, 3)) * (1.0, 0.6, 0.3) + (0.2, -0.1, 0.4)
@@ -33,7 +33,7 @@ def projected(matrix: Array, points: Array) -> Array:
 )
 def test_depth_falls_away_from_the_eye_and_the_picture_stays(camera: Camera) -> None:
     clip_from_world = camera.clip_from_world(1.5)
-    before, after = projected(clip_from_world, POINTS), projected(with_depth(clip_from_world, lambda: POINTS), POINTS)
+    before, after = projected(clip_from_world, POINTS), projected(reverse_z(clip_from_world, lambda: POINTS), POINTS)
     assert np.array_equal(before[:, :2], after[:, :2])
     nearness = -before[:, 2] if clip_from_world[2, :3].any() else POINTS[:, 2]
     assert np.array_equal(np.argsort(after[:, 2]), np.argsort(nearness))
@@ -42,15 +42,15 @@ def test_depth_falls_away_from_the_eye_and_the_picture_stays(camera: Camera) -> 
 def test_the_planes_of_a_parallel_view_move_in_on_the_points_and_never_out() -> None:
     wide = Camera.look_at(EYE, (0, 0, 0), orthographic=True).clip_from_world(1.0)
     assert np.ptp(projected(wide, POINTS)[:, 2]) < 1e-3
-    depth = projected(with_depth(wide, lambda: POINTS), POINTS)[:, 2]
+    depth = projected(reverse_z(wide, lambda: POINTS), POINTS)[:, 2]
     assert [depth.min(), depth.max()] == pytest.approx([0.25, 0.75])
 
     window = Camera.window((-1, 1), (-1, 1)).clip_from_world(1.0)
-    depth = projected(with_depth(window, lambda: 9.0 * POINTS), 9.0 * POINTS)[:, 2]
+    depth = projected(reverse_z(window, lambda: 9.0 * POINTS), 9.0 * POINTS)[:, 2]
     assert [depth.min(), depth.max()] == pytest.approx([0.25, 0.75])
 
     narrow = Camera.look_at(EYE, (0, 0, 0), near=12.4, far=13.1, orthographic=True).clip_from_world(1.0)
-    matrix = with_depth(narrow, lambda: POINTS)
+    matrix = reverse_z(narrow, lambda: POINTS)
     inside = (projected(narrow, POINTS)[:, 2] >= 0.0) & (projected(narrow, POINTS)[:, 2] <= 1.0)
     assert 5 < inside.sum() < 35
     assert np.array_equal((projected(matrix, POINTS)[:, 2] >= 0.0) & (projected(matrix, POINTS)[:, 2] <= 1.0), inside)
@@ -60,7 +60,7 @@ def test_the_planes_of_a_parallel_view_move_in_on_the_points_and_never_out() -> 
 def test_a_parallel_view_of_nothing_much_has_a_depth(points: Array) -> None:
     towards_eye = np.array([EYE, 1.001 * EYE]) / 20
     for camera in (Camera.look_at(EYE, (0, 0, 0), orthographic=True), Camera.window((-1, 1), (-1, 1))):
-        matrix = with_depth(camera.clip_from_world(1.0), lambda: points)
+        matrix = reverse_z(camera.clip_from_world(1.0), lambda: points)
         far, near = projected(matrix, towards_eye)[:, 2]
         assert far < near
     assert len(points) != 1 or 0.0 < projected(matrix, points)[0, 2] < 1.0
@@ -80,7 +80,7 @@ CAMERAS = {
 
 
 def matrix_of(view: str, aspect: float = 1.25) -> Array:
-    return with_depth(CAMERAS[view].clip_from_world(aspect), lambda: OUTLINE)
+    return reverse_z(CAMERAS[view].clip_from_world(aspect), lambda: OUTLINE)
 
 
 def at(matrix: Array, point: Array) -> Array:
@@ -125,7 +125,7 @@ def test_the_change_of_depth_over_a_pixel_is_that_of_a_step_as_long_as_a_pixel_i
     forward /= np.linalg.norm(forward)
     across = np.cross(matrix[1, :3], forward)
     across /= np.linalg.norm(across)
-    rate, constant = pixel_depth(matrix, width)
+    rate, constant = depth_slope_per_pixel(matrix, width)
     middle = np.linalg.solve(np.array([matrix[0, :3], matrix[1, :3], forward]), [-matrix[0, 3], -matrix[1, 3], 0.0])
     center = OUTLINE.mean(axis=0)
     for distance in (-0.5, 0.0, 0.8):
@@ -143,7 +143,7 @@ def test_the_change_of_depth_over_a_pixel_is_that_of_a_step_as_long_as_a_pixel_i
 @pytest.mark.parametrize("view", CAMERAS)
 def test_the_cue_takes_all_of_its_amount_from_the_farthest_and_nothing_from_the_nearest(view: str) -> None:
     matrix = matrix_of(view)
-    x, y, z, amount = depth_cue(matrix, lambda: OUTLINE, 0.8)
+    x, y, z, amount = fit_depth_cue(matrix, lambda: OUTLINE, 0.8)
     assert amount == 0.8
     towards = eye(matrix)
     lost, far = [], []

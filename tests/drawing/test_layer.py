@@ -8,7 +8,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
-from gpu_xform.drawing.draw_list import Faces, Lines, Shape
+from gpu_xform.drawing.draw_list import Drawable, Faces, Lines
 from gpu_xform.drawing.enums import HiddenStyle
 from gpu_xform.drawing.layer import Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
@@ -232,7 +232,7 @@ def test_instances_are_cut_so_that_points_and_a_number_a_face_or_an_edge_fit_bin
         faces = Faces(stored.buffer, n_triangles) if n_triangles else None
         lines = (Lines(stored.buffer, 1, 1.0), Lines(stored.buffer, n_edges, 1.0))
         matrices_of_many = np.random.default_rng(1).normal(size=(100, 4, 4))
-        parts = list(in_bindings(small, Shape(stored, matrices_of_many, faces, lines)))
+        parts = list(in_bindings(small, Drawable(stored, matrices_of_many, faces, lines)))
     assert np.array_equal(np.concatenate([part.clip_from_points for part in parts]), matrices_of_many)
     largest = max(len(part.clip_from_points) for part in parts)
     per_instance = max(16 * n_points, 4 * n_triangles, 4 * n_edges)

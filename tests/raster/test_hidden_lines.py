@@ -8,7 +8,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, rotate, rotate_x, rotate_y, samples, scale
-from gpu_xform.drawing.prepare import staged
+from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.vector import edge_visibility as cut_pass
 from tests.support.reference_visibility import MIN_PART, clip_to_pixels, clip_to_view, visible_intervals
 from tests.support.solids import (
@@ -357,9 +357,9 @@ def test_half_a_line_is_not_a_line() -> None:
 
 def cut(mesh: Mesh, camera: Camera, ends: Array, size: tuple[int, int] = SIZE) -> list[Array]:
     """Return the parts of every edge that the device finds visible, as `visible_intervals` has them."""
-    with staged(mesh, camera, size, None, {"hidden": "remove", "line_width": LINE_WIDTH}) as stage:
-        shapes, longest = stage.shaped.shapes, max(size)
-        (batch,), _ = cut_pass.cut(stage.device, shapes, stage.view, lambda _: longest, painting=False)
+    with prepare_frame(mesh, Frame(camera, size), {"hidden": "remove", "line_width": LINE_WIDTH}) as prepared:
+        drawables, longest = prepared.draw_list.drawables, max(size)
+        (batch,), _ = cut_pass.cut(prepared.device, drawables, prepared.view, lambda _: longest, painting=False)
     shown = batch.pieces[batch.pieces["is_hidden"] == 0]
     return drawn_intervals(ends, shown["edge"].astype(np.int64), shown["ends"].reshape(-1, 2, 2).astype(np.float64))
 

@@ -5,11 +5,13 @@ from typing import Any
 
 import pytest
 
-from gpu_xform import ArgumentError, DeviceError, render_array, rotate, samples
+from gpu_xform import ArgumentError, DeviceError, Mesh, render_array, rotate, samples
+from gpu_xform.drawing.prepare import Frame
 from gpu_xform.gpu.device import Device
-from gpu_xform.raster.compute import rasterizer as picture
+from gpu_xform.raster.base import PendingImage
+from gpu_xform.raster.compute import rasterizer
 from gpu_xform.raster.compute.render_target import Target
-from gpu_xform.rendering.raster import begun
+from gpu_xform.rendering.raster import begin_render
 
 STYLES: dict[str, dict[str, Any]] = {
     "one colour": {},
@@ -27,49 +29,60 @@ def options(request: pytest.FixtureRequest, device: Device, staging_device: Devi
 
 @pytest.fixture(params=[2048, 32])
 def _cut(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(picture, "TILE_SIDE", request.param)
+    monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", request.param)
+
+
+NO_STYLE: Any = {}
+
+
+def begin(
+    model: Mesh, options: dict[str, Any], style: Any = NO_STYLE, *, overlap_with: PendingImage | None = None
+) -> PendingImage:
+    return begin_render(model, Frame(**options), style, overlap_with=overlap_with)
 
 
 @pytest.mark.usefixtures("_cut")
 @pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
-def test_each_of_a_row_of_pictures_is_itself(style: dict[str, Any], options: dict[str, Any]) -> None:
+def test_overlapping_pictures_are_what_each_would_be(style: dict[str, Any], options: dict[str, Any]) -> None:
     expected = [render_array(model, **options, **style) for model in MOVED]
     assert len({pixels.tobytes() for pixels in expected}) == len(MOVED)
-    before = begun(MOVED[0], **options, **style)
+    before = begin(MOVED[0], options, style)
     for k in range(1, len(MOVED)):
-        following = begun(MOVED[k], **options, **style, after=before)
-        assert before.pixels().tobytes() == expected[k - 1].tobytes()
+        following = begin(MOVED[k], options, style, overlap_with=before)
+        assert before.result().tobytes() == expected[k - 1].tobytes()
         before = following
-    assert before.pixels().tobytes() == expected[-1].tobytes()
+    assert before.result().tobytes() == expected[-1].tobytes()
 
 
 @pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
 def test_pictures_can_be_read_in_any_order(style: dict[str, Any], options: dict[str, Any]) -> None:
     expected = [render_array(model, **options, **style) for model in MOVED]
-    drawn = [begun(model, **options, **style) for model in MOVED]
+    pending = [begin(model, options, style) for model in MOVED]
     other = render_array(samples.house(), **options, **style)
     for k in (3, 0, 4, 1, 2):
-        assert drawn[k].pixels().tobytes() == expected[k].tobytes()
+        assert pending[k].result().tobytes() == expected[k].tobytes()
     assert render_array(samples.house(), **options, **style).tobytes() == other.tobytes()
 
 
 def test_a_picture_that_fails_leaves_the_one_before_to_be_read(options: dict[str, Any]) -> None:
     expected = render_array(MOVED[1], **options)
-    before = begun(MOVED[1], **options)
+    before = begin(MOVED[1], options)
     with pytest.raises(ArgumentError, match="line_width"):
-        begun(MOVED[2], **options, after=before, line_width=-1.0)
-    assert before.pixels().tobytes() == expected.tobytes()
+        begin(MOVED[2], options, {"line_width": -1.0}, overlap_with=before)
+    assert before.result().tobytes() == expected.tobytes()
 
 
-def test_a_picture_that_is_never_read_is_no_ones_trouble(options: dict[str, Any]) -> None:
+def test_a_picture_that_is_never_read_does_not_affect_others(options: dict[str, Any]) -> None:
     expected = render_array(MOVED[1], **options)
     for _ in range(4):
-        begun(MOVED[2], **options, after=begun(MOVED[3], **options))
+        begin(MOVED[2], options, overlap_with=begin(MOVED[3], options))
     assert render_array(MOVED[1], **options).tobytes() == expected.tobytes()
 
 
 @pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
-def test_pictures_begun_in_several_threads_are_themselves(style: dict[str, Any], options: dict[str, Any]) -> None:
+def test_pictures_drawn_in_several_threads_are_what_each_would_be(
+    style: dict[str, Any], options: dict[str, Any]
+) -> None:
     expected = [render_array(model, **options, **style).tobytes() for model in MOVED]
     with ThreadPoolExecutor(len(MOVED)) as pool:
         for _ in range(4):
@@ -83,27 +96,27 @@ def spare(device: Device) -> list[int]:
 
 
 @pytest.mark.parametrize("has_arrived", [False, True])
-def test_a_picture_that_is_given_up_gives_its_memory_back(options: dict[str, Any], has_arrived: bool) -> None:
+def test_a_cancelled_picture_releases_its_memory(options: dict[str, Any], has_arrived: bool) -> None:
     expected = render_array(MOVED[1], **options)
     for _ in range(4):
         before = spare(options["device"])
-        drawn = begun(MOVED[2], **options)
+        pending = begin(MOVED[2], options)
         if has_arrived:
-            drawn.arrive(options["device"])
+            pending.wait()
         assert spare(options["device"]) != before
-        drawn.give_up()
-        drawn.give_up()
+        pending.cancel()
+        pending.cancel()
         assert spare(options["device"]) == before
         assert render_array(MOVED[1], **options).tobytes() == expected.tobytes()
 
 
 @pytest.mark.parametrize("stage", ["collected", "recorded"])
 @pytest.mark.parametrize("n_before", [0, 1, 2])
-def test_a_picture_that_fails_gives_its_memory_back(
+def test_a_picture_that_fails_releases_its_memory(
     options: dict[str, Any], monkeypatch: pytest.MonkeyPatch, stage: str, n_before: int
 ) -> None:
-    monkeypatch.setattr(picture, "TILE_SIDE", 32)
-    owner, name = (picture, "_collect") if stage == "collected" else (Target, "leave")
+    monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", 32)
+    owner, name = (rasterizer, "_collect") if stage == "collected" else (Target, "leave")
     whole, calls = getattr(owner, name), []
 
     def sometimes(*args: Any) -> Any:
@@ -117,46 +130,49 @@ def test_a_picture_that_fails_gives_its_memory_back(
     before = spare(options["device"])
     monkeypatch.setattr(owner, name, sometimes)
     with pytest.raises(MemoryError, match="no room"):
-        begun(MOVED[0], **options)
+        begin(MOVED[0], options)
     assert spare(options["device"]) == before
 
 
-def test_a_picture_of_a_closed_device_is_given_up_without_a_word() -> None:
+def test_a_picture_of_a_closed_device_can_be_cancelled() -> None:
     with Device() as own:
-        drawn = begun(MOVED[0], device=own, size=(90, 70))
-    drawn.give_up()
+        pending = begin(MOVED[0], {"device": own, "size": (90, 70)})
+    pending.cancel()
 
 
 def test_a_picture_can_be_read_again(options: dict[str, Any]) -> None:
-    drawn = begun(MOVED[1], **options)
-    first = drawn.pixels().tobytes()
-    others = [begun(model, **options) for model in MOVED[2:]]
-    assert drawn.pixels().tobytes() == first
+    pending = begin(MOVED[1], options)
+    first = pending.result().tobytes()
+    others = [begin(model, options) for model in MOVED[2:]]
+    assert pending.result().tobytes() == first
     for model, other in zip(MOVED[2:], others, strict=True):
-        assert other.pixels().tobytes() == render_array(model, **options).tobytes()
+        assert other.result().tobytes() == render_array(model, **options).tobytes()
 
 
-def test_several_pictures_can_follow_one_and_one_that_has_been_read(options: dict[str, Any]) -> None:
+def test_several_pictures_can_overlap_one_and_one_that_has_been_read(options: dict[str, Any]) -> None:
     expected = [render_array(model, **options).tobytes() for model in MOVED]
-    before = begun(MOVED[0], **options)
-    following = [begun(model, **options, after=before) for model in MOVED[1:3]]
-    assert before.pixels().tobytes() == expected[0]
-    following += [begun(model, **options, after=before) for model in MOVED[3:]]
-    assert [drawn.pixels().tobytes() for drawn in following] == expected[1:]
+    before = begin(MOVED[0], options)
+    following = [begin(model, options, overlap_with=before) for model in MOVED[1:3]]
+    assert before.result().tobytes() == expected[0]
+    following += [begin(model, options, overlap_with=before) for model in MOVED[3:]]
+    assert [pending.result().tobytes() for pending in following] == expected[1:]
 
 
-def test_a_picture_may_follow_one_of_another_device(device: Device, staging_device: Device) -> None:
+def test_a_picture_may_overlap_one_of_another_device(device: Device, staging_device: Device) -> None:
     expected = render_array(MOVED[1], device=device, size=(90, 70))
-    before = begun(MOVED[2], device=staging_device, size=(90, 70))
-    assert begun(MOVED[1], device=device, size=(90, 70), after=before).pixels().tobytes() == expected.tobytes()
-    assert before.pixels().tobytes() == render_array(MOVED[2], device=staging_device, size=(90, 70)).tobytes()
+    before = begin(MOVED[2], {"device": staging_device, "size": (90, 70)})
+    assert (
+        begin(MOVED[1], {"device": device, "size": (90, 70)}, overlap_with=before).result().tobytes()
+        == expected.tobytes()
+    )
+    assert before.result().tobytes() == render_array(MOVED[2], device=staging_device, size=(90, 70)).tobytes()
 
 
 @pytest.mark.parametrize("has_arrived", [False, True])
 def test_a_picture_of_a_closed_device_is_a_device_error(has_arrived: bool) -> None:
     with Device() as own:
-        drawn = begun(MOVED[0], device=own, size=(90, 70))
+        pending = begin(MOVED[0], {"device": own, "size": (90, 70)})
         if has_arrived:
-            begun(MOVED[1], device=own, size=(90, 70), after=drawn)
+            begin(MOVED[1], {"device": own, "size": (90, 70)}, overlap_with=pending)
     with pytest.raises(DeviceError, match="closed"):
-        drawn.pixels()
+        pending.result()

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.imaging.image import Pixels
-from gpu_xform.raster import screen_bounds as reach
-from gpu_xform.raster.compute import rasterizer as picture
+from gpu_xform.raster import screen_bounds
+from gpu_xform.raster.compute import rasterizer
 from gpu_xform.raster.tiles import Region
 
 SIZE = (331, 207)
@@ -53,15 +53,15 @@ class Drawing:
         """Return the picture as it is always drawn."""
 
         def recorded(*arguments: Any) -> Region:
-            self.regions.append(reach.reached(*arguments))
+            self.regions.append(screen_bounds.screen_bounds(*arguments))
             return self.regions[-1]
 
-        self._monkeypatch.setattr(picture, "reached", recorded)
+        self._monkeypatch.setattr(rasterizer, "screen_bounds", recorded)
         return gx.render_array(models, **{"size": SIZE, **options})
 
     def whole(self, models: Any, **options: Any) -> Pixels:
         """Return the picture with all of its pixels drawn."""
-        self._monkeypatch.setattr(picture, "reached", lambda _, size: Region((0, 0), size))
+        self._monkeypatch.setattr(rasterizer, "screen_bounds", lambda _, size: Region((0, 0), size))
         return gx.render_array(models, **{"size": SIZE, **options})
 
 

@@ -9,7 +9,8 @@ import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.errors import ArgumentError
 from gpu_xform.raster import tiles
-from gpu_xform.raster.compute import rasterizer as picture
+from gpu_xform.raster.compute import rasterizer
+from gpu_xform.raster.compute.tile_struct import Tile
 
 SNUB = samples.snub_dodecahedron()
 HEIGHTS = SNUB.positions @ [0.3, 1.0, -0.2]
@@ -44,7 +45,7 @@ def cut(monkeypatch: pytest.MonkeyPatch, side: int, **style: Any) -> tuple[Any, 
     """Return a picture that is cut nowhere, and the one made of tiles of `side`."""
     options: dict[str, Any] = {"camera": CAMERA, "size": SIZE, **style}
     whole = gx.render_array(SNUB, **options)
-    monkeypatch.setattr(picture, "TILE_SIDE", side)
+    monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", side)
     return whole, gx.render_array(SNUB, **options)
 
 
@@ -72,9 +73,9 @@ def test_the_axis_of_a_slanting_line_is_tested_where_its_rim_reaches_into_the_ti
     for angle in (44.0, 45.0, 46.0, 135.0):
         turned = Layer(lines, transform=matrices.rotate_z(angle, degrees=True), hidden="remove", line_width=8.0)
         layers = [Layer(fence, hidden="remove", color="none"), turned]
-        monkeypatch.setattr(picture, "TILE_SIDE", 2048)
+        monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", 2048)
         whole = gx.render_array(layers, **options)
-        monkeypatch.setattr(picture, "TILE_SIDE", 9)
+        monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", 9)
         assert gx.render_array(layers, **options).tobytes() == whole.tobytes()
         assert 0.1 < (whole[..., 0] < 128).mean() < 0.9
 
@@ -84,12 +85,13 @@ def test_the_axis_of_a_slanting_line_is_tested_where_its_rim_reaches_into_the_ti
 def test_tiles_cover_every_pixel_once(origin: tuple[int, int], size: tuple[int, int]) -> None:
     region = tiles.Region(origin, size)
     covered = np.zeros((300, 300), int)
-    for tile in tiles.tiles(region, 64, 5):
-        covered[tile.place] += 1
+    for tile in tiles.split_into_tiles(region, 64):
+        covered[tile.slices] += 1
         assert max(tile.extent) <= 64
-        assert tile.depth_origin == (tile.origin[0] - 5, tile.origin[1] - 5)
-        assert tile.depth_extent == (tile.extent[0] + 10, tile.extent[1] + 10)
-    assert (covered[region.place] == 1).all()
+        depths = Tile(tile, 5).depth_region
+        assert depths.origin == (tile.origin[0] - 5, tile.origin[1] - 5)
+        assert depths.extent == (tile.extent[0] + 10, tile.extent[1] + 10)
+    assert (covered[region.slices] == 1).all()
     assert covered.sum() == size[0] * size[1]
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh
-from gpu_xform.drawing.prepare import staged
+from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import Polygons
 from gpu_xform.vector.build_layers import strokes
@@ -154,8 +154,8 @@ def test_a_pdf_shows_the_faces_that_the_pixels_show() -> None:
 
 
 def polygons_of(models: Any, camera: Camera) -> Polygons:
-    with staged(models, camera, SIZE, None, {}) as stage:
-        found = strokes(stage, (1.0, 1.0, 1.0, 1.0))[0].polygons
+    with prepare_frame(models, Frame(camera, SIZE), {}) as prepared:
+        found = strokes(prepared)[0].polygons
     assert found is not None
     return found
 

@@ -7,7 +7,7 @@ import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
-from gpu_xform.drawing.prepare import staged
+from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu import buffers
 from gpu_xform.gpu.device import Device
@@ -175,9 +175,10 @@ def test_edges_to_points_that_are_none_are_not_walked_along() -> None:
     edges = [(i, j) for i in range(5) for j in range(5) if i != j]
     with (
         gx.PointBuffer(none) as points,
-        staged(points, CAMERA, (150, 100), None, {"edges": edges, "line_width": 2.0}) as stage,
+        prepare_frame(points, Frame(CAMERA, (150, 100)), {"edges": edges, "line_width": 2.0}) as prepared,
     ):
-        (cut,), _ = cut_pass.cut(stage.device, stage.shaped.shapes, stage.view, lambda _: 150.0, painting=False)
+        drawables = prepared.draw_list.drawables
+        (cut,), _ = cut_pass.cut(prepared.device, drawables, prepared.view, lambda _: 150.0, painting=False)
     assert np.isfinite(cut.pieces["ends"]).all()
     assert len(cut.pieces) <= 2
 

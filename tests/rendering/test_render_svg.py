@@ -12,7 +12,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.drawing.layer import Style
-from gpu_xform.drawing.prepare import staged
+from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.errors import ArgumentError
 from gpu_xform.geometry.edges import edge_faces, face_normals
 from gpu_xform.gpu.device import Device, default_device
@@ -30,8 +30,8 @@ ASIDE = [gx.translate(x, 0.2, -2.4) @ gx.scale(0.4) for x in (-1.2, 1.2)]
 
 
 def layers(models: Any, **style: Unpack[Style]) -> list[VectorLayer]:
-    with staged(models, CAMERA, SIZE, None, style) as stage:
-        return strokes(stage, (1.0, 1.0, 1.0, 1.0))
+    with prepare_frame(models, Frame(CAMERA, SIZE), style) as prepared:
+        return strokes(prepared)
 
 
 PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...drawing.draw_list import Lines
+from ...drawing.draw_list import EDGE_BYTES, Lines
 from ...drawing.enums import ColorMode, Hidden
 from ...gpu import layouts
 from ...gpu.buffers import Buffer
@@ -16,10 +16,9 @@ from ...gpu.chunking import choose_workgroup_size, count_workgroups
 from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import Binding, dispatch
-from ..tiles import TILE_SIDE
+from ..tiles import TILE_SIDE_PX
 from .vertex_stage import Projected
 
-EDGE_BYTES = 8
 COLOR_BYTES = 4
 MOST_PIXELS = 1 << 15  # that an invocation goes through: lavapipe ends loops after twice as many, and says nothing
 LEAST_EDGE_BITS = 8
@@ -42,7 +41,7 @@ class Batch:
 
 def batches(device: Device, shapes: Sequence[Projected]) -> list[Batch]:
     """Return what is drawn, in order."""
-    return [batch for shape in shapes for lines in shape.shape.lines for batch in _cut(device, shape, lines)]
+    return [batch for shape in shapes for lines in shape.drawable.lines for batch in _cut(device, shape, lines)]
 
 
 def _cut(device: Device, shape: Projected, lines: Lines) -> Iterator[Batch]:
@@ -62,10 +61,10 @@ def style_struct(batch: Batch) -> npt.NDArray[np.void]:
     """Return the WGSL struct of a batch."""
     lines = batch.lines
     struct = np.zeros((), layouts.STYLE)
-    struct["cue"] = lines.cue
+    struct["cue"] = lines.depth_cue
     struct["color"] = lines.color
     struct["line_width"] = 1.0 if lines.line_width is None else lines.line_width
-    struct["strength"] = lines.strength
+    struct["strength"] = lines.opacity
     struct["n_edges"] = batch.n_edges
     struct["n_points"] = batch.shape.stride
     n_edges = batch.n_edges * batch.shape.n_instances  # counted from 1
@@ -78,8 +77,8 @@ def log2_lanes(batch: Batch) -> int:
     """Return how many invocations share an edge, as a power of two: enough for short loops, and for all processors."""
     lines = batch.lines
     width = math.ceil((lines.line_width or 1.0) * math.sqrt(2.0)) + 2
-    longest = width if lines.are_dots else TILE_SIDE
-    needed = longest * min(width, TILE_SIDE) / MOST_PIXELS
+    longest = width if lines.are_points else TILE_SIDE_PX
+    needed = longest * min(width, TILE_SIDE_PX) / MOST_PIXELS
     wanted = min(INVOCATIONS / (batch.n_edges * batch.shape.n_instances), longest / 8)
     return max(0, math.ceil(math.log2(max(needed, wanted))))
 
@@ -87,7 +86,7 @@ def log2_lanes(batch: Batch) -> int:
 def strength_constants(batch: Batch, *, nothing_hides: bool) -> dict[str, float]:
     """Return what strength.wgsl is compiled for."""
     hidden = Hidden.SHOW if nothing_hides else batch.lines.hidden
-    return {"hidden": hidden, "is_cued": batch.lines.cue[3] > 0.0, "is_outline": batch.lines.are_outlines}
+    return {"hidden": hidden, "is_cued": batch.lines.depth_cue.amount > 0.0, "is_outline": batch.lines.are_silhouettes}
 
 
 def over_edges(

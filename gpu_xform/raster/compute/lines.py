@@ -117,7 +117,7 @@ class LinePass:
             looks |= constants | {"color_mode": lines.color_mode, "is_wide": _is_wide(lines), "n_keys": _n_keys(batch)}
             inked = bindings | {5: self._ink, 6: self._colors(batch), 8: self._nearest, 9: self._inked}
             encoder.clear_buffer(self._nearest, _n_keys(batch) * target.n_bytes)
-            self._go_along(encoder, "ink_colored_lines", batch, inked, looks | {"is_clear": lines.is_clear})
+            self._go_along(encoder, "ink_colored_lines", batch, inked, looks | {"is_clear": lines.has_transparency})
             self._end_ink(encoder, target, "blend_colored_lines", inked, looks)
 
     def _begin_ink(self, encoder: CommandEncoder, target: Target, lines: Lines, n_edges: int) -> dict[str, float]:
@@ -156,7 +156,7 @@ class LinePass:
 def _ink_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:
     """Return how fine ink is, and whether so many edges through one pixel could be more than 32 bits hold."""
     covered = min(1.0, 1.5 * (lines.line_width or 1.0))  # of a pixel, whose diagonal is 1.41
-    most = -math.log(max(1.0 - lines.color[3] * lines.strength * covered, LEAST_LIGHT))
+    most = -math.log(max(1.0 - lines.color[3] * lines.opacity * covered, LEAST_LIGHT))
     fitting = (steps for steps in INK_STEPS if n_edges * (most * steps + 1.0) < 2**32)
     steps = next(fitting, None)
     return (INK_STEPS[0], True) if steps is None else (steps, False)
@@ -164,7 +164,7 @@ def _ink_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:
 
 def _is_plain(lines: Lines) -> bool:
     """Say whether every pixel that is drawn has the same colour and strength."""
-    return lines.colors is None and lines.cue[3] == 0.0 and lines.hidden in {Hidden.SHOW, Hidden.REMOVE}
+    return lines.colors is None and lines.depth_cue.amount == 0.0 and lines.hidden in {Hidden.SHOW, Hidden.REMOVE}
 
 
 def _is_colored(lines: Lines) -> bool:

@@ -1,4 +1,4 @@
-"""Shapes to pixels: projected once, then drawn tile by tile."""
+"""The rasteriser made of compute shaders: points are projected once, then the picture is drawn tile by tile."""
 
 import contextlib
 import math
@@ -6,139 +6,145 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 
 import numpy as np
-import numpy.typing as npt
 
 from ..._core.interrupts import uninterrupted
-from ...drawing.draw_list import Shape
+from ...drawing.draw_list import Drawable, DrawList
 from ...drawing.enums import Hidden
 from ...drawing.view import View
 from ...errors import DeviceError
 from ...gpu import uniforms
 from ...gpu.buffers import Buffer
 from ...gpu.device import Device
-from ...imaging.image import straight_alpha
-from ..screen_bounds import reached
-from ..tiles import TILE_SIDE, WIDEST_MARGIN, Region, Tile, tile_struct, tiles
+from ...imaging.colors import FloatColor
+from ...imaging.image import Pixels, straight_alpha
+from ..base import PendingImage
+from ..screen_bounds import screen_bounds
+from ..tiles import TILE_SIDE_PX, Region, split_into_tiles
 from .lines import LinePass
 from .render_target import POOL_OWNER, Target
+from .tile_struct import Tile, tile_struct
 from .triangles import FacePass
 from .vertex_stage import Projection, in_bindings
 
+MAX_DEPTH_MARGIN_PX = 256
 
-class Drawn:
-    """A picture whose last tile is drawn, or being drawn, on its device."""
 
-    def __init__(self, device: Device, picture: npt.NDArray[np.uint8], is_opaque: bool, last: Tile, target: Target):
-        self._device = device
-        self._picture = picture
+class ComputePendingImage:
+    """A picture whose last tile is drawn, or being drawn, by compute shaders."""
+
+    def __init__(self, device: Device, pixels: Pixels, is_opaque: bool, last: Region, target: Target) -> None:
+        self.device = device
+        self._pixels = pixels
         self._is_opaque = is_opaque
-        self._tile = last
+        self._last = last
         self._target: Target | None = target
 
-    def pixels(self) -> npt.NDArray[np.uint8]:
+    def result(self) -> Pixels:
         """Return (height, width, 4), straight alpha, once all is drawn."""
         if self._target is not None:
-            _collect(self._picture, self._is_opaque, self._tile, self._target)
+            _collect(self._pixels, self._is_opaque, self._last, self._target)
             self._target = None
-        return self._picture
+        return self._pixels
 
-    def give_up(self) -> None:
-        """Give the device's memory back where the pixels have not been asked for, and will not be."""
+    def cancel(self) -> None:
+        """Give the memory on the device back if the result has not been taken, and will not be."""
         if self._target is not None:
-            _give_up(self._target)
+            _cancel(self._target)
             self._target = None
 
-    def arrive(self, device: Device) -> None:
-        """Wait until all is drawn, where it is `device` that draws it."""
-        if self._target is not None and self._device is device:
+    def wait(self) -> None:
+        """Wait until all is drawn."""
+        if self._target is not None:
             self._target.arrive()
 
 
-def draw(
-    device: Device,
-    shapes: Sequence[Shape],
-    palette: npt.NDArray[np.uint32],
-    view: View,
-    background: tuple[float, float, float, float],
-    after: Drawn | None = None,
-) -> Drawn:
-    """Have painted faces drawn, then the lines of each shape over those of the shapes before it.
+class ComputeRasterizer:
+    """Draws on one device by compute shaders alone, as adapters without a GPU do fastest."""
 
-    palette : (c,) packed colours of faces, c may be 0
-    background : straight alpha
-    after : what is waited for when all of the first tile is recorded, so that it can be read while that is drawn
-    """
-    is_opaque = background[3] == 1.0
-    region = reached(shapes, view.size)
-    parts = list(tiles(region, TILE_SIDE, _margin(shapes)))
-    ground = _in_bytes(background)
-    picture = _around(region, view.size, ground if is_opaque else straight_alpha(ground))
-    n_depths = max(math.prod(part.depth_extent) for part in parts)
-    with device.lock, contextlib.ExitStack() as stack, contextlib.ExitStack() as unread:
-        colors = None
-        if len(palette):
-            colors = Buffer(device.context, palette.nbytes, label="raster: palette")
-            stack.callback(colors.release)
-            colors.upload(palette)
-        projection = Projection(device, [part for shape in shapes for part in in_bindings(device, shape)])
-        faces = FacePass(device, projection.shapes, n_depths, colors)
-        lines = LinePass(device, projection.shapes, faces, parts[0].extent)
-        common = [*projection.buffers, *faces.buffers, *lines.buffers]
+    def __init__(self, device: Device) -> None:
+        self._device = device
 
-        @uninterrupted()
-        def drawn(part: Tile, wait: Callable[[], None]) -> Target:
-            (tile,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(part, view, ground)])
-            target = Target(device, part.extent, tile)
-            unread.callback(_give_up, target)
-            with device.encode_commands(*target.buffers, *common, label="raster tile") as encoder:
-                if part is parts[0]:
-                    projection.record(encoder)
-                faces.lay(encoder, tile)
-                faces.paint(encoder, target, tile)
-                lines.draw(encoder, target, tile)
-                target.leave(encoder)
-                wait()
-            return target
+    def draw(
+        self, draw_list: DrawList, view: View, background: FloatColor, *, overlap_with: PendingImage | None = None
+    ) -> ComputePendingImage:
+        """Begin to draw, as `Rasterizer.draw` says."""
+        device, drawables = self._device, draw_list.drawables
+        is_opaque = background[3] == 1.0
+        region = screen_bounds(drawables, view.size)
+        margin = _depth_margin(drawables)
+        tiles = [Tile(part, margin) for part in split_into_tiles(region, TILE_SIDE_PX)]
+        clear_color = _premultiplied_bytes(background)
+        pixels = _filled_border(region, view.size, clear_color if is_opaque else straight_alpha(clear_color))
+        n_depths = max(math.prod(tile.depth_region.extent) for tile in tiles)
+        with device.lock, contextlib.ExitStack() as stack, contextlib.ExitStack() as unread:
+            palette = None
+            if len(draw_list.palette):
+                palette = Buffer(device.context, draw_list.palette.nbytes, label="raster: palette")
+                stack.callback(palette.release)
+                palette.upload(draw_list.palette)
+            projection = Projection(device, [part for drawable in drawables for part in in_bindings(device, drawable)])
+            faces = FacePass(device, projection.shapes, n_depths, palette)
+            lines = LinePass(device, projection.shapes, faces, tiles[0].region.extent)
+            common = [*projection.buffers, *faces.buffers, *lines.buffers]
 
-        target = drawn(parts[0], lambda: after.arrive(device) if after else None)
-        for last, part in pairwise(parts):
-            following = drawn(part, target.arrive)
-            _collect(picture, is_opaque, last, target)  # while the following is drawn
-            target = following
-        unread.pop_all()
-    return Drawn(device, picture, is_opaque, parts[-1], target)
+            @uninterrupted()
+            def draw_tile(tile: Tile, wait: Callable[[], None]) -> Target:
+                (struct,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(tile, view, clear_color)])
+                target = Target(device, tile.region.extent, struct)
+                unread.callback(_cancel, target)
+                with device.encode_commands(*target.buffers, *common, label="raster tile") as encoder:
+                    if tile is tiles[0]:
+                        projection.record(encoder)
+                    faces.lay(encoder, struct)
+                    faces.paint(encoder, target, struct)
+                    lines.draw(encoder, target, struct)
+                    target.leave(encoder)
+                    wait()
+                return target
+
+            is_overlapping = overlap_with is not None and overlap_with.device is device
+            target = draw_tile(tiles[0], overlap_with.wait if overlap_with and is_overlapping else lambda: None)
+            for last, tile in pairwise(tiles):
+                next_target = draw_tile(tile, target.arrive)
+                _collect(pixels, is_opaque, last.region, target)  # while the next tile is drawn
+                target = next_target
+            unread.pop_all()
+        return ComputePendingImage(device, pixels, is_opaque, tiles[-1].region, target)
 
 
-def _give_up(target: Target) -> None:
+def _cancel(target: Target) -> None:
     with contextlib.suppress(DeviceError):  # of a device that is closed or lost, which is what has stopped the drawing
         target.give_up()
 
 
-def _collect(picture: npt.NDArray[np.uint8], is_opaque: bool, tile: Tile, target: Target) -> None:
-    with target.arrived() as pixels:
-        picture[tile.place] = pixels if is_opaque else straight_alpha(pixels)
+def _collect(pixels: Pixels, is_opaque: bool, tile: Region, target: Target) -> None:
+    with target.arrived() as own:
+        pixels[tile.slices] = own if is_opaque else straight_alpha(own)
 
 
-def _in_bytes(background: tuple[float, float, float, float]) -> npt.NDArray[np.uint8]:
+def _premultiplied_bytes(color: FloatColor) -> Pixels:
     """Return a colour of straight alpha as a pixel holds it: (4,), premultiplied."""
-    red, green, blue, alpha = background
+    red, green, blue, alpha = color
     return np.floor(255.0 * np.array((red * alpha, green * alpha, blue * alpha, alpha)) + 0.5).astype(np.uint8)
 
 
-def _around(region: Region, size: tuple[int, int], color: npt.NDArray[np.uint8]) -> npt.NDArray[np.uint8]:
-    """Return a picture (height, width, 4) of one colour (4,), but for `region`, which is still to be filled."""
+def _filled_border(region: Region, size: tuple[int, int], color: Pixels) -> Pixels:
+    """Return a picture (height, width, 4) of one colour (4,), except for `region`, which is still to be filled."""
     width, height = size
-    picture = np.empty((height, width), np.uint32)  # a pixel a number: NumPy fills with fours of bytes ten times slower
-    rows, columns = region.place
+    # One number per pixel: NumPy fills with four bytes at a time ten times slower.
+    picture = np.empty((height, width), np.uint32)
+    rows, columns = region.slices
     beside = picture[rows]
     for part in (picture[: rows.start], picture[rows.stop :], beside[:, : columns.start], beside[:, columns.stop :]):
         part.fill(color.view(np.uint32)[0])
     return picture.view(np.uint8).reshape(height, width, 4)
 
 
-def _margin(shapes: Sequence[Shape]) -> int:
+def _depth_margin(drawables: Sequence[Drawable]) -> int:
     """Return how far beside a tile the axis of a line can lie that is tested against the faces and seen in the tile."""
-    tested = [lines.line_width or 1.0 for shape in shapes for lines in shape.lines if lines.hidden is not Hidden.SHOW]
-    # Ink goes by columns, which are longer through a slanting line than across it: up to 1.66 pixels at its widest.
-    # Outlines are tested 1.5 pixels beside their axis.
-    return min(WIDEST_MARGIN, math.ceil(0.5 * max(tested)) + 6) if tested else 0
+    tested = [
+        lines.line_width or 1.0 for drawable in drawables for lines in drawable.lines if lines.hidden is not Hidden.SHOW
+    ]
+    # Coverage goes by columns, which are longer through a slanting line than across it: by up to 1.66 pixels at its
+    # widest. Silhouettes are tested 1.5 pixels beside their axis.
+    return min(MAX_DEPTH_MARGIN_PX, math.ceil(0.5 * max(tested)) + 6) if tested else 0

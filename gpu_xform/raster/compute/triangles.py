@@ -8,7 +8,8 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
-from ...drawing.draw_list import Cue
+from ...drawing.depth import DepthCue
+from ...drawing.draw_list import TRIANGLE_BYTES
 from ...errors import ArgumentError
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import INDIRECT, Buffer
@@ -19,7 +20,6 @@ from ...gpu.dispatch import Binding, dispatch
 from .render_target import POOL_OWNER, Target
 from .vertex_stage import HEAD_BYTES, Projected
 
-TRIANGLE_BYTES = 12
 PLACE_BYTES = 4
 GROUP = 64  # triangles whose bindings begin where any adapter lets them
 LEFT_BITS = 8  # of a mark, where distance pales faces; as in mark.wgsl
@@ -33,12 +33,12 @@ class _Batch:
     shape: Projected
     n_triangles: int
     triangles: Binding
-    color_places: Binding | None
+    color_indices: Binding | None
     first_mark: int
-    cue: Cue
+    depth_cue: DepthCue
 
     def struct(self, *, is_marking: bool) -> npt.NDArray[np.void]:
-        fields = (self.cue, self.n_triangles, self.shape.stride, self.first_mark, is_marking)
+        fields = (self.depth_cue, self.n_triangles, self.shape.stride, self.first_mark, is_marking)
         return np.array(fields, layouts.FACES)
 
 
@@ -66,7 +66,9 @@ class FacePass:
             self._batches = _numbered(self._batches)
         self._palette = palette if self._batches else None
         self._is_marked = self._palette is not None or (numbered and bool(self._batches))
-        self._is_cued = not numbered and any(batch.color_places and batch.cue[3] > 0.0 for batch in self._batches)
+        self._is_cued = not numbered and any(
+            batch.color_indices and batch.depth_cue.amount > 0.0 for batch in self._batches
+        )
         if self._is_cued and palette and palette.n_bytes // 4 > MOST_CUED_COLORS:
             raise ArgumentError(
                 f"fill must have at most {MOST_CUED_COLORS:,} colours where depth_cue pales them, "
@@ -94,7 +96,7 @@ class FacePass:
         own += [self._palette] if self._palette else []
         for batch in self._batches:
             own += [batch.shape.positions, batch.triangles.buffer]
-            own += [batch.color_places.buffer] if batch.color_places else []
+            own += [batch.color_indices.buffer] if batch.color_indices else []
         return own
 
     def lay(self, encoder: CommandEncoder, tile: Binding) -> None:
@@ -118,7 +120,7 @@ class FacePass:
         large_ones = self._device.pipelines.compute("lay_large_faces", **constants)
         structs = self._structs[len(self._batches) :] if again else self._structs[: len(self._batches)]
         for batch, struct in zip(self._batches, structs, strict=True):
-            if again and not self._numbered and batch.color_places is None:
+            if again and not self._numbered and batch.color_indices is None:
                 continue
             buffers = (
                 tile,
@@ -127,7 +129,7 @@ class FacePass:
                 batch.triangles,
                 self.depths,
                 self._marks,
-                batch.color_places or self._no_places,
+                batch.color_indices or self._no_places,
                 self._large,
             )
             encoder.clear_buffer(self._large, HEAD_BYTES)
@@ -157,22 +159,22 @@ class FacePass:
 
 def _numbered(batches: Sequence[_Batch]) -> list[_Batch]:
     """Return batches whose marks follow one another, those that are painted last: of two in one plane, these win."""
-    ordered = sorted(batches, key=lambda batch: batch.color_places is not None)
+    ordered = sorted(batches, key=lambda batch: batch.color_indices is not None)
     firsts = accumulate((batch.n_triangles * batch.shape.n_instances for batch in ordered), initial=0)
     return [replace(batch, first_mark=first) for batch, first in zip(ordered, firsts, strict=False)]
 
 
 def _cut(device: Device, shape: Projected) -> Iterator[_Batch]:
-    faces = shape.shape.faces
+    faces = shape.drawable.faces
     if faces is None:
         return
     most = max(device.limits.max_bound_bytes // TRIANGLE_BYTES // GROUP, 1) * GROUP
     for start in range(0, faces.n_triangles, most):
         n_triangles = min(most, faces.n_triangles - start)
         places = None
-        if faces.color_places is not None:
-            is_one = faces.color_places.n_bytes == PLACE_BYTES
+        if faces.color_indices is not None:
+            is_one = faces.color_indices.n_bytes == PLACE_BYTES
             first, n_places = (0, 1) if is_one else (start, n_triangles)
-            places = Binding(faces.color_places, first * PLACE_BYTES, n_places * PLACE_BYTES)
+            places = Binding(faces.color_indices, first * PLACE_BYTES, n_places * PLACE_BYTES)
         triangles = Binding(faces.triangles, start * TRIANGLE_BYTES, n_triangles * TRIANGLE_BYTES)
-        yield _Batch(shape, n_triangles, triangles, places, faces.first_color, faces.cue)
+        yield _Batch(shape, n_triangles, triangles, places, faces.first_color, faces.depth_cue)

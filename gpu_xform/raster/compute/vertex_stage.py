@@ -1,11 +1,11 @@
-"""What a picture is drawn from on the device: shapes, and their points projected."""
+"""What a picture is drawn from on the device: drawables, and their points projected."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...drawing.draw_list import Shape
+from ...drawing.draw_list import Drawable
 from ...drawing.limits import CLIP_POSITION_BYTES
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import Buffer
@@ -21,50 +21,50 @@ HEAD_BYTES = 16  # before the numbers of large triangles: workgroups (x, y, z), 
 
 @dataclass(frozen=True)
 class Projected:
-    """A shape, and its points in clip space: (k, n_points padded to quads, 4) float32."""
+    """A drawable, and its points in clip space: (k, n_points padded to quads, 4) float32."""
 
-    shape: Shape
+    drawable: Drawable
     positions: Buffer
 
     @property
     def n_instances(self) -> int:
         """How often the points are there."""
-        return len(self.shape.clip_from_points)
+        return len(self.drawable.clip_from_points)
 
     @property
     def stride(self) -> int:
         """The number of points from one instance to the next."""
-        return align_points(self.shape.points.n_points)
+        return align_points(self.drawable.points.n_points)
 
 
-def in_bindings(device: Device, shape: Shape) -> Iterator[Shape]:
-    """Cut the instances of a shape into as many shapes as bindings need: for points, and a number a face or an edge."""
-    n_numbers = max([lines.n_edges for lines in shape.lines] + [shape.faces.n_triangles if shape.faces else 0])
-    stride = max(align_points(shape.points.n_points) * CLIP_POSITION_BYTES, n_numbers * NUMBER_BYTES)
+def in_bindings(device: Device, drawable: Drawable) -> Iterator[Drawable]:
+    """Cut the instances of a drawable into as many as bindings need: for points, and a number a face or an edge."""
+    n_numbers = max([lines.n_edges for lines in drawable.lines] + [drawable.faces.n_triangles if drawable.faces else 0])
+    stride = max(align_points(drawable.points.n_points) * CLIP_POSITION_BYTES, n_numbers * NUMBER_BYTES)
     most = max(1, min((device.limits.max_bound_bytes - HEAD_BYTES) // stride, device.limits.max_workgroups))
-    for start in range(0, len(shape.clip_from_points), most):
-        yield replace(shape, clip_from_points=shape.clip_from_points[start : start + most])
+    for start in range(0, len(drawable.clip_from_points), most):
+        yield replace(drawable, clip_from_points=drawable.clip_from_points[start : start + most])
 
 
 class Projection:
-    """The projection of every point of every instance of `shapes`, to be recorded once before what is drawn from it."""
+    """The projection of all points of all instances of `drawables`, recorded once before what is drawn from it."""
 
-    def __init__(self, device: Device, shapes: Sequence[Shape]) -> None:
+    def __init__(self, device: Device, drawables: Sequence[Drawable]) -> None:
         self._device = device
         self._bindings: list[tuple[Binding, Buffer, Buffer, Buffer]] = []
         self.shapes: list[Projected] = []
-        for number, shape in enumerate(shapes):
-            points = shape.points
+        for number, drawable in enumerate(drawables):
+            points = drawable.points
             n_padded = align_points(points.n_points)
-            n_bytes = len(shape.clip_from_points) * n_padded * CLIP_POSITION_BYTES
+            n_bytes = len(drawable.clip_from_points) * n_padded * CLIP_POSITION_BYTES
             positions = device.pool.scratch(POOL_OWNER, f"positions {number}", n_bytes)
-            stack = layouts.matrix_array(shape.clip_from_points, points.dtype)
+            stack = layouts.matrix_array(drawable.clip_from_points, points.dtype)
             matrices = device.pool.scratch(POOL_OWNER, f"projections {number}", stack.nbytes)
             matrices.upload(stack)
             n_quads = np.array([n_padded // POINTS_PER_INVOCATION, 0, 0, 0], np.uint32)
             (struct,) = uniforms.upload(device, POOL_OWNER, f"quads {number}", [n_quads])
             self._bindings.append((struct, matrices, points.buffer, positions))
-            self.shapes.append(Projected(shape, positions))
+            self.shapes.append(Projected(drawable, positions))
 
     @property
     def buffers(self) -> list[Buffer]:
@@ -72,10 +72,10 @@ class Projection:
         return [buffer for struct, *others in self._bindings for buffer in (struct.buffer, *others)]
 
     def record(self, encoder: CommandEncoder) -> None:
-        """Record a dispatch for each shape."""
+        """Record a dispatch per drawable."""
         size = choose_workgroup_size(self._device)
         for projected, bindings in zip(self.shapes, self._bindings, strict=True):
-            stage = f"project_vertices_{precision_name(projected.shape.points.dtype)}"
+            stage = f"project_vertices_{precision_name(projected.drawable.points.dtype)}"
             pipeline = self._device.pipelines.compute(stage, workgroup_size=size)
             n_workgroups = -(-projected.stride // (POINTS_PER_INVOCATION * size))
             dispatch(

@@ -1,0 +1,28 @@
+"""Bounding boxes of models, and where their corners and points stand in the world."""
+
+import itertools
+
+import numpy as np
+
+from .._core.types import Float64Array
+
+
+def box_corners(bounds: Float64Array) -> Float64Array:
+    """Return the corners (8, 3) of the box between `bounds` (2, 3)."""
+    return np.array(list(itertools.product(*bounds.T)))
+
+
+def box_in_world(points: Float64Array, world_from_model: Float64Array) -> Float64Array:
+    """Return the corners (c, 3) of the box around `points` (n, 3) of each of the instances (k, 4, 4)."""
+    if len(points) == 0:
+        return np.empty((0, 3))
+    corners = box_corners(np.stack([points.min(axis=0), points.max(axis=0)]))
+    return np.concatenate([world_positions(corners, matrix) for matrix in world_from_model])
+
+
+def world_positions(positions: Float64Array, world_from_model: Float64Array) -> Float64Array:
+    """Return `positions` (n, 3) in the world, divided by w; those with w <= 0 are left out."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        homogeneous = positions @ world_from_model[:, :3].T + world_from_model[:, 3]
+    in_front = homogeneous[homogeneous[:, 3] > 0.0]
+    return np.asarray(in_front[:, :3] / in_front[:, 3:])
