@@ -1,21 +1,46 @@
-"""Every exception that gpu_xform raises, in one tree, and its two warnings.
+"""The exceptions and warnings of gpu_xform, in one tree under `GpuXformError`.
 
-`GpuXformError` is the root. Where Python users expect a `ValueError`, a `TypeError` or a `RuntimeError`, the class is
-one of those as well. Only the operating system's own refusals (`FileNotFoundError`, `PermissionError`, a full disk)
-pass through unchanged: Python already names the file and the reason.
+Where Python users expect a `ValueError`, a `TypeError` or a `RuntimeError`, the class is one of those as well. Only the
+operating system's own refusals (`FileNotFoundError`, `PermissionError`, a full disk) pass through unchanged: Python
+already names the file and the reason.
 """
+
+from typing import Self
 
 
 class GpuXformError(Exception):
-    """The root of every error raised here."""
+    """The base class of every error of gpu_xform."""
 
 
-class ArgumentError(GpuXformError, ValueError):
-    """An argument has the right type and an impossible value: its shape, its range, a NaN."""
+class _AnyArgumentError(GpuXformError):
+    """The base of both argument errors, which holds what they are about, so that no caller parses the message."""
+
+    def __init__(self, message: str = "", *, argument: str | None = None, expected: str | None = None) -> None:
+        super().__init__(message)
+        self.argument = argument
+        self.expected = expected
+
+    @classmethod
+    def expecting(cls, argument: str, expected: str, got: object = None, *, reason: object = None) -> Self:
+        """Return the error "ARGUMENT must EXPECTED, got GOT: REASON"; `got` and `reason` may be left out."""
+        message = f"{argument} must {expected}"
+        if got is not None:
+            message += f", got {got}"
+        if reason is not None:
+            message += f": {reason}"
+        return cls(message, argument=argument, expected=expected)
 
 
-class ArgumentTypeError(GpuXformError, TypeError):
-    """An argument has a type or dtype that cannot be taken."""
+class ArgumentError(_AnyArgumentError, ValueError):
+    """An argument has the right type and an impossible value, such as a wrong shape, a number out of range, or a NaN.
+
+    `argument` is its name and `expected` what the argument must do or be, as in the message "ARGUMENT must EXPECTED,
+    got ..."; both are None if the error is not about one argument alone.
+    """
+
+
+class ArgumentTypeError(_AnyArgumentError, TypeError):
+    """An argument has a type or dtype that is not accepted; `argument` and `expected` are those of `ArgumentError`."""
 
 
 class SingularMatrixError(ArgumentError):
@@ -23,7 +48,7 @@ class SingularMatrixError(ArgumentError):
 
 
 class MeshError(GpuXformError, ValueError):
-    """A mesh or a model file is not what it claims to be; the message names file, line or byte, and what is wrong."""
+    """A mesh or a model file is malformed; the message names the file, the line or byte, and what is wrong."""
 
 
 class MissingExtraError(GpuXformError, ImportError):
@@ -35,11 +60,11 @@ class DisplayError(GpuXformError, RuntimeError):
 
 
 class PrecisionError(GpuXformError, ValueError):
-    """The device cannot compute in the precision asked for."""
+    """The device cannot compute in the requested precision."""
 
 
 class PrecisionWarning(UserWarning):
-    """Single precision is too coarse for the coordinates at hand."""
+    """Single precision is too coarse for these coordinates."""
 
 
 class SizeWarning(UserWarning):
@@ -47,7 +72,7 @@ class SizeWarning(UserWarning):
 
 
 class NoAdapterError(GpuXformError, RuntimeError):
-    """No graphics adapter, or none of the name asked for."""
+    """There is no graphics adapter, or none of the requested name."""
 
 
 class DeviceError(GpuXformError, RuntimeError):

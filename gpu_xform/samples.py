@@ -126,7 +126,7 @@ def _count(value: int, name: str, least: int, most: int | None = None) -> int:
     count = whole_number(value, name)
     if count < least or (most is not None and count > most):
         bounds = f"at least {least}" if most is None else f"in {least}..{most}"
-        raise ArgumentError(f"{name} must be {bounds}, got {count}")
+        raise ArgumentError.expecting(name, f"be {bounds}", count)
     return count
 
 

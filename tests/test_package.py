@@ -22,7 +22,9 @@ MATRICES = [
     *("chain", "inverse", "decompose", "explain"),
 ]
 ERRORS = [
-    name for name, value in vars(errors).items() if inspect.isclass(value) and value.__module__ == errors.__name__
+    name
+    for name, value in vars(errors).items()
+    if inspect.isclass(value) and issubclass(value, Exception) and not name.startswith("_")
 ]
 DOCUMENTED = {
     *MATRICES,

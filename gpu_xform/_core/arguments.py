@@ -16,12 +16,12 @@ def real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list
-        raise ArgumentError(f"{name} must be a rectangular array of numbers: {error}") from None
+        raise ArgumentError.expecting(name, "be a rectangular array of numbers", reason=error) from None
     if array.dtype.kind not in "fiu":
-        raise ArgumentTypeError(f"{name} must hold real numbers, got dtype {array.dtype}")
+        raise ArgumentTypeError.expecting(name, "hold real numbers", f"dtype {array.dtype}")
     result = np.array(array, dtype=np.float64, order="C")
     if finite and not np.isfinite(result).all():
-        raise ArgumentError(f"{name} must be finite, got {first_non_finite(result)}")
+        raise ArgumentError.expecting(name, "be finite", first_non_finite(result))
     return result
 
 
@@ -38,7 +38,7 @@ def number(value: npt.ArrayLike, name: str) -> float:
         return float(value)
     array = real_array(value, name)
     if array.shape != ():
-        raise ArgumentError(f"{name} must be one number, got shape {array.shape}")
+        raise ArgumentError.expecting(name, "be one number", f"shape {array.shape}")
     return float(array)
 
 
@@ -47,14 +47,14 @@ def whole_number(value: SupportsIndex, name: str) -> int:
     try:
         return operator.index(value)
     except TypeError:
-        raise ArgumentTypeError(f"{name} must be a whole number, got {value!r}") from None
+        raise ArgumentTypeError.expecting(name, "be a whole number", repr(value)) from None
 
 
 def vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """Return `value` as a finite vector of `size` components."""
     array = real_array(value, name)
     if array.shape != (size,):
-        raise ArgumentError(f"{name} must have shape ({size},), got {array.shape}")
+        raise ArgumentError.expecting(name, f"have shape ({size},)", array.shape)
     return array
 
 
@@ -65,7 +65,7 @@ def nonzero_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """
     array = vector(value, name, size)
     if not array.any():
-        raise ArgumentError(f"{name} must not be the zero vector")
+        raise ArgumentError.expecting(name, "not be the zero vector")
     scaled: Float64Array = np.ldexp(array, -np.frexp(np.abs(array).max())[1])
     return scaled
 
@@ -83,7 +83,7 @@ def square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
     """
     matrix = square_matrices(value, name, *sizes)
     if matrix.ndim != 2:
-        raise ArgumentError(f"{name} must have shape {_square_shapes(sizes)}, got {matrix.shape}")
+        raise ArgumentError.expecting(name, f"have shape {_square_shapes(sizes)}", matrix.shape)
     return matrix
 
 
@@ -100,7 +100,7 @@ def square_matrices(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
         matrices = real_array(value, name)
     if matrices.shape[-2:] not in {(size, size) for size in sizes}:
         hint = "; homogeneous(a) makes a 4x4 of it" if matrices.shape == (3, 3) and sizes == (4,) else ""
-        raise ArgumentError(f"{name} must have shape {_square_shapes(sizes)}, got {matrices.shape}{hint}")
+        raise ArgumentError.expecting(name, f"have shape {_square_shapes(sizes)}", f"{matrices.shape}{hint}")
     return matrices
 
 
@@ -113,7 +113,7 @@ def require_affine(matrices: Float64Array, name: str) -> None:
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
         rows = ["(" + ", ".join(f"{entry:g}" for entry in row) + ")" for row in (expected, last_rows[index])]
         where = f" in matrix {index[0] if len(index) == 1 else index}" if index else ""
-        raise ArgumentError(f"{name} must be affine, with the last row {rows[0]}, got {rows[1]}{where}")
+        raise ArgumentError.expecting(name, f"be affine, with the last row {rows[0]}", f"{rows[1]}{where}")
 
 
 def _square_shapes(sizes: tuple[int, ...]) -> str:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import direction, whole_number
+from .._core.error_context import prefix_errors
 from .._core.progress import bar
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
 from ..drawing.camera import Camera, CameraLike, fit_options, outermost, require_in_reach
@@ -18,7 +19,7 @@ from ..drawing.framing import framing_points
 from ..drawing.layer import Layer, Models, Style
 from ..drawing.load_models import load_models
 from ..drawing.prepare import Frame, Size, parse_size
-from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
 from ..imaging import image as images
 from ..imaging.colors import ColorLike, rgba
@@ -104,7 +105,7 @@ def turntable(
     """
     count = frame_count(frames, "frames")
     if isinstance(axis, str) and axis not in AXES:
-        raise ArgumentError(f"axis must be 'x', 'y', 'z' or a vector, got {axis!r}")
+        raise ArgumentError.expecting("axis", "be 'x', 'y', 'z' or a vector", repr(axis))
     along = direction(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
     shown = load_models(models)
     placed: Style = {} if transform is None else {"transform": transform}
@@ -181,7 +182,7 @@ class Animation:
         """Return frame `i` as a Pillow image, mode RGBA; from the end where `i` is negative."""
         i = whole_number(i, "i")
         if not -len(self) <= i < len(self):
-            raise ArgumentError(f"i must be a frame's number below {len(self)}, got {i}")
+            raise ArgumentError.expecting("i", f"be a frame's number below {len(self)}", i)
         return images.image(self._begin(i % len(self)).result())
 
     def save(self, path: StrPath, *, progress: Progress | None = None) -> None:
@@ -255,10 +256,8 @@ class Animation:
 
     def _posed(self, k: int) -> list[Layer]:
         own = self._motion.at(k)
-        try:
+        with prefix_errors(f"frame {k}"):
             return poses.posed(self._models, own, self._style)
-        except (ArgumentError, ArgumentTypeError) as error:
-            raise type(error)(f"frame {k}: {error}") from None
 
     def __len__(self) -> int:
         return self._motion.n_frames

@@ -31,14 +31,14 @@ def described(frames: Frames, fps: float, n_frames: int | None, duration: float 
     """Return the motion that the arguments of `animate` with these names describe. Raises as it does."""
     fps = number(fps, "fps")
     if not SLOWEST_FPS <= fps <= FASTEST_FPS:
-        raise ArgumentError(f"fps must lie in [{SLOWEST_FPS:g}, {FASTEST_FPS:g}], got {fps:g}")
+        raise ArgumentError.expecting("fps", f"lie in [{SLOWEST_FPS:g}, {FASTEST_FPS:g}]", f"{fps:g}")
     if callable(frames):
         return _computed(frames, fps, n_frames, duration)
     if n_frames is not None or duration is not None:
         raise ArgumentError("n_frames and duration go with a function: frames that are given are counted")
     poses = [checked_pose(frame, f"frames[{k}]") for k, frame in enumerate(_listed(frames))]
     if not poses:
-        raise ArgumentError("frames must hold at least one, got none")
+        raise ArgumentError.expecting("frames", "hold at least one", "none")
     return Motion(len(poses), fps, poses.__getitem__)
 
 
@@ -46,9 +46,9 @@ def frame_count(n_frames: int, name: str) -> int:
     """Return a number of frames as an int."""
     count = whole_number(n_frames, name)
     if count < 1:
-        raise ArgumentError(f"{name} must be at least 1, got {count}")
+        raise ArgumentError.expecting(name, "be at least 1", count)
     if count > MOST_FRAMES:
-        raise ArgumentError(f"{name} must be at most {MOST_FRAMES}, got {count}")
+        raise ArgumentError.expecting(name, f"be at most {MOST_FRAMES}", count)
     return count
 
 
@@ -62,10 +62,10 @@ def _computed(function: Callable[[Any], Any], fps: float, n_frames: int | None, 
     if n_frames is None:
         seconds = number(duration, "duration")  # type: ignore[arg-type]  # one of the two is given
         if seconds <= 0.0:
-            raise ArgumentError(f"duration must be positive, got {seconds:g}")
+            raise ArgumentError.expecting("duration", "be positive", f"{seconds:g}")
         if seconds > MOST_FRAMES / fps:
             longest = f"{MOST_FRAMES / fps:g} seconds at {fps:g} frames a second"
-            raise ArgumentError(f"duration must be at most {longest}, got {seconds:g}")
+            raise ArgumentError.expecting("duration", f"be at most {longest}", f"{seconds:g}")
         n_frames = max(1, round(seconds * fps))
     step = 1 if duration is None else 1 / fps
 
@@ -85,9 +85,9 @@ def _listed(frames: Any) -> Iterable[Any]:
     if isinstance(frames, SupportsAsMatrix):
         frames = square_matrices(frames, "frames", 4)
     if isinstance(frames, np.ndarray) and (frames.ndim != 3 or frames.shape[1:] != (4, 4)):
-        raise ArgumentError(f"frames must have shape (k, 4, 4), got {frames.shape}")
+        raise ArgumentError.expecting("frames", "have shape (k, 4, 4)", frames.shape)
     if isinstance(frames, str | bytes | Mapping | Scene) or not isinstance(frames, Iterable):
-        raise ArgumentTypeError(
-            f"frames must be matrices, one a frame, or a function that gives them, got {type(frames).__name__}"
+        raise ArgumentTypeError.expecting(
+            "frames", "be matrices, one a frame, or a function that gives them", type(frames).__name__
         )
     return frames

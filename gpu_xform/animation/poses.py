@@ -42,7 +42,7 @@ def posed(models: Models, own: Pose, style: Style) -> list[Layer]:
     if not isinstance(own, dict):
         return as_layers(own, style)
     if not isinstance(models, Scene):
-        raise ArgumentTypeError(
-            f"model must be a Scene where frames move its nodes by name, got {type(models).__name__}"
+        raise ArgumentTypeError.expecting(
+            "model", "be a Scene where frames move its nodes by name", type(models).__name__
         )
     return as_layers(models.posed(own), style)

@@ -50,7 +50,7 @@ def camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
     try:
         return Camera.look_at(options.camera_position, target, **_lens(options))
     except ArgumentError as error:
-        hint = ": give another --camera-view-up" if str(error).startswith("up ") else ""
+        hint = ": give another --camera-view-up" if error.argument == "up" else ""
         raise ArgumentError(f"camera options: {error}{hint}") from None
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._core.arguments import real_array, square_matrices
+from .._core.error_context import prefixed
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
@@ -64,13 +65,11 @@ def naming(options: Namespace, paths: Sequence[str]) -> Iterator[None]:
     except MeshError as error:
         if options.further:
             raise
-        raise MeshError(f"{files.called(paths)}: {error}") from None
+        raise prefixed(error, files.called(paths)) from error.__cause__
     except (ArgumentError, ArgumentTypeError) as error:
-        # Of several models, the name of the one that is meant comes first.
-        option = next((OPTIONS[word] for word in str(error).split(" ")[:2] if word in OPTIONS), None)
-        if option is None:
+        if error.argument not in OPTIONS:
             raise
-        raise type(error)(f"{option}: {error}") from None
+        raise prefixed(error, OPTIONS[error.argument]) from error.__cause__
 
 
 def _layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:

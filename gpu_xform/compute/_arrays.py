@@ -20,9 +20,9 @@ def as_point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
     elif array.dtype == np.float16:
         array = array.astype(np.float32)
     elif array.dtype.kind != "f" or array.dtype.itemsize not in {4, 8}:
-        raise ArgumentTypeError(f"points must hold float32, float64 or integers, got dtype {array.dtype}")
+        raise ArgumentTypeError.expecting("points", "hold float32, float64 or integers", f"dtype {array.dtype}")
     if array.ndim < 2 or array.shape[-1] not in {2, 3}:
-        raise ArgumentError(f"points must have shape (n, 3) or (n, 2), got {array.shape}")
+        raise ArgumentError.expecting("points", "have shape (n, 3) or (n, 2)", array.shape)
     return array
 
 
@@ -35,24 +35,24 @@ def as_host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
         # A map keeps its type, which tells that its pages may be let go.
         return value if isinstance(value, np.memmap) else np.asarray(value)
     except ValueError as error:  # a ragged list
-        raise ArgumentError(f"{name} must be a rectangular array of numbers: {error}") from None
+        raise ArgumentError.expecting(name, "be a rectangular array of numbers", reason=error) from None
     except (BufferError, RuntimeError) as error:  # memory of another device, or one that records gradients
-        raise ArgumentTypeError(f"{name} must be in the host's memory: {error}") from None
+        raise ArgumentTypeError.expecting(name, "be in the host's memory", reason=error) from None
 
 
 def require_output(out: npt.NDArray[Any], shape: tuple[int, ...], points: npt.NDArray[Any]) -> None:
     """Raise where `out` cannot take a result of `shape` and the dtype of `points`."""
     dtype = points.dtype.newbyteorder("=")
     if not isinstance(out, np.ndarray):
-        raise ArgumentTypeError(f"out must be a NumPy array, got {type(out).__name__}")
+        raise ArgumentTypeError.expecting("out", "be a NumPy array", type(out).__name__)
     if out.shape != shape:
-        raise ArgumentError(f"out must have shape {shape}, got {out.shape}")
+        raise ArgumentError.expecting("out", f"have shape {shape}", out.shape)
     if out.dtype.newbyteorder("=") != dtype:
-        raise ArgumentTypeError(f"out must have dtype {dtype}, got {out.dtype}")
+        raise ArgumentTypeError.expecting("out", f"have dtype {dtype}", out.dtype)
     if not out.flags.writeable:
-        raise ArgumentError("out must be writeable, got a read-only array")
+        raise ArgumentError.expecting("out", "be writeable", "a read-only array")
     if np.may_share_memory(out, points) and not _same_memory(out, points) and np.shares_memory(out, points):
-        raise ArgumentError("out must be points itself or share no memory with it, got an overlap")
+        raise ArgumentError.expecting("out", "be points itself or share no memory with it", "an overlap")
 
 
 def _same_memory(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> bool:

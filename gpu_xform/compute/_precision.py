@@ -33,7 +33,7 @@ class Computation:
 def resolve(precision: Precision, dtype: np.dtype[Any], device: Device) -> Computation:
     """Return how points of `dtype` are computed on `device`; raise `PrecisionError` where it cannot be done."""
     if precision not in get_args(Precision):
-        raise ArgumentError(f"precision must be one of {', '.join(get_args(Precision))}, got {precision!r}")
+        raise ArgumentError.expecting("precision", f"be one of {', '.join(get_args(Precision))}", repr(precision))
     if precision == "auto":
         if dtype.itemsize == SINGLE.itemsize:
             return Computation(SINGLE)
@@ -51,7 +51,7 @@ def require_range(matrices: Float64Array, dtype: np.dtype[Any]) -> None:
     """Raise `ArgumentError` where an entry of `matrices` is too large for `dtype`."""
     largest = np.abs(matrices).max(initial=0.0)
     if largest > np.finfo(dtype).max:
-        raise ArgumentError(f"matrix must fit {dtype}, got an entry of {largest:g}")
+        raise ArgumentError.expecting("matrix", f"fit {dtype}", f"an entry of {largest:g}")
 
 
 _warned = False

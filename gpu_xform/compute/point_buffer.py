@@ -36,7 +36,7 @@ class PointBuffer:
     def __init__(self, points: npt.ArrayLike, *, device: Device | None = None) -> None:
         source = as_point_array(points)
         if source.ndim != 2:
-            raise ArgumentError(f"points must have shape (n, 3) or (n, 2), got {source.shape}")
+            raise ArgumentError.expecting("points", "have shape (n, 3) or (n, 2)", source.shape)
         device = resolve_device(device)
         dtype = resolve("float64" if source.dtype.itemsize == 8 else "float32", source.dtype, device).dtype
         self._store = _Store(device, source, dtype)
@@ -139,7 +139,7 @@ class PointBuffer:
 
     def _reduced(self) -> reduce_pass.Reduction:
         if len(self) == 0:
-            raise ArgumentError("points must hold at least one point to have bounds or a centroid, got none")
+            raise ArgumentError.expecting("points", "hold at least one point to have bounds or a centroid", "none")
         return self._store.reduce(self.pending, self._finish)
 
 
@@ -199,8 +199,8 @@ class _Store:
     def device_points(self) -> DevicePoints:
         device = self.require_open()
         if len(self.parts) != 1:
-            raise ArgumentError(
-                f"points must be one to {self.plan.chunk:,} to be drawn from {device.name!r}, got {self.n_points:,}"
+            raise ArgumentError.expecting(
+                "points", f"be one to {self.plan.chunk:,} to be drawn from {device.name!r}", f"{self.n_points:,}"
             )
         return DevicePoints(self.parts[0][1], self.n_points, self.plan.dtype)
 

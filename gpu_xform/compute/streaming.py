@@ -64,7 +64,7 @@ def transform_file(
             while done < n_points:
                 count = min(chunk, n_points - done)
                 if reader.readinto(points[:count].view(np.uint8).data) != count * point_bytes:
-                    raise ArgumentError(f"source must not shrink meanwhile, got {os.fspath(source)!r}")
+                    raise ArgumentError.expecting("source", "not shrink meanwhile", repr(os.fspath(source)))
                 apply(points[:count], checked, precision=precision, out=result[:count], device=device)
                 partial.append(result[:count])
                 done += count
@@ -86,13 +86,13 @@ def _read_header(reader: BufferedReader, source: StrPath) -> tuple[tuple[int, ..
     try:
         shape, is_fortran, dtype = read_header(reader)
     except ValueError as error:
-        raise ArgumentError(f"source must be a .npy file, got {os.fspath(source)!r}: {error}") from None
+        raise ArgumentError.expecting("source", "be a .npy file", repr(os.fspath(source)), reason=error) from None
     if dtype.kind != "f" or dtype.itemsize not in {4, 8}:
-        raise ArgumentTypeError(f"source must hold float32 or float64, got {dtype} in {os.fspath(source)!r}")
+        raise ArgumentTypeError.expecting("source", "hold float32 or float64", f"{dtype} in {os.fspath(source)!r}")
     if len(shape) != 2 or shape[1] not in {2, 3}:
-        raise ArgumentError(f"source must have shape (n, 3) or (n, 2), got {shape} in {os.fspath(source)!r}")
+        raise ArgumentError.expecting("source", "have shape (n, 3) or (n, 2)", f"{shape} in {os.fspath(source)!r}")
     if is_fortran and min(shape) > 1:
-        raise ArgumentError(f"source must be C-ordered, got a Fortran-ordered array in {os.fspath(source)!r}")
+        raise ArgumentError.expecting("source", "be C-ordered", f"a Fortran-ordered array in {os.fspath(source)!r}")
     return shape, dtype
 
 
@@ -100,7 +100,9 @@ def _require_rows(reader: BufferedReader, source: StrPath, shape: tuple[int, ...
     expected = shape[0] * shape[1] * dtype.itemsize
     held = os.fstat(reader.fileno()).st_size - reader.tell()
     if held != expected:
-        raise ArgumentError(f"source must hold {expected:,} bytes of points, got {held:,} in {os.fspath(source)!r}")
+        raise ArgumentError.expecting(
+            "source", f"hold {expected:,} bytes of points", f"{held:,} in {os.fspath(source)!r}"
+        )
 
 
 def _fingerprint(

@@ -226,7 +226,7 @@ def _picked(
         return None
     if matrix.ndim != 3:
         size = matrix.shape[-1]
-        raise ArgumentError(f"matrix must have shape (k, {size}, {size}) with index, got {matrix.shape}")
+        raise ArgumentError.expecting("matrix", f"have shape (k, {size}, {size}) with index", matrix.shape)
     return influences(points.shape[:-1], len(matrix), index, weights)
 
 

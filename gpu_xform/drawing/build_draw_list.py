@@ -1,15 +1,16 @@
 """Layers to a draw list: geometry, colours and depth cues, put on the device."""
 
 import contextlib
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .._core.error_context import prefix_errors
 from .._core.types import Float64Array, IndexArray
-from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..errors import ArgumentError, MeshError
 from ..geometry.edges import edge_parts
 from ..gpu.buffers import Buffer
 from ..gpu.device import Device
@@ -47,22 +48,13 @@ def build_draw_list(
     for i, (layer, source, depth_cue) in enumerate(zip(layers, sources, depth_cues, strict=True)):
         first_color = sum(map(len, palette))
         builder = _LayerBuilder(layer, source, device, stack)
-        with _prefix_errors(source.name or f"models[{i}]") if len(layers) > 1 else contextlib.nullcontext():
+        with prefix_errors(source.name or f"models[{i}]") if len(layers) > 1 else contextlib.nullcontext():
             if layer.fill is not None:
                 palette.append(builder.fill_palette())
             built = builder.build(clip_from_world, depth_cue, first_color)
         drawables += built
         layer_indices += [i] * len(built)
     return DrawList(drawables, layer_indices, np.concatenate(palette) if palette else np.empty(0, np.uint32))
-
-
-@contextlib.contextmanager
-def _prefix_errors(name: str) -> Iterator[None]:
-    """Say in an error which of several models it is about."""
-    try:
-        yield
-    except (ArgumentError, ArgumentTypeError, MeshError) as error:
-        raise type(error)(f"{name}: {error}") from None
 
 
 def normalize_w(matrices: Float64Array) -> Float64Array:
@@ -113,7 +105,7 @@ class _LayerBuilder:
         with np.errstate(over="ignore", invalid="ignore"):
             clip_from_points = clip_from_world @ normalize_w(layer.world_from_model) @ model_from_points
         if not np.isfinite(clip_from_points).all():
-            raise ArgumentError("transform must be a matrix of numbers that do not overflow in the picture")
+            raise ArgumentError.expecting("transform", "be a matrix of numbers that do not overflow in the picture")
         scale = float(np.abs(clip_from_points).max()) or 1.0  # homogeneous: a factor changes nothing
         clip_from_points = clip_from_points / scale
         depth_cue = depth_cue._replace(distance_scale=depth_cue.distance_scale * scale)

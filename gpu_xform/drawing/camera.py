@@ -101,7 +101,7 @@ class Camera:
         """
         d = number(d, "d")
         if d <= 0.0:
-            raise ArgumentError(f"d must be positive, got {d}")
+            raise ArgumentError.expecting("d", "be positive", d)
         limits = _window_limits(xlim, ylim)
         perspective = matrices.perspective_from_eye(d)
         # The lecture's third row is zero. This one keeps depth: z/w is 0 close to the eye, and tends to 1 far away.
@@ -138,12 +138,12 @@ class Camera:
         """
         points = model.positions if isinstance(model, Mesh) else real_array(model, "model")
         if points.ndim != 2 or points.shape[1] != 3:
-            raise ArgumentError(f"model must be a Mesh or points of shape (n, 3), got shape {points.shape}")
+            raise ArgumentError.expecting("model", "be a Mesh or points of shape (n, 3)", f"shape {points.shape}")
         if len(points) == 0:
             raise MeshError("a model without points cannot be framed")
         require_in_reach(points, "model")
         if not 0.0 <= number(margin, "margin") < 0.5:
-            raise ArgumentError(f"margin must lie in [0, 0.5), got {margin}")
+            raise ArgumentError.expecting("margin", "lie in [0, 0.5)", margin)
         view_from_world = _looking(direction, up)
         in_view = points @ view_from_world[:3, :3].T
         matrices.perspective(fov_y, 1.0, 1.0, 2.0)  # raises now, not at the first picture
@@ -171,10 +171,10 @@ def fit_options(camera: Mapping[str, Any] | None) -> dict[str, Any]:
     if camera is None:
         return {}
     if not isinstance(camera, Mapping):
-        raise ArgumentTypeError(f"camera must be a Camera or a dict of Camera.fit's, got {type(camera).__name__}")
+        raise ArgumentTypeError.expecting("camera", "be a Camera or a dict of Camera.fit's", type(camera).__name__)
     unknown = [key for key in camera if key not in _FIT_OPTIONS]
     if unknown:
-        raise ArgumentTypeError(f"camera must have keys among {', '.join(_FIT_OPTIONS)}, got {unknown[0]!r}")
+        raise ArgumentTypeError.expecting("camera", f"have keys among {', '.join(_FIT_OPTIONS)}", f"{unknown[0]!r}")
     return dict(camera)
 
 
@@ -182,7 +182,7 @@ def require_in_reach(points: Float64Array, name: str) -> None:
     """Raise `ArgumentError` for points so far out that the distance of a camera would overflow."""
     too_far = ~(np.abs(points) <= FARTHEST)
     if too_far.any():
-        raise ArgumentError(f"{name} must have coordinates of at most {FARTHEST:g}, got {points[too_far][0]:g}")
+        raise ArgumentError.expecting(name, f"have coordinates of at most {FARTHEST:g}", f"{points[too_far][0]:g}")
 
 
 def outermost(
@@ -238,7 +238,7 @@ def _window_limits(xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Float64Array:
     limits = np.array([vector(xlim, "xlim", 2), vector(ylim, "ylim", 2)])
     for (low, high), name in zip(limits.tolist(), ("xlim", "ylim"), strict=True):
         if low >= high:
-            raise ArgumentError(f"{name} must ascend, got ({low}, {high})")
+            raise ArgumentError.expecting(name, "ascend", f"({low}, {high})")
     return limits
 
 

@@ -146,7 +146,7 @@ class MeshSource:
         mesh, edges, angle = self.mesh, layer.edges, layer.feature_angle
         if colors_by_face(layer):
             if edges is not None and any(not isinstance(part, str) or part != "all" for part in edge_parts(edges)):
-                raise ArgumentError(f"edges must be 'all' where each face has its own colour, got {edges!r}")
+                raise ArgumentError.expecting("edges", "be 'all' where each face has its own colour", repr(edges))
             # A shared edge has the colour of its last face: drawn once per face, it would mix both and be heavier.
             return EdgeSource(
                 lambda: mesh.face_edges[mesh.last_face_edges],
@@ -252,7 +252,9 @@ class MeshSource:
         if len(unknown):
             pair = tuple(pairs[unknown[0]].tolist())
             raise ArgumentError(
-                f"edge_colors can go with one array of edges, or with edges of the model, which {pair} is not"
+                f"edge_colors can go with one array of edges, or with edges of the model, which {pair} is not",
+                argument="edge_colors",
+                expected="go with one array of edges, or with edges of the model",
             )
         return indices
 
@@ -265,7 +267,7 @@ class BufferSource:
 
     def __init__(self, points: PointBuffer, name: str) -> None:
         if points.shape[1] != 3:
-            raise ArgumentError(f"model must hold points of shape (n, 3), got {points.shape}")
+            raise ArgumentError.expecting("model", "hold points of shape (n, 3)", points.shape)
         self._points = points
         self.name = name
         self.n_points = len(points)
@@ -280,10 +282,14 @@ class BufferSource:
         parts = edge_parts(layer.edges)
         named = next((part for part in parts if isinstance(part, str)), None)
         if named is not None:
-            raise ArgumentError(f"edges by name need a model with faces, got {named!r} for a PointBuffer")
+            raise ArgumentError(
+                f"edges by name need a model with faces, got {named!r} for a PointBuffer",
+                argument="edges",
+                expected="be an array for a PointBuffer",
+            )
         pairs = np.concatenate([index_pairs(part, self.n_points) for part in parts])
         if len(pairs) == 0:
-            raise ArgumentError("edges must hold at least one pair of points, got none")
+            raise ArgumentError.expecting("edges", "hold at least one pair of points", "none")
         return EdgeSource(lambda: pairs, None, len(pairs), None)
 
     def silhouette_candidates(self, _layer: Layer) -> None:

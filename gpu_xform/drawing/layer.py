@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import number, real_array, square_matrices
+from .._core.error_context import prefix_errors
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..compute._arrays import as_host_array
 from ..compute.point_buffer import PointBuffer
@@ -103,17 +104,17 @@ class Layer:
         if is_cloud(self.model):
             object.__setattr__(self, "model", cloud(self.model))
         if not isinstance(self.model, _MODEL_TYPES):
-            raise ArgumentTypeError(
-                f"model must be a Mesh, an array of points, a PointBuffer or a path, got {type(self.model).__name__}"
+            raise ArgumentTypeError.expecting(
+                "model", "be a Mesh, an array of points, a PointBuffer or a path", type(self.model).__name__
             )
         if not isinstance(self.name, str | None):
-            raise ArgumentTypeError(f"name must be a string, got {self.name!r}")
+            raise ArgumentTypeError.expecting("name", "be a string", repr(self.name))
         hidden: object = self.hidden
         if not (hidden is None or (isinstance(hidden, str) and hidden in HIDDEN_STYLES)):
             names = ", ".join(map(repr, HIDDEN_STYLES))
-            raise ArgumentError(f"hidden must be one of {names}, got {self.hidden!r}")
+            raise ArgumentError.expecting("hidden", f"be one of {names}", repr(self.hidden))
         if not isinstance(self.antialias, bool | np.bool_):
-            raise ArgumentTypeError(f"antialias must be True or False, got {self.antialias!r}")
+            raise ArgumentTypeError.expecting("antialias", "be True or False", repr(self.antialias))
         object.__setattr__(self, "feature_angle", angle(self.feature_angle, "feature_angle"))
         if isinstance(self.fill, Iterator):
             object.__setattr__(self, "fill", list(self.fill))  # is gone through several times
@@ -122,7 +123,7 @@ class Layer:
             _require_width(self.point_size, "point_size")
         for name in ("alpha", "depth_cue"):
             if not 0.0 <= number(getattr(self, name), name) <= 1.0:
-                raise ArgumentError(f"{name} must lie in [0, 1], got {getattr(self, name):g}")
+                raise ArgumentError.expecting(name, "lie in [0, 1]", f"{getattr(self, name):g}")
         given = [name for name in _COLORS_OF_THEIR_OWN if getattr(self, name) is not None]
         if len(given) > 1:
             raise ArgumentError(f"of colours, one kind can be given, got {' and '.join(given)}")
@@ -134,7 +135,7 @@ class Layer:
             return np.eye(4)[np.newaxis]
         matrices = square_matrices(self.transform, "transform", 4).reshape(-1, 4, 4)
         if len(matrices) == 0:
-            raise ArgumentError("transform must hold at least one matrix, got none")
+            raise ArgumentError.expecting("transform", "hold at least one matrix", "none")
         return matrices
 
 
@@ -153,7 +154,7 @@ def cloud(points: npt.NDArray[Any]) -> Mesh:
     """Return the mesh of `points` (n, 3) without faces; raise errors that call them the model."""
     array = as_host_array(points, "model")
     if array.ndim != 2 or array.shape[1] != 3:
-        raise ArgumentError(f"model must have shape (n, 3), got {array.shape}")
+        raise ArgumentError.expecting("model", "have shape (n, 3)", array.shape)
     return Mesh(real_array(array, "model"))
 
 
@@ -170,7 +171,7 @@ def as_layers(models: Models, style: Style) -> list[Layer]:
     several = [models] if isinstance(models, str) or not isinstance(models, Sequence) else models
     layers = [layer for model in several for layer in _layers(model, style)]
     if not layers:
-        raise ArgumentError("models must hold at least one model, got none")
+        raise ArgumentError.expecting("models", "hold at least one model", "none")
     return layers
 
 
@@ -187,13 +188,11 @@ def _instances(shown: Instances, style: Style) -> Layer:
     unknown = shown.style.keys() - _STYLE_NAMES
     if unknown:
         raise ArgumentTypeError(f"{shown.node!r} shows a model with an unexpected keyword argument {min(unknown)!r}")
-    try:
+    with prefix_errors(repr(shown.node)):
         layer = Layer(shown.model, **{"name": shown.node, **style, **shown.style})
-    except (ArgumentError, ArgumentTypeError) as error:
-        raise type(error)(f"{shown.node!r}: {error}") from None
     return replace(layer, transform=(layer.world_from_model[:, np.newaxis] @ shown.transform).reshape(-1, 4, 4))
 
 
 def _require_width(value: float, name: str) -> None:
     if not 0.0 < number(value, name) <= MAX_LINE_WIDTH_PX:
-        raise ArgumentError(f"{name} must be positive and at most {MAX_LINE_WIDTH_PX:g}, got {value:g}")
+        raise ArgumentError.expecting(name, f"be positive and at most {MAX_LINE_WIDTH_PX:g}", f"{value:g}")

@@ -36,9 +36,8 @@ def load_models(models: Models) -> Models:
             return replace(model, model=load(model.model))
         if is_cloud(model) or isinstance(model, (Mesh, PointBuffer, *PATH_TYPES)):
             return load(model)
-        raise ArgumentTypeError(
-            "model must be a Mesh, an array of points, a PointBuffer, a path, a Layer or a Scene, "
-            f"got {type(model).__name__}"
+        raise ArgumentTypeError.expecting(
+            "model", "be a Mesh, an array of points, a PointBuffer, a path, a Layer or a Scene", type(model).__name__
         )
 
     if isinstance(models, Sequence) and not isinstance(models, str):

@@ -90,12 +90,12 @@ def parse_size(size: Size) -> tuple[int, int]:
         width, height = (int(side) for side in size)
         whole = [width, height] == list(size)
     except (TypeError, ValueError, OverflowError):
-        raise ArgumentError(f"size must be (width, height), got {size!r}") from None
+        raise ArgumentError.expecting("size", "be (width, height)", repr(size)) from None
     if not whole or width < 1 or height < 1:
-        raise ArgumentError(f"size must be two positive whole numbers, got {size!r}")
+        raise ArgumentError.expecting("size", "be two positive whole numbers", repr(size))
     if max(width, height) > MAX_SIDE_PX or width * height > MAX_PIXELS:
-        raise ArgumentError(
-            f"size must be at most {MAX_SIDE_PX} pixels a side and {MAX_PIXELS:,} in all, got {width} x {height}"
+        raise ArgumentError.expecting(
+            "size", f"be at most {MAX_SIDE_PX} pixels a side and {MAX_PIXELS:,} in all", f"{width} x {height}"
         )
     return width, height
 
@@ -115,4 +115,6 @@ def _own_device(layers: Sequence[Layer]) -> Device | None:
 def _require_fits(source: GeometrySource, device: Device) -> None:
     most = limits.max_points(device)
     if source.n_points > most:
-        raise ArgumentError(f"model must have at most {most:,} points on {device.name!r}, got {source.n_points:,}")
+        raise ArgumentError.expecting(
+            "model", f"have at most {most:,} points on {device.name!r}", f"{source.n_points:,}"
+        )

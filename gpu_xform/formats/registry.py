@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias, TypeVar
 
 from .._core.atomic_files import atomic_write
+from .._core.error_context import prefix_errors
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
@@ -93,7 +94,7 @@ def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -
     object without `file_type`; OSError from the operating system unchanged.
     """
     name, kind = _identify(target, file_type, WRITERS)
-    try:
+    with prefix_errors(name):
         if mesh.n_points == 0:
             raise MeshError("a mesh without points cannot be saved")
         if isinstance(target, str | os.PathLike):
@@ -101,21 +102,18 @@ def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -
                 WRITERS[kind](mesh, file)
         else:
             WRITERS[kind](mesh, target)
-    except MeshError as error:
-        raise MeshError(f"{name}: {error}") from error.__cause__
 
 
 def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Model:
     """Return what `reader` makes of a file; errors in the file name it."""
     data = Path(source).read_bytes() if isinstance(source, str | os.PathLike) else source.read()
     if not isinstance(data, bytes | bytearray | memoryview):
-        raise ArgumentTypeError(f"source must be a binary file, its read() gave {type(data).__name__}")
-    try:
+        message = f"source must be a binary file, its read() gave {type(data).__name__}"
+        raise ArgumentTypeError(message, argument="source", expected="be a binary file")
+    with prefix_errors(name):
         if len(data) == 0:
             raise MeshError("the file is empty")
         return reader(bytes(data))
-    except MeshError as error:
-        raise MeshError(f"{name}: {error}") from error.__cause__
 
 
 def _folder(source: PathOrFile) -> Path | None:
@@ -128,9 +126,13 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     path = source if isinstance(source, str | os.PathLike) else getattr(source, "name", None)
     name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
     if name is None and not hasattr(source, "read") and not hasattr(source, "write"):
-        raise ArgumentTypeError(f"expected a path or a binary file, got {type(source).__name__}")
+        raise ArgumentTypeError(
+            f"expected a path or a binary file, got {type(source).__name__}",
+            argument="source",
+            expected="be a path or a binary file",
+        )
     if name is None and file_type is None:
-        raise ArgumentError("file_type must be given for a file that has no name")
+        raise ArgumentError.expecting("file_type", "be given for a file that has no name")
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
     if kind not in known:
         got = repr(kind) if kind else "no suffix"

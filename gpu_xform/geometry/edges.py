@@ -168,7 +168,7 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
     for part in edge_parts(edges):
         if isinstance(part, str) and part not in finders:
             names = ", ".join(map(repr, EDGE_SETS))
-            raise ArgumentError(f"edges must be {names} or an array of shape (m, 2), got {part!r}")
+            raise ArgumentError.expecting("edges", f"be {names} or an array of shape (m, 2)", repr(part))
         pairs.append(index_pairs(finders[part](mesh) if isinstance(part, str) else part, mesh.n_points))
     if len(pairs) == 1:
         return pairs[0]
@@ -180,7 +180,7 @@ def angle(value: float, name: str) -> float:
     """Return an angle within 0..180 degrees."""
     angle = number(value, name)
     if not 0.0 <= angle <= 180.0:
-        raise ArgumentError(f"{name} must be in 0..180 degrees, got {angle:g}")
+        raise ArgumentError.expecting(name, "be in 0..180 degrees", f"{angle:g}")
     return angle
 
 
@@ -215,7 +215,7 @@ def edge_parts(edges: EdgesLike) -> list[Any]:
     if isinstance(edges, str) or hasattr(edges, "__array__"):
         return [edges]
     if not isinstance(edges, Iterable):
-        raise ArgumentTypeError(f"edges must be a name, an array, or several of these, got {type(edges).__name__}")
+        raise ArgumentTypeError.expecting("edges", "be a name, an array, or several of these", type(edges).__name__)
     parts = list(edges)
     if any(isinstance(part, str) or getattr(part, "ndim", 1) == 2 for part in parts):
         return parts
@@ -227,17 +227,17 @@ def index_pairs(value: Any, n_points: int) -> IndexArray:
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list
-        raise ArgumentError(f"edges must have shape (m, 2): {error}") from None
+        raise ArgumentError.expecting("edges", "have shape (m, 2)", reason=error) from None
     if array.size == 0 and array.ndim < 2:
         array = np.empty((0, 2), np.int64)
     if array.dtype.kind not in "iu":
-        raise ArgumentTypeError(f"edges must hold integers, got dtype {array.dtype}")
+        raise ArgumentTypeError.expecting("edges", "hold integers", f"dtype {array.dtype}")
     if array.ndim != 2 or array.shape[1] != 2:
-        raise ArgumentError(f"edges must have shape (m, 2), got {array.shape}")
+        raise ArgumentError.expecting("edges", "have shape (m, 2)", array.shape)
     if array.size and (array.min() < 0 or array.max() >= n_points):
         row, column = np.argwhere((array < 0) | (array >= n_points))[0]
-        where = f"outside 0..{n_points - 1} ({n_points} points)"
-        raise ArgumentError(f"edges names point {array[row, column]} in row {row}, {where}")
+        message = f"edges names point {array[row, column]} in row {row}, outside 0..{n_points - 1} ({n_points} points)"
+        raise ArgumentError(message, argument="edges", expected=f"name points in 0..{n_points - 1}")
     return array.astype(np.int64, copy=False)
 
 

@@ -77,7 +77,7 @@ class Node:
     def show(self, model: "Model", **style: Any) -> None:
         """Show one more model here, drawn in the style that keywords of `render` describe."""
         if "transform" in style:
-            raise ArgumentError("transform must be that of a node: a model stands where its node is")
+            raise ArgumentError.expecting("transform", "be that of a node", reason="a model stands where its node is")
         self._models = (*self._models, Shown(model, style))
 
     def __repr__(self) -> str:
@@ -118,7 +118,7 @@ class Scene:
         if model is not None:
             node.show(model, **style)
         elif style:
-            raise ArgumentError(f"model must be given where a style is, got {', '.join(style)} alone")
+            raise ArgumentError.expecting("model", "be given where a style is", f"{', '.join(style)} alone")
         self._nodes[name] = node
         return node
 
@@ -127,7 +127,7 @@ class Scene:
         moved = self._node(node, "node")
         target = None if parent is None else self._node(parent, "parent")
         if target is not None and moved in self._path(target):
-            raise ArgumentError(f"parent must not be within {moved.name!r} itself, got {target.name!r}")
+            raise ArgumentError.expecting("parent", f"not be within {moved.name!r} itself", repr(target.name))
         moved._parent = None if target is None else target.name
 
     def remove(self, node: str | Node) -> None:
@@ -154,12 +154,12 @@ class Scene:
         poses : from a node's name to its (4, 4) matrix in its parent
         """
         if not isinstance(poses, Mapping):
-            raise ArgumentTypeError(f"poses must map names to matrices, got {type(poses).__name__}")
+            raise ArgumentTypeError.expecting("poses", "map names to matrices", type(poses).__name__)
         posed = Scene()
         posed._nodes = {name: copy.copy(node) for name, node in self._nodes.items()}
         for name, matrix in poses.items():
             if name not in posed:
-                raise ArgumentError(f"poses must name nodes of this scene, got {name!r}")
+                raise ArgumentError.expecting("poses", "name nodes of this scene", repr(name))
             posed._nodes[name]._transform = _local(matrix, f"poses[{name!r}]")
         return posed
 
@@ -190,20 +190,22 @@ class Scene:
         if name is None:
             return unused_name("node", len(self) + 1, self._nodes)
         if not isinstance(name, str):
-            raise ArgumentTypeError(f"name must be a text, got {name!r}")
+            raise ArgumentTypeError.expecting("name", "be a text", repr(name))
         if not name:
-            raise ArgumentError("name must not be empty")
+            raise ArgumentError.expecting("name", "not be empty")
         if name in self._nodes:
             parent = self._nodes[name].parent
             place = "the world" if parent is None else repr(parent)
-            raise ArgumentError(f"name must be new, got {name!r}, which is in {place} and cannot have a second parent")
+            raise ArgumentError.expecting(
+                "name", "be new", f"{name!r}, which is in {place} and cannot have a second parent"
+            )
         return name
 
     def _node(self, which: str | Node, argument: str) -> Node:
         """Return the node that is meant, or raise an error that names the argument."""
         node = self._nodes.get(which) if isinstance(which, str) else which
         if not isinstance(node, Node) or node not in self:
-            raise ArgumentError(f"{argument} must be a node of this scene, or its name, got {which!r}")
+            raise ArgumentError.expecting(argument, "be a node of this scene, or its name", repr(which))
         return node
 
     def _path(self, node: Node) -> list[Node]:

@@ -107,5 +107,5 @@ def resolve_device(device: Device | None) -> Device:
     if device is None:
         return default_device()
     if not isinstance(device, Device):
-        raise ArgumentTypeError(f"device must be a Device, got {device!r}")
+        raise ArgumentTypeError.expecting("device", "be a Device", repr(device))
     return device

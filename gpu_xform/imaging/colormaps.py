@@ -31,12 +31,12 @@ def mapped(scalars: npt.ArrayLike, cmap: ColormapLike, clim: Sequence[float] | N
         scalars = np.where(np.ma.getmaskarray(scalars), np.nan, scalars.data)
     numbers = real_array(scalars, "scalars", finite=False)
     if numbers.ndim != 1:
-        raise ArgumentError(f"scalars must have shape ({n_points},), got {numbers.shape}")
+        raise ArgumentError.expecting("scalars", f"have shape ({n_points},)", numbers.shape)
     if len(numbers) != n_points:
-        raise ArgumentError(f"scalars must have one number for each of the {n_points} points, got {len(numbers)}")
+        raise ArgumentError.expecting("scalars", f"have one number for each of the {n_points} points", len(numbers))
     if np.isinf(numbers).any():
         index = int(np.isinf(numbers).argmax())
-        raise ArgumentError(f"scalars must be finite or NaN, got {numbers[index]} at index {index}")
+        raise ArgumentError.expecting("scalars", "be finite or NaN", f"{numbers[index]} at index {index}")
     colormap = _colormap(cmap)
     places = _places(numbers, _limits(numbers, clim))
     if hasattr(colormap, "with_extremes"):
@@ -55,7 +55,9 @@ def _limits(numbers: Float64Array, clim: Sequence[float] | None) -> tuple[float,
         return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
     low, high = vector(clim, "clim", 2).tolist()
     if low > high:
-        raise ArgumentError(f"clim must be (low, high), got ({low:g}, {high:g}); a cmap ending in '_r' is reversed")
+        raise ArgumentError.expecting(
+            "clim", "be (low, high)", f"({low:g}, {high:g}); a cmap ending in '_r' is reversed"
+        )
     return low, high
 
 
@@ -72,7 +74,7 @@ def _places(numbers: Float64Array, limits: tuple[float, float]) -> Float64Array:
 def _colormap(cmap: ColormapLike) -> Callable[..., Any]:
     if not isinstance(cmap, str):
         if not callable(cmap):
-            raise ArgumentTypeError(f"cmap must be a colormap's name or a callable, got {type(cmap).__name__}")
+            raise ArgumentTypeError.expecting("cmap", "be a colormap's name or a callable", type(cmap).__name__)
         return cmap
     from cmap import Colormap
 
@@ -80,6 +82,6 @@ def _colormap(cmap: ColormapLike) -> Callable[..., Any]:
     try:
         full_name = Colormap.catalog().resolve(name)  # a short name that others share would be logged as a warning
     except KeyError:
-        raise ArgumentError(f"cmap must be a colormap's name, such as 'viridis', got {cmap!r}") from None
+        raise ArgumentError.expecting("cmap", "be a colormap's name, such as 'viridis'", repr(cmap)) from None
     colormap = Colormap(full_name + cmap[len(name) :])
     return partial(colormap, N=max(256, len(colormap.color_stops)))

@@ -59,12 +59,12 @@ def rgba(color: ColorLike, name: str) -> FloatColor:
         try:
             return _named(color.strip())
         except ValueError:
-            raise ArgumentError(f"{name} must be a colour's name or #rrggbb, got {color!r}") from None
+            raise ArgumentError.expecting(name, "be a colour's name or #rrggbb", repr(color)) from None
     if isinstance(color, tuple) and len(color) == 2 and isinstance(color[0], str | Sequence | np.ndarray):
         return _with_alpha(color[0], color[1], name)
     components = real_array(color, name)
     if components.shape not in {(3,), (4,)} or (components < 0).any() or (components > 1).any():
-        raise ArgumentError(f"{name} must be a colour's name, or three or four numbers from 0 to 1, got {color!r}")
+        raise ArgumentError.expecting(name, "be a colour's name, or three or four numbers from 0 to 1", repr(color))
     red, green, blue, *rest = components.tolist()
     return red, green, blue, rest[0] if rest else 1.0
 
@@ -83,7 +83,7 @@ def color_rows(values: ColorRows, name: str, n_rows: int, of: str) -> Float64Arr
     Raises `ArgumentError` that names the argument: "face_colors must have one row for each of the 12 faces, got 11".
     """
     if isinstance(values, str):
-        raise ArgumentError(f"{name} must be one colour for each of the {n_rows} {of}, got the one {values!r}")
+        raise ArgumentError.expecting(name, f"be one colour for each of the {n_rows} {of}", f"the one {values!r}")
     try:
         array = np.asarray(values)
     except ValueError:  # of several lengths: names, numbers and pairs together
@@ -96,14 +96,14 @@ def color_rows(values: ColorRows, name: str, n_rows: int, of: str) -> Float64Arr
     if is_octets:
         colors /= 255
     if colors.ndim != 2 or colors.shape[1] not in (3, 4):
-        raise ArgumentError(f"{name} must have shape ({n_rows}, 3) or ({n_rows}, 4), got {colors.shape}")
+        raise ArgumentError.expecting(name, f"have shape ({n_rows}, 3) or ({n_rows}, 4)", colors.shape)
     if len(colors) != n_rows:
-        raise ArgumentError(f"{name} must have one row for each of the {n_rows} {of}, got {len(colors)}")
+        raise ArgumentError.expecting(name, f"have one row for each of the {n_rows} {of}", len(colors))
     outside = (colors < 0) | (colors > 1)
     if outside.any():
         row, column = np.argwhere(outside)[0].tolist()
-        raise ArgumentError(
-            f"{name} must hold numbers from 0 to 1, or uint8, got {colors[row, column]:g} at index ({row}, {column})"
+        raise ArgumentError.expecting(
+            name, "hold numbers from 0 to 1, or uint8", f"{colors[row, column]:g} at index ({row}, {column})"
         )
     return colors if colors.shape[1] == 4 else np.column_stack([colors, np.ones(n_rows)])
 
@@ -117,7 +117,7 @@ def packed(colors: Sequence[FloatColor] | Float64Array) -> npt.NDArray[np.uint32
 def _with_alpha(color: OneColor, alpha: float, name: str) -> FloatColor:
     opacity = number(alpha, f"the alpha of {name}")
     if not 0.0 <= opacity <= 1.0:
-        raise ArgumentError(f"the alpha of {name} must be from 0 to 1, got {opacity:g}")
+        raise ArgumentError.expecting(f"the alpha of {name}", "be from 0 to 1", f"{opacity:g}")
     red, green, blue, _ = rgba(color, name)
     is_none = isinstance(color, str) and color.strip().lower() == "none"
     return red, green, blue, 0.0 if is_none else opacity

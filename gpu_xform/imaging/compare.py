@@ -97,13 +97,13 @@ def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float
     """
     threshold = number(threshold, "threshold")
     if not 0.0 <= threshold <= 255.0:
-        raise ArgumentError(f"threshold must be from 0 to 255, got {threshold:g}")
+        raise ArgumentError.expecting("threshold", "be from 0 to 255", f"{threshold:g}")
     one, other = pixels(picture, "picture"), pixels(reference, "reference")
     if one.size == 0:
-        raise ArgumentError("picture must have pixels, got none")
+        raise ArgumentError.expecting("picture", "have pixels", "none")
     if one.shape != other.shape:
         sizes = [f"{shape[1]} x {shape[0]}" for shape in (one.shape, other.shape)]
-        raise ArgumentError(f"reference must have the size of the picture, {sizes[0]}, got {sizes[1]}")
+        raise ArgumentError.expecting("reference", f"have the size of the picture, {sizes[0]}", sizes[1])
     return Difference(premultiplied(one), premultiplied(other), threshold)
 
 

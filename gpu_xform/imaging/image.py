@@ -56,9 +56,9 @@ def pixels(picture: ImageLike, name: str) -> Pixels:
         return _image_pixels(picture, name)
     array = np.asarray(picture)
     if array.dtype != np.uint8:
-        raise ArgumentTypeError(f"{name} must be an image, an array of uint8 or a PNG file's path, got {array.dtype}")
+        raise ArgumentTypeError.expecting(name, "be an image, an array of uint8 or a PNG file's path", array.dtype)
     if array.ndim != 3 or array.shape[2] not in {3, 4}:
-        raise ArgumentError(f"{name} must have shape (height, width, 3) or (height, width, 4), got {array.shape}")
+        raise ArgumentError.expecting(name, "have shape (height, width, 3) or (height, width, 4)", array.shape)
     return array if array.shape[2] == 4 else np.pad(array, ((0, 0), (0, 0), (0, 1)), constant_values=255)
 
 
@@ -70,11 +70,11 @@ def _png_pixels(path: StrPath, name: str) -> Pixels:
         picture = PngImageFile(io.BytesIO(data))
         picture.load()
     except (OSError, SyntaxError, ValueError) as error:
-        raise ArgumentError(f"{name} must be a PNG file, got {os.fspath(path)!r}: {error}") from None
+        raise ArgumentError.expecting(name, "be a PNG file", repr(os.fspath(path)), reason=error) from None
     return _image_pixels(picture, name)
 
 
 def _image_pixels(picture: "Image", name: str) -> Pixels:
     if picture.mode not in EIGHT_BIT_MODES:
-        raise ArgumentError(f"{name} must have a mode of {', '.join(EIGHT_BIT_MODES)}, got {picture.mode}")
+        raise ArgumentError.expecting(name, f"have a mode of {', '.join(EIGHT_BIT_MODES)}", picture.mode)
     return np.asarray(picture.convert("RGBA"))

@@ -13,7 +13,7 @@ from ..errors import ArgumentError
 def finite(matrix: Float64Array, what: str) -> Float64Array:
     """Return `matrix` with +0 for every -0; where an entry has overflowed, raise an error that names `what`."""
     if not np.isfinite(matrix).all():
-        raise ArgumentError(f"{what} must stay within float64's range, got {first_non_finite(matrix)}")
+        raise ArgumentError.expecting(what, "stay within float64's range", first_non_finite(matrix))
     return matrix + 0.0
 
 

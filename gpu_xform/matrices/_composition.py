@@ -17,7 +17,7 @@ ROUNDING = 64 * np.finfo(np.float64).eps
 def factors(matrices: tuple[MatrixLike, ...]) -> list[Float64Array]:
     """Return `matrices` as arrays of one size, 3x3 or 4x4; none at all is an error."""
     if not matrices:
-        raise ArgumentError("matrices must hold at least one 3x3 or 4x4 matrix, got none")
+        raise ArgumentError.expecting("matrices", "hold at least one 3x3 or 4x4 matrix", "none")
     first = square_matrix(matrices[0], "matrices[0]", 3, 4)
     rest = (square_matrix(m, f"matrices[{i}]", len(first)) for i, m in enumerate(matrices[1:], 1))
     return [first, *rest]
@@ -87,7 +87,7 @@ def decompose(m: MatrixLike) -> Decomposition:
     """
     matrix = square_matrix(m, "m", 4)
     if not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
-        raise ArgumentError(f"m must be affine, its last row (0, 0, 0, 1), got {tuple(matrix[3].tolist())}")
+        raise ArgumentError.expecting("m", "be affine, its last row (0, 0, 0, 1)", tuple(matrix[3].tolist()))
     columns, exponents = _balanced(matrix[:3, :3], axis=0)
     _refuse_singular(columns)
     q, r = np.linalg.qr(columns)
@@ -127,7 +127,9 @@ def _refuse_singular(balanced: Float64Array) -> None:
     singular_values = np.linalg.svd(balanced, compute_uv=False)
     largest, smallest = singular_values[0], singular_values[-1]
     if smallest <= ROUNDING * largest:
-        raise SingularMatrixError(
-            f"m must have an inverse, got a singular matrix: balanced, its singular values reach from {largest:.2g} "
-            f"down to {smallest:.2g}"
+        raise SingularMatrixError.expecting(
+            "m",
+            "have an inverse",
+            "a singular matrix",
+            reason=f"balanced, its singular values reach from {largest:.2g} down to {smallest:.2g}",
         )

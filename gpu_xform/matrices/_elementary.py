@@ -19,7 +19,7 @@ def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Ar
     if y is None and z is None:
         y = z = x
     if y is None or z is None:
-        raise ArgumentError(f"scale must have one factor or three, got x = {x}, y = {y}, z = {z}")
+        raise ArgumentError.expecting("scale", "have one factor or three", f"x = {x}, y = {y}, z = {z}")
     return _affine.scaling(x=x, y=y, z=z)
 
 

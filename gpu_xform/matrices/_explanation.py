@@ -57,7 +57,7 @@ def _homogeneous_point(point: npt.ArrayLike, size: int) -> Float64Array:
     if array.shape == (size - 1,):
         return np.append(array, 1.0)
     if array.shape != (size,):
-        raise ArgumentError(f"point must have shape ({size - 1},) or ({size},), got {array.shape}")
+        raise ArgumentError.expecting("point", f"have shape ({size - 1},) or ({size},)", array.shape)
     return array
 
 

@@ -22,7 +22,7 @@ def perspective_from_eye(d: float) -> Float64Array:
     """
     d = number(d, "d")
     if d == 0.0:
-        raise ArgumentError("d must not be 0: the eye would lie in the viewing plane")
+        raise ArgumentError.expecting("d", "not be 0", reason="the eye would lie in the viewing plane")
     matrix = np.diag([1.0, 1.0, 0.0, 1.0])
     matrix[3, 2] = -1.0 / d
     return finite(matrix, f"1/d for d = {d}")
@@ -38,11 +38,11 @@ def perspective(fov_y: float, aspect: float, near: float, far: float) -> Float64
     fov_y, aspect = number(fov_y, "fov_y"), number(aspect, "aspect")
     near, far = number(near, "near"), number(far, "far")
     if not 0.0 < fov_y < 180.0:
-        raise ArgumentError(f"fov_y must lie between 0 and 180 degrees, got {fov_y}")
+        raise ArgumentError.expecting("fov_y", "lie between 0 and 180 degrees", fov_y)
     if aspect <= 0.0:
-        raise ArgumentError(f"aspect must be positive, got {aspect}")
+        raise ArgumentError.expecting("aspect", "be positive", aspect)
     if near <= 0.0:
-        raise ArgumentError(f"near must be positive, got {near}")
+        raise ArgumentError.expecting("near", "be positive", near)
     _check_depths(near, far)
     half_height = math.tan(math.radians(fov_y) / 2.0)
     a = far / (near - far)
@@ -64,9 +64,13 @@ def orthographic(left: float, right: float, bottom: float, top: float, near: flo
     bottom, top = number(bottom, "bottom"), number(top, "top")
     near, far = number(near, "near"), number(far, "far")
     if left == right:
-        raise ArgumentError(f"left and right must differ, both are {left}")
+        raise ArgumentError(
+            f"left and right must differ, both are {left}", argument="right", expected="differ from left"
+        )
     if bottom == top:
-        raise ArgumentError(f"bottom and top must differ, both are {bottom}")
+        raise ArgumentError(
+            f"bottom and top must differ, both are {bottom}", argument="top", expected="differ from bottom"
+        )
     _check_depths(near, far)
     x = _reciprocal(right - left, "right - left")
     y = _reciprocal(top - bottom, "top - bottom")
@@ -84,14 +88,16 @@ def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0,
     """
     eye, target, up = vector(eye, "eye", 3), vector(target, "target", 3), vector(up, "up", 3)
     if np.array_equal(eye, target):
-        raise ArgumentError(f"eye and target must differ, both are {tuple(eye.tolist())}")
+        raise ArgumentError(
+            f"eye and target must differ, both are {tuple(eye.tolist())}", argument="target", expected="differ from eye"
+        )
     with np.errstate(over="ignore"):
         view = real_array(target - eye, "target - eye")
     forward = direction(view, "target - eye", 3)
     sideways = np.cross(forward, direction(up, "up", 3))
     if np.linalg.norm(sideways) < PARALLEL:
-        raise ArgumentError(
-            f"up must not be parallel to target - eye = {tuple(view.tolist())}, got {tuple(up.tolist())}"
+        raise ArgumentError.expecting(
+            "up", f"not be parallel to target - eye = {tuple(view.tolist())}", tuple(up.tolist())
         )
     right = sideways / np.linalg.norm(sideways)
     matrix = np.eye(4)
@@ -103,11 +109,11 @@ def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0,
 
 def _check_depths(near: float, far: float) -> None:
     if near >= far:
-        raise ArgumentError(f"near must be less than far, got near = {near}, far = {far}")
+        raise ArgumentError.expecting("near", "be less than far", f"near = {near}, far = {far}")
 
 
 def _reciprocal(length: float, name: str) -> float:
     """Return 1 / `length`; it must neither overflow nor, where `length` itself has overflowed, vanish."""
     if not (math.isfinite(length) and length != 0.0 and math.isfinite(1.0 / length)):
-        raise ArgumentError(f"{name} must have a finite reciprocal, got {length}")
+        raise ArgumentError.expecting(name, "have a finite reciprocal", length)
     return 1.0 / length

@@ -64,4 +64,4 @@ def _require_depths_fit(prepared: PreparedFrame) -> None:
     most = prepared.device.limits.max_bound_bytes // 4
     if (width + 2 * MARGIN) * (height + 2 * MARGIN) > most:
         room = f"{most:,} pixels in a vector picture, {MARGIN} at each side included"
-        raise ArgumentError(f"size must be at most {room}, got {width} x {height}")
+        raise ArgumentError.expecting("size", f"be at most {room}", f"{width} x {height}")

@@ -90,24 +90,24 @@ class VectorLayer:
         n = len(self.segments)
         for values, name in ((self.hidden, "hidden"), (self.dash_start, "dash_start")):
             if values.shape != (n,):
-                raise ArgumentError(f"{name} must have shape ({n},), got {values.shape}")
+                raise ArgumentError.expecting(name, f"have shape ({n},)", values.shape)
         _require_in_range(self.dash_start, "dash_start")
         _require_colors(self.colors, n)
 
 
 def _require_coordinates(values: FloatArray, name: str, columns: int) -> None:
     if values.ndim != 2 or values.shape[1] != columns:
-        raise ArgumentError(f"{name} must have shape (n, {columns}), got {values.shape}")
+        raise ArgumentError.expecting(name, f"have shape (n, {columns})", values.shape)
     _require_in_range(values, name)
 
 
 def _require_in_range(values: FloatArray, name: str) -> None:
     if not np.isfinite(values).all():
-        raise ArgumentError(f"{name} must be finite, got {first_non_finite(values)}")
+        raise ArgumentError.expecting(name, "be finite", first_non_finite(values))
     if np.abs(values).max(initial=0.0) > MAX_COORDINATE_PX:
-        raise ArgumentError(f"{name} must lie within {MAX_COORDINATE_PX:g} pixels, got {np.abs(values).max():g}")
+        raise ArgumentError.expecting(name, f"lie within {MAX_COORDINATE_PX:g} pixels", f"{np.abs(values).max():g}")
 
 
 def _require_colors(colors: FloatArray, n: int) -> None:
     if colors.shape not in {(1, 4), (n, 4)}:
-        raise ArgumentError(f"colors must have shape (1, 4) or ({n}, 4), got {colors.shape}")
+        raise ArgumentError.expecting("colors", f"have shape (1, 4) or ({n}, 4)", colors.shape)

@@ -33,4 +33,4 @@ class Clip:
         """Raise `ArgumentError` where the pictures are larger than the format can say."""
         if max(self.size) > side:
             width, height = self.size
-            raise ArgumentError(f"size must be at most {side} x {side} in {format_name}, got {width} x {height}")
+            raise ArgumentError.expecting("size", f"be at most {side} x {side} in {format_name}", f"{width} x {height}")

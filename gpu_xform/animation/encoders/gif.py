@@ -37,7 +37,7 @@ def write(file: BinaryIO, clip: Clip) -> None:
     """
     clip.require_size_within(LARGEST_SIDE, "a GIF")
     if clip.fps > MOST_FPS:
-        raise ArgumentError(f"fps must be at most {MOST_FPS} in a GIF, got {clip.fps:g}")
+        raise ArgumentError.expecting("fps", f"be at most {MOST_FPS} in a GIF", f"{clip.fps:g}")
     spread = np.unique(np.linspace(0, clip.n_frames - 1, N_SAMPLES).round().astype(int))
     palettes = Palettes(clip.samples(spread.tolist()))
 

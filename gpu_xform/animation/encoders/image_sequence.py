@@ -21,9 +21,9 @@ def is_template(path: Path) -> bool:
 def frame_name(template: str) -> Callable[[int], str]:
     """Return what puts a frame's number into `template`, "{frame:04}.png"."""
     if len(PLACE.findall(template)) != 1 or re.search("[{}]", PLACE.sub("", template)):
-        raise ArgumentError(f"path must hold {{frame}}, or {{frame:04}} for four digits, once, got {template!r}")
+        raise ArgumentError.expecting("path", "hold {frame}, or {frame:04} for four digits, once", repr(template))
     if not template.lower().endswith(".png"):
-        raise ArgumentError(f"path must end in .png where it holds {{frame}}, got {template!r}")
+        raise ArgumentError.expecting("path", "end in .png where it holds {frame}", repr(template))
     return lambda k: PLACE.sub(lambda place: format(k, f"{place[1] or ''}d"), template)
 
 

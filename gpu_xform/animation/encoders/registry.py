@@ -32,7 +32,7 @@ def saver(path: StrPath) -> Callable[[Clip], None]:
     Raises at once what can be known of the name: `ArgumentError`, `MissingExtraError`.
     """
     if not isinstance(path, str | os.PathLike):
-        raise ArgumentTypeError(f"path must be a path, got {type(path).__name__}")
+        raise ArgumentTypeError.expecting("path", "be a path", type(path).__name__)
     write = _writer(Path(path))
 
     def save(clip: Clip) -> None:
@@ -53,7 +53,7 @@ def _writer(path: Path) -> Callable[[Clip], None]:
     kind = path.suffix.lower().lstrip(".")
     if kind not in WRITERS:
         known = ", ".join(f".{name}" for name in WRITERS)
-        raise ArgumentError(f"path must end in one of {known}, or hold {{frame}}, got {str(path)!r}")
+        raise ArgumentError.expecting("path", f"end in one of {known}, or hold {{frame}}", repr(str(path)))
     if kind in ("mp4", "webm"):
         video.require_av()
 

@@ -87,7 +87,9 @@ def _write(file: BinaryIO, clip: Clip, form: VideoFormat) -> None:
 
     def compressed(pixels: Pixels) -> list["Packet[Any]"]:
         if pixels[..., 3].min() < 255:
-            raise ArgumentError(f"background must be opaque in {form.name}: GIF, APNG, WebP and HTML can hold another")
+            raise ArgumentError.expecting(
+                "background", f"be opaque in {form.name}", reason="GIF, APNG, WebP and HTML can hold another"
+            )
         padded = np.pad(pixels, ((0, padding[1]), (0, padding[0]), (0, 0)), mode="edge") if any(padding) else pixels
         frame = av.VideoFrame.from_ndarray(padded, format="rgba").reformat(format="yuv420p", dst_colorspace="itu709")
         frame.pts, frame.time_base = next(number), 1 / rate

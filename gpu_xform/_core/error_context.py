@@ -1,0 +1,25 @@
+"""The context of an error: a prefix that says which of several inputs it is about."""
+
+import contextlib
+from collections.abc import Iterator
+from typing import TypeVar
+
+from ..errors import ArgumentError, ArgumentTypeError, GpuXformError, MeshError
+
+_Error = TypeVar("_Error", bound=GpuXformError)
+
+
+def prefixed(error: _Error, prefix: str) -> _Error:
+    """Return an error like `error` with "PREFIX: " before its message."""
+    copied = type(error)(f"{prefix}: {error}")
+    copied.__dict__.update(error.__dict__)
+    return copied
+
+
+@contextlib.contextmanager
+def prefix_errors(prefix: str) -> Iterator[None]:
+    """Put "PREFIX: " before the message of an error about an argument or a mesh that the block raises."""
+    try:
+        yield
+    except (ArgumentError, ArgumentTypeError, MeshError) as error:
+        raise prefixed(error, prefix) from error.__cause__
