@@ -10,7 +10,7 @@ import gpu_xform as gx
 from gpu_xform import Animation, Camera, Mesh, Scene, animate, render, samples, turntable
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.formats import registry
-from gpu_xform.gpu.buffers import Buffer
+from tests.support.spies import record_uploads
 
 SIZE = (96, 64)
 CAMERA = Camera.look_at((1, 4, 14), (0, 3, 0))
@@ -115,14 +115,7 @@ def test_a_model_is_uploaded_once_for_all_frames(monkeypatch: pytest.MonkeyPatch
         size=SIZE,
         camera={"direction": (0, 0, -1)},
     )
-    uploads: list[int] = []
-    upload = Buffer.upload
-
-    def spy(buffer: Buffer, array: Any, *args: Any) -> None:
-        uploads.append(array.nbytes)
-        upload(buffer, array, *args)
-
-    monkeypatch.setattr(Buffer, "upload", spy)
+    uploads = record_uploads(monkeypatch)
     list(animation)
     first = len(uploads)
     assert [size > 1000 for size in uploads].count(True) == 3  # points, edges, triangles

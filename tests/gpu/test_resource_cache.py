@@ -13,6 +13,7 @@ from gpu_xform import Camera, Mesh, samples
 from gpu_xform.gpu import resource_cache
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import Device
+from tests.support.spies import record_uploads
 
 STYLE: dict[str, Any] = {"fill": "#ffe0a0", "point_size": 3.0, "size": (80, 60)}
 CAMERA = Camera.look_at((3, 2, 5), (0, 0, 0))
@@ -28,15 +29,7 @@ def own() -> Iterator[Device]:
 @pytest.fixture
 def uploads(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """The sizes of all arrays that are uploaded, in bytes."""
-    seen: list[int] = []
-    upload = Buffer.upload
-
-    def spy(buffer: Buffer, array: npt.NDArray[Any]) -> None:
-        seen.append(array.nbytes)
-        upload(buffer, array)
-
-    monkeypatch.setattr(Buffer, "upload", spy)
-    return seen
+    return record_uploads(monkeypatch)
 
 
 def kept(device: Device) -> dict[Any, Buffer]:

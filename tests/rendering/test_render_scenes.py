@@ -10,9 +10,9 @@ import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, Scene, compare_images, render_array, samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.formats._concatenate import joined
-from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.chunking import align_points
 from gpu_xform.gpu.device import Device
+from tests.support.spies import record_uploads
 
 SIZE = (300, 200)
 CUBE, HOUSE = samples.cube(), samples.house()
@@ -73,14 +73,7 @@ def test_a_mesh_is_uploaded_once_for_all_nodes_and_styles(monkeypatch: pytest.Mo
     parent = None
     for i in range(30):
         parent = scene.add(ball, parent=parent, transform=gx.translate(1, 0.1, 0), line_width=1 + i % 3)
-    uploads: list[int] = []
-    upload = Buffer.upload
-
-    def spy(buffer: Buffer, array: Any, *args: Any) -> None:
-        uploads.append(array.nbytes)
-        upload(buffer, array, *args)
-
-    monkeypatch.setattr(Buffer, "upload", spy)
+    uploads = record_uploads(monkeypatch)
     render_array(scene, size=SIZE, device=device)
     assert uploads.count(12 * align_points(ball.n_points)) == 1
     assert len([layer for layer in scene.layers() if layer.model is ball]) == 3
