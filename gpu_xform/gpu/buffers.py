@@ -51,14 +51,15 @@ class Buffer:
         self._host_mappable = bool(usage & Usage.STORAGE) and context.host_mappable
         if self._host_mappable:
             usage |= MAPPED
-        with uninterrupted(), translate_wgpu_errors(f"allocate {n_bytes:,} bytes"):
+        with uninterrupted(), translate_wgpu_errors(f"allocate {n_bytes:,} bytes", label):
             self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
         self._released = False
         self._is_mapped = False
+        context.buffers.add(self)
 
     def upload(self, array: npt.NDArray[Any]) -> None:
         """Copy `array` (C-ordered) to the buffer's start."""
-        with self.context.lock, translate_wgpu_errors(f"upload {array.nbytes:,} bytes"):
+        with self.context.lock, translate_wgpu_errors(f"upload {array.nbytes:,} bytes", self.label):
             self.require_submittable(self.context)
             if self._host_mappable and array.nbytes > MAX_QUEUED_BYTES:
                 self.handle.map_sync(wgpu.MapMode.WRITE, 0, array.nbytes)
@@ -76,7 +77,7 @@ class Buffer:
         """
         if self._is_mapped:
             return
-        with self.context.lock, uninterrupted(), translate_wgpu_errors(f"read {n_bytes:,} bytes back"):
+        with self.context.lock, uninterrupted(), translate_wgpu_errors(f"read {n_bytes:,} bytes back", self.label):
             self.require_submittable(self.context)
             self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
             self._is_mapped = True
@@ -114,6 +115,11 @@ class Buffer:
             yield np.frombuffer(self.handle.read_mapped(0, n_bytes, copy=False), np.uint8)
         finally:
             self.handle.unmap()
+
+    @property
+    def is_released(self) -> bool:
+        """Whether its memory has been given back."""
+        return self._released
 
     @property
     def can_map(self) -> bool:

@@ -6,7 +6,8 @@ Buffers, caches, shaders and dispatches are made from a context. `Device` puts t
 import contextlib
 import os
 import threading
-from collections.abc import Iterator
+import weakref
+from collections.abc import Iterator, Sequence
 from typing import Protocol
 
 import wgpu
@@ -39,15 +40,42 @@ class Submittable(Protocol):
     def handle(self) -> wgpu.GPUBuffer:
         """The object that wgpu knows it by."""
 
+    @property
+    def label(self) -> str:
+        """What messages and the debug tools call it."""
+
     def require_submittable(self, context: "GpuContext") -> None:
         """Raise `DeviceError` if a submission on `context` that uses it would abort the process."""
+
+
+class DispatchObserver:
+    """Looks on while commands are encoded and submitted, for a tool; the methods do nothing unless overridden."""
+
+    def begin_submission(self, label: str) -> None:
+        """Begin: no command is encoded yet."""
+
+    def timestamp_writes(self) -> dict[str, object] | None:
+        """Return where a dispatch about to be encoded writes its timestamps, as wgpu takes it; None for nowhere."""
+        return None
+
+    def end_dispatch(self, encoder: "CommandEncoder", label: str) -> None:
+        """Look on after a dispatch; `label` is its pipeline's."""
+
+    def end_encoding(self, encoder: "CommandEncoder") -> None:
+        """Look on after the last command; more may be encoded."""
+
+    def end_submission(self) -> None:
+        """Look on after the submission."""
 
 
 class CommandEncoder:
     """The commands of one submission, in the order in which the device runs them."""
 
-    def __init__(self, handle: wgpu.GPUCommandEncoder) -> None:
-        self.handle = handle
+    def __init__(self, context: "GpuContext", used: Sequence[Submittable], label: str) -> None:
+        self._context = context
+        self._used = used
+        self._label = label
+        self.handle = context.handle.create_command_encoder(label=label)
 
     def copy_buffer(
         self, source: Submittable, destination: Submittable, n_bytes: int, *, source_offset_bytes: int = 0
@@ -58,6 +86,35 @@ class CommandEncoder:
     def clear_buffer(self, buffer: Submittable, n_bytes: int) -> None:
         """Fill the first `n_bytes` of `buffer` with zeros."""
         self.handle.clear_buffer(buffer.handle, 0, n_bytes)
+
+    def begin_compute_pass(self, label: str) -> wgpu.GPUComputePassEncoder:
+        """Return wgpu's encoder of one pass; `end_compute_pass` takes it back."""
+        writes = None
+        for observer in self._context.observers:
+            writes = writes or observer.timestamp_writes()
+        return self.handle.begin_compute_pass(label=label, timestamp_writes=writes)
+
+    def end_compute_pass(self, compute: wgpu.GPUComputePassEncoder) -> None:
+        """End a pass of one dispatch."""
+        compute.end()
+        for observer in self._context.observers:
+            observer.end_dispatch(self, compute.label)
+
+    def flush(self) -> None:
+        """Submit what has been encoded so far: for observers, which may split a submission."""
+        self.submit()
+        self.handle = self._context.handle.create_command_encoder(label=self._label)
+
+    def submit(self) -> None:
+        """Submit what has been encoded; called once, by `GpuContext.encode_commands`.
+
+        wgpu aborts the process if a submission is not valid: what could make it so is checked here.
+        """
+        for buffer in self._used:
+            buffer.require_submittable(self._context)
+        with translate_wgpu_errors("record the commands", self._label, *[each.label for each in self._used]):
+            commands = self.handle.finish(label=self._label)
+        self._context.handle.queue.submit([commands])
 
 
 class GpuContext:
@@ -87,22 +144,26 @@ class GpuContext:
         _process_of_first_device = os.getpid()
         self.lock = threading.RLock()
         self.is_closed = False
+        self.buffers: weakref.WeakSet[Submittable] = weakref.WeakSet()  # all that are alive, for the debug tools
+        self.observers: list[DispatchObserver] = []
 
     @contextlib.contextmanager
     def encode_commands(self, *used: Submittable, label: str) -> Iterator[CommandEncoder]:
         """Encode commands that touch the buffers `used`; submit them once, at the end of the block.
 
-        wgpu aborts the process if a submission is not valid: what could make it so is checked here.
+        label : what messages and traces call the submission
         """
         with self.lock, uninterrupted():
             self.require_usable()
-            encoder = CommandEncoder(self.handle.create_command_encoder(label=label))
+            for observer in self.observers:
+                observer.begin_submission(label)
+            encoder = CommandEncoder(self, used, label)
             yield encoder
-            for buffer in used:
-                buffer.require_submittable(self)
-            with translate_wgpu_errors("record the commands"):
-                commands = encoder.handle.finish(label=label)
-            self.handle.queue.submit([commands])
+            for observer in self.observers:
+                observer.end_encoding(encoder)
+            encoder.submit()
+            for observer in self.observers:
+                observer.end_submission()
 
     def require_usable(self) -> None:
         """Raise `DeviceError` if the device is closed, or if this process is a fork of the one that opened it."""

@@ -2,6 +2,7 @@
 
 import contextlib
 import threading
+from collections.abc import Iterator
 from types import TracebackType
 from typing import Self
 
@@ -13,6 +14,8 @@ from .context import CommandEncoder, GpuContext, Submittable
 from .dispatch import BindGroupCache
 from .resource_cache import ResourceCache
 from .shaders import Pipelines
+from .timestamps import DispatchTimer, create_timer
+from .trace import Tracer, trace_from_environment
 
 
 class Device:
@@ -48,6 +51,10 @@ class Device:
         self.bind_groups = BindGroupCache(context)
         self.pool = BufferPool(context)
         self.resource_cache = ResourceCache(context)
+        self._trace = trace_from_environment()
+        self._tracer = Tracer(context, self._trace) if self._trace else None
+        if self._tracer:
+            context.observers.append(self._tracer)
         self_test.require(context, self.pipelines)
 
     @property
@@ -64,6 +71,20 @@ class Device:
         """Encode commands that touch the buffers `used`; submit them once, at the end of the block."""
         return self.context.encode_commands(*used, label=label)
 
+    @contextlib.contextmanager
+    def time_dispatches(self) -> Iterator[DispatchTimer]:
+        """Lend a timer of all dispatches in the block, for the thread that holds the device's lock meanwhile."""
+        with self.lock:
+            if self._tracer:
+                yield self._tracer.timer
+                return
+            timer = create_timer(self.context)
+            self.context.observers.append(timer)
+            try:
+                yield timer
+            finally:
+                self.context.observers.remove(timer)
+
     def require_usable(self) -> None:
         """Raise `DeviceError` if the device is closed, or if this process is a fork of the one that opened it."""
         self.context.require_usable()
@@ -76,6 +97,8 @@ class Device:
                 self.pool.clear()
                 self.resource_cache.clear()
                 self.context.close()
+                if self._trace:
+                    self._trace.write()
 
     def __enter__(self) -> Self:
         return self

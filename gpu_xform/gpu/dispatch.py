@@ -60,7 +60,7 @@ class BindGroupCache:
         return len(self._groups)
 
     def _create(self, pipeline: wgpu.GPUComputePipeline, parts: Sequence[tuple[int, Binding]]) -> wgpu.GPUBindGroup:
-        with translate_wgpu_errors("bind the buffers"):
+        with translate_wgpu_errors("bind the buffers", pipeline.label, *[part.buffer.label for _, part in parts]):
             return self._context.handle.create_bind_group(
                 label=pipeline.label,
                 layout=pipeline.get_bind_group_layout(0),
@@ -76,18 +76,16 @@ def dispatch(
     pipeline: wgpu.GPUComputePipeline,
     bindings: wgpu.GPUBindGroup,
     *n_workgroups: int | Buffer,
-    timestamps: wgpu.GPUQuerySet | None = None,
 ) -> None:
-    """Encode one compute pass; its begin and end go into queries 0 and 1 of `timestamps`.
+    """Encode one dispatch, in a compute pass of its own.
 
     n_workgroups : up to three numbers, or the one buffer that begins with three
     """
-    writes = {"query_set": timestamps, "beginning_of_pass_write_index": 0, "end_of_pass_write_index": 1}
-    compute = encoder.handle.begin_compute_pass(label=pipeline.label, timestamp_writes=writes if timestamps else None)
+    compute = encoder.begin_compute_pass(pipeline.label)
     compute.set_pipeline(pipeline)
     compute.set_bind_group(0, bindings)
     if isinstance(n_workgroups[0], Buffer):
         compute.dispatch_workgroups_indirect(n_workgroups[0].handle, 0)
     else:
         compute.dispatch_workgroups(*n_workgroups)
-    compute.end()
+    encoder.end_compute_pass(compute)

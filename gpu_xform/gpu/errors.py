@@ -1,4 +1,4 @@
-"""wgpu's errors, said as ours."""
+"""Translation of wgpu's errors into those of gpu_xform."""
 
 import contextlib
 from collections.abc import Iterator
@@ -11,13 +11,18 @@ MEMORY_WORDS = ("not enough memory", "out of memory")
 
 
 @contextlib.contextmanager
-def translate_wgpu_errors(action: str) -> Iterator[None]:
-    """Turn what wgpu raises in the block into `DeviceMemoryError` or `DeviceError`; `action` says what was tried."""
+def translate_wgpu_errors(action: str, *labels: str) -> Iterator[None]:
+    """Turn what wgpu raises in the block into `DeviceMemoryError` or `DeviceError`.
+
+    action : what was tried: "allocate 4 bytes"
+    labels : those of the objects that were used, because wgpu does not always say which it means
+    """
     try:
         yield
     except wgpu.GPUError as error:
         text = str(error).strip()
-        # wgpu reports exhausted memory as a validation error, so that only its words tell.
+        named = f"{action} ({', '.join(map(repr, labels))})" if labels else action
+        # wgpu reports exhausted memory as a validation error: only its words tell.
         if isinstance(error, wgpu.GPUOutOfMemoryError) or any(words in text.casefold() for words in MEMORY_WORDS):
-            raise DeviceMemoryError(f"the device has not enough memory to {action}") from error
-        raise DeviceError(f"the device could not {action}: {text}") from error
+            raise DeviceMemoryError(f"the device has not enough memory to {named}") from error
+        raise DeviceError(f"the device could not {named}: {text}") from error

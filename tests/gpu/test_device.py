@@ -359,7 +359,7 @@ def test_exhausted_memory_is_a_device_memory_error(device: Device) -> None:
             print(error)
         gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity(), device=device)
     """
-    assert output(code) == "the device has not enough memory to allocate 1,073,741,824 bytes\n"
+    assert output(code) == "the device has not enough memory to allocate 1,073,741,824 bytes ('test')\n"
 
 
 @pytest.mark.parametrize(

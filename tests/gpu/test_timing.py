@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from gpu_xform.compute.kernels import transform as transform_pass
-from gpu_xform.gpu import timing
+from gpu_xform.gpu import timestamps, timing
 from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import Device
 
@@ -15,11 +15,14 @@ from gpu_xform.gpu.device import Device
 @pytest.fixture
 def kernel(device: Device) -> Iterator[tuple[Any, Any, int]]:
     """A pipeline, its bindings, and how many workgroups of it take a while."""
+    yield from kernel_of(device)
+
+
+def kernel_of(device: Device) -> Iterator[tuple[Any, Any, int]]:
     plan = DispatchPlan.of(device, 1 << 20, 3, np.dtype(np.float32))
     with device.lock:
-        buffers = [
-            device.pool.scratch("test", role, plan.chunk * plan.point_bytes) for role in ("source", "destination")
-        ]
+        n_bytes = plan.chunk * plan.point_bytes
+        buffers = [device.pool.scratch("test", key, n_bytes) for key in ("source", "destination")]
         (transforms,) = transform_pass.upload_transforms(plan, np.eye(4)[None], plan.chunk)
         pipeline = plan.pipeline("transform_points", finish=transform_pass.Finish.AS_IT_IS, n_rows=1)
         yield pipeline, (transforms, *buffers), plan.n_workgroups(plan.chunk)
@@ -31,12 +34,19 @@ def test_a_kernel_takes_less_than_the_call_that_runs_it(device: Device, kernel: 
     assert 0.0 < seconds < time.perf_counter() - start
 
 
+def test_a_device_without_timestamps_is_timed_by_the_host(single_device: Device) -> None:
+    for kernel in kernel_of(single_device):
+        start = time.perf_counter()
+        seconds = timing.time_kernel(single_device, *kernel)
+        assert 0.0 < seconds < time.perf_counter() - start
+
+
 def test_a_devices_clock_ticks_as_it_says(
     device: Device, kernel: tuple[Any, Any, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if "timestamp-query" not in device.features:
         pytest.skip("the host's clock is taken")
-    monkeypatch.setattr(timing, "lib", SimpleNamespace(wgpuQueueGetTimestampPeriod=lambda _: 1e9))
+    monkeypatch.setattr(timestamps, "lib", SimpleNamespace(wgpuQueueGetTimestampPeriod=lambda _: 1e9))
     assert timing.time_kernel(device, *kernel) >= 1000.0
     monkeypatch.undo()
-    assert timing.nanoseconds_per_tick(device) > 0.0
+    assert timestamps.nanoseconds_per_tick(device.context) > 0.0
