@@ -3,17 +3,32 @@
 import copy
 from collections import defaultdict
 from collections.abc import Callable, Container, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core.arguments import square_matrix
-from .._core.types import Float64Array, MatrixLike
+from .._core.types import Float64Array, MatrixLike, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 from ..matrices._affine import finite
+from .mesh import Mesh
 
-if TYPE_CHECKING:
-    from ..drawing.layer import Model
+
+class PointsOnDevice(Protocol):
+    """What a scene knows of a `PointBuffer`, whose folder comes after this one."""
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """The number of points, and of their coordinates."""
+        ...
+
+    def device_points(self) -> Any:
+        """Return the points as the device has them."""
+        ...
+
+
+SceneModel: TypeAlias = Mesh | npt.NDArray[Any] | PointsOnDevice | StrPath
 
 _LINES_IN_REPR = 40
 
@@ -21,7 +36,7 @@ _LINES_IN_REPR = 40
 class Shown(NamedTuple):
     """A model, and how it is drawn."""
 
-    model: "Model"
+    model: Any
     style: Mapping[str, Any]
     """The keywords of `render` that say how."""
 
@@ -31,7 +46,7 @@ class Instances(NamedTuple):
 
     node: str
     """The name of the first node that shows it."""
-    model: "Model"
+    model: Any
     style: Mapping[str, Any]
     transform: Float64Array
     """(k, 4, 4): from the model to the world, once for each place."""
@@ -74,7 +89,7 @@ class Node:
         """The models, each with its style, in the order in which they were given."""
         return self._models
 
-    def show(self, model: "Model", **style: Any) -> None:
+    def show(self, model: SceneModel, **style: Any) -> None:
         """Show one more model here, drawn in the style that keywords of `render` describe."""
         if "transform" in style:
             raise ArgumentError.expecting("transform", "be that of a node", reason="a model stands where its node is")
@@ -97,7 +112,7 @@ class Scene:
 
     def add(
         self,
-        model: "Model | None" = None,
+        model: SceneModel | None = None,
         *,
         name: str | None = None,
         parent: str | Node | None = None,
@@ -163,7 +178,7 @@ class Scene:
             posed._nodes[name]._transform = _local(matrix, f"poses[{name!r}]")
         return posed
 
-    def with_models(self, change: Callable[["Model"], "Model"]) -> "Scene":
+    def with_models(self, change: Callable[[Any], Any]) -> "Scene":
         """Return a scene of the same nodes, where `change` gives the model in place of each."""
         changed = self.posed({})
         for node in changed:
@@ -279,7 +294,7 @@ def _identity(value: Any) -> Any:
     return value
 
 
-def _described(model: "Model") -> str:
+def _described(model: object) -> str:
     return f"<array {model.shape}>" if isinstance(model, np.ndarray) else repr(model)
 
 

@@ -55,7 +55,7 @@ def test_another_scene_may_take_its_place() -> None:
 
 def points_of(scene: Scene) -> Any:
     return np.concatenate(
-        [shown.model.transformed(scene.world(node)).positions for node in scene for shown in node.models]  # type: ignore[union-attr]
+        [shown.model.transformed(scene.world(node)).positions for node in scene for shown in node.models]
     )
 
 
