@@ -9,8 +9,8 @@ from ..errors import ArgumentError
 from ..gpu.device import Device
 from ..imaging.colors import ColorLike, FloatColor
 from ..vector import VectorLayer, format_pdf, format_svg
-from ..vector.build_layers import strokes
-from ..vector.edge_visibility import MARGIN
+from ..vector.build_layers import build_layers
+from ..vector.edge_visibility import MARGIN_PX
 
 
 def render_svg(
@@ -55,13 +55,13 @@ def _draw(models: Models, frame: Frame, style: Style) -> tuple[tuple[int, int], 
     """Return the size, the background and the layers of a picture, as the writers take them."""
     with prepare_frame(models, frame, style) as prepared:
         _require_depths_fit(prepared)
-        return prepared.view.size, prepared.background, strokes(prepared)
+        return prepared.view.size, prepared.background, build_layers(prepared)
 
 
 def _require_depths_fit(prepared: PreparedFrame) -> None:
     """Raise if one binding cannot hold a depth for each pixel, by which edges are split."""
     width, height = prepared.view.size
     most = prepared.device.limits.max_bound_bytes // 4
-    if (width + 2 * MARGIN) * (height + 2 * MARGIN) > most:
-        room = f"{most:,} pixels in a vector picture, {MARGIN} at each side included"
+    if (width + 2 * MARGIN_PX) * (height + 2 * MARGIN_PX) > most:
+        room = f"{most:,} pixels in a vector picture, {MARGIN_PX} at each side included"
         raise ArgumentError.expecting("size", f"be at most {room}", f"{width} x {height}")

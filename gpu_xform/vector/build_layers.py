@@ -1,4 +1,4 @@
-"""What a device has cut into pieces, as the strokes that vector files are written from."""
+"""Vector layers from a draw list: edges split by visibility, and filled faces from back to front."""
 
 from collections.abc import Sequence
 
@@ -9,113 +9,116 @@ from .._core.types import Float64Array
 from ..drawing.draw_list import Lines
 from ..drawing.enums import ColorMode, Hidden
 from ..drawing.prepare import PreparedFrame
-from .edge_visibility import Cut, cut
-from .fills import painted, polygons
+from .edge_visibility import SplitEdges, split_edges_by_visibility
+from .fills import collect_fills
 from .layer import Points, Polygons, VectorLayer
+from .sort_fills import sort_fills
 
-PALE = 0.25  # what hidden edges keep of their strength where they fade; as in the shaders
-GRADIENT_STEP = 8.0  # pixels; pieces of changing colour are no longer
-UNCUT = 1e9
+HIDDEN_FADE_ALPHA = 0.25  # factor of the opacity of hidden edges that fade; as in the shaders
+GRADIENT_STEP_PX = 8.0  # spans of changing colour are no longer than that
+UNLIMITED_PX = 1e9
 
 
-def strokes(prepared: PreparedFrame) -> list[VectorLayer]:
-    """Return each layer's picture; before them all painted faces, unless they are the first layer's own."""
+def build_layers(prepared: PreparedFrame) -> list[VectorLayer]:
+    """Return a vector layer per layer; before them one with all filled faces, unless they belong to the first layer."""
     draw_list, background = prepared.draw_list, prepared.background
-    drawables = draw_list.drawables
-    cuts, seen = cut(prepared.device, drawables, prepared.view, _longest, painting=len(draw_list.palette) > 0)
-    owners, triangles = {}, {}
-    for owner, drawable, of_drawable in zip(draw_list.layer_indices, drawables, seen, strict=True):
-        owners.update({id(lines): owner for lines in drawable.lines})
+    splits, is_visible = split_edges_by_visibility(
+        prepared.device, draw_list.drawables, prepared.view, _max_span_px, find_visible=len(draw_list.palette) > 0
+    )
+    layer_of, visible_triangles = {}, {}
+    for number, drawable, visible in zip(draw_list.layer_indices, draw_list.drawables, is_visible, strict=True):
+        layer_of.update({id(lines): number for lines in drawable.lines})
         if drawable.faces is not None:
-            triangles[owner] = of_drawable
-    faces = painted(prepared, triangles)
-    of_all = [part for parts in faces.values() for part in parts]
-    filled = polygons(of_all, background) if of_all else None
-    is_own = list(faces) == [0]
-    pictures = [] if filled is None or is_own else [_strokes("faces", 1.0, [], filled)]
+            visible_triangles[number] = visible
+    fills = collect_fills(prepared, visible_triangles)
+    parts = [fill for instances in fills.values() for fill in instances]
+    polygons = sort_fills(parts, background) if parts else None
+    is_of_first = list(fills) == [0]
+    layers = [] if polygons is None or is_of_first else [_build_layer("faces", 1.0, [], polygons)]
     for number, (layer, source) in enumerate(zip(prepared.layers, prepared.sources, strict=True)):
-        own = [one for one in cuts if owners[id(one.batch.lines)] == number]
+        own = [split for split in splits if layer_of[id(split.batch.lines)] == number]
         line_width = layer.line_width if layer.antialias else 1.0
-        pictures.append(_strokes(source.name, line_width, own, filled if is_own and number == 0 else None))
-    return pictures
+        layers.append(_build_layer(source.name, line_width, own, polygons if is_of_first and number == 0 else None))
+    return layers
 
 
-def _longest(lines: Lines) -> float:
-    """Return how many pixels a piece may have: few where colours change along it, as it has one colour.
+def _max_span_px(lines: Lines) -> float:
+    """Return how long spans may be: a span has one colour, so they are short if colours change along edges.
 
-    Pale pieces are not cut further, because their ends would be darker where they overlap.
+    Transparent spans stay whole, because their ends would be darker where they overlap.
     """
-    is_pale = lines.opacity < 1.0 or lines.has_transparency
-    is_pale |= lines.depth_cue.amount > 0.0 or lines.hidden is Hidden.FADE
-    return GRADIENT_STEP if lines.color_mode is ColorMode.PER_VERTEX and not is_pale else UNCUT
+    is_transparent = lines.opacity < 1.0 or lines.has_transparency
+    is_transparent |= lines.depth_cue.amount > 0.0 or lines.hidden is Hidden.FADE
+    return GRADIENT_STEP_PX if lines.color_mode is ColorMode.PER_VERTEX and not is_transparent else UNLIMITED_PX
 
 
-def _strokes(name: str, line_width: float, cuts: Sequence[Cut], filled: Polygons | None) -> VectorLayer:
-    """Return one layer's strokes; hidden parts that are removed, and hidden dots, are left out."""
-    segments, hidden, starts, colors, circles, dot_colors = [], [], [], [], [], []
+def _build_layer(name: str, line_width: float, splits: Sequence[SplitEdges], polygons: Polygons | None) -> VectorLayer:
+    """Return one vector layer, without hidden spans that are removed and without hidden points."""
+    segments, hidden, starts, colors, circles, point_colors = [], [], [], [], [], []
     fades = False
-    for one in cuts:
-        lines = one.batch.lines
+    for split in splits:
+        lines = split.batch.lines
         fades |= lines.hidden is Hidden.FADE
-        is_hidden = one.pieces["is_hidden"] == 1
-        chosen = np.flatnonzero(~is_hidden | (lines.hidden in {Hidden.DASH, Hidden.FADE}))
+        is_hidden = split.spans["is_hidden"] == 1
+        drawn = np.flatnonzero(~is_hidden | (lines.hidden in {Hidden.DASH, Hidden.FADE}))
         if lines.color_mode is not ColorMode.UNIFORM:
-            chosen = chosen[np.argsort(-one.pieces["farness"][chosen], kind="stable")]  # nearer ones over farther ones
-        pieces, is_hidden = one.pieces[chosen], is_hidden[chosen]
-        own = _colors(one, pieces)
+            drawn = drawn[np.argsort(-split.spans["farness"][drawn], kind="stable")]  # nearer ones over farther ones
+        spans, is_hidden = split.spans[drawn], is_hidden[drawn]
+        span_colors = _span_colors(split, spans)
         if lines.hidden is Hidden.FADE:
-            own[is_hidden, 3] *= PALE
+            span_colors[is_hidden, 3] *= HIDDEN_FADE_ALPHA
         if lines.are_points:
-            width = np.full((len(pieces), 1), lines.line_width)
-            circles.append(np.column_stack([pieces["ends"][:, :2], width]))
-            dot_colors.append(own)
+            diameter = np.full((len(spans), 1), lines.line_width)
+            circles.append(np.column_stack([spans["ends"][:, :2], diameter]))
+            point_colors.append(span_colors)
             continue
-        segments.append(pieces["ends"])
+        segments.append(spans["ends"])
         hidden.append(is_hidden)
-        starts.append(pieces["start"])
-        colors.append(own)
+        starts.append(spans["start"])
+        colors.append(span_colors)
     return VectorLayer(
         name=name,
         segments=np.concatenate(segments) if segments else np.empty((0, 4), np.float32),
         hidden=np.concatenate(hidden) if hidden else np.empty(0, np.bool_),
         dash_start=np.concatenate(starts) if starts else np.empty(0, np.float32),
-        colors=_in_one(np.concatenate(colors)) if colors else np.zeros((1, 4)),
+        colors=_collapse_uniform(np.concatenate(colors)) if colors else np.zeros((1, 4)),
         line_width=line_width,
         hidden_style="fade" if fades else "dash",
-        polygons=filled,
-        points=Points(np.concatenate(circles), np.concatenate(dot_colors)) if circles else None,
+        polygons=polygons,
+        points=Points(np.concatenate(circles), np.concatenate(point_colors)) if circles else None,
     )
 
 
-def _colors(one: Cut, pieces: npt.NDArray[np.void]) -> Float64Array:
-    """Return the colour of each piece, straight alpha: (s, 4)."""
-    lines = one.batch.lines
-    index = pieces["edge"] % one.batch.n_edges
+def _span_colors(split: SplitEdges, spans: npt.NDArray[np.void]) -> Float64Array:
+    """Return the colour of each span, straight alpha: (s, 4)."""
+    lines = split.batch.lines
+    index = spans["edge"] % split.batch.n_edges
     if lines.color_mode is ColorMode.UNIFORM:
-        colors = np.tile(np.array(lines.color), (len(pieces), 1))
+        colors = np.tile(np.array(lines.color), (len(spans), 1))
     elif lines.color_mode is ColorMode.PER_EDGE:
-        colors = _unpacked(one.colors[index])
+        colors = _unpack_rgba8(split.colors[index])
     else:
-        first, second = one.edges[index].T
-        along = pieces["along"][:, :1].astype(np.float64)
-        colors = _mixed(_unpacked(one.colors[first]), _unpacked(one.colors[second]), along)
-    colors[:, 3] *= np.clip(pieces["along"][:, 1], 0.0, 1.0)
+        first, second = split.edges[index].T
+        share = spans["along"][:, :1].astype(np.float64)
+        colors = _interpolate(_unpack_rgba8(split.colors[first]), _unpack_rgba8(split.colors[second]), share)
+    colors[:, 3] *= np.clip(spans["along"][:, 1], 0.0, 1.0)
     return colors
 
 
-def _mixed(first: Float64Array, second: Float64Array, share: Float64Array) -> Float64Array:
-    """Return colours (s, 4) between others, the share (s, 1) of the second; none takes the hue of what is clear."""
+def _interpolate(first: Float64Array, second: Float64Array, share: Float64Array) -> Float64Array:
+    """Return colours (s, 4) that are `share` (s, 1) of the way to the second, interpolated with premultiplied alpha."""
     weights = (1.0 - share) * first[:, 3:], share * second[:, 3:]
     alpha = weights[0] + weights[1]
-    mixed = (weights[0] * first[:, :3] + weights[1] * second[:, :3]) / np.where(alpha > 0.0, alpha, 1.0)
-    return np.column_stack([mixed, alpha])
+    rgb = (weights[0] * first[:, :3] + weights[1] * second[:, :3]) / np.where(alpha > 0.0, alpha, 1.0)
+    return np.column_stack([rgb, alpha])
 
 
-def _unpacked(colors: npt.NDArray[np.uint32]) -> Float64Array:
-    octets: Float64Array = np.ascontiguousarray(colors).view(np.uint8).reshape(-1, 4) / 255.0
-    return octets
+def _unpack_rgba8(colors: npt.NDArray[np.uint32]) -> Float64Array:
+    """Return packed colours (k,) as (k, 4) from 0 to 1."""
+    rgba: Float64Array = np.ascontiguousarray(colors).view(np.uint8).reshape(-1, 4) / 255.0
+    return rgba
 
 
-def _in_one(colors: Float64Array) -> Float64Array:
-    """Return the one colour where all are the same."""
+def _collapse_uniform(colors: Float64Array) -> Float64Array:
+    """Return one row if all colours are the same, else all."""
     return colors[:1] if len(colors) and (colors == colors[0]).all() else colors

@@ -1,4 +1,4 @@
-"""The faces of a mesh that are seen, cut at the sides of the view, and into bands where distance pales them."""
+"""Frustum clipping of the faces of a mesh, and their split into bands if the depth cue fades them unevenly."""
 
 from collections.abc import Callable
 from typing import NamedTuple, TypeAlias
@@ -8,6 +8,7 @@ import numpy as np
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..drawing.depth import DepthCue, depth_cue_loss
 from ..geometry.mesh import Mesh
+from .nonplanar import find_folded
 from .painters import (
     HalfSpace,
     RaggedPolygons,
@@ -22,103 +23,104 @@ from .painters import (
 
 Triangulation: TypeAlias = Callable[[], tuple[IndexArray, IndexArray]]
 
-STEP = 1.0 / 64.0  # of opacity, by which bands of a face that distance pales differ: four of 255
-FARTHEST_ASIDE = 16.0  # half widths of the picture, beyond which faces are cut off
-SLACK = 1e-9  # of w: what lies in a plane is on either side of it
+BAND_OPACITY_STEP = 1.0 / 64.0  # between neighbouring bands of a face that the depth cue fades: 4 of 255
+MAX_ASIDE_HALF_WIDTHS = 16.0  # of the picture: what lies farther aside than that is clipped
+PLANE_RTOL = 1e-9  # of w: what lies in a plane is on both sides of it
 
 
-class InView(NamedTuple):
-    """What of faces is in view, in clip space; owners are the faces.
+class ClippedFaces(NamedTuple):
+    """Faces in view, in clip space.
 
-    whole : those that are not cut, of any shape
-    cut : convex pieces of the others, each in a plane
+    polygons : corners (c, 4); owners are the faces. Whole faces of any shape come first, then convex planar pieces.
+    triangles : returns the triangles (t, 3, 4) of all polygons, and the index of the polygon of each (t,), ascending
     """
 
-    whole: RaggedPolygons
-    cut: RaggedPolygons
+    polygons: RaggedPolygons
+    triangles: Callable[[], tuple[Float64Array, IndexArray]]
 
 
-def faces_in_view(
-    mesh: Mesh, cut: Triangulation, clip_positions: Float64Array, seen: BoolArray, cue: DepthCue
-) -> InView:
-    """Return the faces that are seen, those cut that reach out of the view, fold, or are not paled evenly.
+def clip_faces(
+    mesh: Mesh,
+    triangulation: Triangulation,
+    clip_positions: Float64Array,
+    is_visible: BoolArray,
+    depth_cue: DepthCue,
+) -> ClippedFaces:
+    """Return the visible faces; those that leave the view, fold over or fade unevenly are split.
 
-    cut : gives the triangles of the mesh, and the face of each
-    clip_positions : (n, 4) the points in clip space, depth turned round
-    seen : (f,)
+    triangulation : returns the triangles of the mesh (t, 3), and the face of each (t,)
+    clip_positions : (n, 4) the points in clip space, with reversed-Z depth
+    is_visible : (f,)
     """
 
-    def lost(corners: Float64Array) -> Float64Array:
-        return depth_cue_loss(cue, corners)
+    def opacity_loss(corners: Float64Array) -> Float64Array:
+        return depth_cue_loss(depth_cue, corners)
 
-    def in_triangles(faces: IndexArray) -> RaggedPolygons:
-        indices, owners = cut()
-        own = np.isin(owners, faces)
-        corners = clip_positions[indices[own]].reshape(-1, 4)
-        return RaggedPolygons(np.arange(0, len(corners) + 1, 3), corners, owners[own])
+    def triangulate(faces: IndexArray) -> RaggedPolygons:
+        triangles, owners = triangulation()
+        is_wanted = np.isin(owners, faces)
+        corners = clip_positions[triangles[is_wanted]].reshape(-1, 4)
+        return RaggedPolygons(np.arange(0, len(corners) + 1, 3), corners, owners[is_wanted])
 
-    faces = np.flatnonzero(seen & (np.diff(mesh.offsets) > 2))
+    faces = np.flatnonzero(is_visible & (np.diff(mesh.offsets) > 2))
     rows, offsets = rows_of(mesh.offsets, faces)
-    whole = RaggedPolygons(offsets, clip_positions[mesh.indices[rows]], faces)
-    sides = _sides(float(np.abs(clip_positions[:, 3]).max(initial=0.0)))
-    is_in = np.all([min_max(whole, side(whole.corners))[0] >= 0.0 for side in sides], axis=0)
-    inside = select(whole, is_in)
-    low, high = min_max(inside, lost(inside.corners).clip(0.0, cue.amount))
-    # In a parallel view of what is projected once more, what is lost is not linear: such faces pale as a whole.
-    is_linear = cue.distance_scale != 0.0 or not _varies(whole.corners[:, 3])
-    is_whole = (high - low <= STEP) | (not is_linear)
-    is_whole &= ~_folds(inside, in_triangles)
-    if is_in.all() and is_whole.all():
-        return InView(whole, select(whole, ~is_in))
-    reaching_out = in_triangles(whole.owners[~is_in])
+    polygons = RaggedPolygons(offsets, clip_positions[mesh.indices[rows]], faces)
+    sides = _frustum(float(np.abs(clip_positions[:, 3]).max(initial=0.0)))
+    is_inside = np.all([min_max(polygons, side(polygons.corners))[0] >= 0.0 for side in sides], axis=0)
+    inside = select(polygons, is_inside)
+    # In a parallel view of points that were projected before, the loss is not linear: such faces fade as a whole.
+    is_linear = depth_cue.distance_scale != 0.0 or not _varies(polygons.corners[:, 3])
+    low, high = min_max(inside, opacity_loss(inside.corners).clip(0.0, depth_cue.amount))
+    is_whole = (high - low <= BAND_OPACITY_STEP) | (not is_linear)
+    is_whole &= ~find_folded(inside, triangulate)
+    if is_inside.all() and is_whole.all():
+        return _join(polygons, select(polygons, ~is_inside), mesh.n_faces, triangulation, clip_positions)
+    outside = triangulate(polygons.owners[~is_inside])
     for side in sides:
-        reaching_out = clip(reaching_out, side)
-    others = concatenate([in_triangles(inside.owners[~is_whole]), reaching_out])
-    levels = np.arange(0.0, cue.amount + STEP, STEP) if is_linear and cue.amount > 0.0 else np.empty(0)
-    return InView(select(inside, is_whole), split_bands(others, lost, levels))
+        outside = clip(outside, side)
+    pieces = concatenate([triangulate(inside.owners[~is_whole]), outside])
+    levels = (
+        np.arange(0.0, depth_cue.amount + BAND_OPACITY_STEP, BAND_OPACITY_STEP)
+        if is_linear and depth_cue.amount > 0.0
+        else np.empty(0)
+    )
+    bands = split_bands(pieces, opacity_loss, levels)
+    return _join(select(inside, is_whole), bands, mesh.n_faces, triangulation, clip_positions)
 
 
-def _folds(polygons: RaggedPolygons, in_triangles: Callable[[IndexArray], RaggedPolygons]) -> BoolArray:
-    """Tell of which polygons parts are seen from the one side and parts from the other: they are not in one plane.
+def _join(
+    whole: RaggedPolygons,
+    pieces: RaggedPolygons,
+    n_faces: int,
+    triangulation: Triangulation,
+    clip_positions: Float64Array,
+) -> ClippedFaces:
+    """Return whole faces, which have the triangles of the mesh, and convex pieces of others."""
 
-    What such polygons cover is more than what their outlines do.
-    """
-    n = len(polygons.owners)
-    corners, of = triangulate_fans(polygons)
-    has_more = np.diff(polygons.offsets)[of] > 3
-    folds = _turn_both_ways(polygons.corners[corners[has_more]], of[has_more], n)
-    if folds.any():  # or it is not convex, which its triangles tell
-        pieces = in_triangles(polygons.owners[folds])
-        of = np.searchsorted(polygons.owners, pieces.owners)
-        folds = _turn_both_ways(pieces.corners.reshape(-1, 3, 4), of, n)
-    return folds
+    def triangles() -> tuple[Float64Array, IndexArray]:
+        indices, faces = triangulation()
+        index_of = np.full(n_faces, -1)
+        index_of[whole.owners] = np.arange(len(whole.owners))
+        is_whole = index_of[faces] >= 0
+        corners, owners = triangulate_fans(pieces)
+        polygon = np.append(index_of[faces[is_whole]], owners + len(whole.owners))
+        return np.concatenate([clip_positions[indices[is_whole]], pieces.corners[corners]]), polygon
 
-
-def _turn_both_ways(triangles: Float64Array, of: IndexArray, n: int) -> BoolArray:
-    """Tell of n polygons whether some of their triangles (t, 3, 4) turn one way in the picture, and some the other."""
-    places = triangles[..., :2] / triangles[..., 3:]
-    (x1, y1), (x2, y2) = (places[:, 1] - places[:, 0]).T, (places[:, 2] - places[:, 0]).T
-    area = x1 * y2 - x2 * y1
-    size = np.maximum(x1 * x1 + y1 * y1, x2 * x2 + y2 * y2)
-    one_way, other_way, largest = np.zeros((3, n))
-    for most, values in ((one_way, area), (other_way, -area), (largest, size)):
-        np.maximum.at(most, of, values)
-    both: BoolArray = np.minimum(one_way, other_way) > SLACK * largest
-    return both
+    return ClippedFaces(concatenate([whole, pieces]), triangles)
 
 
 def _varies(values: Float64Array) -> bool:
-    return len(values) > 0 and bool(np.ptp(values) > SLACK * np.abs(values).max())
+    return len(values) > 0 and bool(np.ptp(values) > PLANE_RTOL * np.abs(values).max())
 
 
-def _sides(largest_w: float) -> list[HalfSpace]:
-    """Return the planes between which everything is seen, and so near to the view that it has a place in a file."""
+def _frustum(largest_w: float) -> list[HalfSpace]:
+    """Return the half-spaces of the view, widened at its sides as far as files can hold coordinates."""
     return [
-        lambda corners: corners[:, 3] - SLACK * largest_w,
-        lambda corners: (1.0 + SLACK) * corners[:, 3] - corners[:, 2],
-        lambda corners: corners[:, 2] + SLACK * corners[:, 3],
-        lambda corners: FARTHEST_ASIDE * corners[:, 3] - corners[:, 0],
-        lambda corners: FARTHEST_ASIDE * corners[:, 3] + corners[:, 0],
-        lambda corners: FARTHEST_ASIDE * corners[:, 3] - corners[:, 1],
-        lambda corners: FARTHEST_ASIDE * corners[:, 3] + corners[:, 1],
+        lambda corners: corners[:, 3] - PLANE_RTOL * largest_w,
+        lambda corners: (1.0 + PLANE_RTOL) * corners[:, 3] - corners[:, 2],
+        lambda corners: corners[:, 2] + PLANE_RTOL * corners[:, 3],
+        lambda corners: MAX_ASIDE_HALF_WIDTHS * corners[:, 3] - corners[:, 0],
+        lambda corners: MAX_ASIDE_HALF_WIDTHS * corners[:, 3] + corners[:, 0],
+        lambda corners: MAX_ASIDE_HALF_WIDTHS * corners[:, 3] - corners[:, 1],
+        lambda corners: MAX_ASIDE_HALF_WIDTHS * corners[:, 3] + corners[:, 1],
     ]

@@ -1,4 +1,4 @@
-"""Edges to pieces in the picture, wholly visible or wholly hidden: what vector pictures are made of."""
+"""Hidden-line removal: edges split into spans in the picture, each wholly visible or wholly hidden."""
 
 import contextlib
 import math
@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from .._core.types import BoolArray
 from ..drawing.draw_list import Drawable, Lines
 from ..drawing.view import View
 from ..gpu import uniforms
@@ -23,74 +24,81 @@ from ..raster.compute.triangles import FacePass
 from ..raster.compute.vertex_stage import Projection, in_bindings
 from ..raster.tiles import Region
 
-MARGIN = 2  # pixels around a picture whose depths are known
+MARGIN_PX = 2  # around the picture, for which depths are known
 
 POOL_OWNER = "edge visibility"
 
 
-class Cut(NamedTuple):
-    """One batch of lines in the picture.
+class SplitEdges(NamedTuple):
+    """One batch of lines, its edges split into spans.
 
-    pieces : `layouts.PIECE` (s,), in the order of the edges
+    spans : `layouts.PIECE` (s,), in the order of the edges
     edges : (n_edges, 2) uint32 of the batch
-    colors : packed, one an edge or one a point; empty where all have one
+    colors : packed, one per edge or per point; empty if all edges have one colour
     """
 
     batch: Batch
-    pieces: npt.NDArray[np.void]
+    spans: npt.NDArray[np.void]
     edges: npt.NDArray[np.uint32]
     colors: npt.NDArray[np.uint32]
 
 
-def cut(
-    device: Device, drawables: Sequence[Drawable], view: View, longest: Callable[[Lines], float], *, painting: bool
-) -> tuple[list[Cut], list[npt.NDArray[np.bool_]]]:
-    """Return each batch of lines in the picture, and which triangles of each drawable are the nearest somewhere.
+def split_edges_by_visibility(
+    device: Device,
+    drawables: Sequence[Drawable],
+    view: View,
+    max_span_px: Callable[[Lines], float],
+    *,
+    find_visible: bool,
+) -> tuple[list[SplitEdges], list[BoolArray]]:
+    """Split the edges of each batch of lines, and tell which triangles of each drawable are the nearest in some pixel.
 
-    longest : gives the pixels that a piece of lines may have along the axis that it advances most on
-    painting : whether it is asked which triangles are; else none are
+    max_span_px : returns the length that a span of lines may have along its major axis
+    find_visible : whether to tell which triangles are the nearest; else none are
 
-    Of each drawable, (n_instances, n_triangles), where it has no faces (n_instances, 0).
+    Returns the split batches, and per drawable (n_instances, n_triangles), or (n_instances, 0) if it has no faces.
     """
-    whole = Tile(Region((0, 0), view.size), MARGIN)
+    tile = Tile(Region((0, 0), view.size), MARGIN_PX)
     with device.lock:
         parts = [list(in_bindings(device, drawable)) for drawable in drawables]
-        projection = Projection(device, [part for own in parts for part in own])
-        faces = FacePass(device, projection.shapes, math.prod(whole.depth_region.extent), numbered=painting)
-        drawn = batches(device, projection.shapes)
-        structs = [style_struct(batch) for batch in drawn]
-        (tile,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(whole, view)])
-        styles = uniforms.upload(device, POOL_OWNER, "styles", structs)
-        with device.encode_commands(tile.buffer, *projection.buffers, *faces.buffers, label="depth prepass") as encoder:
+        projection = Projection(device, [part for own_parts in parts for part in own_parts])
+        faces = FacePass(device, projection.shapes, math.prod(tile.depth_region.extent), numbered=find_visible)
+        line_batches = batches(device, projection.shapes)
+        (tile_part,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(tile, view)])
+        styles = uniforms.upload(device, POOL_OWNER, "styles", [style_struct(batch) for batch in line_batches])
+        used = tile_part.buffer, *projection.buffers, *faces.buffers
+        with device.encode_commands(*used, label="depth prepass") as encoder:
             projection.record(encoder)
-            faces.lay(encoder, tile)
+            faces.lay(encoder, tile_part)
         results = []
-        for batch, style in zip(drawn, styles, strict=True):
-            buffers = (tile, style, batch.shape.positions, batch.edges, faces.depths)
-            constants = strength_constants(batch, nothing_hides=faces.is_empty) | {"longest": longest(batch.lines)}
-            pieces = _pieces(device, batch, buffers, constants)
-            own = _downloaded(batch.colors) if batch.colors else np.empty(0, np.uint32)
-            results.append(Cut(batch, pieces, _downloaded(batch.edges).reshape(-1, 2), own))
-        seen = iter(faces.seen(projection.shapes))
-        return results, [np.vstack(list(islice(seen, len(own)))) for own in parts]
+        for batch, style in zip(line_batches, styles, strict=True):
+            buffers = (tile_part, style, batch.shape.positions, batch.edges, faces.depths)
+            constants = strength_constants(batch, nothing_hides=faces.is_empty) | {"longest": max_span_px(batch.lines)}
+            spans = _find_spans(device, batch, buffers, constants)
+            colors = _read_back(batch.colors) if batch.colors else np.empty(0, np.uint32)
+            results.append(SplitEdges(batch, spans, _read_back(batch.edges).reshape(-1, 2), colors))
+        is_visible = iter(faces.seen(projection.shapes))
+        return results, [np.vstack(list(islice(is_visible, len(own_parts)))) for own_parts in parts]
 
 
-def _downloaded(part: Binding) -> npt.NDArray[np.uint32]:
+def _read_back(part: Binding) -> npt.NDArray[np.uint32]:
     first = part.offset_bytes
     with part.buffer.map_read(first + part.n_bytes) as view:
         return view[first:].view(np.uint32).copy()
 
 
-def _pieces(
+def _find_spans(
     device: Device, batch: Batch, buffers: tuple[Buffer | Binding, ...], constants: Mapping[str, float]
 ) -> npt.NDArray[np.void]:
+    """Return the spans of a batch: counted in a first dispatch, and written in as many as the bindings need."""
     n_edges = batch.n_edges * batch.shape.n_instances
     grid = count_workgroups(device, batch.n_edges), batch.shape.n_instances
     pipeline = device.pipelines.compute("cut_lines", workgroup_size=choose_workgroup_size(device), **constants)
 
-    def run(counts: Buffer, pieces: Buffer, first: int | None) -> None:
+    def run(counts: Buffer, spans: Buffer, first: int | None) -> None:
+        """Count the spans of each edge; or write those from `first` on, whose offsets are in `counts`."""
         turn = np.array([first is not None, first or 0, 0, 0], np.uint32)
-        bound = (*buffers, counts, pieces, *uniforms.upload(device, POOL_OWNER, "turn", [turn]))
+        bound = (*buffers, counts, spans, *uniforms.upload(device, POOL_OWNER, "turn", [turn]))
         used = [part.buffer if isinstance(part, Binding) else part for part in bound]
         with device.encode_commands(*used, label="edge visibility") as encoder:
             dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, bound), *grid)
@@ -98,21 +106,21 @@ def _pieces(
     with contextlib.ExitStack() as stack:
         counts = Buffer(device.context, 4 * n_edges, label="edge visibility: counts")
         stack.callback(counts.release)
-        nothing = Buffer(device.context, PIECE.itemsize, label="edge visibility: nothing")
-        stack.callback(nothing.release)
-        run(counts, nothing, None)
+        no_spans = Buffer(device.context, PIECE.itemsize, label="edge visibility: no spans")
+        stack.callback(no_spans.release)
+        run(counts, no_spans, None)
         with counts.map_read(4 * n_edges) as view:
-            numbers = view.view(np.uint32).astype(np.int64)
-        result = np.empty(int(numbers.sum()), PIECE)
+            n_spans = view.view(np.uint32).astype(np.int64)
+        result = np.empty(int(n_spans.sum()), PIECE)
         if len(result) == 0:
             return result
-        counts.upload((np.cumsum(numbers) - numbers).astype(np.uint32))
-        most = min(len(result), max(1, device.limits.max_bound_bytes // PIECE.itemsize))
-        pieces = Buffer(device.context, PIECE.itemsize * most, label="edge visibility: pieces")
-        stack.callback(pieces.release)
-        for first in range(0, len(result), most):
-            part = result[first : first + most]
-            run(counts, pieces, first)
-            with pieces.map_read(part.nbytes) as view:
+        counts.upload((np.cumsum(n_spans) - n_spans).astype(np.uint32))
+        max_spans = min(len(result), max(1, device.limits.max_bound_bytes // PIECE.itemsize))
+        spans = Buffer(device.context, PIECE.itemsize * max_spans, label="edge visibility: spans")
+        stack.callback(spans.release)
+        for first in range(0, len(result), max_spans):
+            part = result[first : first + max_spans]
+            run(counts, spans, first)
+            with spans.map_read(part.nbytes) as view:
                 part[:] = view.view(PIECE)
         return result

@@ -9,7 +9,7 @@ from gpu_xform.compute.kernels.transform import Finish
 from gpu_xform.drawing.enums import ColorMode, Hidden
 from gpu_xform.gpu import shaders
 from gpu_xform.raster.compute.triangles import LEFT_BITS
-from gpu_xform.vector.build_layers import PALE
+from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
 from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WIDTH_PX
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
 
@@ -25,7 +25,7 @@ def test_passes_name_bits_of_marks_as_the_shaders_do() -> None:
 
 def test_vector_pictures_fade_and_dash_as_the_shaders_do() -> None:
     there = constants("ink_lines")
-    assert float(there["PALE"]) == PALE
+    assert float(there["PALE"]) == HIDDEN_FADE_ALPHA
     assert there["DASH"] == f"vec2({DASH_ON_WIDTHS}, {DASH_OFF_WIDTHS})"
     assert f"DASH * max(style.line_width, {MIN_DASH_WIDTH_PX});" in shaders.source("ink_lines")
 

@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, rotate, rotate_x, rotate_y, samples, scale
 from gpu_xform.drawing.prepare import Frame, prepare_frame
-from gpu_xform.vector import edge_visibility as cut_pass
+from gpu_xform.vector.edge_visibility import split_edges_by_visibility
 from tests.support.reference_visibility import MIN_PART, clip_to_pixels, clip_to_view, visible_intervals
 from tests.support.solids import (
     centered,
@@ -355,12 +355,14 @@ def test_half_a_line_is_not_a_line() -> None:
         assert judge_picture(picture, turned, [WHOLE]).wrong.eaten > 0.98
 
 
-def cut(mesh: Mesh, camera: Camera, ends: Array, size: tuple[int, int] = SIZE) -> list[Array]:
+def visible_spans(mesh: Mesh, camera: Camera, ends: Array, size: tuple[int, int] = SIZE) -> list[Array]:
     """Return the parts of every edge that the device finds visible, as `visible_intervals` has them."""
     with prepare_frame(mesh, Frame(camera, size), {"hidden": "remove", "line_width": LINE_WIDTH}) as prepared:
         drawables, longest = prepared.draw_list.drawables, max(size)
-        (batch,), _ = cut_pass.cut(prepared.device, drawables, prepared.view, lambda _: longest, painting=False)
-    shown = batch.pieces[batch.pieces["is_hidden"] == 0]
+        (split,), _ = split_edges_by_visibility(
+            prepared.device, drawables, prepared.view, lambda _: longest, find_visible=False
+        )
+    shown = split.spans[split.spans["is_hidden"] == 0]
     return drawn_intervals(ends, shown["edge"].astype(np.int64), shown["ends"].reshape(-1, 2, 2).astype(np.float64))
 
 
@@ -376,7 +378,7 @@ def test_nothing_visible_is_eaten_and_nothing_hidden_leaks(name: str, view: str)
     mesh = SAMPLES[name]
     camera = VIEWS[view](mesh)
     ends, visible = seen(mesh, matrix(camera))
-    assert sum(wrong_length(ends, cut(mesh, camera, ends), visible, near=1.0)) <= MOST_WRONG
+    assert sum(wrong_length(ends, visible_spans(mesh, camera, ends), visible, near=1.0)) <= MOST_WRONG
     picture = gx.render_array(mesh, camera=camera, size=SIZE, hidden="remove", line_width=LINE_WIDTH)
     judged = judge_picture(picture, ends, visible)
     assert sum(judged.wrong) <= MOST_WRONG
@@ -388,7 +390,7 @@ def test_in_a_large_picture_nothing_need_be_forgiven(name: str) -> None:
     mesh, size = SAMPLES[name], (3000, 2400)
     camera = Camera.fit(mesh)
     ends, visible = seen(mesh, matrix(camera, size), size)
-    assert sum(wrong_length(ends, cut(mesh, camera, ends, size), visible)) <= MOST_WRONG
+    assert sum(wrong_length(ends, visible_spans(mesh, camera, ends, size), visible)) <= MOST_WRONG
 
 
 def test_a_picture_of_several_tiles_is_as_right_as_one() -> None:

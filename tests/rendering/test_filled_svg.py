@@ -1,4 +1,4 @@
-"""Painted faces of vector pictures, where it is not plain which lies over which, beside the pixels of the same."""
+"""Filled faces of vector pictures whose depth order is not obvious, beside the pixels of the same."""
 
 from pathlib import Path
 from typing import Any
@@ -12,7 +12,7 @@ from gpu_xform import Camera, Layer, Mesh
 from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import Polygons
-from gpu_xform.vector.build_layers import strokes
+from gpu_xform.vector.build_layers import build_layers
 from tests.support.browser import Browser
 from tests.support.solids import box, concatenate
 from tests.support.types import DeviceFactory, Pixels
@@ -69,19 +69,19 @@ SCENES: dict[str, tuple[Any, Camera]] = {
         Camera.look_at((3, 3, 5), (0, 0.8, 0)),
     ),
     "planks over one another": (PLANKS, Camera.look_at((2, 14, 4), (0, 0, 0))),
-    "cubes that cross": (
+    "cubes that intersect": (
         [Layer(CUBE, fill="gold"), Layer(CUBE, fill="steelblue", transform=TURNED)],
         Camera.look_at((3, 2.2, 6), (0, 0, 0)),
     ),
-    "balls that cross": (
+    "balls that intersect": (
         [
             Layer(gx.samples.icosphere(2), fill=color, transform=gx.translate(x, 0.3 * x, 0.4 * x))
             for color, x in (("tomato", 0), ("khaki", 0.9))
         ],
         Camera.look_at((1, 1.2, 4), (0, 0, 0)),
     ),
-    "instances that cross": (Layer(CUBE, fill="face", transform=SCATTERED), Camera.look_at((5, 4, 9), (0, 0, 0))),
-    "paling instances that cross": (
+    "instances that intersect": (Layer(CUBE, fill="face", transform=SCATTERED), Camera.look_at((5, 4, 9), (0, 0, 0))),
+    "fading instances that intersect": (
         Layer(CUBE, fill="face", transform=SCATTERED, depth_cue=0.8),
         Camera.look_at((5, 4, 9), (0, 0, 0)),
     ),
@@ -95,7 +95,7 @@ SCENES: dict[str, tuple[Any, Camera]] = {
         Camera.look_at((1, -2.5, 1.6), (0, 0, 0)),
     ),
     "marks in the plane of a floor": (MARKS, Camera.look_at((4, 5, 9), (0, 0, 0))),
-    "lines of a model over its painted faces": (
+    "lines of a model over its filled faces": (
         [Layer(CUBE, fill="gold", color="none"), Layer(CUBE, hidden="dash", color="navy", line_width=3)],
         Camera.look_at((3, 2.2, 6), (0, 0, 0)),
     ),
@@ -117,7 +117,7 @@ SCENES: dict[str, tuple[Any, Camera]] = {
 }
 
 
-def strays(shown: Pixels, pixels: Pixels) -> float:
+def share_astray(shown: Pixels, pixels: Pixels) -> float:
     """Return the share of pixels that are like nothing in the same place, or next to it, of the other picture."""
     astray = np.zeros(shown.shape[:2], np.bool_)
     for one, other in ((shown, pixels), (pixels, shown)):
@@ -143,31 +143,31 @@ def test_a_browser_shows_the_faces_that_the_pixels_show(name: str, tmp_path: Pat
     shown = shown_in_browser(models, camera, tmp_path, browser)
     assert (np.ptp(pixels[..., :3], axis=2) > 30).mean() > 0.05
     assert np.abs(shown[..., :3].astype(int) - pixels[..., :3]).mean() <= 2.0
-    assert strays(shown, pixels) <= 1e-3
+    assert share_astray(shown, pixels) <= 1e-3
 
 
 def test_a_pdf_shows_the_faces_that_the_pixels_show() -> None:
     models, camera = SCENES["boxes on a floor"]
     [page] = pypdfium2.PdfDocument(render_pdf(models, camera=camera, size=SIZE))
     shown = page.render(scale=96 / 72).to_numpy()[..., [2, 1, 0]]
-    assert strays(shown, gx.render_array(models, camera=camera, size=SIZE)) <= 1e-3
+    assert share_astray(shown, gx.render_array(models, camera=camera, size=SIZE)) <= 1e-3
 
 
 def polygons_of(models: Any, camera: Camera) -> Polygons:
     with prepare_frame(models, Frame(camera, SIZE), {}) as prepared:
-        found = strokes(prepared)[0].polygons
+        found = build_layers(prepared)[0].polygons
     assert found is not None
     return found
 
 
 @pytest.mark.parametrize(("fill", "n_faces"), [("face", 1), ("gold", 6)])
-def test_bodies_that_nothing_is_seen_of_are_not_painted(fill: str, n_faces: int) -> None:
+def test_solids_that_are_not_visible_have_no_polygons(fill: str, n_faces: int) -> None:
     behind = np.array([gx.translate(0, 0, -3 * k) for k in range(4)])
     found = polygons_of(Layer(CUBE, fill=fill, transform=behind), Camera.look_at((0, 0, 8), (0, 0, 0)))
     assert len(found.offsets) - 1 == n_faces
 
 
-def test_small_faces_before_others_are_not_painted_under_them() -> None:
+def test_small_faces_before_others_are_not_drawn_under_them() -> None:
     # Most triangles of the ball cover the middle of no pixel.
     models = [
         Layer(gx.samples.icosphere(6), fill="gold", edges="silhouette"),
@@ -181,7 +181,7 @@ def test_small_faces_before_others_are_not_painted_under_them() -> None:
     assert not inside[~is_blue][: int(is_blue.argmax())].any()
 
 
-def test_a_device_with_little_room_paints_the_same(device_with_limits: DeviceFactory) -> None:
+def test_a_device_with_small_bindings_draws_the_same(device_with_limits: DeviceFactory) -> None:
     random = np.random.default_rng(3)
     corners = random.integers(0, 300, (8000, 1)) + random.permuted(np.tile(np.arange(1, 40), (8000, 1)), axis=1)[:, :3]
     tangle = Mesh(random.normal(size=(340, 3)), corners)  # its triangles do not fit one binding

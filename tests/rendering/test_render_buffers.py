@@ -11,7 +11,7 @@ from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu import buffers
 from gpu_xform.gpu.device import Device
-from gpu_xform.vector import edge_visibility as cut_pass
+from gpu_xform.vector.edge_visibility import split_edges_by_visibility
 
 HOUSE = gx.samples.house()
 CAMERA = gx.Camera.look_at((5, 4, 9), (0, 0.5, 0))
@@ -178,9 +178,11 @@ def test_edges_to_points_that_are_none_are_not_walked_along() -> None:
         prepare_frame(points, Frame(CAMERA, (150, 100)), {"edges": edges, "line_width": 2.0}) as prepared,
     ):
         drawables = prepared.draw_list.drawables
-        (cut,), _ = cut_pass.cut(prepared.device, drawables, prepared.view, lambda _: 150.0, painting=False)
-    assert np.isfinite(cut.pieces["ends"]).all()
-    assert len(cut.pieces) <= 2
+        (split,), _ = split_edges_by_visibility(
+            prepared.device, drawables, prepared.view, lambda _: 150.0, find_visible=False
+        )
+    assert np.isfinite(split.spans["ends"]).all()
+    assert len(split.spans) <= 2
 
 
 @pytest.mark.parametrize("orthographic", [True, False])

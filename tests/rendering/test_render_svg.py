@@ -18,7 +18,7 @@ from gpu_xform.geometry.edges import edge_faces, face_normals
 from gpu_xform.gpu.device import Device, default_device
 from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import VectorLayer
-from gpu_xform.vector.build_layers import strokes
+from gpu_xform.vector.build_layers import build_layers
 from tests.support.browser import Browser
 from tests.support.types import DeviceFactory
 
@@ -31,7 +31,7 @@ ASIDE = [gx.translate(x, 0.2, -2.4) @ gx.scale(0.4) for x in (-1.2, 1.2)]
 
 def layers(models: Any, **style: Unpack[Style]) -> list[VectorLayer]:
     with prepare_frame(models, Frame(CAMERA, SIZE), style) as prepared:
-        return strokes(prepared)
+        return build_layers(prepared)
 
 
 PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {
@@ -40,7 +40,7 @@ PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {
     "dashed": (HOUSE, {"hidden": "dash", "line_width": 2.5}),
     "faded": (CUBE, {"hidden": "fade", "line_width": 3, "color": "crimson"}),
     "filled": (BALL, {"fill": "face"}),
-    "filled and pale": (HOUSE, {"fill": "gold", "alpha": 0.6}),
+    "filled and transparent": (HOUSE, {"fill": "gold", "alpha": 0.6}),
     "filled in several opacities": (CUBE, {"fill": [(1, 0, 0, 0.3)] * 3 + [(0, 0, 1, 0.9)] * 3}),
     "filled, with a depth cue": (HOUSE, {"fill": "face", "depth_cue": 0.9}),
     "filled in one colour, with a depth cue": (CUBE, {"fill": "gold", "depth_cue": 0.7, "transform": ASIDE}),
@@ -59,7 +59,7 @@ PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_a_browser_shows_what_the_pixels_are(name: str, tmp_path: Path, browser: Browser) -> None:
+def test_a_browser_shows_what_the_pixels_show(name: str, tmp_path: Path, browser: Browser) -> None:
     models, style = PICTURES[name]
     pixels = gx.render_array(models, camera=CAMERA, size=SIZE, **style)[..., :3].astype(int)
     file = tmp_path / "picture.svg"
@@ -112,12 +112,12 @@ VIEWS: dict[str, tuple[Any, gx.Camera]] = {
     "cut at the near plane": (gx.Layer(CUBE, fill="face"), gx.Camera.look_at((1.3, 1.4, 4), (0, 0, 0), near=3.2)),
     "cut at the far plane": (gx.Layer(CUBE, fill="face"), gx.Camera.look_at((1.3, 1.4, 4), (0, 0, 0), far=4.5)),
     "faces that one plane cuts": (gx.Layer(CUBE, fill="face"), gx.Camera.look_at((3, 2, 4), (0, 0, 0), near=1, far=6)),
-    "paling faces that one plane cuts": (
+    "fading faces that one plane cuts": (
         gx.Layer(CUBE, fill="face", depth_cue=0.7),
         gx.Camera.look_at((3, 2, 4), (0, 0, 0), near=1, far=5.8, orthographic=True),
     ),
-    "paling solids": (SOLIDS, gx.Camera.fit(np.array([(-1.8, -1.8, -2), (15.8, 15.8, 2)]), direction=(0.2, -0.3, -1))),
-    "a paling face that reaches behind the eye": (
+    "fading solids": (SOLIDS, gx.Camera.fit(np.array([(-1.8, -1.8, -2), (15.8, 15.8, 2)]), direction=(0.2, -0.3, -1))),
+    "a fading face that reaches behind the eye": (
         gx.Layer(gx.Mesh([(-5, -1, -10), (5, -1, -50), (0, -1, 60)], [(0, 1, 2)]), fill="seagreen", depth_cue=1.0),
         gx.Camera.look_at((0, 1, 0), (0, 0.5, -10)),
     ),
@@ -125,7 +125,7 @@ VIEWS: dict[str, tuple[Any, gx.Camera]] = {
         [gx.Layer(FLOOR, fill="lightgreen"), *VILLAGE],
         gx.Camera.look_at((9, 7, 14), (0, 0, 0)),
     ),
-    "a paling village": (
+    "a fading village": (
         [gx.Layer(FLOOR, fill="green", depth_cue=0.9), *(replace(house, depth_cue=0.9) for house in VILLAGE)],
         gx.Camera.look_at((9, 7, 14), (0, 0, 0)),
     ),
@@ -133,19 +133,19 @@ VIEWS: dict[str, tuple[Any, gx.Camera]] = {
 
 
 @pytest.mark.parametrize("name", VIEWS)
-def test_a_browser_shows_the_painted_faces_that_the_pixels_show(name: str, tmp_path: Path, browser: Browser) -> None:
+def test_a_browser_shows_the_filled_faces_that_the_pixels_show(name: str, tmp_path: Path, browser: Browser) -> None:
     models, camera = VIEWS[name]
     pixels = gx.render_array(models, camera=camera, size=SIZE)[..., :3].astype(int)
     file = tmp_path / "picture.svg"
     file.write_text(render_svg(models, camera=camera, size=SIZE), "utf-8")
     browser.open(file, SIZE)
     shown = browser.screenshot()[..., :3].astype(int)
-    painted = (np.ptp(pixels, axis=2) > 30).sum()
-    assert painted > 1500
+    filled = (np.ptp(pixels, axis=2) > 30).sum()
+    assert filled > 1500
     assert np.abs(shown - pixels).mean() <= 1.5
 
 
-def test_points_before_painted_faces_leave_them_their_colours() -> None:
+def test_points_before_filled_faces_leave_them_their_colours() -> None:
     points = gx.PointBuffer(CUBE.transformed(gx.translate(3, 0, 0)).positions)
     both = [gx.Layer(points, fill="red", edges=CUBE.edges), gx.Layer(CUBE, fill="#fedcba")]
     with points:
@@ -154,7 +154,7 @@ def test_points_before_painted_faces_leave_them_their_colours() -> None:
 
 
 @pytest.mark.parametrize("name", ["removed", "dashed", "filled", "filled, with a depth cue", "by number", "several"])
-def test_a_pdf_shows_what_the_pixels_are(name: str) -> None:
+def test_a_pdf_shows_what_the_pixels_show(name: str) -> None:
     models, style = PICTURES[name]
     pixels = gx.render_array(models, camera=CAMERA, size=SIZE, **style)[..., :3].astype(int)
     [page] = pypdfium2.PdfDocument(render_pdf(models, camera=CAMERA, size=SIZE, **style))
@@ -225,7 +225,7 @@ def test_colours_change_along_the_edges() -> None:
     np.testing.assert_allclose(shown.colors[:, 0] + shown.colors[:, 2], 1.0, atol=0.01)
 
 
-def test_faces_of_several_models_are_painted_together_the_farthest_first() -> None:
+def test_faces_of_several_models_are_drawn_together_from_back_to_front() -> None:
     near, far = (
         gx.Layer(gx.samples.grid(1), fill=color, transform=gx.translate(0, 0, z))
         for color, z in (("red", 1), ("blue", -1))
@@ -247,7 +247,7 @@ def test_a_picture_of_more_pixels_than_a_binding_holds_depths_for_is_refused(dev
 
 
 @pytest.mark.parametrize("style", [{"hidden": "dash"}, {"scalars": BALL.positions[:, 1], "hidden": "remove"}])
-def test_more_pieces_than_one_binding_holds_are_written_in_turns(
+def test_more_spans_than_one_binding_holds_are_written_in_several_dispatches(
     style: Any, device: Device, device_with_limits: DeviceFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     options: dict[str, Any] = {"camera": CAMERA, "size": (60, 50), "transform": ASIDE, **style}
