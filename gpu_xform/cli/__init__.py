@@ -1,38 +1,34 @@
-"""The command `gpu-xform`: it parses, calls the library, and turns every failure into one line and an exit code.
+"""The command `gpu-xform`: parse the options, call the library, report each failure in one line and an exit code.
 
-Reading order: argv, exit_codes, files, argument_types, camera_options, path_templates, references, outputs, options,
-layer_option, read_layers, commands, parser.
+Reading order: exit_codes, argv, paths, streams, files, path_templates, argument_types, options, layer_option,
+camera_options, arguments_from_options, read_layers, outputs, references, commands, parser.
 """
 
-import os
 import sys
 from collections.abc import Sequence
 
-from . import exit_codes as failures
-from . import files
+from .exit_codes import FAILURES, INTERRUPTED, PIPE_CLOSED, exit_code_for, format_error
 from .parser import parse
+from .streams import discard_stdout, flush_stdout
 
 __all__ = ["main"]
 
-INTERRUPTED = 130
-PIPE_CLOSED = 141  # what a shell reports of a program that SIGPIPE ended
-
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run the command line `argv`, by default the process's own; return the exit code."""
+    """Run the command line `argv`, by default that of the process, and return the exit code."""
     try:
         code = _run(sys.argv[1:] if argv is None else argv)
-        files.flush()
+        flush_stdout()
     except KeyboardInterrupt:
         return INTERRUPTED
     except BrokenPipeError:
-        _abandon_output()
+        discard_stdout()
         return PIPE_CLOSED
-    except failures.FAILURES as error:
+    except FAILURES as error:
         if isinstance(error, OSError):
-            _abandon_output()
-        sys.stderr.write(failures.line(error))
-        return failures.exit_code(error)
+            discard_stdout()
+        sys.stderr.write(format_error(error))
+        return exit_code_for(error)
     return code
 
 
@@ -43,12 +39,3 @@ def _run(argv: Sequence[str]) -> int:
         return int(stop.code or 0)
     code: int = options.run(options)
     return code
-
-
-def _abandon_output() -> None:
-    """Send what standard output still holds, where it cannot be written, to nowhere: Python tries again at exit."""
-    try:
-        if sys.stdout is not None:
-            sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -1,16 +1,15 @@
-"""The words of a command line, before argparse has them, and where it knows none of them."""
+"""Command-line words around argparse: values that begin with a minus sign, and suggestions for unknown options."""
 
 import argparse
-import difflib
 import re
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-ALIKE = 0.65  # of 1: --width is like --line-width, and --angle not like --scale
+MIN_SIMILARITY = 0.65  # from 0 to 1; --width resembles --line-width, --angle does not resemble --scale
 
 
 def attach_values(argv: Sequence[str]) -> list[str]:
-    """Write `--translate -0.5,2,0` and `--up -Z` with an equals sign: argparse takes such values for options."""
+    """Join `--translate -0.5,2,0` and `--up -Z` with an equals sign: argparse takes such values for options."""
     attached: list[str] = []
     for i, argument in enumerate(argv):
         if argument == "--":
@@ -24,14 +23,16 @@ def attach_values(argv: Sequence[str]) -> list[str]:
 
 
 class OptionParser(argparse.ArgumentParser):
-    """An argument parser that takes its options by their whole names, and knows them."""
+    """An argument parser that takes whole option names only, and suggests one for an unknown option."""
 
     def __init__(self, **settings: Any) -> None:
         super().__init__(allow_abbrev=False, add_help=False, **settings)
 
-    def meant(self, words: Iterable[str]) -> str:
-        """Return which options may be meant by the unknown ones among `words`, to be put after what is wrong."""
+    def did_you_mean(self, words: Iterable[str]) -> str:
+        """Return a suggestion to append to an error: the options that resemble unknown ones among `words`, if any."""
+        from difflib import get_close_matches
+
         known = [name.removeprefix("--") for name in self._option_string_actions if name.startswith("--")]
         typed = [word[2:].partition("=")[0] for word in words if word.startswith("--")]
-        found = [f"--{close}" for name in typed for close in difflib.get_close_matches(name, known, 1, ALIKE)]
+        found = [f"--{close}" for name in typed for close in get_close_matches(name, known, 1, MIN_SIMILARITY)]
         return f"; did you mean {' and '.join(dict.fromkeys(found))}?" if found else ""

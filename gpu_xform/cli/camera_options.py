@@ -1,4 +1,4 @@
-"""From the camera options to a camera, or to how one is fitted."""
+"""Camera options: from the command line to a camera, or to how one is fitted."""
 
 from argparse import Namespace
 from collections.abc import Sequence
@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from ..drawing.layer import Layer
 
 
-def require_one_aim(options: Namespace) -> None:
-    """Raise `ArgumentError` where the options aim the camera twice, or not at all, or so that no side is up."""
+def require_one_camera(options: Namespace) -> None:
+    """Raise `ArgumentError` if the options aim the camera twice, or only in part, or so that no side is up."""
     if options.camera_position is None:
         if options.camera_focal_point is not None:
             raise ArgumentError("camera options: --camera-focal-point must come with --camera-position")
@@ -29,18 +29,20 @@ def require_one_aim(options: Namespace) -> None:
 
 def _require_upright(options: Namespace) -> None:
     try:
-        matrices.look_at((0.0, 0.0, 0.0), direction(_direction(options), "--camera-direction", 3), _up(options))
+        target = direction(_view_direction(options), "--camera-direction", 3)
+        matrices.look_at((0.0, 0.0, 0.0), target, _view_up(options))
     except ArgumentError:
-        what = "the direction of view" if options.camera_direction is None else "--camera-direction"
+        name = "the direction of view" if options.camera_direction is None else "--camera-direction"
         raise ArgumentError(
-            f"camera options: {what} must not be parallel to what is up in the picture: give another --camera-view-up"
+            f"camera options: {name} must not be parallel to the up direction of the picture: "
+            "give another --camera-view-up"
         ) from None
 
 
-def camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
-    """Return the camera of the options, or the keywords of `Camera.fit` where it has no position."""
+def make_camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
+    """Return the camera of the options, or the keywords of `Camera.fit` if it has no position."""
     if options.camera_position is None:
-        return {"direction": _direction(options), **_lens(options)}
+        return {"direction": _view_direction(options), **_lens_arguments(options)}
     from ..drawing.camera import Camera
     from ..drawing.framing import framing_points
 
@@ -48,31 +50,31 @@ def camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
     if target is None:
         target = Mesh(framing_points(layers)).center
     try:
-        return Camera.look_at(options.camera_position, target, **_lens(options))
+        return Camera.look_at(options.camera_position, target, **_lens_arguments(options))
     except ArgumentError as error:
         hint = ": give another --camera-view-up" if error.argument == "up" else ""
         raise ArgumentError(f"camera options: {error}{hint}") from None
 
 
-def _direction(options: Namespace) -> Float64Array:
-    """Return along which direction (3,) a camera without a position looks."""
+def _view_direction(options: Namespace) -> Float64Array:
+    """Return the direction (3,) in which a camera without a position looks."""
     from ..drawing.camera import default_direction
 
     along: Float64Array | None = options.camera_direction
-    # By default that of the model's own up, which --camera-view-up only turns in the picture.
+    # The default follows the model's up axis; --camera-view-up only rotates the picture.
     return default_direction(options.up) if along is None else along
 
 
-def _lens(options: Namespace) -> dict[str, Any]:
-    """Return the keywords that all cameras share."""
+def _lens_arguments(options: Namespace) -> dict[str, Any]:
+    """Return the keywords that `Camera.fit` and `Camera.look_at` share."""
     return {
-        "up": _up(options),
+        "up": _view_up(options),
         "fov_y": options.camera_view_angle,
         "orthographic": options.camera_orthographic,
     }
 
 
-def _up(options: Namespace) -> Float64Array:
-    """Return what is up in the picture: (3,)."""
+def _view_up(options: Namespace) -> Float64Array:
+    """Return the direction (3,) that is up in the picture."""
     up: Float64Array = options.up if options.camera_view_up is None else options.camera_view_up
     return up

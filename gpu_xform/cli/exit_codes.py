@@ -1,17 +1,20 @@
-"""What went wrong, as one line on standard error and an exit code."""
+"""Exit codes of the command, and the line on standard error that goes with each failure."""
 
 from ..errors import DeviceError, GpuXformError, NoAdapterError, ShaderError
 
-DEVICE_FAILED, WRONG_INPUT, NO_ADAPTER, DIFFERENT = 1, 2, 3, 4
+DEVICE_FAILED, WRONG_INPUT, NO_ADAPTER, MISMATCH = 1, 2, 3, 4
+INTERRUPTED = 130
+PIPE_CLOSED = 141  # what a shell reports of a program that SIGPIPE has ended
+
 FAILURES = (OSError, MemoryError, GpuXformError)
 
 
-class DifferentError(GpuXformError):
-    """A picture is not like its reference."""
+class MismatchError(GpuXformError):
+    """A picture does not match its reference."""
 
 
-def exit_code(error: Exception) -> int:
-    """Return the exit code that stands for `error`, one of FAILURES; the lower, the graver."""
+def exit_code_for(error: Exception) -> int:
+    """Return the exit code for `error`, one of FAILURES; the lower the code, the graver the failure."""
     match error:
         case MemoryError():  # the device's memory included
             return WRONG_INPUT
@@ -19,20 +22,20 @@ def exit_code(error: Exception) -> int:
             return NO_ADAPTER
         case DeviceError() | ShaderError():
             return DEVICE_FAILED
-        case DifferentError():
-            return DIFFERENT
+        case MismatchError():
+            return MISMATCH
         case _:
             return WRONG_INPUT
 
 
-def line(error: Exception, about: str = "") -> str:
-    """Return what to print of `error`, one of FAILURES; `about` goes before a message that does not begin with it."""
+def format_error(error: Exception, subject: str = "") -> str:
+    """Return the line to print for `error`, one of FAILURES; `subject` precedes a message that does not begin so."""
     text = str(error)
     if isinstance(error, OSError):
         reason = error.strerror or text
         text = f"{error.filename}: {reason}" if error.filename else reason
     elif isinstance(error, MemoryError):
         text = text or "not enough memory"
-    if about and not text.startswith(f"{about}: "):
-        text = f"{about}: {text}"
+    if subject and not text.startswith(f"{subject}: "):
+        text = f"{subject}: {text}"
     return f"gpu-xform: error: {' '.join(text.split())}\n"

@@ -1,34 +1,34 @@
-"""`--layer`: further models of a picture, each with transforms and a style of its own."""
+"""The option --layer: more models for a picture, with their own transforms and style."""
 
 import argparse
-import shlex
 from typing import NoReturn
 
-from . import files
-from .argument_types import option_value
+from . import options as groups
+from .argument_types import argument_type
 from .argv import OptionParser, attach_values
+from .paths import require_path
 
 
-class _Parser(OptionParser):
+class _LayerParser(OptionParser):
     def error(self, message: str) -> NoReturn:
         raise ValueError(" ".join(message.split()))
 
 
-@option_value
-def further(text: str) -> argparse.Namespace:
-    """Read models and their options, as after `gpu-xform render`."""
-    from . import options as option_groups
+@argument_type
+def parse_layer(text: str) -> argparse.Namespace:
+    """Parse models and their options, written as after `gpu-xform render`."""
+    import shlex
 
-    parser = _Parser()
+    parser = _LayerParser()
     parser.add_argument("models", metavar="MODEL", nargs="+")
-    option_groups.add_file_type(parser)
-    option_groups.add_transforms(parser)
-    option_groups.add_style(parser)
+    groups.add_file_type(parser)
+    groups.add_transforms(parser)
+    groups.add_style(parser)
     options, rest = parser.parse_known_args(attach_values(shlex.split(text)))
     options.models += rest
     for path in options.models:
         if path.startswith("-"):
-            raise ValueError(f"expected models with transforms and a style, got {path!r}{parser.meant([path])}")
-        files.require_path(path)
-    options.further = []
+            raise ValueError(f"expected models with transforms and a style, got {path!r}{parser.did_you_mean([path])}")
+        require_path(path)
+    options.extra_layers = []
     return options

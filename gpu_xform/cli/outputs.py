@@ -1,19 +1,23 @@
-"""Which models go into which pictures, and which paths belong to these."""
+"""Plan of the pictures that `render` makes: which models each shows, and which paths belong to it."""
 
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ..errors import ArgumentError
-from . import files
 from .path_templates import Template
+from .paths import STDIO, describe_files, file_type, require_type
 
 PICTURE_TYPES = ("png", "svg", "pdf")
 
 
 @dataclass(frozen=True)
-class Picture:
-    """The model files that are drawn together, where to, and what the result is compared with."""
+class PlannedPicture:
+    """The models of one picture, the file it goes to, and the files it is compared with.
+
+    reference : the PNG file that the picture must match
+    difference : the PNG file that shows where it does not
+    """
 
     models: Sequence[str]
     output: str | None
@@ -22,60 +26,66 @@ class Picture:
 
     @property
     def name(self) -> str:
-        """What messages call it."""
-        return files.called(self.models)
+        """How messages name the picture."""
+        return describe_files(self.models)
 
     @property
-    def kind(self) -> str:
-        """One of PICTURE_TYPES: "png" where no path says otherwise."""
-        return "png" if self.output is None or self.output == files.STANDARD else files.kind(self.output)
+    def file_type(self) -> str:
+        """One of PICTURE_TYPES: "png" if no path gives another."""
+        return "png" if self.output is None or self.output == STDIO else file_type(self.output)
 
     @property
-    def written(self) -> list[str]:
+    def written_paths(self) -> list[str]:
         """The paths that may be written."""
         return [path for path in (self.output, self.difference) if path is not None]
 
 
-def planned(
+def plan_outputs(
     models: Sequence[str], output: Template | None, reference: Template | None, difference: Template | None
-) -> list[Picture]:
-    """Return one picture for each model where one of the paths says so, else one for all of them.
+) -> list[PlannedPicture]:
+    """Return one picture per model if one of the templates is per model, else one picture of all models.
 
-    Raises `ArgumentError` where a path has no type that can be written, or belongs to two things.
+    Raises `ArgumentError` if a path has a type that cannot be written, or would be written twice.
     """
-    if models.count(files.STANDARD) > 1:
+    if models.count(STDIO) > 1:
         raise ArgumentError("standard input can be read only once")
     templates = (output, reference, difference)
-    one_for_each = any(template.one_for_each for template in templates if template is not None)
+    is_per_model = any(template.is_per_model for template in templates if template is not None)
     pictures = [
-        Picture(group, *(None if template is None else template.path(group[0]) for template in templates))
-        for group in ([[model] for model in models] if one_for_each else [models])
+        PlannedPicture(group, *(None if template is None else template.path_for(group[0]) for template in templates))
+        for group in ([[model] for model in models] if is_per_model else [models])
     ]
     for picture in pictures:
         _require_types(picture)
-    _require_apart(pictures)
+    _require_distinct_paths(pictures)
     return pictures
 
 
-def _require_types(picture: Picture) -> None:
-    if picture.output is not None and picture.output != files.STANDARD:
-        files.require_type(picture.output, PICTURE_TYPES)
-    if picture.difference == files.STANDARD:
+def _require_types(picture: PlannedPicture) -> None:
+    if picture.output is not None and picture.output != STDIO:
+        require_type(picture.output, PICTURE_TYPES)
+    if picture.difference == STDIO:
         raise ArgumentError("--reference-diff must be a file: only the picture itself can go to standard output")
     if picture.difference is not None:
-        files.require_type(picture.difference, ("png",))
-    if picture.reference is not None and picture.kind != "png":
+        require_type(picture.difference, ("png",))
+    if picture.reference is not None and picture.file_type != "png":
         raise ArgumentError(f"{picture.output}: only a .png can be compared with a --reference")
 
 
-def _require_apart(pictures: Sequence[Picture]) -> None:
+def _require_distinct_paths(pictures: Sequence[PlannedPicture]) -> None:
     owners: dict[str, str] = {}
     for picture in pictures:
-        for path in picture.written:
-            place = os.path.normcase(os.path.realpath(path))
-            if place in owners:
-                raise ArgumentError(f"{path}: two pictures would go there, of {owners[place]} and of {picture.name}")
-            owners[place] = picture.name
+        for path in picture.written_paths:
+            location = _real_location(path)
+            if location in owners:
+                raise ArgumentError(
+                    f"{path}: two pictures would be written there, of {owners[location]} and of {picture.name}"
+                )
+            owners[location] = picture.name
     for picture in pictures:
-        if picture.reference is not None and os.path.normcase(os.path.realpath(picture.reference)) in owners:
-            raise ArgumentError(f"{picture.reference}: a picture cannot take the place of a reference")
+        if picture.reference is not None and _real_location(picture.reference) in owners:
+            raise ArgumentError(f"{picture.reference}: a picture must not overwrite a reference")
+
+
+def _real_location(path: str) -> str:
+    return os.path.normcase(os.path.realpath(path))

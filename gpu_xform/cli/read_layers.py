@@ -1,4 +1,4 @@
-"""From model files and the options of the style to layers."""
+"""Layers from model files and style options."""
 
 import contextlib
 from argparse import Namespace
@@ -14,33 +14,16 @@ from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from . import files
-from . import options as option_groups
 from .argument_types import AXES
-from .commands.transform import composed
+from .arguments_from_options import compose_transforms, style_arguments
 from .path_templates import Template
+from .paths import describe_files, expand_globs
 
 if TYPE_CHECKING:
     from ..drawing.layer import Layer
 
-
-def require_scalars(options: Namespace) -> None:
-    """Raise `ArgumentError` for options that mean nothing without --scalars."""
-    for one in (options, *options.further):
-        for name in ("cmap", "clim"):
-            if name in one and "scalars" not in one:
-                raise ArgumentError(f"--{name} must come with --scalars")
-
-
-def read_layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
-    """Return a layer for each model file, --layer's after the others."""
-    layers = _layers(options, paths, world_from_model)
-    for further in options.further:
-        layers += _layers(further, files.matching(further.models), composed(further))
-    return layers
-
-
-# The options that give the library's arguments, where the library alone knows what is allowed.
-OPTIONS = {
+# The options behind arguments of the library that the library alone can check.
+OPTIONS_OF_ARGUMENTS = {
     "background": "--no-background",
     "edge_colors": "--edge-colors",
     "edges": "--edges",
@@ -54,75 +37,85 @@ OPTIONS = {
 }
 
 
-@contextlib.contextmanager
-def naming(options: Namespace, paths: Sequence[str]) -> Iterator[None]:
-    """Put the names of model files before what is wrong with what they show, and options before what they give.
+def read_layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
+    """Read a layer per model file, those of --layer after the others."""
+    layers = _read_styled(options, paths, world_from_model)
+    for extra in options.extra_layers:
+        layers += _read_styled(extra, expand_globs(extra.models), compose_transforms(extra))
+    return layers
 
-    Where there is --layer, what is wrong names its model already.
+
+@contextlib.contextmanager
+def name_options_in_errors(options: Namespace, paths: Sequence[str]) -> Iterator[None]:
+    """Prefix errors about models with the names of their files, and errors about arguments with the options.
+
+    With --layer, errors name their model already.
     """
     try:
         yield
     except MeshError as error:
-        if options.further:
+        if options.extra_layers:
             raise
-        raise prefixed(error, files.called(paths)) from error.__cause__
+        raise prefixed(error, describe_files(paths)) from error.__cause__
     except (ArgumentError, ArgumentTypeError) as error:
-        if error.argument not in OPTIONS:
+        if error.argument not in OPTIONS_OF_ARGUMENTS:
             raise
-        raise prefixed(error, OPTIONS[error.argument]) from error.__cause__
+        raise prefixed(error, OPTIONS_OF_ARGUMENTS[error.argument]) from error.__cause__
 
 
-def _layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
-    """Return a layer for each model; where `scalars` colour them, one colour means one number in all of them."""
+def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
+    """Read a layer per model; the limits of scalars are those of all models together."""
     from ..drawing.layer import Layer
 
     meshes = [files.read_mesh(path, options.file_type) for path in paths]
-    typed = option_groups.style(options)
+    typed = style_arguments(options)
     source, instances = typed.pop("scalars", None), typed.pop("instances", None)
     styles = [
-        {name: _with_arrays(value, path) for name, value in typed.items()} | {"name": Path(path).stem} for path in paths
+        {name: _read_value(value, path) for name, value in typed.items()} | {"name": Path(path).stem} for path in paths
     ]
     for style, path in zip(styles, paths, strict=True):
-        style["transform"] = world_from_model if instances is None else world_from_model @ _instances(instances, path)
+        style["transform"] = (
+            world_from_model if instances is None else world_from_model @ _read_instances(instances, path)
+        )
     if source is not None:
-        scalars = [_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
-        limits = _limits(np.concatenate(scalars))
-        styles = [{"clim": limits, **style, "scalars": numbers} for style, numbers in zip(styles, scalars, strict=True)]
+        scalars = [_read_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
+        limits = _finite_limits(np.concatenate(scalars))
+        styles = [{"clim": limits, **style, "scalars": values} for style, values in zip(styles, scalars, strict=True)]
     return [Layer(mesh, **style) for mesh, style in zip(meshes, styles, strict=True)]
 
 
-def _instances(source: Template, path: str) -> Float64Array:
-    """Return the matrices (k, 4, 4), k > 0, in the .npy file that belongs to a model file."""
-    array_path = source.path(path)
-    stack = files.read_stack(array_path, "k")
+def _read_instances(template: Template, path: str) -> Float64Array:
+    """Read the matrices (k, 4, 4), k > 0, from the .npy file for a model file."""
+    array_path = template.path_for(path)
+    stack = files.read_matrix_stack(array_path, "k")
     if len(stack) == 0:
         raise ArgumentError(f"{array_path}: expected at least one matrix, got none")
     return square_matrices(stack, array_path, 4)
 
 
-def _with_arrays(value: Any, path: str) -> Any:
-    """Return a value of the style, arrays in place of the .npy files that belong to the model file `path`."""
+def _read_value(value: Any, path: str) -> Any:
+    """Return a style value, with the arrays of the .npy files for the model file `path` in place of templates."""
     if isinstance(value, Template):
-        return files.read_array(value.path(path))
-    return [_pairs(part, path) for part in value] if isinstance(value, list) else value
+        return files.read_array(value.path_for(path))
+    return [_read_edge_set(part, path) for part in value] if isinstance(value, list) else value
 
 
-def _pairs(edges: str | Template, path: str) -> Any:
-    """Return a name of edges, or what is in an .npy file."""
+def _read_edge_set(edges: str | Template, path: str) -> Any:
+    """Return the name of an edge set, or the array of an .npy file."""
     if not isinstance(edges, Template):
         return edges
-    array_path = edges.path(path)
+    array_path = edges.path_for(path)
     pairs = files.read_array(array_path)
     if pairs.ndim != 2:
         raise ArgumentError(f"{array_path}: expected an array of shape (m, 2), got {pairs.shape}")
     return pairs
 
 
-def _scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array:
-    """Return a number for each point: a coordinate, as the file has it, or what is in an .npy file."""
+def _read_scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array:
+    """Return a number per point: a coordinate in the model's frame, or the array of an .npy file."""
     if not isinstance(source, Template):
         return mesh.positions[:, AXES.index(source)]
-    array_path = source.path(path)
+    array_path = source.path_for(path)
     scalars = real_array(files.read_array(array_path), array_path, finite=False)
     if scalars.shape != (mesh.n_points,):
         raise ArgumentError(
@@ -132,6 +125,6 @@ def _scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array:
     return scalars
 
 
-def _limits(scalars: Float64Array) -> tuple[float, float] | None:
+def _finite_limits(scalars: Float64Array) -> tuple[float, float] | None:
     finite = scalars[np.isfinite(scalars)]
     return (float(finite.min()), float(finite.max())) if len(finite) else None

@@ -1,4 +1,4 @@
-"""What tells about a device: whether it works, and how fast.
+"""Diagnostics of a device: whether its results are right, and how fast it is.
 
-Reading order: bench, doctor.
+Reading order: bench, bench_report, doctor_report, doctor.
 """

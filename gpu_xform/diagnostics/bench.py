@@ -1,4 +1,4 @@
-"""How fast bulk transforms are on a device, beside copies of the same bytes and beside NumPy."""
+"""Benchmark of bulk transforms on a device, beside copies of the same bytes and beside NumPy."""
 
 import statistics
 import time
@@ -23,7 +23,7 @@ ROUNDS = 7
 
 @dataclass(frozen=True)
 class Timing:
-    """Medians in milliseconds for one size; what moves the array once in and once out counts `n_bytes` twice."""
+    """Medians in milliseconds for one size; rates count `n_bytes` twice, once in and once out."""
 
     n_points: int
     n_bytes: int
@@ -38,27 +38,27 @@ class Timing:
 
     @property
     def kernel_gb_s(self) -> float:
-        """Bytes that the kernel loads and stores, per second."""
+        """Gigabytes that the kernel loads and stores per second."""
         return 2 * self.n_bytes / self.kernel_ms / 1e6
 
     @property
     def warm_gb_s(self) -> float:
-        """Bytes in and out of a whole call, per second."""
+        """Gigabytes in and out of a whole call per second."""
         return 2 * self.n_bytes / self.warm_ms / 1e6
 
     @property
     def percent_of_device_copy(self) -> float:
-        """The kernel's speed in percent of a kernel that only copies."""
+        """Speed of the kernel in percent of a kernel that only copies."""
         return 100 * self.device_copy_ms / self.kernel_ms
 
     @property
     def percent_of_copyto(self) -> float:
-        """A whole call's speed in percent of `numpy.copyto`."""
+        """Speed of a whole call in percent of `numpy.copyto`."""
         return 100 * self.copyto_ms / self.warm_ms
 
     @property
     def times_numpy(self) -> float:
-        """A whole call's speed as a multiple of the best NumPy."""
+        """Speed of a whole call as a multiple of the fastest NumPy idiom."""
         return self.numpy_ms / self.warm_ms
 
     def as_dict(self) -> dict[str, float]:
@@ -68,14 +68,14 @@ class Timing:
 
 
 def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) -> Timing:
-    """Time one affine matrix on `n_points` > 0 random points (n, 3); raise `DeviceError` where the result is wrong.
+    """Time one affine matrix on `n_points` > 0 random points (n, 3); raise `DeviceError` if the result is wrong.
 
-    n_points is cut to what one dispatch takes, so that a kernel is one kernel.
+    n_points is cut to what one dispatch takes, so that one kernel is timed.
     """
-    number = np.dtype(dtype)
-    plan = DispatchPlan.of(device, n_points, 3, number)
+    dtype = np.dtype(dtype)
+    plan = DispatchPlan.of(device, n_points, 3, dtype)
     n_points = min(n_points, plan.chunk)
-    points = np.random.default_rng(0).standard_normal((n_points, 3)).astype(number)
+    points = np.random.default_rng(0).standard_normal((n_points, 3)).astype(dtype)
     matrix = matrices.chain(
         matrices.scale(0.3, 0.5, 2), matrices.rotate((1, 2, 3), 0.7), matrices.translate(-0.5, 2, 1)
     )
@@ -85,13 +85,13 @@ def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) ->
     transform_points(points, matrix, out=out, device=device)
     cold = time.perf_counter() - start
     expected = points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
-    worst = float(np.abs(out - expected).max())
-    if not worst < 64 * np.finfo(number).eps * np.abs(expected).max():
-        raise DeviceError(f"{device!r} computes wrongly: off by {worst:g}")
+    largest_error = float(np.abs(out - expected).max())
+    if not largest_error < 64 * np.finfo(dtype).eps * np.abs(expected).max():
+        raise DeviceError(f"{device!r} computes wrong results: off by {largest_error:g}")
 
-    kernel, copy = _kernels(device, plan, points, matrix)
+    kernel, copy = _time_kernels(device, plan, points, matrix)
     buffer = device.pool.scratch("bench", "source", points.nbytes)
-    seconds = _medians(
+    seconds = _time_medians(
         {
             "warm": lambda: transform_points(points, matrix, out=out, device=device),
             "upload": lambda: buffer.upload(points),
@@ -115,39 +115,10 @@ def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) ->
     )
 
 
-def report(device: Device, dtype: str, timings: list[Timing]) -> str:
-    """Return the figures as a text for people."""
-    lines = [f"{device.name}, {device.adapter.driver}; one affine matrix on {dtype} points (n, 3), medians of {ROUNDS}"]
-    if device.adapter.kind == "CPU":
-        lines.append("This device is a CPU, not a GPU: these are a CPU's figures.")
-    rows: list[tuple[str, Callable[[Timing], str]]] = [
-        ("points", lambda t: f"{t.n_points:,}"),
-        ("first call, ms", lambda t: f"{t.cold_ms:.3g}"),
-        ("whole call, ms", lambda t: f"{t.warm_ms:.3g}"),
-        ("  upload, ms", lambda t: f"{t.upload_ms:.3g}"),
-        ("  kernel, ms", lambda t: f"{t.kernel_ms:.3g}"),
-        ("  download, ms", lambda t: f"{t.download_ms:.3g}"),
-        ("whole call, GB/s", lambda t: f"{t.warm_gb_s:.3g}"),
-        ("kernel, GB/s", lambda t: f"{t.kernel_gb_s:.3g}"),
-        ("kernel, % of a copy on the device", lambda t: f"{t.percent_of_device_copy:.0f} %"),
-        ("whole call, % of numpy.copyto", lambda t: f"{t.percent_of_copyto:.0f} %"),
-        ("best of NumPy's three idioms, ms", lambda t: f"{t.numpy_ms:.3g}"),
-        ("whole call, times as fast as NumPy", lambda t: f"{t.times_numpy:.2f}"),
-    ]
-    width = max(len(name) for name, _ in rows)
-    columns = [[text(timing) for _, text in rows] for timing in timings]
-    widths = [max(map(len, column)) for column in columns]
-    lines.append("")
-    for place, (name, _) in enumerate(rows):
-        cells = [column[place].rjust(cell_width) for column, cell_width in zip(columns, widths, strict=True)]
-        lines.append("   ".join([name.ljust(width), *cells]))
-    return "\n".join(lines) + "\n"
-
-
-def _kernels(
+def _time_kernels(
     device: Device, plan: DispatchPlan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Return the median seconds of the transform's kernel and of one that only copies, in turn."""
+    """Return the median seconds of the transform kernel and of a kernel that only copies, run alternately."""
     with device.lock:
         source = device.pool.scratch("bench", "source", plan.chunk * plan.point_bytes)
         destination = device.pool.scratch("bench", "destination", plan.chunk * plan.point_bytes)
@@ -174,8 +145,8 @@ def _numpy_idioms(
     }
 
 
-def _medians(contenders: dict[str, Callable[[], object]]) -> dict[str, float]:
-    """Return the median seconds of each, measured in turn after a round that does not count."""
+def _time_medians(contenders: dict[str, Callable[[], object]]) -> dict[str, float]:
+    """Return the median seconds of each contender, run alternately after a warm-up round."""
     seconds: dict[str, list[float]] = {name: [] for name in contenders}
     for _ in range(ROUNDS + 1):
         for name, run in contenders.items():

@@ -43,7 +43,7 @@ def test_what_cannot_be_streamed_is_taken_whole(array: Any, capsys: pytest.Captu
     np.save("in.npy", array)
     assert main(["transform", "in.npy", "out.npy", *STEPS]) == 0
     assert np.array_equal(np.load("out.npy"), gx.transform_points(array, MATRIX))
-    assert "--resume goes from an .npy file" in error_of(["transform", "in.npy", "out.npy", "--resume"], capsys)
+    assert "--resume needs an .npy file" in error_of(["transform", "in.npy", "out.npy", "--resume"], capsys)
 
 
 def test_an_interrupted_run_is_resumed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,7 +64,7 @@ def test_an_interrupted_run_is_resumed(monkeypatch: pytest.MonkeyPatch, capsys: 
     streaming_function = streaming.transform_file
     monkeypatch.setattr(streaming, "transform_file", transform_file)
     assert main(["transform", "in.npy", "out.npy", *STEPS]) == 130
-    assert capsys.readouterr().err == "gpu-xform: interrupted; the same command with --resume goes on\n"
+    assert capsys.readouterr().err == "gpu-xform: interrupted; the same command with --resume continues\n"
     assert not Path("out.npy").exists()
     stop.clear()
     assert main(["transform", "in.npy", "out.npy", *STEPS, "--resume"]) == 0
@@ -105,7 +105,7 @@ def test_bench_says_when_the_device_is_a_cpu(capsys: pytest.CaptureFixture[str],
 
 def test_bench_refuses_a_wrong_result(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     monkeypatch.setattr("gpu_xform.diagnostics.bench.transform_points", lambda points, matrix, out, device: out.fill(0))  # noqa: ARG005
-    assert "computes wrongly" in error_of(["bench", "--points", "1e3"], capsys, 1)
+    assert "computes wrong results" in error_of(["bench", "--points", "1e3"], capsys, 1)
 
 
 @pytest.mark.parametrize("text", ["0", "-5", "1.5", "many", "", "1e99", "nan"])

@@ -12,7 +12,7 @@ import numpy.typing as npt
 import pytest
 
 from gpu_xform import Mesh, __version__, load_mesh, matrices, samples, save_mesh
-from gpu_xform.cli import files, main
+from gpu_xform.cli import main, streams
 from gpu_xform.cli.argv import attach_values
 from gpu_xform.cli.parser import make_parser
 from gpu_xform.formats.registry import READERS
@@ -272,7 +272,7 @@ def test_help_is_the_last_option(name: str, capsys: pytest.CaptureFixture[str]) 
 def test_printing_survives_an_encoding_without_the_letters(monkeypatch: pytest.MonkeyPatch) -> None:
     stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
     monkeypatch.setattr(sys, "stdout", stream)
-    files.say("Radeon\u2122\n")
+    streams.print_stdout("Radeon\u2122\n")
     assert stream.buffer.getvalue() == b"Radeon\\u2122\n"
 
 

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from gpu_xform import Camera, Mesh, load_mesh, matrices, render_array, samples, save_mesh
-from gpu_xform.cli import files, main
+from gpu_xform.cli import files, main, paths
 from gpu_xform.cli.parser import parse
 from gpu_xform.cli.path_templates import Template
 from gpu_xform.errors import DeviceError
@@ -97,7 +97,7 @@ def test_folders_keep_models_of_one_name_apart(capsys: pytest.CaptureFixture[str
         save_mesh(mesh, f"{name}/model.obj")
     both = ["render", "a/model.obj", "b/c/model.obj", *SIZE, "-o"]
     assert main([*both, "t/{model}.png"]) == 2
-    expected = "t/model.png: two pictures would go there, of a/model.obj and of b/c/model.obj"
+    expected = "t/model.png: two pictures would be written there, of a/model.obj and of b/c/model.obj"
     assert capsys.readouterr().err == f"gpu-xform: error: {expected}\n"
     assert not Path("t").exists()
     assert main([*both, "t/{folder}/{model}.png"]) == 0
@@ -110,7 +110,7 @@ def test_folders_keep_models_of_one_name_apart(capsys: pytest.CaptureFixture[str
 def test_one_path_by_two_names_is_one_path(capsys: pytest.CaptureFixture[str]) -> None:
     Path("a").mkdir()
     message = error_of(["render", "house.obj", "a/../house.obj", "-o", "{folder}/{model}.png"], capsys)
-    assert "two pictures would go there" in message
+    assert "two pictures would be written" in message
     assert main(["render", "house.obj", "house.obj", "-o", "{model}.png"]) == 2
     assert not list_pngs()
 
@@ -200,13 +200,13 @@ def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys
     ],
 )
 def test_placeholders(text: str, path: str) -> None:
-    assert Template(text).path("in/put/scan.v2.obj") == path
-    assert Template(text).one_for_each == ("scan" in path)
-    assert Template("{folder}").path("a.obj") == "."
+    assert Template(text).path_for("in/put/scan.v2.obj") == path
+    assert Template(text).is_per_model == ("scan" in path)
+    assert Template("{folder}").path_for("a.obj") == "."
 
 
 def test_braces_in_a_model_s_name_are_left_alone() -> None:
-    assert Template("{folder}/{model}.png").path("{model}/{x}.obj") == "{model}/{x}.png"
+    assert Template("{folder}/{model}.png").path_for("{model}/{x}.obj") == "{model}/{x}.png"
 
 
 @pytest.mark.parametrize("option", ["-o", "--reference", "--reference-diff"])
@@ -214,19 +214,22 @@ def test_braces_in_a_model_s_name_are_left_alone() -> None:
 def test_other_braces_are_a_usage_error(option: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
     message = error_of(["render", "house.obj", option, text], capsys)
     assert f"{option}" in message
-    assert "expected {model} or {folder}, or braces doubled" in message
+    assert "expected {model} or {folder}, or doubled braces" in message
     assert not list_pngs()
 
 
 @pytest.mark.parametrize(
     ("typed", "words"),
     [
-        (["-", "-o", "{model}.png", "--file-type", "obj"], "{model}.png: standard input has no name to put there"),
+        (["-", "-o", "{model}.png", "--file-type", "obj"], "{model}.png: standard input has no name to insert"),
         (["-", "-", "-o", "x.png", "--file-type", "obj"], "standard input can be read only once"),
         (["house.obj", "cube.off", "-o", "{model}.bmp"], "house.bmp: the type must be one of png"),
         (["house.obj", "cube.off", "-o", "{model}"], "house: the type must be one of png, svg, pdf, got none"),
-        (["house.obj", "cube.off", "-o", "x.png", "--reference", "{model}.png"], "x.png: two pictures would go there"),
-        (["house.obj", "cube.off", "-o", "-", "--reference", "{model}.png"], "-: two pictures would go there"),
+        (
+            ["house.obj", "cube.off", "-o", "x.png", "--reference", "{model}.png"],
+            "x.png: two pictures would be written",
+        ),
+        (["house.obj", "cube.off", "-o", "-", "--reference", "{model}.png"], "-: two pictures would be written"),
         (["house.obj", "none.obj", "-o", "x.png"], "none.obj: No such file"),
         (["house.obj", "cube.off", "-o", "{model}.png", "--camera-focal-point", "1,2,3"], "--camera-focal-point must"),
     ],
@@ -241,12 +244,12 @@ def test_patterns_that_no_shell_has_expanded() -> None:
     Path("in/deep").mkdir(parents=True)
     for name in ("in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"):
         save_mesh(samples.cube(), name)
-    assert files.matching(["in/*.obj"]) == ["in/b.obj", "in/x1.obj", "in/x[1].obj"]
-    assert files.matching(["in/**/*.obj"]) == ["in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"]
-    assert files.matching(["in/x[1].obj"]) == ["in/x[1].obj"]
-    assert files.matching(["in/x[12].obj"]) == ["in/x1.obj"]
-    assert files.matching(["in/*.wrl"]) == ["in/*.wrl"]
-    assert files.matching(["-"]) == ["-"]
+    assert paths.expand_globs(["in/*.obj"]) == ["in/b.obj", "in/x1.obj", "in/x[1].obj"]
+    assert paths.expand_globs(["in/**/*.obj"]) == ["in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"]
+    assert paths.expand_globs(["in/x[1].obj"]) == ["in/x[1].obj"]
+    assert paths.expand_globs(["in/x[12].obj"]) == ["in/x1.obj"]
+    assert paths.expand_globs(["in/*.wrl"]) == ["in/*.wrl"]
+    assert paths.expand_globs(["-"]) == ["-"]
     assert main(["render", "in/*.obj", "-o", "{model}.png", *SIZE]) == 0
     assert list_pngs() == ["b.png", "x1.png", "x[1].png"]
 

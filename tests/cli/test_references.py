@@ -49,8 +49,8 @@ def test_a_missing_wall_fails_with_its_own_code_and_figures(capsys: pytest.Captu
     assert render("open.obj", "-o", "drawn.png", "--reference", "expected.png") == 4
     x, y = found.largest_at
     assert capsys.readouterr().err == (
-        "gpu-xform: error: expected.png: the picture differs from it by more than 8 of 255 in "
-        f"{found.n_pixels} pixels, allowed are 0; the largest difference is {found.largest}, at {x},{y}, "
+        "gpu-xform: error: expected.png: the picture differs by more than 8 of 255 in "
+        f"{found.n_pixels} pixels, 0 allowed; the largest difference is {found.largest}, at {x},{y}, "
         f"the mean {found.mean:.3g}\n"
     )
     assert 50 < found.n_pixels < 2000
@@ -63,7 +63,7 @@ def test_pixels_and_their_tolerance_can_be_allowed(capsys: pytest.CaptureFixture
     found = compare_images("drawn.png", "expected.png")
     compared = ["open.obj", "--reference", "expected.png"]
     assert render(*compared, "--reference-pixels", str(found.n_pixels)) == 0
-    assert f"allowed are {found.n_pixels - 1:,}" in render_error(
+    assert f"{found.n_pixels - 1:,} allowed" in render_error(
         capsys, *compared, "--reference-pixels", str(found.n_pixels - 1), code=4
     )
     assert render(*compared, "--reference-threshold", str(found.largest)) == 0
@@ -87,7 +87,7 @@ def test_another_size_is_a_difference(capsys: pytest.CaptureFixture[str]) -> Non
 
 def test_a_missing_reference_says_how_it_is_made(capsys: pytest.CaptureFixture[str]) -> None:
     message = render_error(capsys, "house.obj", "--reference", "none.png", "-o", "drawn.png")
-    assert message.startswith("gpu-xform: error: none.png: there is no such reference; ")
+    assert message.startswith("gpu-xform: error: none.png: the reference does not exist; ")
     assert "-o none.png instead of --reference" in message
     assert same("drawn.png", "expected.png")
     assert render("house.obj", "-o", "none.png") == 0
@@ -113,13 +113,13 @@ def test_each_of_many_has_its_own_reference(capsys: pytest.CaptureFixture[str]) 
     diffs = ["--reference-diff", "diffs/{model}.png"]
     assert render(*models[:3], "--reference", "refs/{model}.png", *diffs) == 4
     complaint, summary = capsys.readouterr().err.splitlines()
-    assert complaint.startswith("gpu-xform: error: solid.obj: refs/solid.png: the picture differs from it by more than")
-    assert summary == "gpu-xform: 3 pictures: 2 done, 1 not as the reference"
+    assert complaint.startswith("gpu-xform: error: solid.obj: refs/solid.png: the picture differs by more than")
+    assert summary == "gpu-xform: 3 pictures: 2 done, 1 not matching the reference"
     assert [path.as_posix() for path in Path("diffs").iterdir()] == ["diffs/solid.png"]
     assert render(*models, "--reference", "refs/{model}.png", "-o", "drawn/{model}.png") == 2
     lines = capsys.readouterr().err.splitlines()
-    assert lines[1].startswith("gpu-xform: error: new.obj: refs/new.png: there is no such reference")
-    assert lines[2] == "gpu-xform: 4 pictures: 2 done, 1 failed, 1 not as the reference"
+    assert lines[1].startswith("gpu-xform: error: new.obj: refs/new.png: the reference does not exist")
+    assert lines[2] == "gpu-xform: 4 pictures: 2 done, 1 failed, 1 not matching the reference"
     assert sorted(path.stem for path in Path("drawn").iterdir()) == sorted(names)
 
 
@@ -127,14 +127,14 @@ def test_one_reference_for_many_models(capsys: pytest.CaptureFixture[str]) -> No
     shutil.copy("house.obj", "copy.obj")
     models = ["house.obj", "open.obj", "copy.obj"]
     assert render(*models, "--reference", "expected.png", "--reference-diff", "{model}.png") == 4
-    assert capsys.readouterr().err.splitlines()[1] == "gpu-xform: 3 pictures: 2 done, 1 not as the reference"
+    assert capsys.readouterr().err.splitlines()[1] == "gpu-xform: 3 pictures: 2 done, 1 not matching the reference"
     assert sorted(path.name for path in Path().glob("*.png")) == ["expected.png", "open.png"]
 
 
 @pytest.mark.parametrize("written", [["-o", "./expected.png"], ["--reference-diff", "expected.png", "-o", "x.png"]])
 def test_a_reference_is_never_written(written: list[str], capsys: pytest.CaptureFixture[str]) -> None:
     before = Path("expected.png").read_bytes()
-    assert "expected.png: a picture cannot take the place of a reference" in render_error(
+    assert "expected.png: a picture must not overwrite a reference" in render_error(
         capsys, "open.obj", "--reference", "expected.png", *written
     )
     assert Path("expected.png").read_bytes() == before
@@ -154,8 +154,11 @@ def test_a_reference_is_never_written(written: list[str], capsys: pytest.Capture
         (["--reference", "expected.png", "--reference-pixels", "-1"], "--reference-pixels: expected a whole number"),
         (["--reference", "expected.png", "--reference-diff", "-"], "--reference-diff must be a file"),
         (["--reference", "expected.png", "--reference-diff", "d.bmp"], "d.bmp: the type must be one of png"),
-        (["--reference", "expected.png", "--reference-diff", "x.png", "-o", "x.png"], "two pictures would go there"),
-        ([], "-o must say where the picture goes, or --reference what it should be like"),
+        (
+            ["--reference", "expected.png", "--reference-diff", "x.png", "-o", "x.png"],
+            "two pictures would be written",
+        ),
+        ([], "-o must give the file of the picture, or --reference a picture to compare it with"),
     ],
 )
 def test_options_that_mean_nothing(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:

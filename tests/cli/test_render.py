@@ -220,8 +220,8 @@ def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.Capt
 
 def test_the_help_names_the_library_s_defaults() -> None:
     defaults = {field.name: field.default for field in dataclasses.fields(Layer)}
-    in_words = {"edges": "all", "hidden": "show, with --fill remove", "clim": "the least and largest"}
-    in_words |= {"point_size": "none; 2 where nothing joins the points"}
+    in_words = {"edges": "all", "hidden": "show, with --fill remove", "fill": "no fill"}
+    in_words |= {"clim": "the smallest and the largest", "point_size": "none; 2 for models without edges"}
     for flag, _, _, text in option_groups.STYLE:
         name = flag.removeprefix("--").replace("-", "_")
         said = re.search(r"\(default: (.*)\)", text)
@@ -346,9 +346,9 @@ def test_one_colour_means_one_number_in_a_picture_of_two_models() -> None:
         (["--scalars", "{name}.npy"], "expected {model} or {folder}"),
         (["--scalars", "x", "--color", "red"], "not allowed with"),
         (["--scalars", "x", "--cmap", "nonesuch"], "--cmap: cmap must be a colormap's name"),
-        (["--scalars", "x", "--clim", "2,1"], "--clim: expected two numbers, the lower before"),
-        (["--scalars", "x", "--clim", "nan,1"], "--clim: expected two numbers, the lower before"),
-        (["--scalars", "x", "--clim", "0,inf"], "--clim: expected two numbers, the lower before"),
+        (["--scalars", "x", "--clim", "2,1"], "--clim: expected two numbers, the lower first"),
+        (["--scalars", "x", "--clim", "nan,1"], "--clim: expected two numbers, the lower first"),
+        (["--scalars", "x", "--clim", "0,inf"], "--clim: expected two numbers, the lower first"),
         (["--scalars", "x", "--clim", "0"], "--clim: expected two numbers"),
         (["--cmap", "viridis"], "--cmap must come with --scalars"),
         (["--clim", "0,1"], "--clim must come with --scalars"),

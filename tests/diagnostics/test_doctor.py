@@ -14,8 +14,9 @@ import wgpu
 import gpu_xform
 from gpu_xform.cli import main
 from gpu_xform.compute.kernels import transform as transform_pass
-from gpu_xform.diagnostics import doctor
-from gpu_xform.diagnostics.doctor import Check, Report, examine
+from gpu_xform.diagnostics import doctor, doctor_report
+from gpu_xform.diagnostics.doctor import examine
+from gpu_xform.diagnostics.doctor_report import Check, Report
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu import self_test
 from gpu_xform.gpu.device import Device
@@ -70,7 +71,7 @@ def test_a_gpu_is_not_called_a_cpu(report: Report) -> None:
     gpu = dataclasses.replace(report.device, kind="DiscreteGPU", features=frozenset())
     text = dataclasses.replace(report, device=gpu, adapters=(gpu,)).text()
     assert "is a CPU" not in text
-    for feature in ("float64", "memory that the host maps", "timestamps"):
+    for feature in ("float64", "host-mappable memory", "timestamps"):
         assert f"{feature:26} no\n" in text
 
 
@@ -166,7 +167,7 @@ def test_the_reason_for_the_choice(
     report: Report, device: Device, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     part = device.name[:4]
-    monkeypatch.setattr(doctor, "_tried", lambda _: ())
+    monkeypatch.setattr(doctor, "_run_checks", lambda _: ())
     monkeypatch.delenv("GPU_XFORM_ADAPTER", raising=False)
     n_adapters = len(report.adapters)
     assert examine().reason.startswith("it is the only one" if n_adapters == 1 else "it is the fastest kind of ")
@@ -174,7 +175,7 @@ def test_the_reason_for_the_choice(
     assert examine().reason.startswith(f"it is the fastest kind of {3 * n_adapters}")
     monkeypatch.setenv("GPU_XFORM_ADAPTER", part)
     assert examine().reason == f"GPU_XFORM_ADAPTER is {part!r}"
-    assert examine(part.upper()).reason == f"{part.upper()!r} is asked for"
+    assert examine(part.upper()).reason == f"{part.upper()!r} is requested"
     monkeypatch.setenv("GPU_XFORM_ADAPTER", "nonesuch")
     assert examine().device is None
     assert main(["doctor"]) == 3
@@ -213,4 +214,4 @@ def test_without_a_driver_the_report_says_what_to_install() -> None:
     ],
 )
 def test_bytes_in_human_units(n_bytes: int, text: str) -> None:
-    assert doctor._human_bytes(n_bytes) == text
+    assert doctor_report._format_bytes(n_bytes) == text

@@ -16,7 +16,7 @@ def test_every_hidden_style_has_a_number_of_its_name() -> None:
 @pytest.mark.parametrize("style", HIDDEN_STYLES)
 def test_every_hidden_style_is_taken(style: HiddenStyle) -> None:
     assert Layer(samples.cube(), hidden=style).hidden == style
-    assert argument_types.hidden(style) == style
+    assert argument_types.parse_hidden(style) == style
 
 
 @pytest.mark.parametrize("edges", EDGE_SETS)
@@ -24,4 +24,4 @@ def test_every_edge_set_is_taken(edges: EdgeSet) -> None:
     cube = samples.cube()
     open_box = Mesh(cube.positions, cube.faces[1:])
     assert "<path" in render_svg(open_box, edges=edges, size=(32, 32))
-    assert argument_types.edge_sets(edges) == [edges]
+    assert argument_types.parse_edge_sets(edges) == [edges]

@@ -1,4 +1,16 @@
-"""The subcommands, one a file.
+"""Subcommands, one per module: each has USAGE, DESCRIPTION, EPILOG, `add_options(parser)` and `run(options)`.
 
-Reading order: render, animate, view, transform.
+`run` returns the exit code. A module is imported when its command is chosen.
+
+Reading order: render, animate, view, transform, explain, doctor, bench.
 """
+
+SUMMARIES = {
+    "render": "draw models as PNG, SVG or PDF",
+    "animate": "draw moving models as a GIF, video or web page",
+    "view": "show models in an interactive window",
+    "transform": "transform the points of a model file or an array",
+    "explain": "print the matrices of a transform",
+    "doctor": "check the graphics adapter and its driver",
+    "bench": "measure the speed of bulk transforms",
+}

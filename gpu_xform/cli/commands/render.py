@@ -1,83 +1,185 @@
-"""`gpu-xform render`: from model files to pictures, and from pictures to a verdict."""
+"""`gpu-xform render`: pictures of models, and their comparison with references."""
 
+import argparse
 import functools
 import sys
-from argparse import Namespace
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..._core import progress
 from ..._core.types import Float64Array
-from .. import camera_options as aim
-from .. import exit_codes as failures
-from .. import files, references
-from ..outputs import Picture, planned
-from ..read_layers import naming, read_layers, require_scalars
-from .transform import chosen_device, composed
+from .. import argument_types as types
+from .. import exit_codes, files, references
+from .. import options as groups
+from ..arguments_from_options import choose_device, compose_transforms, picture_arguments, require_drawing_options
+from ..exit_codes import DEVICE_FAILED, MISMATCH, NO_ADAPTER, WRONG_INPUT
+from ..layer_option import parse_layer
+from ..outputs import PlannedPicture, plan_outputs
+from ..paths import expand_globs
+from ..read_layers import name_options_in_errors, read_layers
 
 if TYPE_CHECKING:
     from ...gpu.device import Device
 
+USAGE = "MODEL... (-o OUT | --reference PNG) [options]"
+DESCRIPTION = """\
+Draw the edges of models, transformed, as a PNG, SVG or PDF picture: all models
+in one picture, or, if the path of the picture holds {model}, one picture per
+model."""
+EPILOG = f"""\
+In the paths of pictures, {{model}} stands for the name of a model without folder
+and type, and {{folder}} for its folder. Missing folders of such a path are made.
+If one of several pictures fails, the others are still made.
 
-def render(options: Namespace) -> int:
-    """Draw models, all into one picture or each into its own, and compare what was drawn with references."""
-    aim.require_one_aim(options)
-    require_scalars(options)
-    references.require_options_together(options)
-    models = files.matching(options.models)
-    pictures = planned(models, options.output, options.reference, options.reference_diff)
-    finish = functools.partial(_finish, options, composed(options), chosen_device(options))
+The camera is placed so that all models fit the picture, unless a position is
+given. Colours are names, #rrggbb, or R,G,B from 0 to 1. PDF needs pydyf:
+pip install 'gpu_xform[pdf]'.
+
+The edge sets are: all edges; feature edges, where two faces meet at an angle or
+one face ends; boundary edges, which have one face; and the silhouette, where
+faces turn away from the camera, with the boundary.
+
+examples:
+  # one picture
+  gpu-xform render ball.wrl -o ball.png --color face --no-background
+  gpu-xform render part.stl -o part.png --up +Z --edges feature,silhouette \\
+      --hidden dash
+  gpu-xform render house.obj -o top.png --camera-direction -Y \\
+      --camera-view-up -Z --camera-orthographic
+  # vector graphics, for papers and plotters
+  gpu-xform render part.stl -o part.svg --up +Z --edges feature,silhouette \\
+      --hidden dash
+  # filled faces; colours by height
+  gpu-xform render ball.wrl -o ball.png --fill face
+  gpu-xform render hills.ply -o hills.png --up +Z --scalars z --cmap terrain
+  gpu-xform render scan.npy -o scan.png --up +Z --scalars z --point-size 3
+  # arrays of colours and of instance matrices
+  gpu-xform render part.stl -o part.png --face-colors stress.npy --alpha 0.8
+  gpu-xform render house.obj -o street.png --instances places.npy --fill gold
+  # several models in one picture; one style per layer; one picture per model
+  gpu-xform render house.obj garden.ply -o both.png
+  gpu-xform render floor.obj -o room.png --fill tan \\
+      --layer "chair.obj table.obj --fill white --translate 0,0.5,0"
+  gpu-xform render *.obj -o "thumbs/{{model}}.png" --resolution 256,256
+  # a regression test: do the models look as expected?
+  gpu-xform render *.obj --reference "expected/{{model}}.png"
+  # pipes
+  gpu-xform render house.obj -o - --rotate-x -90 | display
+  zcat ball.wrl.gz | gpu-xform render - --file-type wrl -o ball.png
+
+exit codes (for several pictures, the lowest code of those that fail):
+  0  done
+  {DEVICE_FAILED}  the device failed
+  {WRONG_INPUT}  wrong usage or input
+  {NO_ADAPTER}  no graphics adapter: gpu-xform doctor says what to install
+  {MISMATCH}  a picture does not match its reference
+"""
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `render`."""
+    group = parser.add_argument_group("files")
+    groups.add_models(group, parse_layer)
+    group.add_argument(
+        "-o",
+        "--output",
+        metavar="OUT",
+        type=types.parse_template,
+        help="the picture: a .png, .svg or .pdf file, one per model if the path holds {model}; "
+        "- for a PNG on standard output",
+    )
+    groups.add_file_type(group)
+    groups.add_drawing_options(parser, resolution="1024,1024")
+    _add_reference(parser)
+    groups.add_general_options(parser, adapter=True)
+
+
+def _add_reference(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("reference (differences are from 0 to 255)")
+    group.add_argument(
+        "--reference", metavar="PNG", type=types.parse_template, help="fail if the picture does not match this one"
+    )
+    group.add_argument(
+        "--reference-threshold",
+        metavar="T",
+        type=types.parse_threshold,
+        help="largest difference in red, green, blue or alpha at which a pixel still matches (default: 8)",
+    )
+    group.add_argument(
+        "--reference-pixels",
+        metavar="N",
+        type=types.parse_count,
+        help="number of pixels allowed to exceed the threshold (default: 0)",
+    )
+    group.add_argument(
+        "--reference-diff",
+        metavar="PNG",
+        type=types.parse_template,
+        help="write a picture of the pixels that differ to this file, if the picture does not match",
+    )
+
+
+def run(options: argparse.Namespace) -> int:
+    """Draw the models, in one picture or in one per model, and compare the pictures with references."""
+    require_drawing_options(options)
+    references.require_reference_options(options)
+    models = expand_globs(options.models)
+    pictures = plan_outputs(models, options.output, options.reference, options.reference_diff)
+    make = functools.partial(_make_picture, options, compose_transforms(options), choose_device(options))
     if len(pictures) > 1:
-        return _finish_each(pictures, finish)
-    finish(pictures[0])
+        return _make_each(pictures, make)
+    make(pictures[0])
     return 0
 
 
-def _finish_each(pictures: Sequence[Picture], finish: Callable[[Picture], None]) -> int:
-    """Finish every picture that can be; say what is wrong with the others, and how many there are of each."""
+def _make_each(pictures: Sequence[PlannedPicture], make: Callable[[PlannedPicture], None]) -> int:
+    """Make all pictures that can be made; print the errors of the others, and how many there are of each kind."""
+    from ..._core import progress
+
     codes = []
     with progress.bar("render", " pictures") as move:
         for done, picture in enumerate(pictures, 1):
             try:
-                finish(picture)
-            except failures.FAILURES as error:
-                progress.write(failures.line(error, picture.name))
-                codes.append(failures.exit_code(error))
+                make(picture)
+            except exit_codes.FAILURES as error:
+                progress.write(exit_codes.format_error(error, picture.name))
+                codes.append(exit_codes.exit_code_for(error))
             move(done, len(pictures))
-    different = codes.count(failures.DIFFERENT)
-    counts = {"done": len(pictures) - len(codes), "failed": len(codes) - different, "not as the reference": different}
-    said = ", ".join(f"{count} {what}" for what, count in counts.items() if count or what == "done")
-    sys.stderr.write(f"gpu-xform: {len(pictures)} pictures: {said}\n")
+    n_mismatched = codes.count(MISMATCH)
+    counts = {
+        "done": len(pictures) - len(codes),
+        "failed": len(codes) - n_mismatched,
+        "not matching the reference": n_mismatched,
+    }
+    summary = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count or outcome == "done")
+    sys.stderr.write(f"gpu-xform: {len(pictures)} pictures: {summary}\n")
     return min(codes, default=0)
 
 
-def _finish(options: Namespace, world_from_model: Float64Array, device: "Device", picture: Picture) -> None:
+def _make_picture(
+    options: argparse.Namespace, world_from_model: Float64Array, device: "Device", picture: PlannedPicture
+) -> None:
     """Draw a picture, write it, and compare it with its reference."""
-    drawn = _drawn(options, world_from_model, device, picture)
+    drawn = _draw(options, world_from_model, device, picture)
     if picture.output is not None:
-        files.write_picture(drawn, picture.output, make_folders=options.output.one_for_each)
+        files.write_picture(drawn, picture.output, make_folders=options.output.is_per_model)
     if picture.reference is not None:
-        references.require_like(picture.reference, drawn, picture.difference, options)
+        references.require_match(picture.reference, drawn, picture.difference, options)
 
 
-def _drawn(options: Namespace, world_from_model: Float64Array, device: "Device", picture: Picture) -> Any:
+def _draw(
+    options: argparse.Namespace, world_from_model: Float64Array, device: "Device", picture: PlannedPicture
+) -> Any:
     """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
-    shown = read_layers(options, picture.models, world_from_model)
-    with naming(options, picture.models):
-        return _renderer(picture.kind)(
-            shown,
-            camera=aim.camera(options, shown),
-            size=options.resolution,
-            background=options.background,
-            device=device,
-        )
+    layers = read_layers(options, picture.models, world_from_model)
+    with name_options_in_errors(options, picture.models):
+        return _find_renderer(picture.file_type)(layers, **picture_arguments(options, layers, device))
 
 
-def _renderer(kind: str) -> Callable[..., Any]:
-    if kind == "png":
-        from ...rendering import raster as wireframe
+def _find_renderer(file_type: str) -> Callable[..., Any]:
+    if file_type == "png":
+        from ...rendering import raster
 
-        return wireframe.render
-    from ...rendering import vector as vector_pictures
+        return raster.render
+    from ...rendering import vector
 
-    return {"svg": vector_pictures.render_svg, "pdf": vector_pictures.render_pdf}[kind]
+    return {"svg": vector.render_svg, "pdf": vector.render_pdf}[file_type]

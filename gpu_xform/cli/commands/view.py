@@ -1,23 +1,23 @@
-"""`gpu-xform view`: models in a window."""
+"""`gpu-xform view`: models in an interactive window."""
 
 import argparse
 
 from ...viewer.key_bindings import HELP
-from .. import camera_options as aim
-from .. import files
-from .. import options as option_groups
-from ..read_layers import naming, read_layers, require_scalars
-from .transform import chosen_device, composed
+from .. import options as groups
+from ..arguments_from_options import choose_device, compose_transforms, picture_arguments, require_drawing_options
+from ..layer_option import parse_layer
+from ..paths import expand_globs
+from ..read_layers import name_options_in_errors, read_layers
 
-SUMMARY = "show models in a window, to turn and to look at closely"
+KEYS = "".join(f"  {key:<19}{effect}\n" for key, effect in HELP)
+
 USAGE = "MODEL... [options]"
 DESCRIPTION = """\
-Show models, transformed, in a window. It needs a display, and rendercanvas and
-GLFW: pip install 'gpu_xform[viewer]'."""
-IN_THE_WINDOW = "".join(f"  {key:<19}{what}\n" for key, what in HELP)
+Show models, transformed, in an interactive window. This needs a display, and
+rendercanvas and GLFW: pip install 'gpu_xform[viewer]'."""
 EPILOG = f"""\
 in the window:
-{IN_THE_WINDOW}
+{KEYS}
 examples:
   gpu-xform view ball.wrl --color face
   gpu-xform view part.stl --up +Z --edges feature,silhouette --hidden dash
@@ -26,33 +26,25 @@ examples:
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
-    """Add the options of `view` to its parser."""
+    """Add the options of `view`."""
     group = parser.add_argument_group("files")
-    option_groups.add_models(group)
-    option_groups.add_file_type(group)
-    option_groups.add_transforms(parser)
-    option_groups.add_picture(parser)
-    parser.set_defaults(resolution="960,720")
-    option_groups.add_style(parser)
-    option_groups.add_camera(parser)
-    option_groups.add_rest(parser, adapter=True)
+    groups.add_models(group, parse_layer)
+    groups.add_file_type(group)
+    groups.add_drawing_options(parser, resolution="960,720")
+    groups.add_general_options(parser, adapter=True)
 
 
-def view(options: argparse.Namespace) -> int:
+def run(options: argparse.Namespace) -> int:
     """Show models until the window is closed."""
-    aim.require_one_aim(options)
-    require_scalars(options)
+    require_drawing_options(options)
     from ...viewer.window import view
 
-    paths = files.matching(options.models)
-    shown = read_layers(options, paths, composed(options))
-    with naming(options, paths):
+    paths = expand_globs(options.models)
+    layers = read_layers(options, paths, compose_transforms(options))
+    with name_options_in_errors(options, paths):
         view(
-            shown,
-            camera=aim.camera(options, shown),
+            layers,
             up=options.up if options.camera_view_up is None else None,
-            size=options.resolution,
-            background=options.background,
-            device=chosen_device(options),
+            **picture_arguments(options, layers, choose_device(options)),
         )
     return 0

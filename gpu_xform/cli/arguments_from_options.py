@@ -1,0 +1,53 @@
+"""Arguments of the library from parsed options: matrices, devices, styles, pictures."""
+
+from argparse import Namespace
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from .. import matrices
+from .._core.types import Float64Array
+from ..errors import ArgumentError
+from .camera_options import make_camera, require_one_camera
+from .options import STYLE
+
+if TYPE_CHECKING:
+    from ..drawing.layer import Layer
+    from ..gpu.device import Device
+
+STYLE_NAMES = (*(option.flag.removeprefix("--").replace("-", "_") for option in STYLE), "antialias", "instances")
+
+
+def require_drawing_options(options: Namespace) -> None:
+    """Raise `ArgumentError` if options of the camera or of the colormap contradict or lack one another."""
+    require_one_camera(options)
+    for each in (options, *options.extra_layers):
+        for name in ("cmap", "clim"):
+            if name in each and "scalars" not in each:
+                raise ArgumentError(f"--{name} must come with --scalars")
+
+
+def compose_transforms(options: Namespace) -> Float64Array:
+    """Return the matrix (4, 4) of the transforms typed."""
+    return matrices.chain(matrices.identity(), *options.steps)
+
+
+def choose_device(options: Namespace) -> "Device":
+    """Return the device of --adapter, without it the default one."""
+    from ..gpu.device import Device, default_device
+
+    return default_device() if options.adapter is None else Device(options.adapter)
+
+
+def style_arguments(options: Namespace) -> dict[str, Any]:
+    """Return the keywords of `Layer` that were typed; files are not read."""
+    return {name: getattr(options, name) for name in STYLE_NAMES if name in options}
+
+
+def picture_arguments(options: Namespace, layers: Sequence["Layer"], device: "Device") -> dict[str, Any]:
+    """Return the keywords that `render`, `animate` and `view` share."""
+    return {
+        "camera": make_camera(options, layers),
+        "size": options.resolution,
+        "background": options.background,
+        "device": device,
+    }

@@ -1,0 +1,51 @@
+"""Paths on the command line: file types, patterns, and `-` for standard input and output."""
+
+import os
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+from ..errors import ArgumentError
+
+STDIO = "-"
+
+
+def file_type(path: str, declared: str | None = None) -> str:
+    """Return the lower-case type of a file, such as "obj": `declared` if given, else the end of its name."""
+    if declared is None and path == STDIO:
+        raise ArgumentError("--file-type must give the type of standard input")
+    return (Path(path).suffix if declared is None else declared).lower().lstrip(".")
+
+
+def require_type(path: str, known: Collection[str], declared: str | None = None) -> None:
+    """Raise `ArgumentError` if the type of `path`, or `declared`, is not among `known`."""
+    found = file_type(path, declared)
+    if found not in known:
+        raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {found or 'none'}")
+
+
+def require_path(path: str) -> None:
+    """Raise `ArgumentError` if `path` cannot be a file's: a final slash, which `Path` drops, means a folder."""
+    if os.path.split(path)[1] in ("", "."):
+        raise ArgumentError(f"expected the path of a file, got {path!r}")
+
+
+def expand_globs(patterns: Sequence[str]) -> list[str]:
+    """Return the files that patterns match; an existing file, and a pattern without a match, stand for themselves.
+
+    Shells expand patterns themselves, except that of Windows, and others if there are too many files.
+    """
+    return [path for pattern in patterns for path in _expand_glob(pattern)]
+
+
+def describe_files(paths: Sequence[str]) -> str:
+    """Return how messages name several files: the first, and the number of the others."""
+    first, *others = paths
+    return f"{first} and {len(others)} more" if others else first
+
+
+def _expand_glob(pattern: str) -> list[str]:
+    if pattern == STDIO or os.path.lexists(pattern):
+        return [pattern]
+    import glob
+
+    return sorted(glob.glob(pattern, recursive=True)) or [pattern]  # noqa: PTH207 - Path.glob takes no absolute pattern

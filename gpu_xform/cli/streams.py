@@ -1,0 +1,54 @@
+"""Standard input and output: text to print, bytes to read and write, and the file that an error names."""
+
+import contextlib
+import errno
+import os
+import sys
+from collections.abc import Iterator
+from typing import BinaryIO
+
+from .paths import STDIO
+
+
+def print_stdout(text: str) -> None:
+    """Print to standard output; characters that its encoding lacks, as in an adapter's name, become escapes."""
+    with name_file_in_errors(STDIO):
+        binary_stream("stdout")
+        encoding = sys.stdout.encoding or "utf-8"
+        sys.stdout.write(text.encode(encoding, "backslashreplace").decode(encoding))
+        sys.stdout.flush()
+
+
+def flush_stdout() -> None:
+    """Write what standard output still buffers."""
+    if sys.stdout is not None:
+        with name_file_in_errors(STDIO):
+            sys.stdout.flush()
+
+
+def discard_stdout() -> None:
+    """Redirect standard output to nowhere if it cannot be flushed: Python would try again at exit."""
+    try:
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def binary_stream(name: str) -> BinaryIO:
+    """Return the bytes of `sys.stdin` or `sys.stdout`; raise `OSError` if the process has none."""
+    text = getattr(sys, name)
+    if text is None:
+        raise OSError(errno.EBADF, os.strerror(errno.EBADF), name)
+    binary: BinaryIO = text.buffer
+    return binary
+
+
+@contextlib.contextmanager
+def name_file_in_errors(path: str) -> Iterator[None]:
+    """Name `path` in failures to write, not the temporary file that stands in for it until it is whole."""
+    try:
+        yield
+    except OSError as error:
+        name = "standard output" if path == STDIO else path
+        raise OSError(error.errno, error.strerror or str(error), name) from None
