@@ -14,7 +14,7 @@ from .._core.arguments import direction, whole_number
 from .._core.error_context import prefix_errors
 from .._core.progress import bar
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
-from ..drawing.camera import Camera, CameraLike, fit_options, outermost, require_in_reach
+from ..drawing.camera import Camera, CameraLike, extreme_points, fit_options, require_in_range
 from ..drawing.framing import framing_points
 from ..drawing.layer import Layer, Models, Style
 from ..drawing.load_models import load_models
@@ -167,7 +167,7 @@ class Animation:
         aspect = self.size[0] / self.size[1]
         held = np.empty((0, 3))
         for k in range(len(self)):
-            held = outermost(np.concatenate([held, self._outline(k)]), aspect, **self._fit)
+            held = extreme_points(np.concatenate([held, self._outline(k)]), aspect, **self._fit)
         return Camera.fit(held, **self._fit)
 
     def _outline(self, k: int) -> Float64Array:
@@ -175,7 +175,7 @@ class Animation:
         layers = self._posed(k)
         with np.errstate(over="ignore", invalid="ignore"):
             points = framing_points(layers)
-        require_in_reach(points, f"frame {k}: the model")
+        require_in_range(points, f"frame {k}: the model")
         return points
 
     def frame(self, i: int) -> "Image":

@@ -1,4 +1,4 @@
-"""Cameras: where a picture is taken from, and how it fills a frame of any shape without stretching."""
+"""Cameras: the map from the world to clip space, for pictures of any aspect."""
 
 import inspect
 import math
@@ -14,20 +14,21 @@ from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 
-DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)  # where +y is up
+DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)  # if +y is up
 DEFAULT_UP = (0.0, 1.0, 0.0)
 DEFAULT_FOV_Y = 30.0
 DEFAULT_MARGIN = 0.05
-# A depth buffer spends its precision near the eye; nothing closer than a thousandth of the way is drawn.
+# Depth spends its precision near the eye; nothing closer than a thousandth of the way to the target is drawn.
 NEAR_FRACTION = 1e-3
 FAR_FRACTION = 1e3
-FARTHEST = 1e300  # beyond which the distance of a camera overflows
+MAX_COORDINATE = 1e300  # beyond it, the distance of a camera overflows
 
 
 class Camera:
-    """What maps a world to a picture; made by `look_at`, `fit`, `window` or `eye_on_z`.
+    """A camera maps the world to a picture; `look_at`, `fit`, `window` and `eye_on_z` make one.
 
-    A camera is asked for its matrix with the picture's aspect, so the same one serves pictures of any size.
+    Its matrix depends on the aspect of the picture, so that the same camera serves pictures of any size. A picture of
+    another aspect shows more of the world at two sides, never a stretched world.
     """
 
     def __init__(self, clip_from_world: Callable[[float], Float64Array], description: str) -> None:
@@ -35,7 +36,19 @@ class Camera:
         self._description = description
 
     def clip_from_world(self, aspect: float) -> Float64Array:
-        """Return the (4, 4) matrix from the world to clip space, for a picture whose width / height is `aspect`."""
+        """Return the matrix from the world to clip space.
+
+        Parameters
+        ----------
+        aspect : float
+            The picture's width / height.
+
+        Returns
+        -------
+        (4, 4) float64
+            The matrix for column vectors. After the division by w, x and y lie in [-1, 1], and depth goes from 0 at
+            the near plane to 1 at the far plane.
+        """
         return self._clip_from_world(aspect)
 
     def __repr__(self) -> str:
@@ -53,16 +66,33 @@ class Camera:
         far: float | None = None,
         orthographic: bool = False,
     ) -> "Camera":
-        """Stand at `eye` (3,) and look at `target` (3,).
+        """Return a camera that stands at `eye` and looks at `target`.
 
-        fov_y : degrees from the picture's bottom to its top
-        near, far : distances from the eye along the view; what lies outside is cut off. By default a thousandth and a
-            thousand times the distance to the target.
-        orthographic : project in parallel; what is as far away as the target keeps its size in the picture
+        Parameters
+        ----------
+        eye, target : (3,) numbers
+            Points of the world.
+        up : (3,) numbers
+            The direction that points up in the picture.
+        fov_y : float
+            The field of view from the bottom of the picture to its top, in degrees.
+        near, far : float, optional
+            Distances from the eye along the view; what lies outside is cut off. The defaults are a thousandth of the
+            distance to the target and a thousand times that distance.
+        orthographic : bool
+            Project in parallel. A plane through the target is as large in the picture as it is in perspective.
 
-        Raises `ArgumentError` as `matrices.look_at` and `matrices.perspective` do.
+        Returns
+        -------
+        Camera
+
+        Raises
+        ------
+        ArgumentError
+            As `matrices.look_at` and `matrices.perspective` raise it, for example "fov_y must lie between 0 and 180
+            degrees, got 180".
         """
-        others = _unusual(near=(near, None), far=(far, None), orthographic=(orthographic, False))
+        others = _non_default(near=(near, None), far=(far, None), orthographic=(orthographic, False))
         view_from_world = matrices.look_at(eye, target, up)
         distance = float(np.linalg.norm(np.subtract(target, eye)))
         near = distance * NEAR_FRACTION if near is None else near
@@ -82,9 +112,24 @@ class Camera:
 
     @classmethod
     def window(cls, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
-        """Look along -z at the part of the xy-plane within `xlim` (2,) and `ylim` (2,): x and y as they are, z dropped.
+        """Return a camera that looks along -z at a window of the xy-plane: it keeps x and y, and drops z.
 
-        A frame of another shape shows more of the plane, never a stretched one. Lecture, first figure.
+        A picture of another aspect than the window shows more of the plane, never a stretched plane. It is the view of
+        the lecture's first figure.
+
+        Parameters
+        ----------
+        xlim, ylim : (2,) numbers
+            The limits of the window along x and y, ascending.
+
+        Returns
+        -------
+        Camera
+
+        Raises
+        ------
+        ArgumentError
+            "xlim must ascend, got (1.0, -1.0)".
         """
         limits = _window_limits(xlim, ylim)
 
@@ -95,16 +140,33 @@ class Camera:
 
     @classmethod
     def eye_on_z(cls, d: float, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
-        """Look from the eye (0, 0, d) at the window `xlim` x `ylim` of the xy-plane: the lecture's perspective.
+        """Return a camera that looks from the eye (0, 0, d) at a window of the xy-plane: the lecture's perspective.
 
-        What lies at the eye or behind it is cut off.
+        Points are projected onto the xy-plane as `matrices.perspective_from_eye` does. What lies at the eye or behind
+        it is cut off.
+
+        Parameters
+        ----------
+        d : float
+            The distance of the eye from the xy-plane, positive.
+        xlim, ylim : (2,) numbers
+            The limits of the window along x and y, ascending.
+
+        Returns
+        -------
+        Camera
+
+        Raises
+        ------
+        ArgumentError
+            "d must be positive, got -1.0", or "xlim must ascend, got (1.0, -1.0)".
         """
         d = number(d, "d")
         if d <= 0.0:
             raise ArgumentError.expecting("d", "be positive", d)
         limits = _window_limits(xlim, ylim)
         perspective = matrices.perspective_from_eye(d)
-        # The lecture's third row is zero. This one keeps depth: z/w is 0 close to the eye, and tends to 1 far away.
+        # The lecture's third row is zero. This row keeps depth: z/w is 0 close to the eye, and tends to 1 far away.
         perspective[2] = perspective[3]
         perspective[2, 3] -= NEAR_FRACTION
 
@@ -126,33 +188,52 @@ class Camera:
         fov_y: float = DEFAULT_FOV_Y,
         orthographic: bool = False,
     ) -> "Camera":
-        """Look along `direction` (3,) from just far enough to hold all points of `model`.
+        """Return a camera that looks along `direction` from just far enough away to hold all points of `model`.
 
-        model : a mesh, or points (n, 3)
-        direction : by default (-0.45, -0.4, -1): from the front, somewhat from the right and from above; where `up` is
-            not +y, turned with it
-        margin : the fraction of the picture left free on each side, in [0, 0.5)
-        fov_y : degrees; not used where `orthographic`
+        Parameters
+        ----------
+        model : Mesh or (n, 3) numbers
+            What the picture must hold.
+        direction : (3,) numbers, optional
+            The direction of view. The default is (-0.45, -0.4, -1): from the front, somewhat from the right and from
+            above; for another `up` than +y it is rotated with it.
+        up : (3,) numbers
+            The direction that points up in the picture.
+        margin : float
+            The fraction of the picture that stays free on each side, in [0, 0.5).
+        fov_y : float
+            The field of view from the bottom of the picture to its top, in degrees; not used if `orthographic`.
+        orthographic : bool
+            Project in parallel.
 
-        Raises `MeshError` for a model without points.
+        Returns
+        -------
+        Camera
+
+        Raises
+        ------
+        MeshError
+            The model has no points.
+        ArgumentError
+            An argument is impossible: "margin must lie in [0, 0.5), got 0.5".
         """
         points = model.positions if isinstance(model, Mesh) else real_array(model, "model")
         if points.ndim != 2 or points.shape[1] != 3:
             raise ArgumentError.expecting("model", "be a Mesh or points of shape (n, 3)", f"shape {points.shape}")
         if len(points) == 0:
             raise MeshError("a model without points cannot be framed")
-        require_in_reach(points, "model")
+        require_in_range(points, "model")
         if not 0.0 <= number(margin, "margin") < 0.5:
             raise ArgumentError.expecting("margin", "lie in [0, 0.5)", margin)
-        view_from_world = _looking(direction, up)
+        view_from_world = _view_rotation(direction, up)
         in_view = points @ view_from_world[:3, :3].T
         matrices.perspective(fov_y, 1.0, 1.0, 2.0)  # raises now, not at the first picture
-        place = _fit_parallel if orthographic else _fit_perspective
+        fit_projection = _fit_parallel if orthographic else _fit_perspective
 
         def clip_from_world(aspect: float) -> Float64Array:
-            return place(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
+            return fit_projection(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
-        others = _unusual(fov_y=(fov_y, DEFAULT_FOV_Y), orthographic=(orthographic, False))
+        others = _non_default(fov_y=(fov_y, DEFAULT_FOV_Y), orthographic=(orthographic, False))
         return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r}{others})")
 
 
@@ -164,9 +245,9 @@ _FIT_OPTIONS = [
 
 
 def fit_options(camera: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the keywords of `Camera.fit` that are given in place of a camera; none for None.
+    """Return the keywords of `Camera.fit` that were given in place of a camera; none for None.
 
-    Raises `ArgumentTypeError` for what is no dict and for other keys. Values are left to `Camera.fit`.
+    Raises `ArgumentTypeError` if that is not a dict, and for unknown keys. `Camera.fit` checks the values.
     """
     if camera is None:
         return {}
@@ -178,14 +259,16 @@ def fit_options(camera: Mapping[str, Any] | None) -> dict[str, Any]:
     return dict(camera)
 
 
-def require_in_reach(points: Float64Array, name: str) -> None:
+def require_in_range(points: Float64Array, name: str) -> None:
     """Raise `ArgumentError` for points so far out that the distance of a camera would overflow."""
-    too_far = ~(np.abs(points) <= FARTHEST)
+    too_far = ~(np.abs(points) <= MAX_COORDINATE)
     if too_far.any():
-        raise ArgumentError.expecting(name, f"have coordinates of at most {FARTHEST:g}", f"{points[too_far][0]:g}")
+        raise ArgumentError.expecting(
+            name, f"have coordinates of at most {MAX_COORDINATE:g}", f"{points[too_far][0]:g}"
+        )
 
 
-def outermost(
+def extreme_points(
     points: Float64Array,
     aspect: float,
     *,
@@ -197,19 +280,19 @@ def outermost(
 ) -> Float64Array:
     """Return the few of `points` (n, 3) that alone decide where `Camera.fit` stands for pictures of `aspect`.
 
-    So a motion of any length is framed, a frame at a time: only the outermost points so far have to be kept.
+    A motion of any length can so be framed one frame at a time: only the extreme points so far have to be kept.
     """
-    view_from_world = _looking(direction, up)
-    across = np.eye(3)
+    view_from_world = _view_rotation(direction, up)
+    axes = np.eye(3)
     if not orthographic:
         tangent = math.tan(math.radians(fov_y) / 2.0) * (1.0 - 2.0 * margin)
-        edges = [(1, 0, tangent * aspect), (1, 0, -tangent * aspect), (0, 1, tangent), (0, 1, -tangent)]
-        across = np.concatenate([across, edges])
-    reach = points @ (across @ view_from_world[:3, :3]).T
-    return points[np.unique([reach.argmin(axis=0), reach.argmax(axis=0)])] if len(points) else points
+        sides = [(1, 0, tangent * aspect), (1, 0, -tangent * aspect), (0, 1, tangent), (0, 1, -tangent)]
+        axes = np.concatenate([axes, sides])
+    extents = points @ (axes @ view_from_world[:3, :3]).T
+    return points[np.unique([extents.argmin(axis=0), extents.argmax(axis=0)])] if len(points) else points
 
 
-def turn_up(up: Float64Array) -> Float64Array:
+def rotation_to_up(up: Float64Array) -> Float64Array:
     """Return the smallest rotation (3, 3) that takes +y to `up`."""
     axis = np.cross(DEFAULT_UP, up)
     if not axis.any():
@@ -219,17 +302,17 @@ def turn_up(up: Float64Array) -> Float64Array:
 
 
 def default_direction(up: npt.ArrayLike) -> Float64Array:
-    """Return along which direction (3,) a model is looked at whose `up` (3,) is up."""
-    return turn_up(nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
+    """Return the default direction of view (3,) of a model whose up direction is `up` (3,)."""
+    return rotation_to_up(nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
 
 
-def _unusual(**options: tuple[object, object]) -> str:
-    """Return how the options are typed whose value, the first of two, is not their default, the second."""
+def _non_default(**options: tuple[object, object]) -> str:
+    """Return ", NAME=VALUE" for each option, given as (value, default), that has another value than its default."""
     return "".join(f", {name}={value!r}" for name, (value, default) in options.items() if value != default)
 
 
-def _looking(along: npt.ArrayLike | None, up: npt.ArrayLike) -> Float64Array:
-    """Return view_from_world (4, 4) of an eye in the origin."""
+def _view_rotation(along: npt.ArrayLike | None, up: npt.ArrayLike) -> Float64Array:
+    """Return view_from_world (4, 4) of an eye at the origin."""
     along = default_direction(up) if along is None else along
     return matrices.look_at((0.0, 0.0, 0.0), direction(along, "direction", 3), up)
 
@@ -243,7 +326,7 @@ def _window_limits(xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Float64Array:
 
 
 def _window_matrix(limits: Float64Array, aspect: float) -> Float64Array:
-    """Return the map from the window, widened to `aspect`, to clip space; every depth becomes the middle one."""
+    """Return the map from the window, widened to `aspect`, to clip space; every depth becomes 0.5."""
     center = limits.mean(axis=1)
     width, height = (limits[:, 1] - limits[:, 0]).tolist()
     width, height = max(width, height * aspect), max(height, width / aspect)
@@ -254,10 +337,10 @@ def _window_matrix(limits: Float64Array, aspect: float) -> Float64Array:
 
 
 def _fit_perspective(in_view: Float64Array, fov_y: float, aspect: float, filled: float) -> Float64Array:
-    """Return clip_from_view with the eye moved so that the points (n, 3) fill the part `filled` of the frame.
+    """Return clip_from_view with the eye moved so that the points (n, 3) fill the fraction `filled` of the picture.
 
-    A point (x, y, z) is inside the right edge of the frustum from the eye (ex, ey, ez) where x - ex <= t (ez - z), t
-    the tangent of half the field of view: ex + t ez is at least the largest x + t z. The four edges give the eye.
+    A point (x, y, z) is inside the right side of the frustum of the eye (ex, ey, ez) if x - ex <= t (ez - z), where t
+    is the tangent of half the field of view: ex + t ez is at least the largest x + t z. The four sides give the eye.
     """
     tangent = math.tan(math.radians(fov_y) / 2.0) * filled
     tangents = np.array([tangent * aspect, tangent])
@@ -274,13 +357,13 @@ def _fit_perspective(in_view: Float64Array, fov_y: float, aspect: float, filled:
 
 
 def _fit_parallel(in_view: Float64Array, _fov_y: float, aspect: float, filled: float) -> Float64Array:
-    """Return clip_from_view of a parallel projection that the points (n, 3) fill to the part `filled`."""
+    """Return clip_from_view of a parallel projection whose fraction `filled` the points (n, 3) fill."""
     low, high = in_view.min(axis=0), in_view.max(axis=0)
-    middle, size = (low + high) / 2.0, high - low
+    center, size = (low + high) / 2.0, high - low
     half_height = (max(size[1], size[0] / aspect, float(size.max()) * 1e-6) or 1.0) / (2.0 * filled)
     half_depth = max(size[2], half_height)
     half_width = half_height * aspect
-    clip_from_middle = matrices.orthographic(
+    clip_from_center = matrices.orthographic(
         -half_width, half_width, -half_height, half_height, -half_depth, half_depth
     )
-    return clip_from_middle @ matrices.translate(*-middle)
+    return clip_from_center @ matrices.translate(*-center)

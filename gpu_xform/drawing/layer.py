@@ -101,8 +101,8 @@ class Layer:
     point_size: float | None = None
 
     def __post_init__(self) -> None:
-        if is_cloud(self.model):
-            object.__setattr__(self, "model", cloud(self.model))
+        if is_point_array(self.model):
+            object.__setattr__(self, "model", mesh_from_points(self.model))
         if not isinstance(self.model, _MODEL_TYPES):
             raise ArgumentTypeError.expecting(
                 "model", "be a Mesh, an array of points, a PointBuffer or a path", type(self.model).__name__
@@ -145,12 +145,12 @@ _COLORS_OF_THEIR_OWN = ("face_colors", "edge_colors", "vertex_colors", "scalars"
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
 
 
-def is_cloud(model: object) -> TypeGuard[npt.NDArray[Any]]:
+def is_point_array(model: object) -> TypeGuard[npt.NDArray[Any]]:
     """Return whether a model is an array, of NumPy or of what it takes for one."""
     return hasattr(model, "__array__") and not isinstance(model, _MODEL_TYPES)
 
 
-def cloud(points: npt.NDArray[Any]) -> Mesh:
+def mesh_from_points(points: npt.NDArray[Any]) -> Mesh:
     """Return the mesh of `points` (n, 3) without faces; raise errors that call them the model."""
     array = as_host_array(points, "model")
     if array.ndim != 2 or array.shape[1] != 3:

@@ -10,7 +10,7 @@ from ..errors import ArgumentTypeError
 from ..formats import load_mesh
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
-from .layer import Layer, Model, Models, cloud, is_cloud
+from .layer import Layer, Model, Models, is_point_array, mesh_from_points
 
 PATH_TYPES = (str, os.PathLike)
 
@@ -23,10 +23,10 @@ def load_models(models: Models) -> Models:
     def load(model: Model) -> Model:
         if isinstance(model, PATH_TYPES):
             return read(os.fspath(model))
-        if not is_cloud(model):
+        if not is_point_array(model):
             return model
         if id(model) not in clouds:
-            clouds[id(model)] = cloud(model)
+            clouds[id(model)] = mesh_from_points(model)
         return clouds[id(model)]
 
     def load_one(model: Model | Layer | Scene) -> Model | Layer | Scene:
@@ -34,7 +34,7 @@ def load_models(models: Models) -> Models:
             return model.with_models(load)
         if isinstance(model, Layer):
             return replace(model, model=load(model.model))
-        if is_cloud(model) or isinstance(model, (Mesh, PointBuffer, *PATH_TYPES)):
+        if is_point_array(model) or isinstance(model, (Mesh, PointBuffer, *PATH_TYPES)):
             return load(model)
         raise ArgumentTypeError.expecting(
             "model", "be a Mesh, an array of points, a PointBuffer, a path, a Layer or a Scene", type(model).__name__

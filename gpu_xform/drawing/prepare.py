@@ -15,7 +15,7 @@ from ..gpu.device import Device, resolve_device
 from ..imaging.colors import ColorLike, FloatColor, backdrop
 from . import limits
 from .build_draw_list import build_draw_list, needs_depth_order
-from .camera import Camera, CameraLike, fit_options, require_in_reach
+from .camera import Camera, CameraLike, fit_options, require_in_range
 from .depth import NO_DEPTH_CUE, DepthCue, fit_depth_cue, reverse_z
 from .draw_list import DrawList
 from .framing import framing_points, unbounded_points
@@ -102,7 +102,7 @@ def parse_size(size: Size) -> tuple[int, int]:
 
 def _fit_camera(options: Mapping[str, Any], points: Float64Array) -> Camera:
     """Return `Camera.fit` of the points, with its keywords `options`."""
-    require_in_reach(points, "models")
+    require_in_range(points, "models")
     if len(points) == 0:
         raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
     return Camera.fit(points, **options)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .. import matrices
 from .._core.types import Float64Array
-from ..drawing.camera import DEFAULT_FOV_Y, FAR_FRACTION, NEAR_FRACTION, Camera, turn_up
+from ..drawing.camera import DEFAULT_FOV_Y, FAR_FRACTION, NEAR_FRACTION, Camera, rotation_to_up
 
 NEAREST, FARTHEST = 1e-4, 1e4  # of the target, in radii of what is seen
 SAME_DIRECTION = 1e-6
@@ -112,7 +112,7 @@ class Orbit:
         """Return it from one of SIDES, where `points` (n, 3) fill the picture; as it is where there are none."""
         if len(points) == 0:
             return self
-        _, up, back = SIDES[side] @ turn_up(self.up).T
+        _, up, back = SIDES[side] @ rotation_to_up(self.up).T
         camera = Camera.fit(points, direction=-back, up=up, fov_y=self.fov_y, orthographic=self.orthographic)
         return replace(Orbit.of(camera, aspect, self.ball), up=self.up)
 

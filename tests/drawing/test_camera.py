@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from gpu_xform import Camera, Mesh, matrices, render_array, samples
-from gpu_xform.drawing.camera import outermost
+from gpu_xform.drawing.camera import extreme_points
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from tests.support.types import Array
 
@@ -98,7 +98,7 @@ def test_the_default_direction_turns_with_up(orthographic: bool) -> None:
         turned = house.transformed(turn)
         camera = Camera.fit(turned, up=up, orthographic=orthographic)
         np.testing.assert_allclose(camera.clip_from_world(1.5) @ turn, usual, rtol=0, atol=1e-12)
-        held = outermost(turned.positions, 1.5, up=up, orthographic=orthographic)
+        held = extreme_points(turned.positions, 1.5, up=up, orthographic=orthographic)
         few = Camera.fit(held, up=up, orthographic=orthographic)
         np.testing.assert_allclose(few.clip_from_world(1.5) @ turn, usual, rtol=0, atol=1e-12)
 
@@ -295,7 +295,7 @@ def test_the_outermost_points_so_far_decide_where_a_camera_stands(
     }
     held = np.empty((0, 3))
     for part in np.split(points, 6):
-        held = outermost(np.concatenate([held, part]), aspect, **options)
+        held = extreme_points(np.concatenate([held, part]), aspect, **options)
         assert len(held) <= 14
     few, all_of_them = Camera.fit(held, **options), Camera.fit(points, **options)
     expected = all_of_them.clip_from_world(aspect)
