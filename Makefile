@@ -1,8 +1,9 @@
 # Each target sets up what it needs on a fresh machine: a .venv here; for what draws or computes, a Vulkan driver where
-# there is none; for the tests, a browser and a screen. `make PYTHON=python3.13` picks the Python that .venv is made of.
+# there is none; for all tests, a browser and a screen. `make PYTHON=python3.13` picks the Python that .venv is made of.
 
 PYTHON ?= python3
 BIN := .venv/bin
+PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
 DRIVER_PACKAGES := mesa-vulkan-drivers libvulkan1
 BROWSER_PACKAGES := chromium-driver
 SCREEN_PACKAGES := xvfb xdotool libx11-6
@@ -11,7 +12,7 @@ SCREEN_PACKAGES := xvfb xdotool libx11-6
 
 .PHONY: help
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-8s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 .PHONY: demo
 demo: .venv/library driver ## draw three pictures into demo/ and measure a bulk transform
@@ -19,7 +20,11 @@ demo: .venv/library driver ## draw three pictures into demo/ and measure a bulk 
 
 .PHONY: test
 test: .venv/tools driver browser screen ## run the whole test suite
-	@$(BIN)/pytest --numprocesses auto --maxprocesses 4
+	@$(PYTEST)
+
+.PHONY: test-quick
+test-quick: .venv/tools driver ## run the tests that need no browser and no screen, but for the slow ones
+	@$(PYTEST) -m "not (browser or screen or slow)"
 
 .PHONY: check
 check: .venv/tools ## check format, lint and types

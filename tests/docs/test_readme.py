@@ -110,7 +110,7 @@ def test_there_are_commands_to_run() -> None:
     ]
 
 
-PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
+PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
 
 
 def anchors(page: str) -> set[str]:
@@ -131,8 +131,8 @@ def test_links_lead_somewhere(path: Path) -> None:
 
 
 def test_the_page_names_targets_and_scripts_that_there_are() -> None:
-    targets = set(re.findall(r"^([a-z]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
-    named = set(re.findall(r"(?:^|`)make ([a-z]+)", PAGE, re.MULTILINE))
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text("utf-8"), re.MULTILINE))
+    named = set(re.findall(r"(?:^|`)make ([a-z-]+)", PAGE, re.MULTILINE))
     assert {"demo", "test", "check", "help"} <= named <= targets
     scripts = re.findall(r"python (\w+/\w+\.py)", PAGE)
     assert scripts

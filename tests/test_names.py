@@ -1,0 +1,248 @@
+"""Names that were given up: none of them is defined again.
+
+Each row of the tables holds names of one kind, without leading underscores, and applies to one folder or file:
+to the whole package if its key is "", to less if the same word is a good name for something else elsewhere.
+"""
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import gpu_xform
+
+PACKAGE = Path(gpu_xform.__file__).parent
+ROOT = PACKAGE.parent
+WGSL = ROOT / "wgsl"
+
+OLD_MODULES = """
+    _affine _arguments _files _influences _interrupts _memmap _npy _points _precision _rebased animation/encoders/clip
+    animation/encoders/folder animation/encoders/overlap animation/encoders/stills bench cameras cli/aim cli/animating
+    cli/commands.py cli/failures cli/further_layers cli/layers cli/option_groups cli/pictures cli/rendering
+    cli/templates cli/values cli/viewing cli/words colormaps colors comparison edge_sets formats/_joining formats/zipped
+    gpu/blend_pass gpu/compute gpu/cut_pass gpu/doctor gpu/face_pass gpu/faults gpu/frame gpu/line_batches gpu/line_pass
+    gpu/picture gpu/plans gpu/pool gpu/reach gpu/reduce_pass gpu/residents gpu/shapes gpu/silhouette_pass gpu/targets
+    gpu/tiles gpu/transform_pass images mesh pictures point_buffer polygons progress scene streaming transform
+    triangulation vector/_chains vector/_paths vector/_text vector/painters/boxes vector/painters/groups
+    vector/painters/knots vector/painters/order vector/painters/pieces vector/painters/precedence vector/strokes
+    viewer/keys viewer/looks viewer/panel
+"""
+
+OLD_TEST_MODULES = """
+    begun inked oracles screen terminals test_batches test_begun test_inputs test_nearness test_views test_visibility
+    visibility
+"""
+
+OLD_PYTHON: dict[str, dict[str, str]] = {
+    "class": {
+        "": """
+            Drawn Pairs Plan Pool Residents Shape Shaped
+            Shaper Stage Strokes Subject
+        """,
+        "compute": "Points",
+        "drawing": "Points",
+        "gpu": "Points",
+        "raster": "Points",
+    },
+    "function": {
+        "": """
+            around begun by_face chained
+            circles clipped extremes fans following
+            hides hundredths is_cycle knotted levels
+            lost_by_distance members
+            nanoseconds_a_tick needs_distance octets of_circles
+            of_crossing opened outline
+            pixel_depth products reach_through reached related rounded_up
+            shaped staged strays strips taken together
+            unscaled untangled with_depth
+
+        """,
+    },
+    "method": {
+        "": """
+            downloaded forget is_clear
+            recording resident strays
+        """,
+        "gpu": "pixels take",
+        "gpu/buffer_pool.py": "get",
+        "raster": "pixels take",
+        "vector/painters": "chosen cross",
+    },
+    "constant": {
+        "": """
+            AT_ONCE Cue GRID Height
+            NEARLY Octets POINTS_A_PIXEL RIM ROOM UNIT_CORNERS
+
+        """,
+        "vector/painters": "FIRST LEVEL SECOND",
+    },
+    "field": {
+        "": """
+            AN_EDGE A_POINT ONE are_dots are_outlines color_places cue
+            holds hull is_clear pixel_depth shaped stays strength
+
+        """,
+        "compute": "n_rows",
+        "drawing": "by_face n_rows role",
+        "gpu": "number role",
+        "vector/painters": "sides",
+    },
+    "parameter": {
+        "": """
+            color_places first_mark further knife knives marks shares stays
+            strength ways_back
+        """,
+        "animation": "after",
+        "compute": "n_rows",
+        "drawing": "role",
+        "gpu": "role",
+        "raster": "after role",
+        "rendering": "after",
+    },
+}
+
+OLD_WGSL_FILES = """
+
+
+
+
+
+
+
+"""
+
+OLD_WGSL: dict[str, dict[str, str]] = {
+    "name": {
+        "": """
+            COLOR_AN_EDGE COLOR_A_POINT ONE_COLOR
+            each_mark far_along
+
+            quad_2d
+
+        """,
+    },
+    "member": {},
+}
+
+
+def python_definitions(file: Path) -> Iterator[tuple[str, str]]:
+    """Yield the kind and the name of every class, function, method, constant, field and parameter."""
+    waiting: list[tuple[ast.AST, str]] = [(ast.parse(file.read_text("utf-8")), "module")]
+    while waiting:
+        node, scope = waiting.pop()
+        inner = scope
+        match node:
+            case ast.ClassDef():
+                yield "class", node.name
+                inner = "class"
+            case ast.FunctionDef() | ast.AsyncFunctionDef():
+                yield ("method" if scope == "class" else "function"), node.name
+                inner = "function"
+            case ast.arg():
+                yield "parameter", node.arg
+            case ast.Name(ctx=ast.Store()) if scope in {"module", "class"}:
+                yield {"module": "constant", "class": "field"}[scope], node.id
+            case ast.Attribute(value=ast.Name(id="self"), ctx=ast.Store()):
+                yield "field", node.attr
+        waiting.extend((child, inner) for child in ast.iter_child_nodes(node))
+
+
+def wgsl_definitions(file: Path) -> Iterator[tuple[str, str]]:
+    """Yield ("name", name) of every function, type, constant, override and variable, and (struct, member)."""
+    source = re.sub(r"//[^\n]*", "", file.read_text("utf-8"))
+    for struct, body in re.findall(r"\bstruct\s+(\w+)\s*\{([^}]*)\}", source):
+        yield from ((struct, member) for member in re.findall(r"(\w+)\s*:", body))
+        yield from (("name", member) for member in re.findall(r"(\w+)\s*:", body))
+    for name in re.findall(r"\b(?:fn|struct|alias|const|override|let|var(?:\s*<[^>]*>)?)\s+(\w+)", source):
+        yield "name", name
+    for parameters in re.findall(r"\bfn\s+\w+\s*\(([^{]*)\)", source):
+        yield from (("name", name) for name in re.findall(r"(\w+)\s*:", parameters))
+
+
+PYTHON_FILES = sorted(PACKAGE.rglob("*.py"))
+WGSL_FILES = sorted(WGSL.rglob("*.wgsl"))
+
+
+@pytest.mark.parametrize("module", OLD_MODULES.split())
+def test_an_old_module_is_gone(module: str) -> None:
+    path = PACKAGE / module
+    assert not path.with_suffix(".py").exists()
+    assert path.suffix or not path.exists()
+
+
+@pytest.mark.parametrize("module", OLD_TEST_MODULES.split())
+def test_an_old_module_of_the_tests_is_gone(module: str) -> None:
+    assert not list((ROOT / "tests").rglob(f"{module}.py"))
+
+
+@pytest.mark.parametrize("stem", OLD_WGSL_FILES.split())
+def test_an_old_shader_file_is_gone(stem: str) -> None:
+    assert not list(WGSL.rglob(f"{stem}.wgsl"))
+
+
+@pytest.mark.parametrize("file", PYTHON_FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
+def test_no_old_name_is_defined_in_python(file: Path) -> None:
+    place = file.relative_to(PACKAGE).as_posix()
+    old = {
+        (kind, name)
+        for kind, rows in OLD_PYTHON.items()
+        for where, names in rows.items()
+        if where in {"", place} or place.startswith(f"{where}/")
+        for name in names.split()
+    }
+    defined = {(kind, name.lstrip("_")) for kind, name in python_definitions(file)}
+    assert not sorted(defined & old)
+
+
+@pytest.mark.parametrize("file", WGSL_FILES, ids=lambda file: str(file.relative_to(WGSL)))
+def test_no_old_name_is_defined_in_a_shader(file: Path) -> None:
+    old = {("name", name) for names in OLD_WGSL["name"].values() for name in names.split()}
+    old |= {(struct, name) for struct, names in OLD_WGSL["member"].items() for name in names.split()}
+    defined = set(wgsl_definitions(file))
+    assert not sorted(defined & old)
+
+
+def test_definitions_of_every_kind_are_found(tmp_path: Path) -> None:
+    python = tmp_path / "module.py"
+    python.write_text("""
+from os import path as kind
+Alias = dict[str, int]
+first, (SECOND, *rest) = 1, (2, 3)
+class Shape(Base):
+    hull: int = 3
+    stays, shares = 1, 2
+    def lay(self, picks, /, *args, again=1, **rest):
+        self.cue = local = lambda strength: strength
+        self.other.attribute, local.attribute = 1, 2
+    async def arrive(self): ...
+if True:
+    LATE: int = 4
+def begun(after):
+    inside = 1
+    def nested(deep): ...
+for index in range(3): ...
+""")
+    assert set(python_definitions(python)) == {
+        *(("constant", name) for name in ("Alias", "first", "SECOND", "rest", "LATE", "index")),
+        *(("class", "Shape"), ("field", "hull"), ("field", "stays"), ("field", "shares"), ("field", "cue")),
+        *(("method", "lay"), ("method", "arrive"), ("function", "begun"), ("function", "nested")),
+        *(("parameter", name) for name in ("self", "picks", "args", "again", "rest", "strength", "after", "deep")),
+    }
+    shader = tmp_path / "shader.wgsl"
+    shader.write_text("""
+// fn commented(out: f32)
+alias Real = f32;
+struct Style { @align(16) color: vec4<f32>, // rim: f32
+    n_points: u32, }
+const LARGE: f32 = 1.0;
+override numbered: bool = false;
+@group(0) @binding(1) var<storage, read_write> ink: array<u32>;
+fn lay(part: vec2<f32>, @builtin(position) at: vec4<f32>) -> f32 { let foot = 1.0; var low: f32 = foot; return low; }
+""")
+    names = ("Real", "Style", "color", "n_points", "LARGE", "numbered", "ink", "lay", "part", "at", "foot", "low")
+    assert set(wgsl_definitions(shader)) == {
+        *(("Style", "color"), ("Style", "n_points")),
+        *(("name", name) for name in names),
+    }
