@@ -24,6 +24,7 @@ from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import default_device
 from gpu_xform.gpu.dispatch import Binding, dispatch
+from gpu_xform.gpu.shaders import ComputePipeline
 from gpu_xform.gpu.timing import time_kernel
 
 Points = npt.NDArray[Any]
@@ -109,10 +110,11 @@ class Copies:
 
     def back(self) -> Points:
         """Copy on the device and out."""
-        device, buffers = self.plan.device, (self.source, self.destination)
-        with device.encode_commands(*buffers, label="copies") as encoder:
+        device = self.plan.device
+        with device.encode_commands(self.source, self.destination, label="copies") as encoder:
             n_workgroups = self.plan.n_workgroups(len(self.points))
-            dispatch(encoder, self.pipeline, device.bind_groups.bind(self.pipeline, buffers), n_workgroups)
+            bindings = device.bind_groups.bind(self.pipeline, source=self.source, destination=self.destination)
+            dispatch(encoder, self.pipeline, bindings, n_workgroups)
         transform_pass.download_rows(self.plan, self.destination, self.out[None])
         return self.out
 
@@ -147,9 +149,9 @@ class ManyCopies:
         with device.encode_commands(self.source, self.destination, label="copies") as encoder:
             for first in range(0, n_rows, ROWS_AT_ONCE):
                 n = min(ROWS_AT_ONCE, n_rows - first)
-                pipeline = self.plan.pipeline("copy_points", n_rows=n)
+                pipeline = self.plan.pipeline("copy_points", n_matrices=n)
                 places = Binding(self.destination, first * self.row_bytes, n * self.row_bytes)
-                bindings = device.bind_groups.bind(pipeline, (self.source, places))
+                bindings = device.bind_groups.bind(pipeline, source=self.source, destination=places)
                 dispatch(encoder, pipeline, bindings, self.plan.n_workgroups(len(self.points)))
 
 
@@ -192,9 +194,10 @@ def kernel(device: gx.Device, n_points: int) -> Row:
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     copies = Copies(device, points, np.empty_like(points))
     (transforms,) = transform_pass.upload_transforms(copies.plan, gx.rotate((1, 2, 3), 0.7)[None], n_points)
-    buffers = (copies.source, copies.destination)
-    stages = {
-        "ours": (copies.plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1), (transforms, *buffers)),
+    buffers: dict[str, Buffer | Binding] = {"source": copies.source, "destination": copies.destination}
+    pipeline = copies.plan.pipeline("transform_points", epilogue=Finish.AS_IT_IS, n_matrices=1)
+    stages: dict[str, tuple[ComputePipeline, dict[str, Buffer | Binding]]] = {
+        "ours": (pipeline, {"transforms": transforms, **buffers}),
         "copy": (copies.pipeline, buffers),
     }
     clock: dict[str, list[float]] = {name: [] for name in stages}

@@ -22,7 +22,7 @@ import json, sys
 sys.path += sys.argv[1:]
 import numpy as np
 import gpu_xform as gx
-from gpu_xform.gpu import shaders
+from gpu_xform.gpu import wgsl
 points = np.arange(30.0).reshape(10, 3)
 moved = gx.transform_points(points, gx.translate(1, 2, 3))
 picture = gx.render(gx.samples.cube(), size=(64, 64))
@@ -30,7 +30,7 @@ picture.save("cube.png")
 print(json.dumps({
     "file": gx.__file__,
     "version": gx.__version__,
-    "shaders": str(shaders.shader_folder()),
+    "shaders": str(wgsl.shader_folder()),
     "moved": (moved - points).tolist(),
     "dark": sum(picture.convert("L").point(lambda v: v < 64, "1").histogram()[1:]),
 }))
@@ -92,7 +92,7 @@ def test_the_source_archive_builds_the_same_wheel(wheel: Path, tmp_path: Path) -
     [archive] = tmp_path.glob("*.tar.gz")
     with tarfile.open(archive) as files:
         tree = archive.name.removesuffix(".tar.gz")
-        held = {name.removeprefix(f"{tree}/wgsl/") for name in files.getnames() if name.endswith(".wgsl")}
+        held = {name.removeprefix(f"{tree}/wgsl/") for name in files.getnames() if name.startswith(f"{tree}/wgsl/")}
         assert held == SHADERS
         for name in ("README.md", "CHANGELOG.md", "LICENSE", "Makefile", "docs/conventions.md", "examples/demo.py"):
             member = files.extractfile(f"{tree}/{name}")

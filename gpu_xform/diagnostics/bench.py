@@ -14,8 +14,11 @@ from ..compute.kernels import transform as transform_pass
 from ..compute.kernels.transform import Finish
 from ..compute.transform import transform_points
 from ..errors import DeviceError
+from ..gpu.buffers import Buffer
 from ..gpu.chunking import DispatchPlan
 from ..gpu.device import Device
+from ..gpu.dispatch import Binding
+from ..gpu.shaders import ComputePipeline
 from ..gpu.timing import time_kernel
 
 ROUNDS = 7
@@ -125,9 +128,12 @@ def _time_kernels(
         source.upload(points)
         (transforms,) = transform_pass.upload_transforms(plan, matrix[None], len(points))
         n_workgroups = plan.n_workgroups(len(points))
-        stages = [
-            (plan.pipeline("transform_points", finish=Finish.AS_IT_IS, n_rows=1), (transforms, source, destination)),
-            (plan.pipeline("copy_points"), (source, destination)),
+        stages: list[tuple[ComputePipeline, dict[str, Buffer | Binding]]] = [
+            (
+                plan.pipeline("transform_points", epilogue=Finish.AS_IT_IS, n_matrices=1),
+                {"transforms": transforms, "source": source, "destination": destination},
+            ),
+            (plan.pipeline("copy_points"), {"source": source, "destination": destination}),
         ]
         rounds = [[time_kernel(device, *stage, n_workgroups) for stage in stages] for _ in range(ROUNDS + 1)]
     kernel, copy = (statistics.median(column) for column in zip(*rounds[1:], strict=True))

@@ -26,10 +26,10 @@ def extract_silhouette(
     struct = np.zeros((), layouts.VIEW)
     struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero if the eye sees all the model as one line
     struct["n_candidates"] = n_candidates
-    pipeline = device.pipelines.compute("find_silhouette", workgroup_size=choose_workgroup_size(device))
+    pipeline = device.pipelines.compute("extract_silhouette", workgroup_size=choose_workgroup_size(device))
     with device.lock:
         (view,) = uniforms.upload(device, "silhouette", "view", [struct])
         with device.encode_commands(view.buffer, candidates, planes, edges, label="silhouette") as encoder:
-            bindings = device.bind_groups.bind(pipeline, (view, candidates, planes, edges))
+            bindings = device.bind_groups.bind(pipeline, view=view, candidates=candidates, planes=planes, edges=edges)
             dispatch(encoder, pipeline, bindings, count_workgroups(device, n_candidates))
     return edges

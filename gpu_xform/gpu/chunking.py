@@ -5,9 +5,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import wgpu
 
 from .device import Device
+from .shaders import ComputePipeline
 
 POINTS_PER_INVOCATION = 4
 WORKGROUP_SIZE = 256  # 64 takes half as long again on lavapipe
@@ -69,10 +69,10 @@ class DispatchPlan:
         """Return how many workgroups take `n_points`, four an invocation."""
         return self.padded(n_points) // (POINTS_PER_INVOCATION * self.workgroup_size)
 
-    def pipeline(self, stage: str, **constants: float) -> wgpu.GPUComputePipeline:
+    def pipeline(self, stage: str, **constants: float) -> ComputePipeline:
         """Return the pipeline of `stage` for points of this number type and dimension."""
-        name = f"{stage}{'_2d' if self.n_components == 2 else ''}_{self.precision}"
-        return self.device.pipelines.compute(name, workgroup_size=self.workgroup_size, **constants)
+        constants |= {"workgroup_size": self.workgroup_size, "n_components": self.n_components}
+        return self.device.pipelines.compute(stage, self.precision, **constants)
 
     def chunks(self, n_points: int) -> Iterator[slice]:
         """Cut `n_points` into consecutive slices."""

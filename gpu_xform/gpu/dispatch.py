@@ -1,13 +1,15 @@
 """Bind groups and compute dispatches: a pipeline, its buffers, a grid of workgroups."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import wgpu
 
+from ..errors import ShaderError
 from .buffers import Buffer
 from .context import CommandEncoder, GpuContext
 from .errors import translate_wgpu_errors
+from .shaders import ComputePipeline
 
 MAX_BIND_GROUPS = 256  # kept for the next time; small pictures take a tenth less time for it
 
@@ -27,25 +29,22 @@ class BindGroupCache:
         self._context = context
         self._groups: dict[tuple[Any, ...], wgpu.GPUBindGroup] = {}
 
-    def bind(
-        self,
-        pipeline: wgpu.GPUComputePipeline,
-        bindings: Sequence[Buffer | Binding] | Mapping[int, Buffer | Binding],
-    ) -> wgpu.GPUBindGroup:
-        """Bind whole buffers and parts of them to bindings 0, 1, ... of group 0, or to those that are named.
+    def bind(self, pipeline: ComputePipeline, /, **bindings: Buffer | Binding) -> wgpu.GPUBindGroup:
+        """Bind whole buffers and parts of them to the variables of a pipeline's WGSL, by name.
 
-        A group whose buffers are all persistent is kept and given again.
+        A group whose buffers are all persistent is kept and given again. Raises `ShaderError` for a name that the WGSL
+        does not bind.
         """
-        numbered = bindings.items() if isinstance(bindings, Mapping) else enumerate(bindings)
-        parts = [
-            (number, part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)) for number, part in numbered
-        ]
-        for _, (buffer, _, _) in parts:
+        parts = {
+            name: part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)
+            for name, part in bindings.items()
+        }
+        for buffer, _, _ in parts.values():
             buffer.require_submittable(self._context)
-        if not all(part.buffer.persistent for _, part in parts):
+        if not all(part.buffer.persistent for part in parts.values()):
             return self._create(pipeline, parts)
-        # Pipelines live as long as their device, and ids of buffers do not come again: no key can mean another group.
-        key = (id(pipeline), *((number, buffer.id, offset, n) for number, (buffer, offset, n) in parts))
+        # Neither the id of a pipeline nor that of a buffer comes again: no key can mean another group.
+        key = (pipeline.id, *((name, buffer.id, offset, n) for name, (buffer, offset, n) in parts.items()))
         if key not in self._groups:
             if len(self._groups) == MAX_BIND_GROUPS:
                 self._groups.pop(next(iter(self._groups)))
@@ -59,21 +58,28 @@ class BindGroupCache:
     def __len__(self) -> int:
         return len(self._groups)
 
-    def _create(self, pipeline: wgpu.GPUComputePipeline, parts: Sequence[tuple[int, Binding]]) -> wgpu.GPUBindGroup:
-        with translate_wgpu_errors("bind the buffers", pipeline.label, *[part.buffer.label for _, part in parts]):
+    def _create(self, pipeline: ComputePipeline, parts: Mapping[str, Binding]) -> wgpu.GPUBindGroup:
+        unknown = [name for name in parts if name not in pipeline.bindings]
+        if unknown:
+            raise ShaderError(f"{pipeline.label} binds {', '.join(pipeline.bindings)}, got {', '.join(unknown)}")
+        labels = [part.buffer.label for part in parts.values()]
+        with translate_wgpu_errors("bind the buffers", pipeline.label, *labels):
             return self._context.handle.create_bind_group(
                 label=pipeline.label,
-                layout=pipeline.get_bind_group_layout(0),
+                layout=pipeline.handle.get_bind_group_layout(0),
                 entries=[
-                    {"binding": number, "resource": {"buffer": buffer.handle, "offset": offset, "size": n_bytes}}
-                    for number, (buffer, offset, n_bytes) in parts
+                    {
+                        "binding": pipeline.bindings[name],
+                        "resource": {"buffer": buffer.handle, "offset": offset, "size": n_bytes},
+                    }
+                    for name, (buffer, offset, n_bytes) in parts.items()
                 ],
             )
 
 
 def dispatch(
     encoder: CommandEncoder,
-    pipeline: wgpu.GPUComputePipeline,
+    pipeline: ComputePipeline,
     bindings: wgpu.GPUBindGroup,
     *n_workgroups: int | Buffer,
 ) -> None:
@@ -82,7 +88,7 @@ def dispatch(
     n_workgroups : up to three numbers, or the one buffer that begins with three
     """
     compute = encoder.begin_compute_pass(pipeline.label)
-    compute.set_pipeline(pipeline)
+    compute.set_pipeline(pipeline.handle)
     compute.set_bind_group(0, bindings)
     if isinstance(n_workgroups[0], Buffer):
         compute.dispatch_workgroups_indirect(n_workgroups[0].handle, 0)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 TRANSFORM = {
     np.dtype(np.float32): np.dtype(
         {
-            "names": ["target_from_source", "undefined", "n_points", "first_quad"],
+            "names": ["target_from_source", "nan", "n_points", "first_packet"],
             "formats": [("<f4", (4, 4)), "<f4", "<u4", "<u4"],
             "offsets": [0, 64, 68, 72],
             "itemsize": 80,
@@ -19,7 +19,7 @@ TRANSFORM = {
     ),
     np.dtype(np.float64): np.dtype(
         {
-            "names": ["target_from_source", "undefined", "n_points", "first_quad"],
+            "names": ["target_from_source", "nan", "n_points", "first_packet"],
             "formats": [("<f8", (4, 4)), "<f8", "<u4", "<u4"],
             "offsets": [0, 128, 136, 140],
             "itemsize": 160,
@@ -91,14 +91,14 @@ def transform_structs(
     matrices: npt.NDArray[np.float64],
     dtype: np.dtype[Any],
     n_points: int,
-    first_quads: npt.ArrayLike = 0,
+    first_packets: npt.ArrayLike = 0,
 ) -> npt.NDArray[np.uint8]:
     """Return the bytes (k, itemsize) of `Transform` structs with `matrices` (k, 4, 4), rounded once to `dtype`."""
     structs = np.zeros(len(matrices), TRANSFORM[dtype])
     structs["target_from_source"] = columns(matrices)
-    structs["undefined"] = np.nan
+    structs["nan"] = np.nan
     structs["n_points"] = n_points
-    structs["first_quad"] = first_quads
+    structs["first_packet"] = first_packets
     return as_bytes(structs).reshape(len(matrices), -1)
 
 

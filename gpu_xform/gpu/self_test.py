@@ -33,7 +33,7 @@ def run(context: GpuContext, pipelines: Pipelines) -> list[tuple[str, bool, str]
         given.upload(layouts.as_bytes(struct))
         seen.upload(np.full(18, -1.0, np.float32))
         pipeline = pipelines.compute("self_test")
-        bindings = BindGroupCache(context).bind(pipeline, (given, seen))
+        bindings = BindGroupCache(context).bind(pipeline, given=given, seen=seen)
         with context.encode_commands(given, seen, label="self test") as encoder:
             dispatch(encoder, pipeline, bindings, 1)
         with seen.map_read(seen.n_bytes) as view:

@@ -1,9 +1,11 @@
-"""WGSL files into pipelines: finds them, resolves `#import`, compiles each once a device."""
+"""Compiled WGSL stages: shader modules and pipelines, each compiled once per device."""
 
-import functools
-import re
-from importlib import resources
-from importlib.resources.abc import Traversable
+import itertools
+import logging
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -11,84 +13,96 @@ import wgpu
 
 from ..errors import ShaderError
 from .context import GpuContext
+from .wgsl import Sources, installed_sources
 
-IMPORT = re.compile(r"#import\s+(\w+)\s*(?://.*)?")
-
-
-def shader_folder() -> Traversable:
-    """Return the folder of WGSL files: inside the package in a wheel, at the top of the tree in a checkout."""
-    packaged = resources.files("gpu_xform") / "wgsl"
-    if packaged.is_dir():
-        return packaged
-    # An editable install does not see the wheel's copy.
-    checkout = Path(__file__).parents[2] / "wgsl"
-    if checkout.is_dir():
-        return checkout
-    raise ShaderError(f"the WGSL files are neither in {packaged} nor in {checkout}: the installation is incomplete")
+_ids = itertools.count()  # no two pipelines of a process have the same
 
 
-@functools.cache
-def source(stage: str) -> str:
-    """Return the WGSL of `stage`, each `#import name` line replaced by `shared/name.wgsl`, once."""
-    return resolve(shader_folder(), stage)
+@dataclass(frozen=True, eq=False)
+class ComputePipeline:
+    """A compute pipeline, and the numbers of its bindings by the names that WGSL gives them."""
 
-
-def resolve(folder: Traversable, stage: str) -> str:
-    """Resolve `stage` in `folder`; raise `ShaderError` with file and line where an import is unknown."""
-    file = folder / f"{stage}.wgsl"
-    if not file.is_file():
-        raise ShaderError(f"no {stage}.wgsl in {folder}")
-    return "\n".join(_lines(folder, file, set()))
-
-
-def _lines(folder: Traversable, file: Traversable, included: set[str]) -> list[str]:
-    lines: list[str] = []
-    for number, line in enumerate(file.read_text("utf-8").splitlines(), 1):
-        if not line.startswith("#"):
-            lines.append(line)
-            continue
-        directive = IMPORT.fullmatch(line)
-        if directive is None:
-            raise ShaderError(f"{file.name}:{number}: expected '#import name', got {line!r}")
-        name = directive[1]
-        imported = folder / "shared" / f"{name}.wgsl"
-        if not imported.is_file():
-            raise ShaderError(f"{file.name}:{number}: no shared/{name}.wgsl to import")
-        if name not in included:
-            included.add(name)
-            lines += _lines(folder, imported, included)
-    return lines
+    handle: wgpu.GPUComputePipeline
+    label: str
+    bindings: Mapping[str, int]
+    id: int = field(default_factory=lambda: next(_ids))
 
 
 class Pipelines:
-    """The compiled shaders of one device."""
+    """The compiled stages of one device.
+
+    With GPU_XFORM_WGSL set to a folder when the device is opened, the WGSL files of that folder are taken, and read
+    again as soon as one changes. With GPU_XFORM_DEBUG=1, each stage is written, as it is compiled, into the folder that
+    GPU_XFORM_DEBUG_DIR names, or into a temporary one.
+    """
 
     def __init__(self, context: GpuContext) -> None:
         self._context = context
-        self._modules: dict[str, wgpu.GPUShaderModule] = {}
-        self._compute: dict[tuple[str, tuple[tuple[str, float], ...]], wgpu.GPUComputePipeline] = {}
+        self._modules: dict[tuple[str, str | None], wgpu.GPUShaderModule] = {}
+        self._compute: dict[tuple[str, str | None, tuple[tuple[str, float], ...]], ComputePipeline] = {}
+        folder = os.environ.get("GPU_XFORM_WGSL")
+        self._is_watching = bool(folder)
+        self._sources = Sources(Path(folder)) if folder else installed_sources()
+        self._dump_folder = _dump_folder() if os.environ.get("GPU_XFORM_DEBUG") == "1" else None
 
-    def module(self, stage: str) -> wgpu.GPUShaderModule:
-        """Return the compiled module of `wgsl/<stage>.wgsl`."""
+    def module(self, stage: str, number_type: str | None = None) -> wgpu.GPUShaderModule:
+        """Return the compiled module of a stage of `wgsl/stages.toml`."""
+        key = (stage, number_type)
         with self._context.lock:
-            if stage not in self._modules:
-                try:
-                    self._modules[stage] = self._context.handle.create_shader_module(label=stage, code=source(stage))
-                except wgpu.GPUError as error:
-                    raise ShaderError(f"{stage}.wgsl does not compile on {self._context!r}: {error}") from error
-            return self._modules[stage]
+            if key not in self._modules:
+                self._modules[key] = self._compile(stage, number_type)
+            return self._modules[key]
 
-    def compute(self, stage: str, **constants: float) -> wgpu.GPUComputePipeline:
-        """Return the compute pipeline of `stage` with its `override` constants set to `constants`."""
-        key = (stage, tuple(sorted(constants.items())))
+    def _compile(self, stage: str, number_type: str | None) -> wgpu.GPUShaderModule:
+        label = _label(stage, number_type)
+        source = self._sources.source(stage, number_type)
+        if self._dump_folder:
+            source.dump(self._dump_folder, label)
+        try:
+            return self._context.handle.create_shader_module(label=label, code=source.code)
+        except wgpu.GPUError as error:
+            message, origin = source.relocate(str(error))
+            place = f"{origin.file}:{origin.line}" if origin else self._sources.stages[stage].file
+            raise ShaderError(f"{place} does not compile on {self._context!r}: {message}") from error
+
+    def compute(self, stage: str, number_type: str | None = None, /, **constants: float) -> ComputePipeline:
+        """Return the compute pipeline of a stage with its `override` constants set to `constants`."""
+        key = (stage, number_type, tuple(sorted(constants.items())))
         with self._context.lock:
             self._context.require_usable()
+            if self._is_watching and self._sources.have_changed():
+                self.reload()
             if key not in self._compute:
-                descriptor: dict[str, Any] = {"module": self.module(stage), "entry_point": "main"}
-                try:
-                    self._compute[key] = self._context.handle.create_compute_pipeline(
-                        label=stage, layout="auto", compute=descriptor | {"constants": constants}
-                    )
-                except wgpu.GPUError as error:
-                    raise ShaderError(f"{stage}.wgsl with {constants} is refused: {error}") from error
+                self._compute[key] = self._create_compute(stage, number_type, constants)
             return self._compute[key]
+
+    def _create_compute(self, stage: str, number_type: str | None, constants: Mapping[str, float]) -> ComputePipeline:
+        module = self.module(stage, number_type)
+        label = _label(stage, number_type)
+        row = self._sources.stages[stage]
+        descriptor: dict[str, Any] = {"module": module, "entry_point": row.entry_points["compute"]}
+        try:
+            handle = self._context.handle.create_compute_pipeline(
+                label=label, layout="auto", compute=descriptor | {"constants": constants}
+            )
+        except wgpu.GPUError as error:
+            raise ShaderError(f"{row.file} with {dict(constants)} is refused: {error}") from error
+        return ComputePipeline(handle, label, self._sources.source(stage, number_type).bindings)
+
+    def reload(self) -> None:
+        """Forget every compiled stage: the next use of one reads and compiles its WGSL files again."""
+        with self._context.lock:
+            self._sources.reload()
+            self._modules.clear()
+            self._compute.clear()
+
+
+def _label(stage: str, number_type: str | None) -> str:
+    return f"{stage}_{number_type}" if number_type else stage
+
+
+def _dump_folder() -> Path:
+    """Return the folder for resolved WGSL, and log which it is."""
+    folder = Path(os.environ.get("GPU_XFORM_DEBUG_DIR") or tempfile.mkdtemp(prefix="gpu_xform-debug-"))
+    logging.getLogger(__name__).warning("resolved WGSL is written to %s", folder)
+    return folder

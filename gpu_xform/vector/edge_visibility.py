@@ -72,7 +72,13 @@ def split_edges_by_visibility(
             faces.lay(encoder, tile_part)
         results = []
         for batch, style in zip(line_batches, styles, strict=True):
-            buffers = (tile_part, style, batch.shape.positions, batch.edges, faces.depths)
+            buffers: dict[str, Buffer | Binding] = {
+                "tile": tile_part,
+                "style": style,
+                "projected": batch.shape.positions,
+                "edges": batch.edges,
+                "face_depths": faces.depths,
+            }
             constants = strength_constants(batch, nothing_hides=faces.is_empty) | {"longest": max_span_px(batch.lines)}
             spans = _find_spans(device, batch, buffers, constants)
             colors = _read_back(batch.colors) if batch.colors else np.empty(0, np.uint32)
@@ -88,20 +94,23 @@ def _read_back(part: Binding) -> npt.NDArray[np.uint32]:
 
 
 def _find_spans(
-    device: Device, batch: Batch, buffers: tuple[Buffer | Binding, ...], constants: Mapping[str, float]
+    device: Device, batch: Batch, buffers: Mapping[str, Buffer | Binding], constants: Mapping[str, float]
 ) -> npt.NDArray[np.void]:
     """Return the spans of a batch: counted in a first dispatch, and written in as many as the bindings need."""
     n_edges = batch.n_edges * batch.shape.n_instances
     grid = count_workgroups(device, batch.n_edges), batch.shape.n_instances
-    pipeline = device.pipelines.compute("cut_lines", workgroup_size=choose_workgroup_size(device), **constants)
+    pipeline = device.pipelines.compute(
+        "split_edges_by_visibility", workgroup_size=choose_workgroup_size(device), **constants
+    )
 
     def run(counts: Buffer, spans: Buffer, first: int | None) -> None:
         """Count the spans of each edge; or write those from `first` on, whose offsets are in `counts`."""
         turn = np.array([first is not None, first or 0, 0, 0], np.uint32)
-        bound = (*buffers, counts, spans, *uniforms.upload(device, POOL_OWNER, "turn", [turn]))
-        used = [part.buffer if isinstance(part, Binding) else part for part in bound]
+        (uniform,) = uniforms.upload(device, POOL_OWNER, "turn", [turn])
+        bound = {**buffers, "counts": counts, "pieces": spans, "turn": uniform}
+        used = [part.buffer if isinstance(part, Binding) else part for part in bound.values()]
         with device.encode_commands(*used, label="edge visibility") as encoder:
-            dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, bound), *grid)
+            dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, **bound), *grid)
 
     with contextlib.ExitStack() as stack:
         counts = Buffer(device.context, 4 * n_edges, label="edge visibility: counts")

@@ -90,11 +90,11 @@ def test_what_is_gone_through_twice_goes_through_one_pipeline(device: Device, mo
     asked: list[tuple[str, str]] = []
     compute = Pipelines.compute
 
-    def spy(pipelines: Pipelines, stage: str, **constants: float) -> Any:
+    def spy(pipelines: Pipelines, stage: str, number_type: str | None = None, **constants: float) -> Any:
         asked.append((stage, repr(sorted(constants.items()))))
-        return compute(pipelines, stage, **constants)
+        return compute(pipelines, stage, number_type, **constants)
 
     monkeypatch.setattr(Pipelines, "compute", spy)
     gx.render_svg(samples.snub_dodecahedron(), device=device, camera=CAMERA, hidden="dash", fill="face")
-    for stage in ("lay_faces", "lay_large_faces", "cut_lines"):
+    for stage in ("depth_small_triangles", "depth_large_triangles", "split_edges_by_visibility"):
         assert len({constants for name, constants in asked if name == stage}) == 1

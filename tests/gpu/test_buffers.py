@@ -85,7 +85,7 @@ def test_a_released_buffer_is_refused_before_wgpu_would_abort(any_device: Device
     with pytest.raises(DeviceError, match="released"), any_device.encode_commands(buffer, label="test"):
         pass
     with pytest.raises(DeviceError, match="released"):
-        any_device.bind_groups.bind(any_device.pipelines.compute("self_test"), (other, buffer))
+        any_device.bind_groups.bind(any_device.pipelines.compute("self_test"), given=other, seen=buffer)
     other.release()
 
 
@@ -107,7 +107,7 @@ def test_a_buffer_of_another_device_is_refused_before_wgpu_would_abort(any_devic
         ):
             encoder.copy_buffer(own, foreign, 16)
         with pytest.raises(DeviceError, match=message):
-            any_device.bind_groups.bind(any_device.pipelines.compute("self_test"), (own, foreign))
+            any_device.bind_groups.bind(any_device.pipelines.compute("self_test"), given=own, seen=foreign)
     own.release()
 
 

@@ -50,7 +50,7 @@ def test_a_buffer_is_captured_after_each_dispatch_of_a_stage(device: Device) -> 
     with debug.capture(device, "compute: destination", after="another stage") as none:
         gx.transform_points(points, scales, device=device)
     assert none == []
-    with debug.capture(device, "compute: destination", after="blend_points_f32", dtype=np.float32) as arrays:
+    with debug.capture(device, "compute: destination", after="skin_points_f32", dtype=np.float32) as arrays:
         for factor in (1.0, 10.0):
             gx.transform_points(factor * points, scales, device=device)
     assert [array[:18].reshape(3, 6).mean(axis=1).tolist() for array in arrays] == [[1, 2, 3], [10, 20, 30]]

@@ -57,6 +57,6 @@ def test_a_validation_error_shows_the_labels(device: Device) -> None:
     ):
         encoder.copy_buffer(large, small, 64)
     with pytest.raises(DeviceError, match=r"bind the buffers \('self_test', 'the small one', 'the large one'\): "):
-        device.bind_groups.bind(device.pipelines.compute("self_test"), (small, large))
+        device.bind_groups.bind(device.pipelines.compute("self_test"), given=small, seen=large)
     small.release()
     large.release()

@@ -5,23 +5,21 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from gpu_xform.gpu import layouts, shaders
+from gpu_xform.gpu import layouts
 from gpu_xform.gpu.buffers import UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.dispatch import dispatch
+from gpu_xform.gpu.shaders import ComputePipeline
+from tests.support import wgsl
 
 POISON = -1234.0
 
 
-def wgsl_struct(stage: str, name: str) -> str:
-    """Return the text of a struct as the stage itself has it, its imports resolved."""
-    found = re.search(rf"^struct {name} \{{.*?^\}}", shaders.source(stage), re.MULTILINE | re.DOTALL)
-    assert found is not None
-    return found[0]
-
-
-def aliases(stage: str) -> str:
-    return "\n".join(line for line in shaders.source(stage).splitlines() if line.startswith("alias "))
+def declaration_of(name: str, stage: str, number_type: str | None = None) -> str:
+    """Return a struct of a stage in WGSL, with what it needs."""
+    code = wgsl.source(stage, number_type).code
+    aliases = [line for line in code.splitlines() if line.startswith("alias ")]
+    return "\n".join([*aliases, wgsl.struct(stage, name, number_type)])
 
 
 def expressions_seen(device: Device, declarations: str, expressions: list[str], given: Buffer) -> list[float]:
@@ -35,14 +33,15 @@ fn main() {{
 }}
 """
     module = device.context.handle.create_shader_module(code=code)
-    pipeline = device.context.handle.create_compute_pipeline(
+    handle = device.context.handle.create_compute_pipeline(
         layout="auto", compute={"module": module, "entry_point": "main"}
     )
+    pipeline = ComputePipeline(handle, "expressions", {"given": 0, "seen": 1})
     seen = Buffer(device.context, 4 * len(expressions) + 4, label="test")
     try:
         seen.upload(np.full(len(expressions) + 1, POISON, np.float32))
         with device.encode_commands(given, seen, label="test") as encoder:
-            dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, (given, seen)), 1)
+            dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, given=given, seen=seen), 1)
         with seen.map_read(seen.n_bytes) as view:
             values: list[float] = view.view(np.float32).tolist()
     finally:
@@ -62,30 +61,30 @@ def members_seen(
     return expressions_seen(device, f"{declaration}\n{binding}", members, given)
 
 
-@pytest.mark.parametrize(
-    ("dtype", "stage"), [(np.float32, "transform_points_f32"), (np.float64, "transform_points_f64")]
-)
-def test_every_member_of_transform_lies_where_the_dtype_says(device: Device, dtype: npt.DTypeLike, stage: str) -> None:
+@pytest.mark.parametrize(("dtype", "number_type"), [(np.float32, "f32"), (np.float64, "f64")])
+def test_every_member_of_transform_lies_where_the_dtype_says(
+    device: Device, dtype: npt.DTypeLike, number_type: str
+) -> None:
     mirror = layouts.TRANSFORM[np.dtype(dtype)]
     struct = np.zeros((), mirror)
     struct["target_from_source"] = np.arange(1.0, 17.0).reshape(4, 4)
-    struct["undefined"] = 17.0
+    struct["nan"] = 17.0
     struct["n_points"] = 18
-    struct["first_quad"] = 19
+    struct["first_packet"] = 19
     members = [f"given.target_from_source[{column}][{row}]" for column in range(4) for row in range(4)]
-    members += ["given.undefined", "given.n_points", "given.first_quad"]
-    declaration = f"{aliases(stage)}\n{wgsl_struct(stage, 'Transform')}"
+    members += ["given.nan", "given.n_points", "given.first_packet"]
+    declaration = declaration_of("Transform", "transform_points", number_type)
     assert members_seen(device, declaration, "Transform", members, struct) == list(range(1, 20))
     assert set(mirror.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
 
 
 STRUCTS = [
-    (layouts.TILE, "ink_lines", "Tile"),
-    (layouts.STYLE, "ink_lines", "Style"),
-    (layouts.FACES, "lay_faces", "Faces"),
-    (layouts.CANDIDATE, "find_silhouette", "Candidate"),
-    (layouts.VIEW, "find_silhouette", "View"),
-    (layouts.PIECE, "cut_lines", "Piece"),
+    (layouts.TILE, "accumulate_lines", "Tile"),
+    (layouts.STYLE, "accumulate_lines", "Style"),
+    (layouts.FACES, "depth_small_triangles", "Faces"),
+    (layouts.CANDIDATE, "extract_silhouette", "Candidate"),
+    (layouts.VIEW, "extract_silhouette", "View"),
+    (layouts.PIECE, "split_edges_by_visibility", "Piece"),
 ]
 
 
@@ -101,22 +100,20 @@ def test_every_member_lies_where_the_dtype_says(
         struct[field] = numbers.reshape(mirror[field].shape)
         members += [f"given.{field}{f'[{i}]' if n_components > 1 else ''}" for i in range(n_components)]
         number += n_components
-    declaration = wgsl_struct(stage, name)
+    declaration = declaration_of(name, stage)
     assert members_seen(device, declaration, name, members, struct) == list(range(1, number + 1))
     assert set(mirror.names or ()) == set(re.findall(r"^\s+(\w+):", declaration, re.MULTILINE))
 
 
-@pytest.mark.parametrize(
-    ("dtype", "stage"), [(np.float32, "transform_points_f32"), (np.float64, "transform_points_f64")]
-)
+@pytest.mark.parametrize(("dtype", "number_type"), [(np.float32, "f32"), (np.float64, "f64")])
 def test_a_matrix_of_sixteen_distinct_entries_arrives_transposed_once(
-    device: Device, dtype: npt.DTypeLike, stage: str
+    device: Device, dtype: npt.DTypeLike, number_type: str
 ) -> None:
     matrix = np.arange(1.0, 17.0).reshape(4, 4)
     struct = layouts.transform_structs(matrix[None], np.dtype(dtype), 7)[0]
     basis = ["1, 0, 0, 0", "0, 1, 0, 0", "0, 0, 1, 0", "0, 0, 0, 1"]
     columns = [f"(given.target_from_source * Vec4({vector}))[{row}]" for row in range(4) for vector in basis]
-    declaration = f"{aliases(stage)}\n{wgsl_struct(stage, 'Transform')}"
+    declaration = declaration_of("Transform", "transform_points", number_type)
     assert members_seen(device, declaration, "Transform", columns, struct) == matrix.ravel().tolist()
 
 
@@ -132,20 +129,19 @@ def test_a_matrix_is_rounded_once() -> None:
 
 
 @pytest.mark.parametrize(
-    ("mirror", "stage", "name"),
+    ("mirror", "stage", "name", "number_type"),
     [
-        *STRUCTS,
-        (layouts.SIXTEEN, "self_test", "Sixteen"),
-        (layouts.TRANSFORM[np.dtype(np.float32)], "transform_points_f32", "Transform"),
-        (layouts.TRANSFORM[np.dtype(np.float64)], "transform_points_f64", "Transform"),
+        *((*row, None) for row in STRUCTS),
+        (layouts.SIXTEEN, "self_test", "Sixteen", None),
+        (layouts.TRANSFORM[np.dtype(np.float32)], "transform_points", "Transform", "f32"),
+        (layouts.TRANSFORM[np.dtype(np.float64)], "transform_points", "Transform", "f64"),
     ],
 )
 def test_the_structs_are_as_large_as_wgsl_makes_them(
-    mirror: np.dtype[np.void], stage: str, name: str, device: Device
+    mirror: np.dtype[np.void], stage: str, name: str, number_type: str | None, device: Device
 ) -> None:
     n_bytes = 1 << 16  # of which another stride would hold another number of structs
-    declarations = f"""{aliases(stage)}
-{wgsl_struct(stage, name)}
+    declarations = f"""{declaration_of(name, stage, number_type)}
 @group(0) @binding(0) var<storage, read> given: array<{name}>;"""
     [n_structs] = expressions_seen(
         device, declarations, ["arrayLength(&given)"], Buffer(device.context, n_bytes, label="test")

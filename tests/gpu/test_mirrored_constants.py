@@ -1,45 +1,46 @@
 """What is written both in Python and in WGSL is the same in both."""
 
-import re
 from enum import IntEnum
 
 import pytest
 
 from gpu_xform.compute.kernels.transform import Finish
 from gpu_xform.drawing.enums import ColorMode, Hidden
-from gpu_xform.gpu import shaders
 from gpu_xform.raster.compute.triangles import LEFT_BITS
 from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
 from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WIDTH_PX
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
-
-
-def constants(stage: str) -> dict[str, str]:
-    """Return the text of each constant that a stage has, its imports resolved."""
-    return dict(re.findall(r"^const (\w+) = (.+?);", shaders.source(stage), re.MULTILINE))
+from tests.support.wgsl import constants, source
 
 
 def test_passes_name_bits_of_marks_as_the_shaders_do() -> None:
-    assert constants("blend_faces")["LEFT_BITS"] == f"{LEFT_BITS}u"
+    assert constants("composite_triangles")["LEFT_BITS"] == f"{LEFT_BITS}u"
 
 
 def test_vector_pictures_fade_and_dash_as_the_shaders_do() -> None:
-    there = constants("ink_lines")
+    there = constants("accumulate_lines")
     assert float(there["PALE"]) == HIDDEN_FADE_ALPHA
     assert there["DASH"] == f"vec2({DASH_ON_WIDTHS}, {DASH_OFF_WIDTHS})"
-    assert f"DASH * max(style.line_width, {MIN_DASH_WIDTH_PX});" in shaders.source("ink_lines")
+    assert f"DASH * max(style.line_width, {MIN_DASH_WIDTH_PX});" in source("accumulate_lines").code
 
 
 def test_what_is_level_in_vector_pictures_is_so_in_the_shaders() -> None:
-    assert constants("lay_faces")["NEARLY"] == f"1.0 + {DEPTH_RTOL:.0e}".replace("e-0", "e-")
+    assert constants("depth_small_triangles")["NEARLY"] == f"1.0 + {DEPTH_RTOL:.0e}".replace("e-0", "e-")
 
 
 @pytest.mark.parametrize(
     ("stage", "names"),
     [
-        ("ink_lines", {f"HIDDEN_{member.name}": member for member in Hidden}),
-        ("ink_colored_lines", {f"COLOR_{member.name}": member for member in ColorMode}),
-        ("transform_points_f32", {member.name: member for member in Finish}),
+        ("accumulate_lines", {f"HIDDEN_{member.name}": member for member in Hidden}),
+        ("accumulate_colored_lines", {f"COLOR_{member.name}": member for member in ColorMode}),
+        (
+            "transform_points",
+            {
+                "EPILOGUE_NONE": Finish.AS_IT_IS,
+                "EPILOGUE_PERSPECTIVE_DIVIDE": Finish.DIVIDED_BY_W,
+                "EPILOGUE_NORMALIZE": Finish.NORMALIZED,
+            },
+        ),
     ],
 )
 def test_numbers_that_stand_for_names_are_the_shaders_own(stage: str, names: dict[str, IntEnum]) -> None:

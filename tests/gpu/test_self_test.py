@@ -1,10 +1,11 @@
-import functools
+from pathlib import Path
 
 import pytest
 
 from gpu_xform.errors import DeviceError
-from gpu_xform.gpu import self_test, shaders
+from gpu_xform.gpu import self_test
 from gpu_xform.gpu.device import Device
+from tests.support.wgsl import copy_with
 
 
 def test_the_self_test_passes_every_check(device: Device) -> None:
@@ -29,26 +30,17 @@ BREAKAGES = {
 
 @pytest.mark.parametrize("check", BREAKAGES)
 def test_a_driver_that_computes_wrongly_is_refused_by_name_of_the_check(
-    check: str, monkeypatch: pytest.MonkeyPatch
+    check: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    right, wrong = BREAKAGES[check]
-    source = shaders.source("self_test")
-    assert right in source
-
-    @functools.cache
-    def broken(stage: str) -> str:
-        return source.replace(right, wrong) if stage == "self_test" else source
-
-    monkeypatch.setattr(shaders, "source", broken)
+    broken = copy_with(tmp_path, "self_test.wgsl", *BREAKAGES[check])
+    monkeypatch.setenv("GPU_XFORM_WGSL", str(broken))
     with pytest.raises(DeviceError, match=rf"^Device\(.*\) failed its self-test: .*{check} \("):
         Device()
 
 
-def test_a_driver_that_writes_nothing_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    source = shaders.source("self_test")
-    silent = source.replace("fn main() {", "fn main() {\n    if given.count > 0u { return; }")
-    assert silent != source
-    monkeypatch.setattr(shaders, "source", {"self_test": silent}.__getitem__)
+def test_a_driver_that_writes_nothing_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    silent = "fn main() {\n    if given.count > 0u { return; }"
+    monkeypatch.setenv("GPU_XFORM_WGSL", str(copy_with(tmp_path, "self_test.wgsl", "fn main() {", silent)))
     with pytest.raises(DeviceError, match=r"matrix layout .*struct layout .*long loop"):
         Device()
 

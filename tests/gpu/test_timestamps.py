@@ -13,7 +13,7 @@ def run_self_test_stage(device: Device, n: int) -> list[timestamps.DispatchTime]
     given = Buffer(device.context, 80, UNIFORM, label="given")
     seen = Buffer(device.context, 72, label="seen")
     pipeline = device.pipelines.compute("self_test")
-    bindings = device.bind_groups.bind(pipeline, (given, seen))
+    bindings = device.bind_groups.bind(pipeline, given=given, seen=seen)
     with device.time_dispatches() as timer:
         with device.encode_commands(given, seen, label="several") as encoder:
             for _ in range(n):

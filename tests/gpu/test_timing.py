@@ -22,10 +22,10 @@ def kernel_of(device: Device) -> Iterator[tuple[Any, Any, int]]:
     plan = DispatchPlan.of(device, 1 << 20, 3, np.dtype(np.float32))
     with device.lock:
         n_bytes = plan.chunk * plan.point_bytes
-        buffers = [device.pool.scratch("test", key, n_bytes) for key in ("source", "destination")]
+        buffers = {key: device.pool.scratch("test", key, n_bytes) for key in ("source", "destination")}
         (transforms,) = transform_pass.upload_transforms(plan, np.eye(4)[None], plan.chunk)
-        pipeline = plan.pipeline("transform_points", finish=transform_pass.Finish.AS_IT_IS, n_rows=1)
-        yield pipeline, (transforms, *buffers), plan.n_workgroups(plan.chunk)
+        pipeline = plan.pipeline("transform_points", epilogue=transform_pass.Finish.AS_IT_IS, n_matrices=1)
+        yield pipeline, {"transforms": transforms, **buffers}, plan.n_workgroups(plan.chunk)
 
 
 def test_a_kernel_takes_less_than_the_call_that_runs_it(device: Device, kernel: tuple[Any, Any, int]) -> None:

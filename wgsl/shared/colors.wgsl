@@ -1,5 +1,5 @@
 // What colour a place of an edge has.
-#import edge
+#import clip_segment
 
 @group(0) @binding(6) var<storage, read> colors: array<u32>; // as color_mode says
 

@@ -1,5 +1,5 @@
 // How much of a pixel lies under a line: the pixel is a unit square, the line a capsule.
-#import across
+#import dda
 
 override is_wide: bool; // what holds of a line is asked for each pixel across, not once for each step along
 

@@ -38,13 +38,7 @@ def reduce(
     """Reduce the first `n_points` > 0 of `source`, each through `matrix` (4, 4) first, if there is one."""
     device = plan.device
     with device.lock:
-        pipeline = device.pipelines.compute(
-            f"reduce_points_{plan.precision}",
-            workgroup_size=plan.workgroup_size,
-            finish=finish,
-            n_components=plan.n_components,
-            untouched=matrix is None,
-        )
+        pipeline = plan.pipeline("reduce_points", epilogue=finish, is_identity=matrix is None)
         n_workgroups = max(1, n_points // (POINTS_PER_INVOCATION * plan.workgroup_size))
         n_partials = min(n_workgroups * plan.workgroup_size, n_points)
         (transforms,) = upload_transforms(plan, np.eye(4)[None] if matrix is None else matrix[None], n_points)
@@ -52,7 +46,7 @@ def reduce(
             POOL_OWNER, "partials", n_workgroups * plan.workgroup_size * 12 * plan.dtype.itemsize
         )
         with device.encode_commands(transforms.buffer, source, partials, label="reduce points") as encoder:
-            bindings = device.bind_groups.bind(pipeline, (transforms, source, partials))
+            bindings = device.bind_groups.bind(pipeline, transforms=transforms, source=source, partials=partials)
             dispatch(encoder, pipeline, bindings, n_workgroups)
         with partials.map_read(n_partials * 12 * plan.dtype.itemsize) as view:
             rows = view.view(plan.dtype).reshape(n_partials, 3, 4).astype(np.float64)

@@ -34,14 +34,12 @@ def blend(
     n_points, n_components = points.shape
     n_influences = index.shape[1]
     plan = DispatchPlan.of(device, n_points, n_components, dtype, points_per_invocation=1, widest=n_influences)
-    pipeline = device.pipelines.compute(
-        f"blend_points_{plan.precision}",
-        workgroup_size=plan.workgroup_size,
-        finish=finish,
-        n_components=n_components,
+    pipeline = plan.pipeline(
+        "skin_points",
+        epilogue=finish,
         n_influences=n_influences,
-        weighted=weights is not None,
-        inverse_transposed=inverse_transposed,
+        is_weighted=weights is not None,
+        is_inverse_transposed=inverse_transposed,
     )
     with device.lock:
         source = device.pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
@@ -52,7 +50,13 @@ def blend(
         )
         stack = device.pool.scratch(POOL_OWNER, "matrices", len(matrices) * 16 * dtype.itemsize)
         stack.upload(layouts.matrix_array(matrices, dtype))
-        buffers = (source, destination, picks, shares, stack)
+        buffers = {
+            "source": source,
+            "destination": destination,
+            "indices": picks,
+            "weights": shares,
+            "matrices": stack,
+        }
         for part in plan.chunks(n_points):
             n_part = part.stop - part.start
             source.upload(np.ascontiguousarray(points[part], dtype))
@@ -60,8 +64,8 @@ def blend(
             if weights is not None:
                 shares.upload(np.ascontiguousarray(weights[part], dtype))
             (transforms,) = upload_transforms(plan, np.eye(4)[None], n_part)
-            with device.encode_commands(transforms.buffer, *buffers, label="skin points") as encoder:
-                bindings = device.bind_groups.bind(pipeline, (transforms, *buffers))
+            with device.encode_commands(transforms.buffer, *buffers.values(), label="skin points") as encoder:
+                bindings = device.bind_groups.bind(pipeline, transforms=transforms, **buffers)
                 dispatch(encoder, pipeline, bindings, -(-n_part // plan.workgroup_size))
             with destination.map_read(n_part * plan.point_bytes) as view:
                 out[part] = view.view(dtype).reshape(n_part, n_components)

@@ -136,13 +136,12 @@ def apply_in_place(
     way_back: Buffer | None = None,
 ) -> None:
     """Dispatch `matrix` (4, 4) on the first `n_points` of `points`; copy the result to `way_back`, if there is one."""
-    pipeline = plan.pipeline("transform_in_place", finish=finish)
+    pipeline = plan.pipeline("transform_in_place", epilogue=finish)
     (transforms,) = upload_transforms(plan, matrix[None], n_points)
     used = [transforms.buffer, points, *([way_back] if way_back else [])]
     with plan.device.encode_commands(*used, label="transform points in place") as encoder:
-        dispatch(
-            encoder, pipeline, plan.device.bind_groups.bind(pipeline, (transforms, points)), plan.n_workgroups(n_points)
-        )
+        bindings = plan.device.bind_groups.bind(pipeline, transforms=transforms, points=points)
+        dispatch(encoder, pipeline, bindings, plan.n_workgroups(n_points))
         if way_back:
             encoder.copy_buffer(points, way_back, n_points * plan.point_bytes)
 
@@ -163,21 +162,23 @@ def apply(
     with plan.device.encode_commands(groups[0].buffer, source, destination, label="transform points") as encoder:
         for first, transforms in zip(range(0, len(matrices), ROWS_AT_ONCE), groups, strict=True):
             n_rows = min(ROWS_AT_ONCE, len(matrices) - first)
-            pipeline = plan.pipeline("transform_points", finish=finish, n_rows=n_rows)
-            bindings = plan.device.bind_groups.bind(pipeline, (transforms, source, destination))
+            pipeline = plan.pipeline("transform_points", epilogue=finish, n_matrices=n_rows)
+            bindings = plan.device.bind_groups.bind(
+                pipeline, transforms=transforms, source=source, destination=destination
+            )
             dispatch(encoder, pipeline, bindings, plan.n_workgroups(n_points))
 
 
 def upload_transforms(plan: DispatchPlan, matrices: npt.NDArray[np.float64], n_points: int) -> list[Binding]:
     """Return the WGSL arrays of `Transform` structs for `matrices` (k, 4, 4), each array of `ROWS_AT_ONCE`."""
-    n_quads = plan.padded(n_points) // POINTS_PER_INVOCATION
+    n_packets = plan.padded(n_points) // POINTS_PER_INVOCATION
     struct_bytes = layouts.TRANSFORM[plan.dtype].itemsize
     array_bytes = ROWS_AT_ONCE * struct_bytes
     n_groups = -(-len(matrices) // ROWS_AT_ONCE)
     spacing = -(-array_bytes // UNIFORM_ALIGNMENT) * UNIFORM_ALIGNMENT
     structs = np.zeros((n_groups * ROWS_AT_ONCE, struct_bytes), np.uint8)
     structs[: len(matrices)] = layouts.transform_structs(
-        matrices, plan.dtype, n_points, first_quads=n_quads * np.arange(len(matrices))
+        matrices, plan.dtype, n_points, first_packets=n_packets * np.arange(len(matrices))
     )
     groups = np.zeros((n_groups, spacing), np.uint8)
     groups[:, :array_bytes] = structs.reshape(n_groups, array_bytes)

@@ -25,7 +25,7 @@ LEAST_EDGE_BITS = 8
 INVOCATIONS = 2048  # that keep all processors of a device busy
 GROUP = 64  # edges whose bindings begin where any adapter lets them
 
-Bindings: TypeAlias = dict[int, Buffer | Binding]
+Bindings: TypeAlias = dict[str, Buffer | Binding]
 
 
 @dataclass(frozen=True)
@@ -102,4 +102,4 @@ def over_edges(
     """Record a stage that goes through the edges of a batch, an edge an invocation, or `n_lanes`."""
     pipeline = device.pipelines.compute(stage, workgroup_size=choose_workgroup_size(device), **constants)
     grid = count_workgroups(device, batch.n_edges * n_lanes), batch.shape.n_instances
-    dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, bindings), *grid)
+    dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, **bindings), *grid)

@@ -88,26 +88,36 @@ class LinePass:
 
     def _parts(self, tile: Binding) -> list[_Part]:
         return [
-            _Part(batch, {0: tile, 1: style, 2: batch.shape.positions, 3: batch.edges, 4: self._depths}, constants)
+            _Part(batch, self._inputs(tile, style, batch), constants)
             for batch, style, constants in zip(self._batches, self._styles, self._constants, strict=True)
         ]
+
+    def _inputs(self, tile: Binding, style: Binding, batch: Batch) -> Bindings:
+        return {
+            "tile": tile,
+            "style": style,
+            "projected": batch.shape.positions,
+            "edges": batch.edges,
+            "face_depths": self._depths,
+        }
 
     def _draw_ink(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         n_edges = sum(batch.n_edges * batch.shape.n_instances for batch, _, _ in parts)
         looks = self._begin_ink(encoder, target, parts[0].batch.lines, n_edges)
-        inked: Bindings = {5: self._ink, 9: self._inked}
+        inked: Bindings = {"ink": self._ink, "inked": self._inked}
         for batch, bindings, constants in parts:
-            self._go_along(encoder, "ink_lines", batch, bindings | inked, {**constants, **looks})
-        self._end_ink(encoder, target, "blend_ink", {0: parts[0].bindings[0], 1: parts[0].bindings[1]} | inked, looks)
+            self._go_along(encoder, "accumulate_lines", batch, bindings | inked, {**constants, **looks})
+        inked |= {name: parts[0].bindings[name] for name in ("tile", "style")}
+        self._end_ink(encoder, target, "composite_lines", inked, looks)
 
     def _draw_thin(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         for batch, bindings, constants in parts:
-            marked = bindings | {5: self._ink}
+            marked = bindings | {"marks": self._ink}
             looks = {**constants, "is_plain": _is_plain(batch.lines)}
             encoder.clear_buffer(self._ink, target.n_bytes)
-            over_edges(self._device, encoder, "mark_thin_lines", batch, marked, 1, **looks)
+            over_edges(self._device, encoder, "rasterize_aliased_lines", batch, marked, 1, **looks)
             colored = {**looks, "color_mode": batch.lines.color_mode}
-            target.blend(encoder, "blend_thin_lines", marked | {6: self._colors(batch)}, **colored)
+            target.blend(encoder, "composite_aliased_lines", marked | {"colors": self._colors(batch)}, **colored)
 
     def _draw_colored(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
         # Keys name edges of one batch: nearer ones lie over farther ones in each, later batches over earlier ones.
@@ -115,10 +125,17 @@ class LinePass:
             lines = batch.lines
             looks = self._begin_ink(encoder, target, lines, batch.n_edges * batch.shape.n_instances)
             looks |= constants | {"color_mode": lines.color_mode, "is_wide": _is_wide(lines), "n_keys": _n_keys(batch)}
-            inked = bindings | {5: self._ink, 6: self._colors(batch), 8: self._nearest, 9: self._inked}
+            inked = bindings | {
+                "ink": self._ink,
+                "inked": self._inked,
+                "nearest": self._nearest,
+                "colors": self._colors(batch),
+            }
             encoder.clear_buffer(self._nearest, _n_keys(batch) * target.n_bytes)
-            self._go_along(encoder, "ink_colored_lines", batch, inked, looks | {"is_clear": lines.has_transparency})
-            self._end_ink(encoder, target, "blend_colored_lines", inked, looks)
+            self._go_along(
+                encoder, "accumulate_colored_lines", batch, inked, looks | {"is_clear": lines.has_transparency}
+            )
+            self._end_ink(encoder, target, "composite_colored_lines", inked, looks)
 
     def _begin_ink(self, encoder: CommandEncoder, target: Target, lines: Lines, n_edges: int) -> dict[str, float]:
         """Record that there is no ink, and return what the shaders are compiled for that lay it and blend it."""

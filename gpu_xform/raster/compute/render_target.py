@@ -48,7 +48,7 @@ class Target:
         self,
         encoder: CommandEncoder,
         stage: str,
-        bindings: Mapping[int, Buffer | Binding],
+        bindings: Mapping[str, Buffer | Binding],
         **constants: float,
     ) -> None:
         """Record a stage that goes through the pixels, with its `override` constants, over what is there."""
@@ -59,7 +59,7 @@ class Target:
         self,
         encoder: CommandEncoder,
         stage: str,
-        bindings: Mapping[int, Buffer | Binding],
+        bindings: Mapping[str, Buffer | Binding],
         **constants: float,
     ) -> None:
         """Record a stage that goes through a few pixels, which it has a list of."""
@@ -69,19 +69,19 @@ class Target:
     def _fill(self, encoder: CommandEncoder) -> None:
         if self._is_blank:
             self._is_blank = False
-            self._go_through(encoder, "fill_picture", {0: self._tile})
+            self._go_through(encoder, "clear_target", {"tile": self._tile})
 
     def _go_through(
         self,
         encoder: CommandEncoder,
         stage: str,
-        bindings: Mapping[int, Buffer | Binding],
+        bindings: Mapping[str, Buffer | Binding],
         **constants: float,
     ) -> None:
         size = choose_workgroup_size(self._device)
         pipeline = self._device.pipelines.compute(stage, workgroup_size=size, **constants)
         n = -(-self.n_bytes // (4 * PIXELS_PER_INVOCATION))
-        bound = self._device.bind_groups.bind(pipeline, {**bindings, 7: self._pixels})
+        bound = self._device.bind_groups.bind(pipeline, **bindings, picture=self._pixels)
         dispatch(encoder, pipeline, bound, count_workgroups(self._device, n))
 
     def leave(self, encoder: CommandEncoder) -> None:

@@ -116,26 +116,26 @@ class FacePass:
             "numbered": self._numbered,
             "is_cued": self._is_cued,
         }
-        small_ones = self._device.pipelines.compute("lay_faces", **constants)
-        large_ones = self._device.pipelines.compute("lay_large_faces", **constants)
+        small_ones = self._device.pipelines.compute("depth_small_triangles", **constants)
+        large_ones = self._device.pipelines.compute("depth_large_triangles", **constants)
         structs = self._structs[len(self._batches) :] if again else self._structs[: len(self._batches)]
         for batch, struct in zip(self._batches, structs, strict=True):
             if again and not self._numbered and batch.color_indices is None:
                 continue
-            buffers = (
-                tile,
-                struct,
-                batch.shape.positions,
-                batch.triangles,
-                self.depths,
-                self._marks,
-                batch.color_indices or self._no_places,
-                self._large,
-            )
+            bindings: dict[str, Buffer | Binding] = {
+                "tile": tile,
+                "faces": struct,
+                "projected": batch.shape.positions,
+                "triangles": batch.triangles,
+                "face_depths": self.depths,
+                "face_marks": self._marks,
+                "triangle_colors": batch.color_indices or self._no_places,
+                "large": self._large,
+            }
             encoder.clear_buffer(self._large, HEAD_BYTES)
             grid = count_workgroups(self._device, batch.n_triangles), batch.shape.n_instances
-            dispatch(encoder, small_ones, self._device.bind_groups.bind(small_ones, buffers), *grid)
-            dispatch(encoder, large_ones, self._device.bind_groups.bind(large_ones, buffers), self._large)
+            dispatch(encoder, small_ones, self._device.bind_groups.bind(small_ones, **bindings), *grid)
+            dispatch(encoder, large_ones, self._device.bind_groups.bind(large_ones, **bindings), self._large)
 
     def seen(self, shapes: Sequence[Projected]) -> list[npt.NDArray[np.bool_]]:
         """Return which triangles of each shape have marks, where they are numbered: (n_instances, n_triangles)."""
@@ -153,8 +153,8 @@ class FacePass:
     def paint(self, encoder: CommandEncoder, target: Target, tile: Binding) -> None:
         """Record the painted faces, if there are any."""
         if self._palette:
-            bindings: dict[int, Buffer | Binding] = {0: tile, 5: self._marks, 6: self._palette}
-            target.blend(encoder, "blend_faces", bindings, is_cued=self._is_cued)
+            bindings: dict[str, Buffer | Binding] = {"tile": tile, "face_marks": self._marks, "colors": self._palette}
+            target.blend(encoder, "composite_triangles", bindings, is_cued=self._is_cued)
 
 
 def _numbered(batches: Sequence[_Batch]) -> list[_Batch]:

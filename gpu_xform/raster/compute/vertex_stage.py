@@ -51,7 +51,7 @@ class Projection:
 
     def __init__(self, device: Device, drawables: Sequence[Drawable]) -> None:
         self._device = device
-        self._bindings: list[tuple[Binding, Buffer, Buffer, Buffer]] = []
+        self._bindings: list[dict[str, Buffer | Binding]] = []
         self.shapes: list[Projected] = []
         for number, drawable in enumerate(drawables):
             points = drawable.points
@@ -61,27 +61,30 @@ class Projection:
             stack = layouts.matrix_array(drawable.clip_from_points, points.dtype)
             matrices = device.pool.scratch(POOL_OWNER, f"projections {number}", stack.nbytes)
             matrices.upload(stack)
-            n_quads = np.array([n_padded // POINTS_PER_INVOCATION, 0, 0, 0], np.uint32)
-            (struct,) = uniforms.upload(device, POOL_OWNER, f"quads {number}", [n_quads])
-            self._bindings.append((struct, matrices, points.buffer, positions))
+            n_packets = np.array([n_padded // POINTS_PER_INVOCATION, 0, 0, 0], np.uint32)
+            (struct,) = uniforms.upload(device, POOL_OWNER, f"vertex transform {number}", [n_packets])
+            self._bindings.append(
+                {
+                    "vertex_transform": struct,
+                    "matrices": matrices,
+                    "points": points.buffer,
+                    "clip_positions": positions,
+                }
+            )
             self.shapes.append(Projected(drawable, positions))
 
     @property
     def buffers(self) -> list[Buffer]:
         """All that a submission of the projection uses."""
-        return [buffer for struct, *others in self._bindings for buffer in (struct.buffer, *others)]
+        parts = [part for bindings in self._bindings for part in bindings.values()]
+        return [part.buffer if isinstance(part, Binding) else part for part in parts]
 
     def record(self, encoder: CommandEncoder) -> None:
         """Record a dispatch per drawable."""
         size = choose_workgroup_size(self._device)
         for projected, bindings in zip(self.shapes, self._bindings, strict=True):
-            stage = f"project_vertices_{precision_name(projected.drawable.points.dtype)}"
-            pipeline = self._device.pipelines.compute(stage, workgroup_size=size)
+            number_type = precision_name(projected.drawable.points.dtype)
+            pipeline = self._device.pipelines.compute("vertex_transform", number_type, workgroup_size=size)
             n_workgroups = -(-projected.stride // (POINTS_PER_INVOCATION * size))
-            dispatch(
-                encoder,
-                pipeline,
-                self._device.bind_groups.bind(pipeline, bindings),
-                n_workgroups,
-                projected.n_instances,
-            )
+            bound = self._device.bind_groups.bind(pipeline, **bindings)
+            dispatch(encoder, pipeline, bound, n_workgroups, projected.n_instances)

@@ -1,0 +1,175 @@
+"""The WGSL files themselves, and how their imports are resolved."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from gpu_xform.errors import ShaderError
+from gpu_xform.gpu import wgsl
+from gpu_xform.gpu.wgsl import Origin, Sources
+from tests.support.wgsl import FOLDER, STAGES, VARIANTS, source
+
+SHARED = sorted(file.stem for file in (FOLDER / "shared").glob("*.wgsl"))
+
+
+def test_the_shaders_are_where_the_package_looks() -> None:
+    assert "transform_points" in STAGES
+    assert "accumulate_lines" in STAGES
+    assert "transform" in SHARED
+    assert {file.name for file in FOLDER.rglob("*") if file.is_file() and file.suffix != ".wgsl"} == {"stages.toml"}
+
+
+def test_the_checkouts_shaders_are_found_where_the_package_holds_none(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("importlib.resources.files", lambda _: tmp_path / "gpu_xform")
+    module = tmp_path / "gpu_xform" / "gpu" / "wgsl.py"
+    monkeypatch.setattr(wgsl, "__file__", str(module))
+    with pytest.raises(ShaderError, match="the installation is incomplete"):
+        wgsl.shader_folder()
+    (tmp_path / "wgsl").mkdir()
+    assert wgsl.shader_folder() == tmp_path / "wgsl"
+    (tmp_path / "gpu_xform" / "wgsl").mkdir(parents=True)
+    assert wgsl.shader_folder() == tmp_path / "gpu_xform" / "wgsl"
+
+
+@pytest.mark.parametrize("name", SHARED)
+def test_every_shared_file_is_imported(name: str) -> None:
+    imported = re.sub("real_f(32|64)", "real", name)
+    importers = [file for file in FOLDER.rglob("*.wgsl") if f"#import {imported}\n" in file.read_text("utf-8")]
+    assert importers
+
+
+@pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
+def test_every_line_reaches_the_device_as_it_stands_in_its_file(stage: str, number_type: str | None) -> None:
+    resolved = source(stage, number_type)
+    lines = resolved.code.splitlines()
+    assert not [line for line in lines if line.startswith("#")]
+    own = [line for line in (FOLDER / STAGES[stage].file).read_text("utf-8").splitlines() if not line.startswith("#")]
+    assert [
+        line for line, origin in zip(lines, resolved.origins, strict=True) if origin.file == STAGES[stage].file
+    ] == own
+    for line, (file, number) in zip(lines, resolved.origins, strict=True):
+        assert (FOLDER / file).read_text("utf-8").splitlines()[number - 1] == line
+
+
+@pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
+def test_only_buffers_are_written_at_an_index(stage: str, number_type: str | None) -> None:
+    """The compiler that Direct3D 12 has by default knows no other l-value with an index, such as a vector."""
+    code = source(stage, number_type).code
+    buffers = set(re.findall(r"var<storage, read_write> (\w+):", code))
+    assert set(re.findall(r"(\w+)\[[^\]]*\](?:\+\+|--| [-+*/]?= )", code)) <= buffers
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "shared").mkdir()
+    (tmp_path / "shared" / "leaf.wgsl").write_text("const LEAF = 1;\n", "utf-8")
+    (tmp_path / "shared" / "left.wgsl").write_text("#import leaf\nconst LEFT = LEAF;\n", "utf-8")
+    (tmp_path / "shared" / "right.wgsl").write_text("#import leaf\nconst RIGHT = LEAF; // {not_a_template}\n", "utf-8")
+    return tmp_path
+
+
+def resolved_lines(folder: Path, number_type: str | None = None) -> list[str]:
+    return wgsl.resolve(folder, "stage.wgsl", number_type).code.splitlines()
+
+
+def test_an_import_stands_in_its_place_and_only_once(folder: Path) -> None:
+    (folder / "stage.wgsl").write_text(
+        "const FIRST = 0;\n#import left\n#import right // why\nconst LAST = 2;\n", "utf-8"
+    )
+    assert resolved_lines(folder) == [
+        "const FIRST = 0;",
+        "const LEAF = 1;",
+        "const LEFT = LEAF;",
+        "const RIGHT = LEAF; // {not_a_template}",
+        "const LAST = 2;",
+    ]
+
+
+def test_every_line_knows_where_it_stands(folder: Path) -> None:
+    (folder / "stage.wgsl").write_text(
+        "const FIRST = 0;\n#import left\n#import right // why\nconst LAST = 2;\n", "utf-8"
+    )
+    assert wgsl.resolve(folder, "stage.wgsl").origins == (
+        Origin("stage.wgsl", 1),
+        Origin("shared/leaf.wgsl", 1),
+        Origin("shared/left.wgsl", 2),
+        Origin("shared/right.wgsl", 2),
+        Origin("stage.wgsl", 4),
+    )
+
+
+def test_the_number_type_chooses_what_real_stands_for(folder: Path) -> None:
+    (folder / "stage.wgsl").write_text("#import real\n#import left\n", "utf-8")
+    (folder / "shared" / "left.wgsl").write_text("#import real\nconst LEFT = 1;\n", "utf-8")
+    (folder / "shared" / "real_f32.wgsl").write_text("alias Real = f32;\n", "utf-8")
+    (folder / "shared" / "real_f64.wgsl").write_text("alias Real = f64;\n", "utf-8")
+    assert resolved_lines(folder, "f32") == ["alias Real = f32;", "const LEFT = 1;"]
+    assert resolved_lines(folder, "f64") == ["alias Real = f64;", "const LEFT = 1;"]
+    with pytest.raises(ShaderError, match=r"^stage\.wgsl:1: no shared/real\.wgsl to import$"):
+        resolved_lines(folder)
+
+
+def test_files_that_import_each_other_end(folder: Path) -> None:
+    (folder / "shared" / "ping.wgsl").write_text("#import pong\nconst PING = 1;\n", "utf-8")
+    (folder / "shared" / "pong.wgsl").write_text("#import ping\nconst PONG = 1;\n", "utf-8")
+    (folder / "stage.wgsl").write_text("#import ping\n", "utf-8")
+    assert resolved_lines(folder) == ["const PONG = 1;", "const PING = 1;"]
+
+
+def test_an_unknown_import_names_the_file_and_the_line(folder: Path) -> None:
+    (folder / "stage.wgsl").write_text("const FIRST = 0;\n\n#import trunk\n", "utf-8")
+    with pytest.raises(ShaderError, match=r"^stage\.wgsl:3: no shared/trunk\.wgsl to import$"):
+        resolved_lines(folder)
+    (folder / "shared" / "leaf.wgsl").write_text("// a leaf\n#import trunk\n", "utf-8")
+    (folder / "stage.wgsl").write_text("#import left\n", "utf-8")
+    with pytest.raises(ShaderError, match=r"^shared/leaf\.wgsl:2: no shared/trunk\.wgsl to import$"):
+        resolved_lines(folder)
+
+
+@pytest.mark.parametrize(
+    "line", ["#include leaf", "#import", "#import ../stage", "#import leaf left", "#import leaf.wgsl"]
+)
+def test_another_directive_names_the_file_and_the_line(line: str, folder: Path) -> None:
+    (folder / "stage.wgsl").write_text(f"\n{line}\n", "utf-8")
+    with pytest.raises(ShaderError, match=rf"^stage\.wgsl:2: expected '#import name', got {re.escape(repr(line))}$"):
+        resolved_lines(folder)
+
+
+def test_a_stage_without_a_file_or_a_row_is_a_shader_error(folder: Path) -> None:
+    (folder / "stages.toml").write_text('[lost]\nfile = "lost.wgsl"\n')
+    with pytest.raises(ShaderError, match=r"^no lost\.wgsl in "):
+        Sources(folder).source("lost")
+    with pytest.raises(ShaderError, match=r"^no stage 'absent' in the table of "):
+        Sources(folder).source("absent")
+
+
+def test_a_number_type_must_be_one_of_the_stages() -> None:
+    with pytest.raises(ShaderError, match=r"^number type of stage 'self_test' must be none, got f32$"):
+        source("self_test", "f32")
+    with pytest.raises(ShaderError, match=r"^number type of stage 'reduce_points' must be f32 or f64, got f16$"):
+        source("reduce_points", "f16")
+
+
+def test_bindings_are_read_by_name(folder: Path) -> None:
+    (folder / "stage.wgsl").write_text(
+        """#import left
+@group(0) @binding(2) var<storage, read> points: array<vec4<f32>>; // packed
+@group(0) @binding(0) var<uniform> tile: Tile;
+@group(0) @binding(7) var<storage, read_write> counts: array<atomic<u32>>;
+@group(0) @binding(5) var picture: texture_2d<f32>;
+// @group(0) @binding(9) var<uniform> nothing: Tile;
+var<private> own: u32;
+""",
+        "utf-8",
+    )
+    assert wgsl.resolve(folder, "stage.wgsl").bindings == {"points": 2, "tile": 0, "counts": 7, "picture": 5}
+
+
+@pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
+def test_every_binding_of_a_stage_has_a_name_and_a_number_of_its_own(stage: str, number_type: str | None) -> None:
+    resolved = source(stage, number_type)
+    assert len(resolved.bindings) == resolved.code.count("@binding(")
+    assert len(set(resolved.bindings.values())) == len(resolved.bindings)

@@ -1,2 +1,0 @@
-#import real_f64
-#import blend_points

@@ -1,2 +1,0 @@
-#import real_f64
-#import copy_points

@@ -1,2 +1,0 @@
-#import real_f32
-#import project_vertices

@@ -1,2 +1,0 @@
-#import real_f32
-#import transform_in_place_2d

@@ -1,2 +1,0 @@
-#import real_f32
-#import transform_points_2d
