@@ -1,167 +1,132 @@
 """Bulk homogeneous transforms and wireframe pictures on any GPU, or on none.
 
-What needs no GPU is here at once; what opens a device, draws or reads files is imported when it is first named, so that
-`import gpu_xform` costs no more than NumPy.
+A public name is imported when it is first used, so that `import gpu_xform` costs next to nothing.
 """
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from . import matrices, planar, samples
-from .errors import (
-    ArgumentError,
-    ArgumentTypeError,
-    DeviceError,
-    DeviceMemoryError,
-    DisplayError,
-    GpuXformError,
-    MeshError,
-    MissingExtraError,
-    NoAdapterError,
-    PrecisionError,
-    PrecisionWarning,
-    ShaderError,
-    SingularMatrixError,
-    SizeWarning,
-)
-from .geometry.mesh import Mesh
-from .geometry.scene import Scene
-from .matrices import (
-    chain,
-    decompose,
-    explain,
-    homogeneous,
-    identity,
-    inverse,
-    look_at,
-    orthographic,
-    perspective,
-    perspective_from_eye,
-    project_onto,
-    reflect,
-    rotate,
-    rotate_x,
-    rotate_y,
-    rotate_z,
-    scale,
-    shear,
-    translate,
-)
-
-if TYPE_CHECKING:
-    from .animation import Animation, animate, turntable
-    from .compute.point_buffer import PointBuffer, bounds
-    from .compute.streaming import transform_file
-    from .compute.transform import project_points, transform_normals, transform_points, transform_vectors
-    from .drawing.camera import Camera
-    from .drawing.layer import Layer
-    from .formats import load_mesh, load_scene, save_mesh
-    from .gpu.adapters import adapters
-    from .gpu.device import Device
-    from .imaging.compare import compare_images
-    from .rendering.raster import render, render_array
-    from .rendering.vector import render_pdf, render_svg
-    from .viewer.window import view
+from ._core.moved_module import MovedModule
 
 __version__ = "0.1.0"
 
-__all__ = [
-    "Animation",
-    "ArgumentError",
-    "ArgumentTypeError",
-    "Camera",
-    "Device",
-    "DeviceError",
-    "DeviceMemoryError",
-    "DisplayError",
-    "GpuXformError",
-    "Layer",
-    "Mesh",
-    "MeshError",
-    "MissingExtraError",
-    "NoAdapterError",
-    "PointBuffer",
-    "PrecisionError",
-    "PrecisionWarning",
-    "Scene",
-    "ShaderError",
-    "SingularMatrixError",
-    "SizeWarning",
-    "adapters",
-    "animate",
-    "bounds",
-    "chain",
-    "compare_images",
-    "decompose",
-    "explain",
-    "homogeneous",
-    "identity",
-    "inverse",
-    "load_mesh",
-    "load_scene",
-    "look_at",
-    "matrices",
-    "orthographic",
-    "perspective",
-    "perspective_from_eye",
-    "planar",
-    "project_onto",
-    "project_points",
-    "reflect",
-    "render",
-    "render_array",
-    "render_pdf",
-    "render_svg",
-    "rotate",
-    "rotate_x",
-    "rotate_y",
-    "rotate_z",
-    "samples",
-    "save_mesh",
-    "scale",
-    "shear",
-    "transform_file",
-    "transform_normals",
-    "transform_points",
-    "transform_vectors",
-    "translate",
-    "turntable",
-    "view",
-]
-
-_LATE = {
-    "Animation": ".animation",
-    "Camera": ".drawing.camera",
-    "Device": ".gpu.device",
-    "Layer": ".drawing.layer",
-    "PointBuffer": ".compute.point_buffer",
-    "adapters": ".gpu.adapters",
-    "animate": ".animation",
-    "bounds": ".compute.point_buffer",
-    "compare_images": ".imaging.compare",
-    "load_mesh": ".formats",
-    "load_scene": ".formats",
-    "project_points": ".compute.transform",
-    "render": ".rendering.raster",
-    "render_array": ".rendering.raster",
-    "render_pdf": ".rendering.vector",
-    "render_svg": ".rendering.vector",
-    "save_mesh": ".formats",
-    "transform_file": ".compute.streaming",
-    "transform_normals": ".compute.transform",
-    "transform_points": ".compute.transform",
-    "transform_vectors": ".compute.transform",
-    "turntable": ".animation",
-    "view": ".viewer.window",
+# The public names, by the module that defines them; a module's own name stands for the module itself.
+_PUBLIC_NAMES = {
+    "errors": (
+        "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DisplayError GpuXformError MeshError "
+        "MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError SingularMatrixError SizeWarning"
+    ),
+    "matrices": (
+        "matrices chain decompose explain homogeneous identity inverse look_at orthographic perspective "
+        "perspective_from_eye project_onto reflect rotate rotate_x rotate_y rotate_z scale shear translate"
+    ),
+    "planar": "planar",
+    "samples": "samples",
+    "geometry.mesh": "Mesh",
+    "geometry.scene": "Scene",
+    "formats": "load_mesh load_scene save_mesh",
+    "imaging.compare": "compare_images",
+    "gpu.adapters": "adapters",
+    "gpu.device": "Device",
+    "compute.transform": "project_points transform_normals transform_points transform_vectors",
+    "compute.point_buffer": "PointBuffer bounds",
+    "compute.streaming": "transform_file",
+    "drawing.camera": "Camera",
+    "drawing.layer": "Layer",
+    "rendering.raster": "render render_array",
+    "rendering.vector": "render_pdf render_svg",
+    "animation": "Animation animate turntable",
+    "viewer.window": "view",
 }
+_MODULES = {name: module for module, names in _PUBLIC_NAMES.items() for name in names.split()}
 
+__all__ = sorted(_MODULES.keys() - {"errors"})  # an attribute, but its classes are all here
 
-def __getattr__(name: str) -> Any:
-    if name not in _LATE:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    value = getattr(import_module(_LATE[name], __name__), name)
-    globals()[name] = value
-    return value
+# Where pickles of earlier versions look for classes.
+_MOVED_MODULES = {
+    "mesh": "geometry.mesh",
+    "pictures": "drawing",
+    "pictures.layers": "drawing.layer",
+    "scene": "geometry.scene",
+}
+sys.modules.update(
+    {f"{__name__}.{old}": MovedModule(f"{__name__}.{old}", f"{__name__}.{new}") for old, new in _MOVED_MODULES.items()}
+)
+
+if TYPE_CHECKING:
+    from . import errors as errors
+    from . import matrices as matrices
+    from . import planar as planar
+    from . import samples as samples
+    from .animation import Animation as Animation
+    from .animation import animate as animate
+    from .animation import turntable as turntable
+    from .compute.point_buffer import PointBuffer as PointBuffer
+    from .compute.point_buffer import bounds as bounds
+    from .compute.streaming import transform_file as transform_file
+    from .compute.transform import project_points as project_points
+    from .compute.transform import transform_normals as transform_normals
+    from .compute.transform import transform_points as transform_points
+    from .compute.transform import transform_vectors as transform_vectors
+    from .drawing.camera import Camera as Camera
+    from .drawing.layer import Layer as Layer
+    from .errors import ArgumentError as ArgumentError
+    from .errors import ArgumentTypeError as ArgumentTypeError
+    from .errors import DeviceError as DeviceError
+    from .errors import DeviceMemoryError as DeviceMemoryError
+    from .errors import DisplayError as DisplayError
+    from .errors import GpuXformError as GpuXformError
+    from .errors import MeshError as MeshError
+    from .errors import MissingExtraError as MissingExtraError
+    from .errors import NoAdapterError as NoAdapterError
+    from .errors import PrecisionError as PrecisionError
+    from .errors import PrecisionWarning as PrecisionWarning
+    from .errors import ShaderError as ShaderError
+    from .errors import SingularMatrixError as SingularMatrixError
+    from .errors import SizeWarning as SizeWarning
+    from .formats import load_mesh as load_mesh
+    from .formats import load_scene as load_scene
+    from .formats import save_mesh as save_mesh
+    from .geometry.mesh import Mesh as Mesh
+    from .geometry.scene import Scene as Scene
+    from .gpu.adapters import adapters as adapters
+    from .gpu.device import Device as Device
+    from .imaging.compare import compare_images as compare_images
+    from .matrices import chain as chain
+    from .matrices import decompose as decompose
+    from .matrices import explain as explain
+    from .matrices import homogeneous as homogeneous
+    from .matrices import identity as identity
+    from .matrices import inverse as inverse
+    from .matrices import look_at as look_at
+    from .matrices import orthographic as orthographic
+    from .matrices import perspective as perspective
+    from .matrices import perspective_from_eye as perspective_from_eye
+    from .matrices import project_onto as project_onto
+    from .matrices import reflect as reflect
+    from .matrices import rotate as rotate
+    from .matrices import rotate_x as rotate_x
+    from .matrices import rotate_y as rotate_y
+    from .matrices import rotate_z as rotate_z
+    from .matrices import scale as scale
+    from .matrices import shear as shear
+    from .matrices import translate as translate
+    from .rendering.raster import render as render
+    from .rendering.raster import render_array as render_array
+    from .rendering.vector import render_pdf as render_pdf
+    from .rendering.vector import render_svg as render_svg
+    from .viewer.window import view as view
+else:
+
+    def __getattr__(name: str) -> Any:
+        """Import a public name, which is an attribute from then on."""
+        if name not in _MODULES:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        module = import_module(f".{_MODULES[name]}", __name__)
+        value = module if name == _MODULES[name] else getattr(module, name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -85,3 +85,8 @@ class DeviceMemoryError(DeviceError, MemoryError):
 
 class ShaderError(GpuXformError, RuntimeError):
     """A shader file is missing, imports an unknown name, or does not compile."""
+
+
+# As `_core.public` does for every other public name.
+for _class in [value for value in globals().values() if isinstance(value, type)]:
+    _class.__module__ = "gpu_xform"

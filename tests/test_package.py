@@ -60,7 +60,7 @@ def test_the_matrices_and_their_module_are_the_same() -> None:
 
 def test_another_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match=r"^module 'gpu_xform' has no attribute 'transfrom_points'$"):
-        gpu_xform.transfrom_points  # noqa: B018
+        gpu_xform.transfrom_points  # type: ignore[attr-defined]  # noqa: B018
 
 
 def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
@@ -100,9 +100,28 @@ HEAVY = {
 
 def test_importing_the_package_loads_nothing_heavy() -> None:
     loaded = loaded_after("import gpu_xform")
-    assert not loaded & HEAVY
-    assert "gpu_xform.matrices" in loaded
-    assert not [name for name in loaded if name.startswith("gpu_xform.gpu")]
+    assert not loaded & {*HEAVY, "numpy"}
+    moved = {f"gpu_xform.{name}" for name in gpu_xform._MOVED_MODULES}
+    ours = {name for name in loaded if name.startswith("gpu_xform")}
+    assert ours == {"gpu_xform", "gpu_xform._core", "gpu_xform._core.moved_module", *moved}
+
+
+def test_a_public_name_is_imported_when_it_is_first_used() -> None:
+    assert "gpu_xform.errors" in loaded_after("import gpu_xform; gpu_xform.errors.MeshError")
+    assert "gpu_xform.matrices" in loaded_after("import gpu_xform as gx; gx.matrices.identity()")
+    assert not loaded_after("from gpu_xform import Mesh, Scene, planar, samples, rotate_x") & HEAVY
+
+
+def test_type_checkers_see_the_names_that_are_imported_late() -> None:
+    tree = ast.parse((ROOT / "__init__.py").read_text("utf-8"))
+    seen = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.level:
+            for alias in node.names:
+                if alias.asname is not None:
+                    assert alias.name == alias.asname
+                    seen[alias.name] = node.module or alias.name
+    assert seen == gpu_xform._MODULES
 
 
 def test_what_needs_no_device_and_no_file_loads_neither_wgpu_nor_trimesh() -> None:

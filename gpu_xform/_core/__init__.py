@@ -1,4 +1,4 @@
 """What every other folder may use: types, argument checks, files written whole, progress.
 
-Reading order: types, interrupts, memmap, npy, progress, arguments, error_context, atomic_files.
+Reading order: types, public, moved_module, interrupts, memmap, npy, progress, arguments, error_context, atomic_files.
 """

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from .._core.arguments import direction, whole_number
 from .._core.error_context import prefix_errors
 from .._core.progress import bar
+from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
 from ..drawing.camera import Camera, CameraLike, extreme_points, fit_options, require_in_range
 from ..drawing.framing import framing_points
@@ -40,6 +41,7 @@ DEFAULT_SIZE = (640, 480)
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
+@public
 def animate(
     models: Models,
     frames: Frames,
@@ -86,6 +88,7 @@ def animate(
     return animation
 
 
+@public
 def turntable(
     models: Models,
     frames: int = 100,
@@ -121,6 +124,7 @@ def turntable(
     return animate(shown, turned, path, n_frames=count, **placed, **options)
 
 
+@public
 class Animation:
     """A model in motion, made by `animate` or `turntable`: each frame is drawn when it is asked for.
 

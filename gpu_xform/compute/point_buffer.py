@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import require_affine, square_matrix
+from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, DeviceError
 from ..gpu.buffers import Buffer
@@ -20,6 +21,7 @@ from .kernels import transform as transform_pass
 from .kernels.transform import POOL_OWNER, Finish
 
 
+@public
 class PointBuffer:
     """An array of points in the device's memory, and the transforms it has still to go through.
 
@@ -143,6 +145,7 @@ class PointBuffer:
         return self._store.reduce(self.pending, self._finish)
 
 
+@public
 def bounds(points: npt.ArrayLike, *, device: Device | None = None) -> npt.NDArray[Any]:
     """Return the smallest and the largest coordinates of `points`, found on the device.
 

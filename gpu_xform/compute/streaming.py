@@ -14,6 +14,7 @@ import numpy.typing as npt
 
 from .._core.arguments import square_matrix
 from .._core.npy import read_header
+from .._core.public import public
 from .._core.types import MatrixLike, Progress, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 from ..gpu.device import Device
@@ -23,6 +24,7 @@ from .transform import project_points, transform_points
 CHUNK_BYTES = 32 << 20
 
 
+@public
 def transform_file(
     source: StrPath,
     destination: StrPath,

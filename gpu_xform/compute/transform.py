@@ -19,6 +19,7 @@ import numpy.typing as npt
 
 from .. import matrices
 from .._core.arguments import require_affine, square_matrices
+from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, PrecisionError
 from ..gpu.device import Device, resolve_device
@@ -34,6 +35,7 @@ from .kernels.transform import Finish
 SHORTEST_ROW = 4096
 
 
+@public
 def transform_points(
     points: npt.ArrayLike,
     matrix: MatrixLike,
@@ -66,6 +68,7 @@ def transform_points(
     return _run(source, affine, Finish.AS_IT_IS, index, weights, precision, out, device)
 
 
+@public
 def transform_vectors(
     points: npt.ArrayLike,
     matrix: MatrixLike,
@@ -86,6 +89,7 @@ def transform_vectors(
     return _run(source, linear, _finish(normalize), index, weights, precision, out, device)
 
 
+@public
 def transform_normals(
     points: npt.ArrayLike,
     matrix: MatrixLike,
@@ -119,6 +123,7 @@ def transform_normals(
     )
 
 
+@public
 def project_points(
     points: npt.ArrayLike,
     matrix: MatrixLike,

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .. import matrices
 from .._core.arguments import direction, nonzero_vector, number, real_array, vector
+from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
@@ -24,6 +25,7 @@ FAR_FRACTION = 1e3
 MAX_COORDINATE = 1e300  # beyond it, the distance of a camera overflows
 
 
+@public
 class Camera:
     """A camera maps the world to a picture; `look_at`, `fit`, `window` and `eye_on_z` make one.
 

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .._core.arguments import number, real_array, square_matrices
 from .._core.error_context import prefix_errors
+from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..compute._arrays import as_host_array
 from ..compute.point_buffer import PointBuffer
@@ -49,6 +50,7 @@ class Style(TypedDict, total=False):
     point_size: float | None
 
 
+@public
 @dataclass(frozen=True, eq=False)
 class Layer:
     """A model of a picture, where it stands, and how it is drawn.

@@ -8,6 +8,7 @@ from typing import BinaryIO, TypeAlias, TypeVar
 
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_errors
+from .._core.public import public
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
@@ -46,6 +47,7 @@ WRITERS: dict[str, Writer] = {
 }
 
 
+@public
 def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
     """Return the mesh in a model file, its polygons unsplit.
 
@@ -62,6 +64,7 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
     return mesh
 
 
+@public
 def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     """Return the scene in a model file.
 
@@ -82,6 +85,7 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     return scene
 
 
+@public
 def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -> None:
     """Write a mesh to a model file; a path gets the whole file or is left untouched.
 

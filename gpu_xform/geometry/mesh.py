@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import first_non_finite, require_affine, square_matrix
+from .._core.public import public
 from .._core.types import Float64Array, IndexArray, MatrixLike
 from ..errors import MeshError
 from .triangulation import triangulate
@@ -19,6 +20,7 @@ _Array = TypeVar("_Array", bound=npt.NDArray[Any])
 _MOST_POINTS = 2**32 - 1  # a pair of indices is packed into one uint64
 
 
+@public
 class Mesh:
     """An immutable mesh: points, and faces that are polygons of three or more corners or segments of two.
 

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import square_matrix
+from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 from ..matrices._affine import finite
@@ -99,6 +100,7 @@ class Node:
         return f"<Node {_summary(self)}>"
 
 
+@public
 class Scene:
     """A tree of named nodes. The world matrix of a node is the product of all matrices from the world down to it.
 

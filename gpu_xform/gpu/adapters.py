@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import wgpu
 from wgpu.backends.wgpu_native.extras import set_instance_extras
 
+from .._core.public import public
 from ..errors import NoAdapterError
 from .drivers import suggest_driver
 
@@ -48,6 +49,7 @@ class Adapter:
     features: frozenset[str]
 
 
+@public
 def adapters() -> list[Adapter]:
     """List the adapters of this machine, the fastest kind first; an empty list where there is no driver."""
     return [describe_adapter(adapter) for adapter in list_native_adapters()]

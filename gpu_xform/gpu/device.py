@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from types import TracebackType
 from typing import Self
 
+from .._core.public import public
 from ..errors import ArgumentTypeError
 from . import self_test
 from .adapters import Adapter, Limits
@@ -18,6 +19,7 @@ from .timestamps import DispatchTimer, create_timer
 from .trace import Tracer, trace_from_environment
 
 
+@public
 class Device:
     """A graphics adapter, opened; every transform and picture runs on one.
 

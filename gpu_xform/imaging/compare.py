@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import number
+from .._core.public import public
 from ..errors import ArgumentError
 from .image import ImageLike, Pixels, image, pixels, premultiplied
 
@@ -85,6 +86,7 @@ class Difference:
         )
 
 
+@public
 def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float = THRESHOLD) -> Difference:
     """Compare two pictures of one size, pixel by pixel.
 

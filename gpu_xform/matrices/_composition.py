@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._core.arguments import square_matrix
+from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, SingularMatrixError
 from ._affine import finite
@@ -23,6 +24,7 @@ def factors(matrices: tuple[MatrixLike, ...]) -> list[Float64Array]:
     return [first, *rest]
 
 
+@public
 def chain(*matrices: MatrixLike) -> Float64Array:
     """Return the one matrix that applies `matrices` in the order given: of a, b and c it is c @ b @ a.
 
@@ -36,6 +38,7 @@ def chain(*matrices: MatrixLike) -> Float64Array:
     return finite(product, "the product of matrices")
 
 
+@public
 def inverse(m: MatrixLike) -> Float64Array:
     """Return the inverse of `m`, 4x4 or 3x3; of an affine matrix it is affine, exactly.
 
@@ -78,6 +81,7 @@ class Decomposition(NamedTuple):
         )
 
 
+@public
 def decompose(m: MatrixLike) -> Decomposition:
     """Take the affine 4x4 matrix `m` apart into translation, rotation, scale and shear.
 

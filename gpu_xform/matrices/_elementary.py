@@ -4,16 +4,19 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import direction, square_matrix
+from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, SupportsAsMatrix
 from ..errors import ArgumentError
 from . import _affine
 
 
+@public
 def identity() -> Float64Array:
     """Return the 4x4 identity."""
     return np.eye(4)
 
 
+@public
 def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Array:
     """Return diag(x, y, z, 1); one number scales all three axes."""
     if y is None and z is None:
@@ -23,11 +26,13 @@ def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Ar
     return _affine.scaling(x=x, y=y, z=z)
 
 
+@public
 def translate(x: float, y: float, z: float) -> Float64Array:
     """Return the translation [[I, (x, y, z)], [0, 1]]: points (w = 1) move, vectors (w = 0) do not."""
     return _affine.translation(x=x, y=y, z=z)
 
 
+@public
 def rotate_x(angle: float, *, degrees: bool = False) -> Float64Array:
     """Return the rotation [[1, 0, 0], [0, c, -s], [0, s, c]], carried along in a 4x4: y turns towards z.
 
@@ -36,6 +41,7 @@ def rotate_x(angle: float, *, degrees: bool = False) -> Float64Array:
     return _affine.about(None, _affine.rotation(3, 1, 2, angle, degrees=degrees))
 
 
+@public
 def rotate_y(angle: float, *, degrees: bool = False) -> Float64Array:
     """Return the rotation [[c, 0, s], [0, 1, 0], [-s, 0, c]], carried along in a 4x4: z turns towards x.
 
@@ -46,6 +52,7 @@ def rotate_y(angle: float, *, degrees: bool = False) -> Float64Array:
     return _affine.about(None, _affine.rotation(3, 2, 0, angle, degrees=degrees))
 
 
+@public
 def rotate_z(angle: float, *, degrees: bool = False) -> Float64Array:
     """Return the rotation [[c, -s, 0], [s, c, 0], [0, 0, 1]], carried along in a 4x4: x turns towards y.
 
@@ -54,6 +61,7 @@ def rotate_z(angle: float, *, degrees: bool = False) -> Float64Array:
     return _affine.about(None, _affine.rotation(3, 0, 1, angle, degrees=degrees))
 
 
+@public
 def rotate(
     axis: npt.ArrayLike, angle: float, *, point: npt.ArrayLike | None = None, degrees: bool = False
 ) -> Float64Array:
@@ -69,6 +77,7 @@ def rotate(
     return _affine.about(point, c * np.eye(3) + s * cross + (1.0 - c) * np.outer(k, k))
 
 
+@public
 def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Float64Array:
     """Return the reflection I - 2 n n^T in the plane at right angles to `normal` (3,), through `point` or the origin.
 
@@ -77,6 +86,7 @@ def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Flo
     return _affine.about(point, _affine.reflection(normal, 3))
 
 
+@public
 def shear(
     *, xy: float = 0.0, xz: float = 0.0, yx: float = 0.0, yz: float = 0.0, zx: float = 0.0, zy: float = 0.0
 ) -> Float64Array:
@@ -84,6 +94,7 @@ def shear(
     return _affine.shearing(3, xy=xy, xz=xz, yx=yx, yz=yz, zx=zx, zy=zy)
 
 
+@public
 def project_onto(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Float64Array:
     """Return the orthogonal projection I - n n^T onto the plane at right angles to `normal` (3,), through `point`.
 
@@ -93,6 +104,7 @@ def project_onto(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -
     return _affine.about(point, _affine.projection(normal, 3))
 
 
+@public
 def homogeneous(a: MatrixLike) -> Float64Array:
     """Return the 3x3 matrix `a` carried along in a 4x4, or a 2x2 in a 3x3: [[a, 0], [0, 1]].
 

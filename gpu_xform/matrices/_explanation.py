@@ -7,12 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import real_array
+from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError
 from ._affine import finite
 from ._composition import chain, factors
 
 
+@public
 def explain(*matrices: MatrixLike, point: npt.ArrayLike | None = None) -> str:
     """Return text with each of `matrices` in the order applied, their product, and where `point` goes on the way.
 

@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import direction, number, real_array, vector
+from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 from ._affine import finite
@@ -14,6 +15,7 @@ from ._affine import finite
 PARALLEL = 1e-12
 
 
+@public
 def perspective_from_eye(d: float) -> Float64Array:
     """Return the perspective onto the xy-plane seen from the eye (0, 0, d): (x, y, z, 1) goes to (x, y, 0, 1 - z/d).
 
@@ -28,6 +30,7 @@ def perspective_from_eye(d: float) -> Float64Array:
     return finite(matrix, f"1/d for d = {d}")
 
 
+@public
 def perspective(fov_y: float, aspect: float, near: float, far: float) -> Float64Array:
     """Return clip_from_view for a field of view of `fov_y` DEGREES from bottom to top, `aspect` = width / height.
 
@@ -54,6 +57,7 @@ def perspective(fov_y: float, aspect: float, near: float, far: float) -> Float64
     return finite(matrix, f"the matrix for near = {near}, far = {far}")
 
 
+@public
 def orthographic(left: float, right: float, bottom: float, top: float, near: float, far: float) -> Float64Array:
     """Return clip_from_view for a parallel projection of the box between the six planes.
 
@@ -80,6 +84,7 @@ def orthographic(left: float, right: float, bottom: float, top: float, near: flo
     return finite(matrix, "the matrix for these planes")
 
 
+@public
 def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0, 1.0, 0.0)) -> Float64Array:
     """Return view_from_world for a camera at `eye` (3,) that looks at `target` (3,), with `up` (3,) upwards.
 

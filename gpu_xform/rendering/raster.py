@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING, Unpack
 
+from .._core.public import public
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Frame, Size, prepare_frame
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 
+@public
 def render(
     models: Models,
     *,
@@ -41,6 +43,7 @@ def render(
     return images.image(begin_render(models, Frame(camera, size, background, device), style).result())
 
 
+@public
 def render_array(
     models: Models,
     *,

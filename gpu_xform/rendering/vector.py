@@ -2,6 +2,7 @@
 
 from typing import Unpack
 
+from .._core.public import public
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Frame, PreparedFrame, Size, prepare_frame
@@ -13,6 +14,7 @@ from ..vector.build_layers import build_layers
 from ..vector.edge_visibility import MARGIN_PX
 
 
+@public
 def render_svg(
     models: Models,
     *,
@@ -35,6 +37,7 @@ def render_svg(
     return format_svg(*_draw(models, Frame(camera, size, background, device), style))
 
 
+@public
 def render_pdf(
     models: Models,
     *,

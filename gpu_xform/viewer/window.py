@@ -12,6 +12,7 @@ from typing import Any, Unpack
 import numpy.typing as npt
 
 from .._core.arguments import direction
+from .._core.public import public
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Size, parse_size
@@ -26,6 +27,7 @@ FASTEST = 60.0  # pictures a second
 EVENTS = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down")
 
 
+@public
 def view(
     models: Models,
     *,
