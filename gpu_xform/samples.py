@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ._core.arguments import whole_number
+from ._core.arguments import as_int
 from ._core.types import Float64Array, IndexArray
 from .errors import ArgumentError
 from .geometry.mesh import Mesh
@@ -123,7 +123,7 @@ def _prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Mesh:
 
 def _count(value: int, name: str, least: int, most: int | None = None) -> int:
     """Return `value` as an int within its bounds."""
-    count = whole_number(value, name)
+    count = as_int(value, name)
     if count < least or (most is not None and count > most):
         bounds = f"at least {least}" if most is None else f"in {least}..{most}"
         raise ArgumentError.expecting(name, f"be {bounds}", count)

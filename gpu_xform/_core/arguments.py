@@ -11,7 +11,7 @@ from ..errors import ArgumentError, ArgumentTypeError
 from .types import Float64Array, MatrixLike, SupportsAsMatrix
 
 
-def real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float64Array:
+def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float64Array:
     """Return a new C-ordered float64 array of `value`, which must hold real numbers, finite unless said otherwise."""
     try:
         array = np.asarray(value)
@@ -21,28 +21,28 @@ def real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float
         raise ArgumentTypeError.expecting(name, "hold real numbers", f"dtype {array.dtype}")
     result = np.array(array, dtype=np.float64, order="C")
     if finite and not np.isfinite(result).all():
-        raise ArgumentError.expecting(name, "be finite", first_non_finite(result))
+        raise ArgumentError.expecting(name, "be finite", describe_first_non_finite(result))
     return result
 
 
-def first_non_finite(array: npt.NDArray[np.floating[Any]]) -> str:
+def describe_first_non_finite(array: npt.NDArray[np.floating[Any]]) -> str:
     """Describe the first NaN or infinity of `array`: its value and its index."""
     index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
     where = "" if not index else f" at index {index[0] if len(index) == 1 else index}"
     return f"{array[index]}{where}"
 
 
-def number(value: npt.ArrayLike, name: str) -> float:
+def as_float(value: npt.ArrayLike, name: str) -> float:
     """Return `value` as a finite float."""
     if isinstance(value, float) and math.isfinite(value):  # most are, and an array takes longer
         return float(value)
-    array = real_array(value, name)
+    array = as_real_array(value, name)
     if array.shape != ():
         raise ArgumentError.expecting(name, "be one number", f"shape {array.shape}")
     return float(array)
 
 
-def whole_number(value: SupportsIndex, name: str) -> int:
+def as_int(value: SupportsIndex, name: str) -> int:
     """Return `value` as an int."""
     try:
         return operator.index(value)
@@ -50,57 +50,57 @@ def whole_number(value: SupportsIndex, name: str) -> int:
         raise ArgumentTypeError.expecting(name, "be a whole number", repr(value)) from None
 
 
-def vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
+def as_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """Return `value` as a finite vector of `size` components."""
-    array = real_array(value, name)
+    array = as_real_array(value, name)
     if array.shape != (size,):
         raise ArgumentError.expecting(name, f"have shape ({size},)", array.shape)
     return array
 
 
-def nonzero_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
+def as_nonzero_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """Return `value`, a vector of `size` components not all zero, with its largest component brought into [0.5, 1).
 
     Only a power of two is divided out: squares neither overflow nor vanish, and small integers stay exact.
     """
-    array = vector(value, name, size)
+    array = as_vector(value, name, size)
     if not array.any():
         raise ArgumentError.expecting(name, "not be the zero vector")
     scaled: Float64Array = np.ldexp(array, -np.frexp(np.abs(array).max())[1])
     return scaled
 
 
-def direction(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
+def as_unit_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """Return `value` as a unit vector of `size` components; a zero vector has no direction and is an error."""
-    array = nonzero_vector(value, name, size)
+    array = as_nonzero_vector(value, name, size)
     return array / np.linalg.norm(array)
 
 
-def square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
+def as_square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
     """Return `value` as a finite float64 matrix of shape (s, s), s one of `sizes`.
 
     An object with `as_matrix()` speaks of R^3: where it gives a 3x3, that is carried along in a 4x4.
     """
-    matrix = square_matrices(value, name, *sizes)
+    matrix = as_square_matrices(value, name, *sizes)
     if matrix.ndim != 2:
-        raise ArgumentError.expecting(name, f"have shape {_square_shapes(sizes)}", matrix.shape)
+        raise ArgumentError.expecting(name, f"have shape {_list_square_shapes(sizes)}", matrix.shape)
     return matrix
 
 
-def square_matrices(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
-    """Return `value` as finite float64 matrices (..., s, s), s one of `sizes`; as `square_matrix` otherwise."""
+def as_square_matrices(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
+    """Return `value` as finite float64 matrices (..., s, s), s one of `sizes`; as `as_square_matrix` otherwise."""
     if not isinstance(value, np.ndarray) and isinstance(value, SupportsAsMatrix):  # asking a protocol is slow
-        matrices = real_array(value.as_matrix(), name)
+        matrices = as_real_array(value.as_matrix(), name)
         if matrices.shape[-2:] == (3, 3):
             linear = matrices
             matrices = np.zeros((*linear.shape[:-2], 4, 4))
             matrices[..., :3, :3] = linear
             matrices[..., 3, 3] = 1.0
     else:
-        matrices = real_array(value, name)
+        matrices = as_real_array(value, name)
     if matrices.shape[-2:] not in {(size, size) for size in sizes}:
         hint = "; homogeneous(a) makes a 4x4 of it" if matrices.shape == (3, 3) and sizes == (4,) else ""
-        raise ArgumentError.expecting(name, f"have shape {_square_shapes(sizes)}", f"{matrices.shape}{hint}")
+        raise ArgumentError.expecting(name, f"have shape {_list_square_shapes(sizes)}", f"{matrices.shape}{hint}")
     return matrices
 
 
@@ -116,5 +116,5 @@ def require_affine(matrices: Float64Array, name: str) -> None:
         raise ArgumentError.expecting(name, f"be affine, with the last row {rows[0]}", f"{rows[1]}{where}")
 
 
-def _square_shapes(sizes: tuple[int, ...]) -> str:
+def _list_square_shapes(sizes: tuple[int, ...]) -> str:
     return " or ".join(f"({size}, {size})" for size in sizes)

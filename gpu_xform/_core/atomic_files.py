@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from .interrupts import uninterrupted
+from .interrupts import defer_sigint
 from .types import StrPath
 
 
@@ -27,7 +27,7 @@ def atomic_write(path: StrPath) -> Iterator[BinaryIO]:
             yield file
         return
     target = Path(os.path.realpath(path))
-    beside = target.with_name(_temporary())
+    beside = target.with_name(_make_temporary_name())
     try:
         with beside.open("xb") as file:
             yield file
@@ -71,12 +71,12 @@ def atomic_folder(path: StrPath, names: Iterable[str]) -> Iterator[Path]:
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), os.fspath(path))
     for name in names:
         _require_no_folder(target / name)
-    beside = (target if target.is_dir() else target.parent) / _temporary()
+    beside = (target if target.is_dir() else target.parent) / _make_temporary_name()
     try:
         beside.mkdir()
         yield beside
         if target.is_dir():
-            with uninterrupted():
+            with defer_sigint():
                 _move_all(beside, target)
                 beside.rmdir()
         else:
@@ -91,7 +91,7 @@ def atomic_folder(path: StrPath, names: Iterable[str]) -> Iterator[Path]:
 
 def _move_all(source: Path, target: Path) -> None:
     """Move the files of one folder into another; where one cannot be moved, the other is left as it was."""
-    replaced = target / _temporary()
+    replaced = target / _make_temporary_name()
     replaced.mkdir()
     files = sorted(source.iterdir())
     try:
@@ -117,5 +117,5 @@ def _require_no_folder(path: Path) -> None:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
 
 
-def _temporary() -> str:
+def _make_temporary_name() -> str:
     return f".{secrets.token_hex(8)}.tmp"  # short: what it stands for may have a name of full length

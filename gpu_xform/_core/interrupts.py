@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 
 @contextlib.contextmanager
-def uninterrupted() -> Iterator[None]:
+def defer_sigint() -> Iterator[None]:
     """Raise `KeyboardInterrupt` only where the block ends, if Ctrl+C is pressed in it.
 
     Raised while an object of wgpu is made or dropped, it would leave half an object behind, or be lost; while files are

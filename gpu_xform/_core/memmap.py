@@ -7,12 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 # In a copy-on-write map ("c") the changes live in those pages only.
-BACKED_BY_FILE = {"r", "r+", "w+"}
+FILE_BACKED_MODES = {"r", "r+", "w+"}
 
 
-def let_go(array: npt.NDArray[Any]) -> None:
+def release_pages(array: npt.NDArray[Any]) -> None:
     """Tell the system that a contiguous part of a `numpy.memmap` may leave memory; do nothing for other arrays."""
-    if not (isinstance(array, np.memmap) and array.mode in BACKED_BY_FILE and array.flags.contiguous and array.size):
+    if not (isinstance(array, np.memmap) and array.mode in FILE_BACKED_MODES and array.flags.contiguous and array.size):
         return
     owner: Any = array
     while isinstance(owner, np.ndarray):

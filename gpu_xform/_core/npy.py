@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 # NumPy's reader of a malformed header lets through what Python's own parser raises.
-_MALFORMED = (ValueError, TypeError, OverflowError, EOFError, SyntaxError, tokenize.TokenError)
-_EXHAUSTED = (RecursionError, MemoryError)
+_MALFORMED_ERRORS = (ValueError, TypeError, OverflowError, EOFError, SyntaxError, tokenize.TokenError)
+_EXHAUSTED_ERRORS = (RecursionError, MemoryError)
 _READERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
@@ -35,9 +35,9 @@ def read_header(file: BinaryIO) -> Header:
             raise ValueError(f"version {version[0]}.{version[1]} is not known")
         with warnings.catch_warnings(action="ignore"):  # Python's own parser grumbles at a malformed header
             return Header(*_READERS[version](file))
-    except _MALFORMED as error:
+    except _MALFORMED_ERRORS as error:
         raise ValueError(str(error)) from None
-    except _EXHAUSTED:
+    except _EXHAUSTED_ERRORS:
         raise ValueError("the header is nested too deeply") from None
 
 

@@ -6,21 +6,21 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 
-APPEARS_AFTER_S = 1.0
+DELAY_S = 1.0
 
 
 @contextlib.contextmanager
-def bar(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[int, int], None]]:
+def show_progress(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[int, int], None]]:
     """Give a function of what is done and of the whole that moves a bar on standard error; `scaled` writes 5k, 8M."""
     from tqdm import tqdm
 
     silent = sys.stderr is None or not sys.stderr.isatty()
-    width, height = (None, None) if silent else _assumed_size()
+    width, height = (None, None) if silent else _assume_size()
     with tqdm(
         desc=label,
         unit=unit,
         unit_scale=scaled,
-        delay=APPEARS_AFTER_S,
+        delay=DELAY_S,
         disable=silent,
         leave=False,
         ncols=width,
@@ -35,7 +35,7 @@ def bar(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[in
         yield move
 
 
-def _assumed_size() -> tuple[int | None, int | None]:
+def _assume_size() -> tuple[int | None, int | None]:
     """Return how many columns and rows to take for those of a terminal that says 0 of either; None if it knows them."""
     with contextlib.suppress(OSError, AttributeError):  # of what is no file of the system
         columns, rows = os.get_terminal_size(sys.stderr.fileno())
@@ -45,7 +45,7 @@ def _assumed_size() -> tuple[int | None, int | None]:
     return None, None
 
 
-def write(text: str) -> None:
+def write_lines(text: str) -> None:
     """Write whole lines to standard error; a bar makes way for them."""
     from tqdm import tqdm
 

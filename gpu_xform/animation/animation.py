@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import direction, whole_number
+from .._core.arguments import as_int, as_unit_vector
 from .._core.error_context import prefix_errors
-from .._core.progress import bar
+from .._core.progress import show_progress
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
 from ..drawing.camera import Camera, CameraLike, extreme_points, fit_options, require_in_range
@@ -109,7 +109,7 @@ def turntable(
     count = frame_count(frames, "frames")
     if isinstance(axis, str) and axis not in AXES:
         raise ArgumentError.expecting("axis", "be 'x', 'y', 'z' or a vector", repr(axis))
-    along = direction(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
+    along = as_unit_vector(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
     shown = load_models(models)
     placed: Style = {} if transform is None else {"transform": transform}
     points = framing_points(poses.posed(shown, np.eye(4), placed))
@@ -184,7 +184,7 @@ class Animation:
 
     def frame(self, i: int) -> "Image":
         """Return frame `i` as a Pillow image, mode RGBA; from the end where `i` is negative."""
-        i = whole_number(i, "i")
+        i = as_int(i, "i")
         if not -len(self) <= i < len(self):
             raise ArgumentError.expecting("i", f"be a frame's number below {len(self)}", i)
         return images.image(self._begin(i % len(self)).result())
@@ -207,7 +207,7 @@ class Animation:
         write = saver(path)
         with contextlib.ExitStack() as stack:
             if progress is None:
-                progress = stack.enter_context(bar(os.fspath(path), " frames"))
+                progress = stack.enter_context(show_progress(os.fspath(path), " frames"))
             write(stack.enter_context(self._clip(progress)))
 
     def _repr_html_(self) -> str:

@@ -6,7 +6,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from .._core.arguments import number, square_matrices, whole_number
+from .._core.arguments import as_float, as_int, as_square_matrices
 from .._core.types import MatrixLike, SupportsAsMatrix
 from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.scene import Scene
@@ -29,7 +29,7 @@ class Motion:
 
 def described(frames: Frames, fps: float, n_frames: int | None, duration: float | None) -> Motion:
     """Return the motion that the arguments of `animate` with these names describe. Raises as it does."""
-    fps = number(fps, "fps")
+    fps = as_float(fps, "fps")
     if not SLOWEST_FPS <= fps <= FASTEST_FPS:
         raise ArgumentError.expecting("fps", f"lie in [{SLOWEST_FPS:g}, {FASTEST_FPS:g}]", f"{fps:g}")
     if callable(frames):
@@ -44,7 +44,7 @@ def described(frames: Frames, fps: float, n_frames: int | None, duration: float 
 
 def frame_count(n_frames: int, name: str) -> int:
     """Return a number of frames as an int."""
-    count = whole_number(n_frames, name)
+    count = as_int(n_frames, name)
     if count < 1:
         raise ArgumentError.expecting(name, "be at least 1", count)
     if count > MOST_FRAMES:
@@ -60,7 +60,7 @@ def _computed(function: Callable[[Any], Any], fps: float, n_frames: int | None, 
             f"seconds, got {'neither' if n_frames is None else 'both'}"
         )
     if n_frames is None:
-        seconds = number(duration, "duration")  # type: ignore[arg-type]  # one of the two is given
+        seconds = as_float(duration, "duration")  # type: ignore[arg-type]  # one of the two is given
         if seconds <= 0.0:
             raise ArgumentError.expecting("duration", "be positive", f"{seconds:g}")
         if seconds > MOST_FRAMES / fps:
@@ -83,7 +83,7 @@ def _computed(function: Callable[[Any], Any], fps: float, n_frames: int | None, 
 def _listed(frames: Any) -> Iterable[Any]:
     """Return the frames one by one; a stack of matrices is taken apart."""
     if isinstance(frames, SupportsAsMatrix):
-        frames = square_matrices(frames, "frames", 4)
+        frames = as_square_matrices(frames, "frames", 4)
     if isinstance(frames, np.ndarray) and (frames.ndim != 3 or frames.shape[1:] != (4, 4)):
         raise ArgumentError.expecting("frames", "have shape (k, 4, 4)", frames.shape)
     if isinstance(frames, str | bytes | Mapping | Scene) or not isinstance(frames, Iterable):

@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from .._core.arguments import square_matrix
+from .._core.arguments import as_square_matrix
 from .._core.types import Float64Array, MatrixLike
 from ..compute.point_buffer import PointBuffer
 from ..drawing.layer import Layer, Model, Models, Style, as_layers
@@ -14,7 +14,7 @@ from ..drawing.load_models import PATH_TYPES, load_models
 from ..errors import ArgumentTypeError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
-from ..matrices._affine import finite
+from ..matrices._affine import require_finite
 
 Frame: TypeAlias = MatrixLike | Mapping[str, MatrixLike] | Model | Layer | Scene
 Pose: TypeAlias = Float64Array | dict[str, Float64Array] | Mesh | PointBuffer | Layer | Scene
@@ -25,8 +25,8 @@ def checked_pose(frame: Frame, name: str) -> Pose:
     if isinstance(frame, (Mesh, PointBuffer, Layer, Scene, *PATH_TYPES)):
         return load_models(frame)  # type: ignore[return-value]  # one model stays one
     if isinstance(frame, Mapping):
-        return {node: square_matrix(matrix, f"{name}[{node!r}]", 4) for node, matrix in frame.items()}
-    return square_matrix(frame, name, 4)
+        return {node: as_square_matrix(matrix, f"{name}[{node!r}]", 4) for node, matrix in frame.items()}
+    return as_square_matrix(frame, name, 4)
 
 
 def posed(models: Models, own: Pose, style: Style) -> list[Layer]:
@@ -36,7 +36,7 @@ def posed(models: Models, own: Pose, style: Style) -> list[Layer]:
         with np.errstate(over="ignore", invalid="ignore"):
             products = [own @ layer.world_from_model for layer in layers]
         return [
-            replace(layer, transform=finite(product, "the frame's matrix times transform"))
+            replace(layer, transform=require_finite(product, "the frame's matrix times transform"))
             for layer, product in zip(layers, products, strict=True)
         ]
     if not isinstance(own, dict):

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from .. import matrices
-from .._core.arguments import nonzero_vector, number, square_matrix, vector
+from .._core.arguments import as_float, as_nonzero_vector, as_square_matrix, as_vector
 from .._core.types import Float64Array
 from ..drawing.enums import HIDDEN_STYLES
 from ..errors import GpuXformError
@@ -125,12 +125,12 @@ def parse_perspective_from_eye(text: str) -> Float64Array:
 def parse_matrix(text: str) -> Float64Array:
     """Parse sixteen numbers, row by row, or the name of a file that holds them."""
     try:
-        return square_matrix(np.reshape(parse_numbers(text, "16 numbers", 16), (4, 4)), "the matrix", 4)
+        return as_square_matrix(np.reshape(parse_numbers(text, "16 numbers", 16), (4, 4)), "the matrix", 4)
     except ValueError:
         if re.fullmatch(r"[-+.,\s\deE]*", text):
             raise
     try:
-        return square_matrix(files.read_matrix(text), text, 4)
+        return as_square_matrix(files.read_matrix(text), text, 4)
     except OSError as error:
         raise ValueError(f"expected 16 numbers or a file of them, got {quote(text)} ({error.strerror})") from None
 
@@ -138,7 +138,7 @@ def parse_matrix(text: str) -> Float64Array:
 @argument_type
 def parse_point(text: str) -> Float64Array:
     """Parse X,Y,Z."""
-    return vector(parse_numbers(text, "three numbers, X,Y,Z", 3), "the point", 3)
+    return as_vector(parse_numbers(text, "three numbers, X,Y,Z", 3), "the point", 3)
 
 
 @argument_type
@@ -147,7 +147,7 @@ def parse_direction(text: str) -> Float64Array:
     axis = re.fullmatch(r"([+-]?)([xyz])", text.strip(), re.IGNORECASE)
     if axis is None:
         numbers = parse_numbers(text, "an axis such as +Y or -Z, or three numbers, X,Y,Z", 3)
-        return nonzero_vector(numbers, "the direction", 3)
+        return as_nonzero_vector(numbers, "the direction", 3)
     unit = np.zeros(3)
     unit[AXES.index(axis[2].lower())] = -1.0 if axis[1] == "-" else 1.0
     return unit
@@ -167,7 +167,7 @@ def parse_line_width(text: str) -> float:
     """Parse a positive number of pixels."""
     from ..drawing.layer import MAX_LINE_WIDTH_PX
 
-    width = number(parse_numbers(text, "one number", 1)[0], "the width")
+    width = as_float(parse_numbers(text, "one number", 1)[0], "the width")
     if not 0.0 < width <= MAX_LINE_WIDTH_PX:
         raise ValueError(f"expected a positive number of pixels, at most {MAX_LINE_WIDTH_PX:,.0f}, got {quote(text)}")
     return width

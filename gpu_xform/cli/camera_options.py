@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import matrices
-from .._core.arguments import direction
+from .._core.arguments import as_unit_vector
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
@@ -29,7 +29,7 @@ def require_one_camera(options: Namespace) -> None:
 
 def _require_upright(options: Namespace) -> None:
     try:
-        target = direction(_view_direction(options), "--camera-direction", 3)
+        target = as_unit_vector(_view_direction(options), "--camera-direction", 3)
         matrices.look_at((0.0, 0.0, 0.0), target, _view_up(options))
     except ArgumentError:
         name = "the direction of view" if options.camera_direction is None else "--camera-direction"

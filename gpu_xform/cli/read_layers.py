@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from .._core.arguments import real_array, square_matrices
+from .._core.arguments import as_real_array, as_square_matrices
 from .._core.error_context import prefixed
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -90,7 +90,7 @@ def _read_instances(template: Template, path: str) -> Float64Array:
     stack = files.read_matrix_stack(array_path, "k")
     if len(stack) == 0:
         raise ArgumentError(f"{array_path}: expected at least one matrix, got none")
-    return square_matrices(stack, array_path, 4)
+    return as_square_matrices(stack, array_path, 4)
 
 
 def _read_value(value: Any, path: str) -> Any:
@@ -116,7 +116,7 @@ def _read_scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array
     if not isinstance(source, Template):
         return mesh.positions[:, AXES.index(source)]
     array_path = source.path_for(path)
-    scalars = real_array(files.read_array(array_path), array_path, finite=False)
+    scalars = as_real_array(files.read_array(array_path), array_path, finite=False)
     if scalars.shape != (mesh.n_points,):
         raise ArgumentError(
             f"{array_path}: expected one number for each of the {mesh.n_points} points of {path}, "

@@ -7,7 +7,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
-from .._core.memmap import let_go
+from .._core.memmap import release_pages
 from .._core.types import Float64Array
 from ..errors import ArgumentError, PrecisionError, PrecisionWarning
 from ..gpu.device import Device
@@ -73,7 +73,7 @@ def warn_if_coarse(points: npt.NDArray[Any]) -> None:
     first = points[(0,) * (points.ndim - 2)]
     sample = first[:: max(1, len(first) // SAMPLE)]
     low, high = sample.min(axis=0), sample.max(axis=0)
-    let_go(first)
+    release_pages(first)
     with np.errstate(over="ignore", invalid="ignore"):
         extent = float((high - low).max())
         step = float(np.spacing(np.float32(max(np.abs(low).max(), np.abs(high).max()))))

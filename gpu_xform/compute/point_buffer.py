@@ -6,7 +6,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import require_affine, square_matrix
+from .._core.arguments import as_square_matrix, require_affine
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, DeviceError
@@ -75,13 +75,13 @@ class PointBuffer:
 
     def transformed(self, matrix: MatrixLike) -> "PointBuffer":
         """Return the points with an affine matrix to be applied after what is pending."""
-        affine = square_matrix(matrix, "matrix", self.shape[1] + 1)
+        affine = as_square_matrix(matrix, "matrix", self.shape[1] + 1)
         require_affine(affine, "matrix")
         return self._followed_by(affine, self._divides)
 
     def projected(self, matrix: MatrixLike) -> "PointBuffer":
         """Return the points with any matrix to be applied after what is pending; the result is divided by w."""
-        return self._followed_by(square_matrix(matrix, "matrix", self.shape[1] + 1), True)
+        return self._followed_by(as_square_matrix(matrix, "matrix", self.shape[1] + 1), True)
 
     def numpy(self, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
         """Return the points as they are after all transforms: (n, 3) or (n, 2), in `out` where one is given."""

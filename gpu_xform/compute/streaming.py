@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import square_matrix
+from .._core.arguments import as_square_matrix
 from .._core.npy import read_header
 from .._core.public import public
 from .._core.types import MatrixLike, Progress, StrPath
@@ -53,7 +53,7 @@ def transform_file(
     with Path(source).open("rb") as reader:
         shape, dtype = _read_header(reader, source)
         _require_rows(reader, source, shape, dtype)
-        checked = square_matrix(matrix, "matrix", shape[1] + 1)
+        checked = as_square_matrix(matrix, "matrix", shape[1] + 1)
         apply = project_points if project else transform_points
         apply(np.empty((0, shape[1]), dtype), checked, precision=precision, device=device)  # raises before any work
         partial = _Partial(destination, shape, dtype, _fingerprint(reader, shape, dtype, checked, project, precision))

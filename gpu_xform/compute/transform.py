@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import matrices
-from .._core.arguments import require_affine, square_matrices
+from .._core.arguments import as_square_matrices, require_affine
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, PrecisionError
@@ -136,7 +136,7 @@ def project_points(
 ) -> npt.NDArray[Any]:
     """Apply any matrices to points and divide by w; where w is 0, give NaN. Otherwise as `transform_points`."""
     source = as_point_array(points)
-    projective = square_matrices(matrix, "matrix", source.shape[-1] + 1)
+    projective = as_square_matrices(matrix, "matrix", source.shape[-1] + 1)
     if is_single(precision, source):
         warn_if_coarse(source)
     return _run(source, projective, Finish.DIVIDED_BY_W, index, weights, precision, out, device)
@@ -147,7 +147,7 @@ def _finish(normalize: bool) -> Finish:
 
 
 def _affine_matrices(matrix: MatrixLike, points: npt.NDArray[Any]) -> Float64Array:
-    checked = square_matrices(matrix, "matrix", points.shape[-1] + 1)
+    checked = as_square_matrices(matrix, "matrix", points.shape[-1] + 1)
     require_affine(checked, "matrix")
     return checked
 

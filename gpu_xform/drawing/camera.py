@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import matrices
-from .._core.arguments import direction, nonzero_vector, number, real_array, vector
+from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_unit_vector, as_vector
 from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -163,7 +163,7 @@ class Camera:
         ArgumentError
             "d must be positive, got -1.0", or "xlim must ascend, got (1.0, -1.0)".
         """
-        d = number(d, "d")
+        d = as_float(d, "d")
         if d <= 0.0:
             raise ArgumentError.expecting("d", "be positive", d)
         limits = _window_limits(xlim, ylim)
@@ -219,13 +219,13 @@ class Camera:
         ArgumentError
             An argument is impossible: "margin must lie in [0, 0.5), got 0.5".
         """
-        points = model.positions if isinstance(model, Mesh) else real_array(model, "model")
+        points = model.positions if isinstance(model, Mesh) else as_real_array(model, "model")
         if points.ndim != 2 or points.shape[1] != 3:
             raise ArgumentError.expecting("model", "be a Mesh or points of shape (n, 3)", f"shape {points.shape}")
         if len(points) == 0:
             raise MeshError("a model without points cannot be framed")
         require_in_range(points, "model")
-        if not 0.0 <= number(margin, "margin") < 0.5:
+        if not 0.0 <= as_float(margin, "margin") < 0.5:
             raise ArgumentError.expecting("margin", "lie in [0, 0.5)", margin)
         view_from_world = _view_rotation(direction, up)
         in_view = points @ view_from_world[:3, :3].T
@@ -305,7 +305,7 @@ def rotation_to_up(up: Float64Array) -> Float64Array:
 
 def default_direction(up: npt.ArrayLike) -> Float64Array:
     """Return the default direction of view (3,) of a model whose up direction is `up` (3,)."""
-    return rotation_to_up(nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
+    return rotation_to_up(as_nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
 
 
 def _non_default(**options: tuple[object, object]) -> str:
@@ -316,11 +316,11 @@ def _non_default(**options: tuple[object, object]) -> str:
 def _view_rotation(along: npt.ArrayLike | None, up: npt.ArrayLike) -> Float64Array:
     """Return view_from_world (4, 4) of an eye at the origin."""
     along = default_direction(up) if along is None else along
-    return matrices.look_at((0.0, 0.0, 0.0), direction(along, "direction", 3), up)
+    return matrices.look_at((0.0, 0.0, 0.0), as_unit_vector(along, "direction", 3), up)
 
 
 def _window_limits(xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Float64Array:
-    limits = np.array([vector(xlim, "xlim", 2), vector(ylim, "ylim", 2)])
+    limits = np.array([as_vector(xlim, "xlim", 2), as_vector(ylim, "ylim", 2)])
     for (low, high), name in zip(limits.tolist(), ("xlim", "ylim"), strict=True):
         if low >= high:
             raise ArgumentError.expecting(name, "ascend", f"({low}, {high})")

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias, TypedDict, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import number, real_array, square_matrices
+from .._core.arguments import as_float, as_real_array, as_square_matrices
 from .._core.error_context import prefix_errors
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, StrPath
@@ -124,7 +124,7 @@ class Layer:
         if self.point_size is not None:
             _require_width(self.point_size, "point_size")
         for name in ("alpha", "depth_cue"):
-            if not 0.0 <= number(getattr(self, name), name) <= 1.0:
+            if not 0.0 <= as_float(getattr(self, name), name) <= 1.0:
                 raise ArgumentError.expecting(name, "lie in [0, 1]", f"{getattr(self, name):g}")
         given = [name for name in _COLORS_OF_THEIR_OWN if getattr(self, name) is not None]
         if len(given) > 1:
@@ -135,7 +135,7 @@ class Layer:
         """The matrices of the instances: (k, 4, 4), k > 0."""
         if self.transform is None:
             return np.eye(4)[np.newaxis]
-        matrices = square_matrices(self.transform, "transform", 4).reshape(-1, 4, 4)
+        matrices = as_square_matrices(self.transform, "transform", 4).reshape(-1, 4, 4)
         if len(matrices) == 0:
             raise ArgumentError.expecting("transform", "hold at least one matrix", "none")
         return matrices
@@ -157,7 +157,7 @@ def mesh_from_points(points: npt.NDArray[Any]) -> Mesh:
     array = as_host_array(points, "model")
     if array.ndim != 2 or array.shape[1] != 3:
         raise ArgumentError.expecting("model", "have shape (n, 3)", array.shape)
-    return Mesh(real_array(array, "model"))
+    return Mesh(as_real_array(array, "model"))
 
 
 def as_layers(models: Models, style: Style) -> list[Layer]:
@@ -196,5 +196,5 @@ def _instances(shown: Instances, style: Style) -> Layer:
 
 
 def _require_width(value: float, name: str) -> None:
-    if not 0.0 < number(value, name) <= MAX_LINE_WIDTH_PX:
+    if not 0.0 < as_float(value, name) <= MAX_LINE_WIDTH_PX:
         raise ArgumentError.expecting(name, f"be positive and at most {MAX_LINE_WIDTH_PX:g}", f"{value:g}")

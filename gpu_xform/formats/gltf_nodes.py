@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core.arguments import direction, require_affine, vector
+from .._core.arguments import as_unit_vector, as_vector, require_affine
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
@@ -107,22 +107,22 @@ def _local(node: Any) -> Float64Array:
     if "matrix" in node:
         if "translation" in node or "rotation" in node or "scale" in node:
             raise MeshError("it has both a matrix and a translation, rotation or scale")
-        matrix = vector(node["matrix"], "matrix", 16).reshape(4, 4).T
+        matrix = as_vector(node["matrix"], "matrix", 16).reshape(4, 4).T
         require_affine(matrix, "matrix")
         return matrix
     matrix = np.eye(4)
     if "rotation" in node:
         matrix[:3, :3] = _rotation(node["rotation"])
     if "scale" in node:
-        matrix[:3, :3] *= vector(node["scale"], "scale", 3)
+        matrix[:3, :3] *= as_vector(node["scale"], "scale", 3)
     if "translation" in node:
-        matrix[:3, 3] = vector(node["translation"], "translation", 3)
+        matrix[:3, 3] = as_vector(node["translation"], "translation", 3)
     return matrix
 
 
 def _rotation(quaternion: Any) -> Float64Array:
     """Return the rotation (3, 3) of a quaternion (x, y, z, w): I + 2 w K + 2 K^2, where K v = (x, y, z) x v."""
-    x, y, z, w = direction(quaternion, "rotation", 4)
+    x, y, z, w = as_unit_vector(quaternion, "rotation", 4)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     rotation: Float64Array = np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
     return rotation

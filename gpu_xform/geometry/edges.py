@@ -7,7 +7,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import number
+from .._core.arguments import as_float
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
 from .mesh import Mesh, pair_keys
@@ -178,7 +178,7 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
 
 def angle(value: float, name: str) -> float:
     """Return an angle within 0..180 degrees."""
-    angle = number(value, name)
+    angle = as_float(value, name)
     if not 0.0 <= angle <= 180.0:
         raise ArgumentError.expecting(name, "be in 0..180 degrees", f"{angle:g}")
     return angle

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import first_non_finite, require_affine, square_matrix
+from .._core.arguments import as_square_matrix, describe_first_non_finite, require_affine
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray, MatrixLike
 from ..errors import MeshError
@@ -176,7 +176,7 @@ class Mesh:
 
         Raises ArgumentError for another shape or last row, MeshError where a coordinate overflows.
         """
-        m = square_matrix(matrix, "matrix", 4)
+        m = as_square_matrix(matrix, "matrix", 4)
         require_affine(m, "matrix")
         with np.errstate(over="ignore", invalid="ignore"):
             positions = self._positions @ m[:3, :3].T + m[:3, 3]
@@ -239,7 +239,7 @@ def _checked_positions(positions: npt.ArrayLike) -> Float64Array:
         raise MeshError(f"a mesh holds at most {_MOST_POINTS} points, got {len(array)}")
     result = np.array(array, dtype=np.float64, order="C")
     if not np.isfinite(result).all():
-        raise MeshError(f"positions must be finite, got {first_non_finite(result)}")
+        raise MeshError(f"positions must be finite, got {describe_first_non_finite(result)}")
     return result
 
 

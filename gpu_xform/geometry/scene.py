@@ -8,11 +8,11 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import square_matrix
+from .._core.arguments import as_square_matrix
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
-from ..matrices._affine import finite
+from ..matrices._affine import require_finite
 from .mesh import Mesh
 
 
@@ -273,11 +273,11 @@ def unused_name(stem: str, number: int, used: Container[str]) -> str:
 
 
 def _finite_world(matrix: Float64Array, node: Node) -> Float64Array:
-    return finite(matrix, f"the world matrix of {node.name!r}")
+    return require_finite(matrix, f"the world matrix of {node.name!r}")
 
 
 def _local(matrix: MatrixLike, argument: str) -> Float64Array:
-    local = square_matrix(matrix, argument, 4)
+    local = as_square_matrix(matrix, argument, 4)
     local.flags.writeable = False
     return local
 

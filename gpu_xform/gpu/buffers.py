@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import wgpu
 
-from .._core.interrupts import uninterrupted
+from .._core.interrupts import defer_sigint
 from ..errors import DeviceError
 from .context import GpuContext
 from .errors import translate_wgpu_errors
@@ -51,7 +51,7 @@ class Buffer:
         self._host_mappable = bool(usage & Usage.STORAGE) and context.host_mappable
         if self._host_mappable:
             usage |= MAPPED
-        with uninterrupted(), translate_wgpu_errors(f"allocate {n_bytes:,} bytes", label):
+        with defer_sigint(), translate_wgpu_errors(f"allocate {n_bytes:,} bytes", label):
             self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
         self._released = False
         self._is_mapped = False
@@ -77,7 +77,7 @@ class Buffer:
         """
         if self._is_mapped:
             return
-        with self.context.lock, uninterrupted(), translate_wgpu_errors(f"read {n_bytes:,} bytes back", self.label):
+        with self.context.lock, defer_sigint(), translate_wgpu_errors(f"read {n_bytes:,} bytes back", self.label):
             self.require_submittable(self.context)
             self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
             self._is_mapped = True

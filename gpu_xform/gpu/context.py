@@ -12,7 +12,7 @@ from typing import Protocol
 
 import wgpu
 
-from .._core.interrupts import uninterrupted
+from .._core.interrupts import defer_sigint
 from ..errors import DeviceError
 from .adapters import Adapter, Limits, describe_adapter, find_adapter, lend_runtime_dir
 from .errors import translate_wgpu_errors
@@ -153,7 +153,7 @@ class GpuContext:
 
         label : what messages and traces call the submission
         """
-        with self.lock, uninterrupted():
+        with self.lock, defer_sigint():
             self.require_usable()
             for observer in self.observers:
                 observer.begin_submission(label)

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import real_array, vector
+from .._core.arguments import as_real_array, as_vector
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError
 from .colors import color_rows
@@ -29,7 +29,7 @@ def mapped(scalars: npt.ArrayLike, cmap: ColormapLike, clim: Sequence[float] | N
     """
     if isinstance(scalars, np.ma.MaskedArray):
         scalars = np.where(np.ma.getmaskarray(scalars), np.nan, scalars.data)
-    numbers = real_array(scalars, "scalars", finite=False)
+    numbers = as_real_array(scalars, "scalars", finite=False)
     if numbers.ndim != 1:
         raise ArgumentError.expecting("scalars", f"have shape ({n_points},)", numbers.shape)
     if len(numbers) != n_points:
@@ -53,7 +53,7 @@ def _limits(numbers: Float64Array, clim: Sequence[float] | None) -> tuple[float,
     if clim is None:
         finite = numbers[~np.isnan(numbers)]
         return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
-    low, high = vector(clim, "clim", 2).tolist()
+    low, high = as_vector(clim, "clim", 2).tolist()
     if low > high:
         raise ArgumentError.expecting(
             "clim", "be (low, high)", f"({low:g}, {high:g}); a cmap ending in '_r' is reversed"

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import number, real_array
+from .._core.arguments import as_float, as_real_array
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 
@@ -62,7 +62,7 @@ def rgba(color: ColorLike, name: str) -> FloatColor:
             raise ArgumentError.expecting(name, "be a colour's name or #rrggbb", repr(color)) from None
     if isinstance(color, tuple) and len(color) == 2 and isinstance(color[0], str | Sequence | np.ndarray):
         return _with_alpha(color[0], color[1], name)
-    components = real_array(color, name)
+    components = as_real_array(color, name)
     if components.shape not in {(3,), (4,)} or (components < 0).any() or (components > 1).any():
         raise ArgumentError.expecting(name, "be a colour's name, or three or four numbers from 0 to 1", repr(color))
     red, green, blue, *rest = components.tolist()
@@ -92,7 +92,7 @@ def color_rows(values: ColorRows, name: str, n_rows: int, of: str) -> Float64Arr
         one_by_one: Iterable[Any] = values
         array = np.array([rgba(value, f"{name}[{i}]") for i, value in enumerate(one_by_one)]).reshape(-1, 4)
     is_octets = array.dtype == np.uint8
-    colors = real_array(array, name)
+    colors = as_real_array(array, name)
     if is_octets:
         colors /= 255
     if colors.ndim != 2 or colors.shape[1] not in (3, 4):
@@ -115,7 +115,7 @@ def packed(colors: Sequence[FloatColor] | Float64Array) -> npt.NDArray[np.uint32
 
 
 def _with_alpha(color: OneColor, alpha: float, name: str) -> FloatColor:
-    opacity = number(alpha, f"the alpha of {name}")
+    opacity = as_float(alpha, f"the alpha of {name}")
     if not 0.0 <= opacity <= 1.0:
         raise ArgumentError.expecting(f"the alpha of {name}", "be from 0 to 1", f"{opacity:g}")
     red, green, blue, _ = rgba(color, name)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import number
+from .._core.arguments import as_float
 from .._core.public import public
 from ..errors import ArgumentError
 from .image import ImageLike, Pixels, image, pixels, premultiplied
@@ -97,7 +97,7 @@ def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float
 
     Raises `ArgumentError` for different sizes and for what is no picture; a missing file as `OSError`.
     """
-    threshold = number(threshold, "threshold")
+    threshold = as_float(threshold, "threshold")
     if not 0.0 <= threshold <= 255.0:
         raise ArgumentError.expecting("threshold", "be from 0 to 255", f"{threshold:g}")
     one, other = pixels(picture, "picture"), pixels(reference, "reference")

@@ -5,15 +5,15 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import first_non_finite, nonzero_vector, number, vector
+from .._core.arguments import as_float, as_nonzero_vector, as_vector, describe_first_non_finite
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 
 
-def finite(matrix: Float64Array, what: str) -> Float64Array:
+def require_finite(matrix: Float64Array, what: str) -> Float64Array:
     """Return `matrix` with +0 for every -0; where an entry has overflowed, raise an error that names `what`."""
     if not np.isfinite(matrix).all():
-        raise ArgumentError.expecting(what, "stay within float64's range", first_non_finite(matrix))
+        raise ArgumentError.expecting(what, "stay within float64's range", describe_first_non_finite(matrix))
     return matrix + 0.0
 
 
@@ -23,7 +23,7 @@ def cos_sin(angle: float, *, degrees: bool) -> tuple[float, float]:
     Degrees are reduced to a number of quarter turns and a rest in [-45, 45], without rounding, before they become
     radians.
     """
-    angle = number(angle, "angle")
+    angle = as_float(angle, "angle")
     if not degrees:
         return math.cos(angle), math.sin(angle)
     turn = math.remainder(angle, 360.0)
@@ -33,7 +33,7 @@ def cos_sin(angle: float, *, degrees: bool) -> tuple[float, float]:
     return ((c, s), (-s, c), (-c, -s), (s, -c))[quarters % 4]
 
 
-def about(point: npt.ArrayLike | None, linear: Float64Array) -> Float64Array:
+def about_point(point: npt.ArrayLike | None, linear: Float64Array) -> Float64Array:
     """Return the matrix that acts as the n x n matrix A about the fixed `point` p: [[A, p - A p], [0, 1]].
 
     Without a point the origin stays fixed, and A is carried along.
@@ -42,34 +42,34 @@ def about(point: npt.ArrayLike | None, linear: Float64Array) -> Float64Array:
     matrix = np.eye(n + 1)
     matrix[:n, :n] = linear
     if point is not None:
-        fixed = vector(point, "point", n)
+        fixed = as_vector(point, "point", n)
         with np.errstate(over="ignore", invalid="ignore"):
             matrix[:n, n] = fixed - linear @ fixed
-    return finite(matrix, "the matrix about point")
+    return require_finite(matrix, "the matrix about point")
 
 
-def scaling(**factors: float) -> Float64Array:
+def make_scaling(**factors: float) -> Float64Array:
     """Return diag(factors..., 1); the keywords are the names for errors."""
-    return np.diag([*(number(factor, name) for name, factor in factors.items()), 1.0])
+    return np.diag([*(as_float(factor, name) for name, factor in factors.items()), 1.0])
 
 
-def translation(**offsets: float) -> Float64Array:
+def make_translation(**offsets: float) -> Float64Array:
     """Return [[I, offsets], [0, 1]]; the keywords are the names for errors."""
     matrix = np.eye(len(offsets) + 1)
-    matrix[:-1, -1] = [number(offset, name) for name, offset in offsets.items()]
+    matrix[:-1, -1] = [as_float(offset, name) for name, offset in offsets.items()]
     return matrix
 
 
-def shearing(n: int, **factors: float) -> Float64Array:
+def make_shearing(n: int, **factors: float) -> Float64Array:
     """Return the homogeneous matrix where, for a keyword `xy`, x gains that factor times y."""
     matrix = np.eye(n + 1)
     for name, factor in factors.items():
         gains, source = ("xyz".index(axis) for axis in name)
-        matrix[gains, source] = number(factor, name)
+        matrix[gains, source] = as_float(factor, name)
     return matrix
 
 
-def rotation(n: int, first: int, second: int, angle: float, *, degrees: bool) -> Float64Array:
+def make_rotation(n: int, first: int, second: int, angle: float, *, degrees: bool) -> Float64Array:
     """Return the n x n rotation by `angle` that turns axis `first` towards axis `second`."""
     c, s = cos_sin(angle, degrees=degrees)
     linear = np.eye(n)
@@ -79,13 +79,13 @@ def rotation(n: int, first: int, second: int, angle: float, *, degrees: bool) ->
     return linear
 
 
-def projection(normal: npt.ArrayLike, n: int) -> Float64Array:
+def make_projection(normal: npt.ArrayLike, n: int) -> Float64Array:
     """Return the n x n orthogonal projection I - v v^T / (v . v), onto all that is at right angles to v.
 
     Its diagonal is summed from the other components' squares: 1 - v_i^2 would cancel, and a projection along almost
     an axis would no longer look singular.
     """
-    v = nonzero_vector(normal, "normal", n)
+    v = as_nonzero_vector(normal, "normal", n)
     v[v * v < np.finfo(np.float64).tiny] = 0.0  # next to the largest component these are nothing
     squares = v * v
     linear = -np.outer(v, v)
@@ -94,6 +94,6 @@ def projection(normal: npt.ArrayLike, n: int) -> Float64Array:
     return linear
 
 
-def reflection(normal: npt.ArrayLike, n: int) -> Float64Array:
+def make_reflection(normal: npt.ArrayLike, n: int) -> Float64Array:
     """Return the n x n reflection I - 2 v v^T / (v . v), which turns v round."""
-    return 2.0 * projection(normal, n) - np.eye(n)
+    return 2.0 * make_projection(normal, n) - np.eye(n)

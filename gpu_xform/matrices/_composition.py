@@ -4,23 +4,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._core.arguments import square_matrix
+from .._core.arguments import as_square_matrix
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, SingularMatrixError
-from ._affine import finite
+from ._affine import require_finite
 from ._elementary import homogeneous, scale, shear, translate
 
 # A matrix counts as singular where it lies as near to one as the roundings of a composition may have moved it.
-ROUNDING = 64 * np.finfo(np.float64).eps
+SINGULAR_RTOL = 64 * np.finfo(np.float64).eps
 
 
-def factors(matrices: tuple[MatrixLike, ...]) -> list[Float64Array]:
+def as_factors(matrices: tuple[MatrixLike, ...]) -> list[Float64Array]:
     """Return `matrices` as arrays of one size, 3x3 or 4x4; none at all is an error."""
     if not matrices:
         raise ArgumentError.expecting("matrices", "hold at least one 3x3 or 4x4 matrix", "none")
-    first = square_matrix(matrices[0], "matrices[0]", 3, 4)
-    rest = (square_matrix(m, f"matrices[{i}]", len(first)) for i, m in enumerate(matrices[1:], 1))
+    first = as_square_matrix(matrices[0], "matrices[0]", 3, 4)
+    rest = (as_square_matrix(m, f"matrices[{i}]", len(first)) for i, m in enumerate(matrices[1:], 1))
     return [first, *rest]
 
 
@@ -30,12 +30,12 @@ def chain(*matrices: MatrixLike) -> Float64Array:
 
     All are 4x4 or all are 3x3.
     """
-    first, *rest = factors(matrices)
+    first, *rest = as_factors(matrices)
     product = first
     with np.errstate(over="ignore", invalid="ignore"):
         for matrix in rest:
             product = matrix @ product
-    return finite(product, "the product of matrices")
+    return require_finite(product, "the product of matrices")
 
 
 @public
@@ -45,17 +45,17 @@ def inverse(m: MatrixLike) -> Float64Array:
     SingularMatrixError is raised where `m` has none within rounding, however `m` is scaled: that depends on neither
     units nor translation, so `scale(1e-12)` has its inverse.
     """
-    matrix = square_matrix(m, "m", 3, 4)
+    matrix = as_square_matrix(m, "m", 3, 4)
     n = len(matrix) - 1
     if matrix[n, :n].any():
-        result = _inverse(matrix)
+        result = _invert(matrix)
     else:
         result = np.zeros_like(matrix)
-        result[:n, :n] = _inverse(matrix[:n, :n])
-        result[n:, n:] = _inverse(matrix[n:, n:])
+        result[:n, :n] = _invert(matrix[:n, :n])
+        result[n:, n:] = _invert(matrix[n:, n:])
         with np.errstate(over="ignore", invalid="ignore"):
             result[:n, n:] = -result[:n, :n] @ matrix[:n, n:] @ result[n:, n:]
-    return finite(result, "the inverse of m")
+    return require_finite(result, "the inverse of m")
 
 
 class Decomposition(NamedTuple):
@@ -89,11 +89,11 @@ def decompose(m: MatrixLike) -> Decomposition:
     Graphics Gems II, 1991). Where `m` mirrors, one axis is flipped in the scale: the one that leaves the rotation
     nearest to none. SingularMatrixError is raised where columns depend on one another within rounding.
     """
-    matrix = square_matrix(m, "m", 4)
+    matrix = as_square_matrix(m, "m", 4)
     if not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
         raise ArgumentError.expecting("m", "be affine, its last row (0, 0, 0, 1)", tuple(matrix[3].tolist()))
-    columns, exponents = _balanced(matrix[:3, :3], axis=0)
-    _refuse_singular(columns)
+    columns, exponents = _balance(matrix[:3, :3], axis=0)
+    _require_invertible(columns)
     q, r = np.linalg.qr(columns)
     signs = np.copysign(1.0, r.diagonal())
     if np.linalg.det(q * signs) < 0.0:
@@ -102,7 +102,7 @@ def decompose(m: MatrixLike) -> Decomposition:
     r *= signs[:, np.newaxis]
     stretch = r.diagonal()
     with np.errstate(over="ignore"):
-        scale_factors = finite(np.ldexp(stretch, exponents), "the scale in m")
+        scale_factors = require_finite(np.ldexp(stretch, exponents), "the scale in m")
     return Decomposition(
         translation=matrix[:3, 3].copy(),
         rotation=q + 0.0,
@@ -111,26 +111,26 @@ def decompose(m: MatrixLike) -> Decomposition:
     )
 
 
-def _inverse(a: Float64Array) -> Float64Array:
-    columns, column_exponents = _balanced(a, axis=0)
-    balanced, row_exponents = _balanced(columns, axis=1)
-    _refuse_singular(balanced)
+def _invert(a: Float64Array) -> Float64Array:
+    columns, column_exponents = _balance(a, axis=0)
+    balanced, row_exponents = _balance(columns, axis=1)
+    _require_invertible(balanced)
     exponents = column_exponents[:, np.newaxis] + row_exponents
     with np.errstate(over="ignore"):
         result: Float64Array = np.ldexp(np.linalg.inv(balanced), -exponents)
     return result
 
 
-def _balanced(a: Float64Array, axis: int) -> tuple[Float64Array, np.ndarray[tuple[int, ...], np.dtype[np.int32]]]:
+def _balance(a: Float64Array, axis: int) -> tuple[Float64Array, np.ndarray[tuple[int, ...], np.dtype[np.int32]]]:
     """Return `a` with the largest entry along `axis` brought into [0.5, 1), and the exponents of 2 divided out."""
     exponents = np.frexp(np.abs(a).max(axis=axis))[1]
     return np.ldexp(a, -np.expand_dims(exponents, axis)), exponents
 
 
-def _refuse_singular(balanced: Float64Array) -> None:
+def _require_invertible(balanced: Float64Array) -> None:
     singular_values = np.linalg.svd(balanced, compute_uv=False)
     largest, smallest = singular_values[0], singular_values[-1]
-    if smallest <= ROUNDING * largest:
+    if smallest <= SINGULAR_RTOL * largest:
         raise SingularMatrixError.expecting(
             "m",
             "have an inverse",

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import direction, square_matrix
+from .._core.arguments import as_square_matrix, as_unit_vector
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, SupportsAsMatrix
 from ..errors import ArgumentError
@@ -23,13 +23,13 @@ def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Ar
         y = z = x
     if y is None or z is None:
         raise ArgumentError.expecting("scale", "have one factor or three", f"x = {x}, y = {y}, z = {z}")
-    return _affine.scaling(x=x, y=y, z=z)
+    return _affine.make_scaling(x=x, y=y, z=z)
 
 
 @public
 def translate(x: float, y: float, z: float) -> Float64Array:
     """Return the translation [[I, (x, y, z)], [0, 1]]: points (w = 1) move, vectors (w = 0) do not."""
-    return _affine.translation(x=x, y=y, z=z)
+    return _affine.make_translation(x=x, y=y, z=z)
 
 
 @public
@@ -38,7 +38,7 @@ def rotate_x(angle: float, *, degrees: bool = False) -> Float64Array:
 
     Radians; with `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking down x towards the origin.
     """
-    return _affine.about(None, _affine.rotation(3, 1, 2, angle, degrees=degrees))
+    return _affine.about_point(None, _affine.make_rotation(3, 1, 2, angle, degrees=degrees))
 
 
 @public
@@ -49,7 +49,7 @@ def rotate_y(angle: float, *, degrees: bool = False) -> Float64Array:
     A camera that circles a model by `angle` sees it turned by the inverse, [[c, 0, -s], [0, 1, 0], [s, 0, c]]: that
     matrix is `rotate_y(-angle)`.
     """
-    return _affine.about(None, _affine.rotation(3, 2, 0, angle, degrees=degrees))
+    return _affine.about_point(None, _affine.make_rotation(3, 2, 0, angle, degrees=degrees))
 
 
 @public
@@ -58,7 +58,7 @@ def rotate_z(angle: float, *, degrees: bool = False) -> Float64Array:
 
     Radians; with `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking down z towards the origin.
     """
-    return _affine.about(None, _affine.rotation(3, 0, 1, angle, degrees=degrees))
+    return _affine.about_point(None, _affine.make_rotation(3, 0, 1, angle, degrees=degrees))
 
 
 @public
@@ -71,10 +71,10 @@ def rotate(
     `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking against `axis`, which may have any length
     but 0.
     """
-    k = direction(axis, "axis", 3)
+    k = as_unit_vector(axis, "axis", 3)
     c, s = _affine.cos_sin(angle, degrees=degrees)
     cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
-    return _affine.about(point, c * np.eye(3) + s * cross + (1.0 - c) * np.outer(k, k))
+    return _affine.about_point(point, c * np.eye(3) + s * cross + (1.0 - c) * np.outer(k, k))
 
 
 @public
@@ -83,7 +83,7 @@ def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Flo
 
     `normal` may have any length but 0. In the xy-plane: `reflect((0, 0, 1))`.
     """
-    return _affine.about(point, _affine.reflection(normal, 3))
+    return _affine.about_point(point, _affine.make_reflection(normal, 3))
 
 
 @public
@@ -91,7 +91,7 @@ def shear(
     *, xy: float = 0.0, xz: float = 0.0, yx: float = 0.0, yz: float = 0.0, zx: float = 0.0, zy: float = 0.0
 ) -> Float64Array:
     """Return the shear [[1, xy, xz], [yx, 1, yz], [zx, zy, 1]], carried along in a 4x4: x gains `xy` times y."""
-    return _affine.shearing(3, xy=xy, xz=xz, yx=yx, yz=yz, zx=zx, zy=zy)
+    return _affine.make_shearing(3, xy=xy, xz=xz, yx=yx, yz=yz, zx=zx, zy=zy)
 
 
 @public
@@ -101,7 +101,7 @@ def project_onto(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -
     `normal` may have any length but 0; without `point` the plane goes through the origin. Onto the xy-plane:
     `project_onto((0, 0, 1))`.
     """
-    return _affine.about(point, _affine.projection(normal, 3))
+    return _affine.about_point(point, _affine.make_projection(normal, 3))
 
 
 @public
@@ -111,5 +111,5 @@ def homogeneous(a: MatrixLike) -> Float64Array:
     Of an object with `as_matrix()` it returns the 4x4.
     """
     if isinstance(a, SupportsAsMatrix):
-        return square_matrix(a, "a", 4)
-    return _affine.about(None, square_matrix(a, "a", 2, 3))
+        return as_square_matrix(a, "a", 4)
+    return _affine.about_point(None, as_square_matrix(a, "a", 2, 3))

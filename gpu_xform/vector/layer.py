@@ -10,7 +10,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import first_non_finite
+from .._core.arguments import describe_first_non_finite
 from ..errors import ArgumentError
 
 FloatArray = npt.NDArray[np.floating[Any]]
@@ -103,7 +103,7 @@ def _require_coordinates(values: FloatArray, name: str, columns: int) -> None:
 
 def _require_in_range(values: FloatArray, name: str) -> None:
     if not np.isfinite(values).all():
-        raise ArgumentError.expecting(name, "be finite", first_non_finite(values))
+        raise ArgumentError.expecting(name, "be finite", describe_first_non_finite(values))
     if np.abs(values).max(initial=0.0) > MAX_COORDINATE_PX:
         raise ArgumentError.expecting(name, f"lie within {MAX_COORDINATE_PX:g} pixels", f"{np.abs(values).max():g}")
 

@@ -11,7 +11,7 @@ from typing import Any, Unpack
 
 import numpy.typing as npt
 
-from .._core.arguments import direction
+from .._core.arguments import as_unit_vector
 from .._core.public import public
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
@@ -58,7 +58,7 @@ def view(
     and otherwise what `render` raises, before there is a window.
     """
     width, height = parse_size(size)
-    axis = None if up is None else direction(up, "up", 3)
+    axis = None if up is None else as_unit_vector(up, "up", 3)
     backend = _backend()
     session = Session(models, camera, axis, (width, height), background, device, style)
     with lend_runtime_dir():

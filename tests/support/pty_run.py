@@ -15,7 +15,7 @@ def run_on_terminal(*arguments: str, columns: int = 80, rows: int = 24) -> tuple
     own_end, command_end = pty.openpty()
     fcntl.ioctl(command_end, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
     program = "import sys, gpu_xform.cli; sys.exit(gpu_xform.cli.main())"
-    at_once = f"from gpu_xform._core import progress; progress.APPEARS_AFTER_S = 0; {program}"
+    at_once = f"from gpu_xform._core import progress; progress.DELAY_S = 0; {program}"
     command = [sys.executable, "-c", at_once, *arguments]
     with subprocess.Popen(command, stderr=command_end, stdout=subprocess.PIPE) as process:
         os.close(command_end)

@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
 
     device = Device(options.adapter)
     timings = []
-    with progress.bar("bench", " sizes") as move:
+    with progress.show_progress("bench", " sizes") as move:
         for done, n_points in enumerate(options.points, 1):
             timings.append(measure(device, n_points, options.dtype))
             move(done, len(options.points))

@@ -136,12 +136,12 @@ def _make_each(pictures: Sequence[PlannedPicture], make: Callable[[PlannedPictur
     from ..._core import progress
 
     codes = []
-    with progress.bar("render", " pictures") as move:
+    with progress.show_progress("render", " pictures") as move:
         for done, picture in enumerate(pictures, 1):
             try:
                 make(picture)
             except exit_codes.FAILURES as error:
-                progress.write(exit_codes.format_error(error, picture.name))
+                progress.write_lines(exit_codes.format_error(error, picture.name))
                 codes.append(exit_codes.exit_code_for(error))
             move(done, len(pictures))
     n_mismatched = codes.count(MISMATCH)

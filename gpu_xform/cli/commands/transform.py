@@ -106,7 +106,7 @@ def _stream_array(options: argparse.Namespace, matrix: Float64Array) -> None:
 
     device = choose_device(options)
     try:
-        with progress.bar(options.output, " points", scaled=True) as move:
+        with progress.show_progress(options.output, " points", scaled=True) as move:
             transform_file(
                 options.input,
                 options.output,

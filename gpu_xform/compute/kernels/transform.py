@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..._core.memmap import let_go
+from ..._core.memmap import release_pages
 from ...gpu import layouts
 from ...gpu.buffers import READBACK, UNIFORM, Buffer
 from ...gpu.chunking import POINTS_PER_INVOCATION, DispatchPlan
@@ -87,7 +87,7 @@ def mapped_once(
         upload_part(plan, buffer, points, part)
         apply_in_place(plan, matrix, buffer, part.stop - part.start, finish)
         download_rows(plan, buffer, out[None, part])
-        let_go(out[part])
+        release_pages(out[part])
 
 
 def staged_once(
@@ -102,7 +102,7 @@ def staged_once(
 
     def collect(k: int) -> None:
         download_rows(plan, ways_back[k % 2], out[None, parts[k]])
-        let_go(out[parts[k]])
+        release_pages(out[parts[k]])
 
     for k, part in enumerate(parts):
         upload_part(plan, buffers[k % 2], points, part)
@@ -115,7 +115,7 @@ def staged_once(
 def upload_part(plan: DispatchPlan, source: Buffer, points: npt.NDArray[Any], part: slice) -> None:
     """Copy a part of `points` to the start of `source`."""
     source.upload(np.ascontiguousarray(points[part], plan.dtype))
-    let_go(points[part])
+    release_pages(points[part])
 
 
 def max_rows(plan: DispatchPlan, most_bytes: int) -> int:

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..._core.interrupts import uninterrupted
+from ..._core.interrupts import defer_sigint
 from ...drawing.draw_list import Drawable, DrawList
 from ...drawing.enums import Hidden
 from ...drawing.view import View
@@ -87,7 +87,7 @@ class ComputeRasterizer:
             lines = LinePass(device, projection.shapes, faces, tiles[0].region.extent)
             common = [*projection.buffers, *faces.buffers, *lines.buffers]
 
-            @uninterrupted()
+            @defer_sigint()
             def draw_tile(tile: Tile, wait: Callable[[], None]) -> Target:
                 (struct,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(tile, view, clear_color)])
                 target = Target(device, tile.region.extent, struct)

@@ -10,7 +10,7 @@ import pytest
 import wgpu
 
 from gpu_xform import render_array, samples, scale, transform_points
-from gpu_xform._core.interrupts import uninterrupted
+from gpu_xform._core.interrupts import defer_sigint
 from gpu_xform.gpu.context import CommandEncoder, Submittable
 from gpu_xform.gpu.device import Device
 from gpu_xform.raster.compute import rasterizer
@@ -28,8 +28,8 @@ def test_an_interrupt_waits_for_the_end_of_the_outermost_block() -> None:
     done = []
 
     def work() -> None:
-        with uninterrupted():
-            with uninterrupted():
+        with defer_sigint():
+            with defer_sigint():
                 signal.raise_signal(signal.SIGINT)
                 done.append("inside")
             done.append("outside")
@@ -45,21 +45,21 @@ def test_an_interrupt_is_not_lost_where_the_block_fails() -> None:
         signal.raise_signal(signal.SIGINT)
         raise ValueError
 
-    with pytest.raises(KeyboardInterrupt), uninterrupted():
+    with pytest.raises(KeyboardInterrupt), defer_sigint():
         work()
 
 
 def test_without_an_interrupt_nothing_happens() -> None:
-    with uninterrupted():
+    with defer_sigint():
         pass
-    with pytest.raises(ValueError, match="its own"), uninterrupted():
+    with pytest.raises(ValueError, match="its own"), defer_sigint():
         raise ValueError("its own")
 
 
 def test_a_program_that_minds_interrupts_itself_goes_on_doing_so() -> None:
     pressed = []
     signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
-    with uninterrupted():
+    with defer_sigint():
         signal.raise_signal(signal.SIGINT)
         assert pressed == [signal.SIGINT]
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -69,7 +69,7 @@ def test_other_threads_are_left_alone() -> None:
     handlers = []
 
     def work() -> None:
-        with uninterrupted():
+        with defer_sigint():
             handlers.append(signal.getsignal(signal.SIGINT))
 
     thread = threading.Thread(target=work)
