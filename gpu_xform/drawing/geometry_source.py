@@ -146,7 +146,7 @@ class MeshSource:
         mesh, edges, angle = self.mesh, layer.edges, layer.feature_angle
         if colors_by_face(layer):
             if edges is not None and any(not isinstance(part, str) or part != "all" for part in edge_parts(edges)):
-                raise ArgumentError.expecting("edges", "be 'all' where each face has its own colour", repr(edges))
+                raise ArgumentError.expecting("edges", "be 'all' if each face has its own colour", repr(edges))
             # A shared edge has the colour of its last face: drawn once per face, it would mix both and be heavier.
             return EdgeSource(
                 lambda: mesh.face_edges[mesh.last_face_edges],

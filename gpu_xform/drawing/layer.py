@@ -1,4 +1,4 @@
-"""Layers: a model of a picture, where it stands, and how it is drawn."""
+"""Layers: the models of a picture, where each stands, and the style that it is drawn in."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -24,11 +24,11 @@ from .enums import HIDDEN_STYLES, HiddenStyle
 Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | StrPath
 
 _MODEL_TYPES = (Mesh, PointBuffer, str, os.PathLike)
-MAX_LINE_WIDTH_PX = 1e6  # pixels; beyond that single precision loses the line's rim
+MAX_LINE_WIDTH_PX = 1e6  # beyond it, single precision loses the sides of the line
 
 
 class Style(TypedDict, total=False):
-    """The keywords that say how a model is drawn: those of `Layer`."""
+    """The style keywords of `render` and its kin: those of `Layer`, which describes them."""
 
     transform: MatrixLike | None
     name: str | None
@@ -53,32 +53,68 @@ class Style(TypedDict, total=False):
 @public
 @dataclass(frozen=True, eq=False)
 class Layer:
-    """A model of a picture, where it stands, and how it is drawn.
+    """A model in a picture, where it stands, and how it is drawn.
 
-    model : a Mesh, an array of points (n, 3), of which a Mesh is made, the path of a model file, or a PointBuffer
-        (n, 3), which is drawn where it is
-    transform : (4, 4), from the model to the world, or (k, 4, 4) for k instances; the identity by default
-    name : of the model in vector pictures; a file's own by default
-    edges : which to draw: "all", "feature" (creases and rims), "boundary" (rims), "silhouette" (what is seen edge-on,
-        and rims), (m, 2) indices of points, or several of these; by default all, in a PointBuffer none but those given
-    feature_angle : degrees by which two faces must turn at a crease
-    hidden : what is done with edges behind faces, of this model or another: "show", "remove", "dash" or "fade"; "show"
-        by default, "remove" where `fill` is given. The faces of a layer hide others unless it shows all its edges.
-    line_width : pixels, positive and at most 1e6
-    antialias : False draws lines one pixel wide, each pixel on or off: fast, and whatever line_width says
-    color : a name, "#rrggbb", or numbers from 0 to 1; "face" draws the outline of each face in its own colour, from a
-        cycle of ten; an edge that faces share has that of the last
-    face_colors : (f, 3 or 4), in place of the cycle
-    edge_colors : (m, 3 or 4), one for each row of `Mesh.edges`, or of `edges` where that is an array
-    vertex_colors : (n, 3 or 4), blended along the edges
-    scalars : (n,), one a point, shown as `cmap` has it between the two limits `clim`, by default their own
-    alpha : opacity of all that is drawn, from 0 to 1
-    depth_cue : what the farthest point of the picture loses of its opacity, from 0 to 1; in between it goes by distance
-    fill : a colour that the faces are painted in, "face" for the cycle of ten, or (f, 3 or 4)
-    point_size : diameter in pixels of a dot at each point; none by default, 2 for models that have points alone
+    Parameters
+    ----------
+    model : Mesh, (n, 3) numbers, PointBuffer or path
+        What is drawn. A `Mesh` is made of an array of points. A `PointBuffer` of shape (n, 3) is drawn from the device
+        memory that holds it.
+    transform : (4, 4) or (k, 4, 4) numbers, optional
+        The matrix from the model to the world, or the matrices of k instances; the identity by default.
+    name : str, optional
+        The name of the model in vector pictures and in errors; the stem of a file's name by default.
+    edges : "all", "feature", "boundary", "silhouette", (m, 2) integers, or several of these in a list, optional
+        The edges to draw. "feature" are the edges at creases and the boundary, "boundary" the edges of one face alone,
+        "silhouette" the edges that the camera sees edge-on and the boundary; an array holds indices of points. By
+        default all edges of a mesh, and none of a `PointBuffer`.
+    feature_angle : float
+        The angle between two faces, in degrees, from which their edge is a crease.
+    hidden : "show", "remove", "dash" or "fade", optional
+        What is done with edges behind faces, of this model or another. The default is "show", or "remove" if `fill` is
+        given. The faces of a layer hide others unless the layer shows all its edges.
+    line_width : float
+        The width of lines in pixels, positive and at most 1e6.
+    antialias : bool
+        If False, lines are one pixel wide whatever `line_width` says, and each pixel is on or off; that is fast.
+    color : color
+        The colour of lines and points: a name, "#rrggbb", or three or four numbers from 0 to 1. "face" draws the edges
+        of each face in its own colour, from a cycle of ten; an edge that faces share has the colour of the last one.
+    face_colors : (f, 3) or (f, 4) numbers, or f colors, optional
+        The colours of the edges of each face, in place of the cycle.
+    edge_colors : (m, 3) or (m, 4) numbers, or m colors, optional
+        The colour of each row of `Mesh.edges`, or of `edges` if that is an array.
+    vertex_colors : (n, 3) or (n, 4) numbers, or n colors, optional
+        The colour of each point, interpolated along the edges.
+    scalars : (n,) numbers, optional
+        A number per point, shown in the colours of `cmap`.
+    cmap : str or colormap
+        The colormap for `scalars`: a name as matplotlib has them, such as "viridis" or "viridis_r", or a callable from
+        (k,) numbers in [0, 1] to (k, 4) colours. With a name, NaN is transparent.
+    clim : (2,) numbers, optional
+        The scalars at both ends of the colormap; by default the smallest and the largest.
+    alpha : float
+        The opacity of all that is drawn, from 0 to 1.
+    depth_cue : float
+        What the farthest point of the picture loses of its opacity, from 0 to 1; nearer points lose less, in proportion
+        to their distance.
+    fill : color, "face", (f, 3) or (f, 4) numbers, or f colors, optional
+        The colour that faces are filled with; "face" takes the cycle of ten. By default faces are not filled.
+    point_size : float, optional
+        The diameter in pixels of a dot at each point. By default there are no dots, but dots of 2 pixels for models
+        that have points alone.
 
-    Of colours, one of face_colors, edge_colors, vertex_colors and scalars may be given. Of a layer's lines, and of its
-    dots, nearer ones lie over farther ones.
+    Raises
+    ------
+    ArgumentError
+        An argument has an impossible value, or more than one of `face_colors`, `edge_colors`, `vertex_colors` and
+        `scalars` is given. Arrays are checked when the layer is drawn.
+    ArgumentTypeError
+        An argument has a wrong type: "model must be a Mesh, an array of points, a PointBuffer or a path, got int".
+
+    Notes
+    -----
+    Of the lines of a layer, and of its dots, nearer ones lie over farther ones.
     """
 
     model: Model
@@ -119,20 +155,26 @@ class Layer:
             raise ArgumentTypeError.expecting("antialias", "be True or False", repr(self.antialias))
         object.__setattr__(self, "feature_angle", angle(self.feature_angle, "feature_angle"))
         if isinstance(self.fill, Iterator):
-            object.__setattr__(self, "fill", list(self.fill))  # is gone through several times
+            object.__setattr__(self, "fill", list(self.fill))  # it is read several times
         _require_width(self.line_width, "line_width")
         if self.point_size is not None:
             _require_width(self.point_size, "point_size")
         for name in ("alpha", "depth_cue"):
             if not 0.0 <= as_float(getattr(self, name), name) <= 1.0:
                 raise ArgumentError.expecting(name, "lie in [0, 1]", f"{getattr(self, name):g}")
-        given = [name for name in _COLORS_OF_THEIR_OWN if getattr(self, name) is not None]
+        given = [name for name in _COLOR_ARRAYS if getattr(self, name) is not None]
         if len(given) > 1:
-            raise ArgumentError(f"of colours, one kind can be given, got {' and '.join(given)}")
+            raise ArgumentError(f"at most one of {', '.join(_COLOR_ARRAYS)} may be given, got {' and '.join(given)}")
 
     @property
     def world_from_model(self) -> Float64Array:
-        """The matrices of the instances: (k, 4, 4), k > 0."""
+        """The matrices from the model to the world: (k, 4, 4) float64, one per instance, k > 0.
+
+        Raises
+        ------
+        ArgumentError
+            "transform must have shape (4, 4), got (3, 3)", or it holds no matrix.
+        """
         if self.transform is None:
             return np.eye(4)[np.newaxis]
         matrices = as_square_matrices(self.transform, "transform", 4).reshape(-1, 4, 4)
@@ -143,17 +185,17 @@ class Layer:
 
 Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]
 
-_COLORS_OF_THEIR_OWN = ("face_colors", "edge_colors", "vertex_colors", "scalars")
+_COLOR_ARRAYS = ("face_colors", "edge_colors", "vertex_colors", "scalars")
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
 
 
 def is_point_array(model: object) -> TypeGuard[npt.NDArray[Any]]:
-    """Return whether a model is an array, of NumPy or of what it takes for one."""
+    """Say whether a model is an array, of NumPy or with `__array__`."""
     return hasattr(model, "__array__") and not isinstance(model, _MODEL_TYPES)
 
 
 def mesh_from_points(points: npt.NDArray[Any]) -> Mesh:
-    """Return the mesh of `points` (n, 3) without faces; raise errors that call them the model."""
+    """Return the mesh of `points` (n, 3), without faces; errors call them the model."""
     array = as_host_array(points, "model")
     if array.ndim != 2 or array.shape[1] != 3:
         raise ArgumentError.expecting("model", "have shape (n, 3)", array.shape)
@@ -161,17 +203,17 @@ def mesh_from_points(points: npt.NDArray[Any]) -> Mesh:
 
 
 def as_layers(models: Models, style: Style) -> list[Layer]:
-    """Return the layers of a picture; `style` goes for the models that bring none of their own.
+    """Return the layers of a picture; `style` is for the models that have none of their own.
 
-    Raises `ArgumentError` for no models, `ArgumentTypeError` for a keyword that is not in `Style`.
+    Raises `ArgumentError` if there are no models, `ArgumentTypeError` for a keyword that is not in `Style`.
     """
     unknown = style.keys() - _STYLE_NAMES
     if unknown:
         raise ArgumentTypeError(f"unexpected keyword argument {min(unknown)!r}")
     if isinstance(models, Layer) and style:
         raise ArgumentError(f"{min(style)} must be given to the Layer itself")
-    several = [models] if isinstance(models, str) or not isinstance(models, Sequence) else models
-    layers = [layer for model in several for layer in _layers(model, style)]
+    sequence = [models] if isinstance(models, str) or not isinstance(models, Sequence) else models
+    layers = [layer for model in sequence for layer in _layers(model, style)]
     if not layers:
         raise ArgumentError.expecting("models", "hold at least one model", "none")
     return layers
@@ -181,12 +223,12 @@ def _layers(model: Model | Layer | Scene, style: Style) -> list[Layer]:
     if isinstance(model, Layer):
         return [model]
     if isinstance(model, Scene):
-        return [_instances(shown, style) for shown in model.layers()]
+        return [_layer_of_instances(shown, style) for shown in model.layers()]
     return [Layer(model, **style)]
 
 
-def _instances(shown: Instances, style: Style) -> Layer:
-    """Return the layer of a scene's model: in its own style first; what `style` transforms is the whole scene."""
+def _layer_of_instances(shown: Instances, style: Style) -> Layer:
+    """Return the layer of a scene's model: its own style precedes `style`, whose transform is for the whole scene."""
     unknown = shown.style.keys() - _STYLE_NAMES
     if unknown:
         raise ArgumentTypeError(f"{shown.node!r} shows a model with an unexpected keyword argument {min(unknown)!r}")

@@ -26,19 +26,43 @@ def render(
     device: Device | None = None,
     **style: Unpack[Style],
 ) -> "Image":
-    """Draw the edges of models; return a Pillow image, mode RGBA.
+    """Draw models as lines, points and filled faces; return a Pillow image.
 
-    models : a Mesh, an array of points (n, 3), the path of a model file, or a PointBuffer (n, 3); a `Layer`, which is
-        one of these with a style of its own; a `Scene` of these; or several of all these in a list, of which later ones
-        are drawn over earlier ones
-    camera : by default `Camera.fit` of all models where they stand; a dict of its keywords, such as
-        {"direction": (0, 0, -1)}, says how
-    size : (width, height) in pixels
-    background : a colour, or None for transparent
-    device : by default the process's own
-    style : keywords of `Layer`, such as color, line_width, edges, hidden or transform, for the models without their own
+    Parameters
+    ----------
+    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
+        What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
+        one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
+        over earlier ones.
+    camera : Camera or dict, optional
+        By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
+        {"direction": (0, 0, -1)}.
+    size : (width, height)
+        The size of the picture in pixels.
+    background : color or None
+        The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
+    device : Device, optional
+        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    **style
+        Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
+        hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
+        depth_cue, fill and point_size. `help(gpu_xform.Layer)` describes them.
 
-    Raises `MeshError` for a model without anything to draw, `ArgumentError` that names the argument otherwise.
+    Returns
+    -------
+    PIL.Image.Image
+        Mode RGBA, of `size`.
+
+    Raises
+    ------
+    ArgumentError
+        An argument has an impossible value; the message names it: "size must be (width, height), got 5".
+    ArgumentTypeError
+        An argument has a wrong type, or a keyword is unknown: "unexpected keyword argument 'colour'".
+    MeshError
+        A model has nothing to draw, or its file is malformed.
+    OSError
+        A model file cannot be read.
     """
     return images.image(begin_render(models, Frame(camera, size, background, device), style).result())
 
@@ -53,7 +77,44 @@ def render_array(
     device: Device | None = None,
     **style: Unpack[Style],
 ) -> images.Pixels:
-    """Draw as `render` does; return (height, width, 4) uint8, straight alpha, row 0 at the top."""
+    """Draw models as `render` does; return the pixels as an array.
+
+    Parameters
+    ----------
+    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
+        What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
+        one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
+        over earlier ones.
+    camera : Camera or dict, optional
+        By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
+        {"direction": (0, 0, -1)}.
+    size : (width, height)
+        The size of the picture in pixels.
+    background : color or None
+        The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
+    device : Device, optional
+        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    **style
+        Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
+        hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
+        depth_cue, fill and point_size. `help(gpu_xform.Layer)` describes them.
+
+    Returns
+    -------
+    (height, width, 4) uint8
+        Red, green, blue and straight alpha; row 0 is at the top.
+
+    Raises
+    ------
+    ArgumentError
+        An argument has an impossible value; the message names it: "size must be (width, height), got 5".
+    ArgumentTypeError
+        An argument has a wrong type, or a keyword is unknown: "unexpected keyword argument 'colour'".
+    MeshError
+        A model has nothing to draw, or its file is malformed.
+    OSError
+        A model file cannot be read.
+    """
     return begin_render(models, Frame(camera, size, background, device), style).result()
 
 

@@ -1,4 +1,4 @@
-"""Vector pictures: the same models and styles as in `wireframe`, as lines that stay sharp."""
+"""Pictures as vectors: `render_svg` and `render_pdf`, of the same models and styles as pixels."""
 
 from typing import Unpack
 
@@ -24,15 +24,56 @@ def render_svg(
     device: Device | None = None,
     **style: Unpack[Style],
 ) -> str:
-    """Draw as `render` does, as an SVG document: a group a model, hidden parts of edges left out or apart.
+    """Draw models as `render` does; return an SVG document with a group per model.
 
-    Which parts are hidden is found by the same passes as for pixels, to about a pixel. Faces are painted from the
-    farthest to the nearest; those that cross, or hide one another in a circle, are cut, and those that `depth_cue`
-    pales unevenly are cut into strips of one colour each. Where cutting would make several times as many faces, or
-    millions overlap, some are painted in the order of their farthest corners.
-    Without an opaque background, paling faces let others shine through, and faces that are not painted hide none. An
-    edge that lets something shine through has one colour, that of its middle. Lines that are not anti-aliased become
-    lines of one pixel.
+    Parameters
+    ----------
+    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
+        What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
+        one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
+        over earlier ones.
+    camera : Camera or dict, optional
+        By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
+        {"direction": (0, 0, -1)}.
+    size : (width, height)
+        The size of the picture in pixels.
+    background : color or None
+        The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
+    device : Device, optional
+        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    **style
+        Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
+        hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
+        depth_cue, fill and point_size. `help(gpu_xform.Layer)` describes them.
+
+    Returns
+    -------
+    str
+        The document; a pixel of `size` is one user unit.
+
+    Raises
+    ------
+    ArgumentError
+        An argument has an impossible value; the message names it: "size must be (width, height), got 5".
+    ArgumentTypeError
+        An argument has a wrong type, or a keyword is unknown: "unexpected keyword argument 'colour'".
+    MeshError
+        A model has nothing to draw, or its file is malformed.
+    OSError
+        A model file cannot be read.
+
+    Notes
+    -----
+    The same depths as for pixels decide which parts of edges are hidden, to about a pixel. Hidden parts are left out or
+    styled apart, as `hidden` says.
+
+    Faces are painted from the farthest to the nearest. Faces that intersect, or that hide one another in a cycle, are
+    split; faces that `depth_cue` fades unevenly are split into bands of one colour each. If splitting would make
+    several times as many faces, or if millions overlap, some faces are painted in the order of their farthest corners.
+
+    Without an opaque background, faces that fade let others show through, and faces that are not filled hide no other
+    faces. An edge that is not opaque has one colour, that of its middle. Lines that are not anti-aliased become lines
+    of one pixel.
     """
     return format_svg(*_draw(models, Frame(camera, size, background, device), style))
 
@@ -47,9 +88,45 @@ def render_pdf(
     device: Device | None = None,
     **style: Unpack[Style],
 ) -> bytes:
-    """Draw as `render_svg` does, as a PDF document of one page; a pixel of `size` is 1/96 inch.
+    """Draw models as `render_svg` does; return a PDF document of one page.
 
-    Raises `MissingExtraError` where the extra `pdf` is not installed.
+    Parameters
+    ----------
+    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
+        What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
+        one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
+        over earlier ones.
+    camera : Camera or dict, optional
+        By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
+        {"direction": (0, 0, -1)}.
+    size : (width, height)
+        The size of the picture in pixels.
+    background : color or None
+        The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
+    device : Device, optional
+        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    **style
+        Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
+        hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
+        depth_cue, fill and point_size. `help(gpu_xform.Layer)` describes them.
+
+    Returns
+    -------
+    bytes
+        The document; a pixel of `size` is 1/96 inch.
+
+    Raises
+    ------
+    ArgumentError
+        An argument has an impossible value; the message names it: "size must be (width, height), got 5".
+    ArgumentTypeError
+        An argument has a wrong type, or a keyword is unknown: "unexpected keyword argument 'colour'".
+    MeshError
+        A model has nothing to draw, or its file is malformed.
+    OSError
+        A model file cannot be read.
+    MissingExtraError
+        The extra `pdf` is not installed.
     """
     return format_pdf(*_draw(models, Frame(camera, size, background, device), style))
 

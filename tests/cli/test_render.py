@@ -357,7 +357,7 @@ def test_one_colour_means_one_number_in_a_picture_of_two_models() -> None:
         (["--depth-cue", "nan"], "--depth-cue: expected a number from 0 to 1"),
         (["--point-size", "0"], "--point-size: expected a positive number of pixels"),
         (["--fill", "blurple"], "--fill"),
-        (["--color", "face", "--edges", "feature"], "edges must be 'all' where each face has its own colour"),
+        (["--color", "face", "--edges", "feature"], "edges must be 'all' if each face has its own colour"),
     ],
 )
 def test_styles_that_cannot_be(options: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:

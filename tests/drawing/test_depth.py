@@ -8,6 +8,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh, matrices, samples
 from gpu_xform.drawing.depth import depth_slope_per_pixel, eye, fit_depth_cue, reverse_z
+from tests.support.projection import world_to_clip, world_to_pixels
 from tests.support.types import Array
 
 POINTS = np.random.default_rng(5).uniform(-1.0, 1.0, (40, 3)) * (1.0, 0.6, 0.3) + (0.2, -0.1, 0.4)
@@ -168,9 +169,8 @@ def test_a_line_into_the_distance_pales_evenly(orthographic: bool, antialias: bo
     size = (300, 200)
     style: dict[str, Any] = {"camera": camera, "size": size, "line_width": width, "antialias": antialias}
     shown = gx.render_array(line, depth_cue=0.75, **style)
-    clip = np.column_stack([line.positions, np.ones(2)]) @ camera.clip_from_world(1.5).T
-    ends = (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * size
-    w = clip[:, 3]
+    ends = world_to_pixels(line.positions, camera, size)
+    w = world_to_clip(line.positions, camera, size)[:, 3]
     strengths = []
     for t in np.linspace(0.02, 0.98, 30):
         x, y = np.floor(ends[0] + t * (ends[1] - ends[0])).astype(int)

@@ -59,17 +59,17 @@ BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
     (
         {"scalars": np.zeros(8), "edge_colors": np.zeros((12, 3))},
         ArgumentError,
-        "^of colours, one kind can be given, got edge_colors and scalars$",
+        "^at most one of face_colors, edge_colors, vertex_colors, scalars may be given, got edge_colors and scalars$",
     ),
     (
         {"vertex_colors": np.zeros((8, 3)), "face_colors": np.zeros((6, 3))},
         ArgumentError,
-        "^of colours, one kind can be given, got face_colors and vertex_colors$",
+        "^at most one of face_colors, edge_colors, vertex_colors, scalars may be given, got face_colors and vertex_",
     ),
     (
         {"face_colors": np.zeros((6, 3)), "edges": "feature"},
         ArgumentError,
-        r"^edges must be 'all' where each face has its own colour, got 'feature'$",
+        r"^edges must be 'all' if each face has its own colour, got 'feature'$",
     ),
     ({"fill": "blurple"}, ArgumentError, "^fill must be a colour's name"),
     ({"fill": 5}, ArgumentError, "^fill must have shape"),

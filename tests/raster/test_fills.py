@@ -11,6 +11,7 @@ from gpu_xform.errors import ArgumentError
 from gpu_xform.imaging.colors import FACE_CYCLE, rgba
 from gpu_xform.raster.compute import triangles as face_pass
 from tests.support.meshes import triangles_of
+from tests.support.projection import clip_to_pixels
 from tests.support.solids import STAR_RADII, concatenate, interlocking, star_prism
 from tests.support.types import Array
 
@@ -23,7 +24,7 @@ def nearest_faces(mesh: Mesh, clip_from_model: Array, size: tuple[int, int]) -> 
     corners, faces = triangles_of(mesh)
     clip = np.column_stack([mesh.positions, np.ones(mesh.n_points)]) @ clip_from_model.T
     assert (clip[:, 3] > 0).all()
-    flat = (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * size
+    flat = clip_to_pixels(clip, size)
     depth = clip[:, 2] / clip[:, 3]
     y, x = np.mgrid[: size[1], : size[0]] + 0.5
     nearest = np.full(x.shape, np.inf)

@@ -10,7 +10,8 @@ import gpu_xform as gx
 from gpu_xform import Camera, Mesh, rotate, rotate_x, rotate_y, samples, scale
 from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.vector.edge_visibility import split_edges_by_visibility
-from tests.support.reference_visibility import MIN_PART, clip_to_pixels, clip_to_view, visible_intervals
+from tests.support.projection import clip_to_pixels
+from tests.support.reference_visibility import MIN_PART, clip_to_view, visible_intervals
 from tests.support.solids import (
     centered,
     concatenate,

@@ -8,6 +8,7 @@ from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.geometry.edges import edge_faces, face_normals
 from gpu_xform.gpu.buffers import INDIRECT
 from gpu_xform.gpu.device import Device
+from tests.support.projection import world_to_pixels
 from tests.support.types import Array, DeviceFactory
 
 SIZE = (400, 320)
@@ -19,12 +20,6 @@ VIEWS = {
     "window": (Camera.window((-1.6, 1.6), (-1.6, 1.6)), np.array([0.0, 0, 1, 0])),
 }
 TURN = matrices.rotate((1, 2, 3), 0.6)  # the window looks along no face
-
-
-def in_pixels(positions: Array, camera: Camera, size: tuple[int, int] = SIZE) -> Array:
-    clip = np.column_stack([positions, np.ones(len(positions))]) @ camera.clip_from_world(size[0] / size[1]).T
-    pixels: Array = (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * size
-    return pixels
 
 
 def ink_around(picture: Array, place: Array) -> float:
@@ -51,7 +46,7 @@ def test_an_edge_of_a_convex_solid_is_seen_where_one_of_its_faces_looks_at_the_e
     looks = normals @ eye[:3] - eye[3] * np.einsum("ij,ij->i", normals, corner)
     found = edge_faces(mesh)
     is_seen = (looks[found.faces] > 0).any(axis=1)
-    ends = in_pixels(mesh.positions, camera)[found.edges]
+    ends = world_to_pixels(mesh.positions, camera, SIZE)[found.edges]
     dark = gx.render_array(mesh, camera=camera, size=SIZE, hidden="remove")
     faded = gx.render_array(mesh, camera=camera, size=SIZE, hidden="fade")
     n_judged = np.zeros(2, int)

@@ -11,18 +11,13 @@ from gpu_xform import Camera, Mesh, samples
 from gpu_xform.errors import ArgumentError
 from gpu_xform.geometry.edges import resolve_edges
 from gpu_xform.imaging.colormaps import mapped
+from tests.support.projection import world_to_clip, world_to_pixels
 
 CUBE = samples.cube()
 SIZE = (260, 200)
 CAMERA = Camera.look_at((4.1, 2.8, 6.2), (0.1, 0, 0))
 RNG = np.random.default_rng(5)
 EDGE_ROWS = RNG.uniform(0, 1, (12, 3))
-
-
-def in_pixels(positions: Any, camera: Camera = CAMERA, size: tuple[int, int] = SIZE) -> tuple[Any, Any]:
-    """Return where points (n, 3) are in the picture, and their w."""
-    clip = np.column_stack([positions, np.ones(len(positions))]) @ camera.clip_from_world(size[0] / size[1]).T
-    return (clip[:, :2] / clip[:, 3:] * [0.5, -0.5] + 0.5) * size, clip[:, 3]
 
 
 def at(picture: Any, place: Any) -> Any:
@@ -32,7 +27,7 @@ def at(picture: Any, place: Any) -> Any:
 
 def assert_rows(picture: Any, edges: Any, rows: Any) -> None:
     """Hold what is drawn along each edge, somewhere that no other crosses it, against its own colour."""
-    ends, _ = in_pixels(CUBE.positions)
+    ends = world_to_pixels(CUBE.positions, CAMERA, SIZE)
     for (a, b), row in zip(edges, rows, strict=True):
         seen = np.array([at(picture, ends[a] + part * (ends[b] - ends[a])) for part in (0.23, 0.37, 0.59, 0.8)])
         off = np.abs(seen[:, :3] / 255 - row[:3]).max(axis=1)
@@ -55,7 +50,7 @@ def test_edges_by_name_keep_the_colours_of_their_own_rows() -> None:
     chosen = resolve_edges(roof, "feature")
     assert len(chosen) == 6
     style: dict[str, Any] = {"camera": camera, "size": SIZE, "line_width": 4.0, "edge_colors": rows}
-    ends, _ = in_pixels(roof.positions, camera)
+    ends = world_to_pixels(roof.positions, camera, SIZE)
     row_of = {tuple(edge): row for edge, row in zip(roof.edges.tolist(), rows, strict=True)}
     for edges in ("feature", "boundary", "silhouette", ["silhouette", "feature"], None, "all"):
         shown = gx.render_array(roof, edges=edges, **style)
@@ -70,7 +65,7 @@ def test_the_silhouette_keeps_the_colours_of_its_own_rows(edges: Any) -> None:
     box = Mesh(CUBE.positions, CUBE.faces[1:])  # without a lid, whose rim is drawn in any view
     assert (box.edges == CUBE.edges).all()
     shown = gx.render_array(box, edges=edges, edge_colors=EDGE_ROWS, camera=CAMERA, size=SIZE, line_width=5.0)
-    ends, _ = in_pixels(CUBE.positions)
+    ends = world_to_pixels(CUBE.positions, CAMERA, SIZE)
     n_drawn = 0
     for (a, b), row in zip(box.edges, EDGE_ROWS, strict=True):
         seen = at(shown, ends[a] + 0.37 * (ends[b] - ends[a])) / 255
@@ -89,7 +84,8 @@ def test_colours_of_points_blend_along_the_edge_in_space(antialias: bool, orthog
     shown = gx.render_array(
         near_and_far, vertex_colors=colors, camera=camera, size=SIZE, line_width=3.0, antialias=antialias
     )
-    ends, w = in_pixels(near_and_far.positions, camera)
+    ends = world_to_pixels(near_and_far.positions, camera, SIZE)
+    w = world_to_clip(near_and_far.positions, camera, SIZE)[:, 3]
     n_seen = 0
     for a, b in near_and_far.edges:
         length = np.linalg.norm(ends[b] - ends[a])
@@ -112,7 +108,7 @@ def test_scalars_are_the_colours_of_their_map() -> None:
         colors = mapped(heights, "magma", clim, 8)
         expected = gx.render_array(CUBE, vertex_colors=colors, **style)
         assert gx.render_array(CUBE, scalars=heights, cmap="magma", clim=clim, **style).tobytes() == expected.tobytes()
-    ends, _ = in_pixels(CUBE.positions)
+    ends = world_to_pixels(CUBE.positions, CAMERA, SIZE)
     for place, color in zip(ends, colors, strict=True):
         # Three edges meet there, in nearly the colour of the corner.
         assert np.abs(at(expected, place) / 255 - color).max() < 0.1

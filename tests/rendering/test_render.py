@@ -1,3 +1,4 @@
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -7,21 +8,16 @@ import pytest
 from PIL.Image import Image
 
 import gpu_xform as gx
-from gpu_xform import Camera, Mesh, matrices, samples
+from gpu_xform import Camera, Layer, Mesh, matrices, samples
+from gpu_xform.drawing.layer import Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu.device import Device
 from gpu_xform.imaging.colors import FACE_CYCLE, ColorLike, rgba
+from tests.support.projection import clip_to_pixels
 from tests.support.reference_coverage import capsule_areas
 from tests.support.types import Array, DeviceFactory
 
 DIAGONAL = 0.5 * 2**0.5  # of a pixel: from its centre to its corner
-
-
-def in_pixels(clip: Array, size: tuple[int, int]) -> Array:
-    """Return where homogeneous points (..., 4) lie in the picture, in pixels from its top left corner."""
-    ndc: Array = clip[..., :2] / clip[..., 3:]
-    pixels: Array = (ndc * np.array([0.5, -0.5]) + 0.5) * np.array(size)
-    return pixels
 
 
 def cut(a: Array, b: Array) -> tuple[Array, Array] | None:
@@ -51,7 +47,7 @@ def segments(
     mesh: Mesh, clip_from_model: Array, size: tuple[int, int], edges: Array | None = None
 ) -> list[Array | None]:
     """Return the visible part of every edge in pixels (2, 2), or None where there is none."""
-    return [None if part is None else in_pixels(part, size) for part in visible(mesh, clip_from_model, edges)]
+    return [None if part is None else clip_to_pixels(part, size) for part in visible(mesh, clip_from_model, edges)]
 
 
 def middles(size: tuple[int, int]) -> Array:
@@ -115,7 +111,7 @@ def assert_drawn(
     layers = []
     for part, (*hue, alpha) in zip(visible(mesh, clip_from_model, edges), colors, strict=True):
         if part is not None:
-            ends, depths = in_pixels(part, size), part[:, 2] / part[:, 3]
+            ends, depths = clip_to_pixels(part, size), part[:, 2] / part[:, 3]
             opacity = alpha * capsule_areas(ends[0], ends[1], line_width, size)
             layers.append((opacity, depths[0] + feet(size, ends) * (depths[1] - depths[0]), [*hue, 1.0]))
     opacities, depths, hues = (np.array(column) for column in zip(*layers, strict=True))
@@ -212,7 +208,7 @@ def test_the_projected_vertices_are_lit_and_what_is_far_from_every_edge_is_backg
     picture = gx.render_array(mesh, camera=camera, size=size, line_width=3.0, color="#102030", background="#e0f0ff")
     clip_from_world = camera.clip_from_world(size[0] / size[1])
     clip = np.column_stack([mesh.positions, np.ones(mesh.n_points)]) @ clip_from_world.T
-    column, row = np.floor(in_pixels(clip, size)).astype(int).T
+    column, row = np.floor(clip_to_pixels(clip, size)).astype(int).T
     assert (picture[row, column, 0] < 0xE0 - 100).all()
     distance = nearest(mesh, clip_from_world, size)
     far, under = distance > 1.5 + DIAGONAL + 0.01, distance < 1.5 - DIAGONAL - 0.01
@@ -277,7 +273,7 @@ def test_an_edge_through_the_near_plane_is_drawn_on_its_own_side_only() -> None:
     assert not dark[110:].any()
     rows, columns = np.nonzero(dark)
     assert columns.max() == 199
-    start = in_pixels(camera.clip_from_world(1.0) @ [1.0, 0.3, -4.0, 1.0], (200, 200))
+    start = clip_to_pixels(camera.clip_from_world(1.0) @ [1.0, 0.3, -4.0, 1.0], (200, 200))
     assert abs(columns.min() - start[0]) < 2.0
     assert np.abs((rows - 100) * -1.0 / (columns - 100) - 0.3).max() < 0.05
 
@@ -560,3 +556,12 @@ def test_what_is_no_model_is_refused() -> None:
 def test_numpy_integers_are_a_size() -> None:
     assert gx.render_array(samples.cube(), size=np.array([7, 5])).shape == (5, 7, 4)  # type: ignore[arg-type]
     assert gx.render_array(samples.cube(), size=[7, 5]).shape == (5, 7, 4)
+
+
+@pytest.mark.parametrize("function", [gx.render, gx.render_array, gx.render_svg, gx.render_pdf])
+def test_help_names_every_keyword(function: Callable[..., Any]) -> None:
+    """The keywords of the style are in no signature, so that nothing else holds the text to them."""
+    words = set(re.findall(r"\w+", function.__doc__ or ""))
+    assert words >= Style.__annotations__.keys()
+    assert words >= {"models", "camera", "size", "background", "device"}
+    assert set(re.findall(r"\w+", Layer.__doc__ or "")) >= Style.__annotations__.keys()

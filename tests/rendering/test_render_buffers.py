@@ -99,7 +99,7 @@ def test_edges_that_do_not_fit_are_refused(kwargs: dict[str, Any], error: type[E
 
 
 def test_faces_have_no_colours_where_edges_are_given() -> None:
-    with pytest.raises(ArgumentError, match=r"^edges must be 'all' where each face has its own colour"):
+    with pytest.raises(ArgumentError, match=r"^edges must be 'all' if each face has its own colour"):
         gx.render(HOUSE, edges=[[0, 1]], color="face")
 
 

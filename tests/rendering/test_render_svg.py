@@ -20,6 +20,7 @@ from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import VectorLayer
 from gpu_xform.vector.build_layers import build_layers
 from tests.support.browser import Browser
+from tests.support.projection import world_to_pixels
 from tests.support.types import DeviceFactory
 
 SIZE = (301, 240)
@@ -163,11 +164,6 @@ def test_a_pdf_shows_what_the_pixels_show(name: str) -> None:
     assert np.abs(shown - pixels).mean() <= 1.5
 
 
-def in_pixels(points: Any) -> Any:
-    clip = np.column_stack([points, np.ones(len(points))]) @ CAMERA.clip_from_world(SIZE[0] / SIZE[1]).T
-    return (clip[:, :2] / clip[:, 3:] * (0.5, -0.5) + 0.5) * SIZE
-
-
 @pytest.mark.parametrize("mesh", [CUBE, HOUSE, BALL], ids=["cube", "house", "ball"])
 def test_of_a_convex_solid_the_edges_of_faces_that_look_at_the_eye_are_there(mesh: gx.Mesh) -> None:
     found = edge_faces(mesh)
@@ -175,7 +171,7 @@ def test_of_a_convex_solid_the_edges_of_faces_that_look_at_the_eye_are_there(mes
     corners = mesh.positions[mesh.indices[mesh.offsets[:-1]]]
     looks = np.einsum("ij,ij->i", normals, np.array((3, 2.2, 6)) - corners) > 0
     visible = looks[found.faces].any(axis=1)
-    ends = in_pixels(mesh.positions)[found.edges]
+    ends = world_to_pixels(mesh.positions, CAMERA, SIZE)[found.edges]
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     [shown] = layers(mesh, hidden="dash")
     drawn = np.linalg.norm(shown.segments[:, 2:] - shown.segments[:, :2], axis=1)
@@ -194,7 +190,7 @@ def test_dashes_start_where_their_edge_does_and_go_on_where_it_is_hidden_again()
     )
     shown, _ = layers([gx.Layer(line, hidden="dash"), gx.Layer(walls, hidden="remove")])
     assert shown.hidden.tolist() == [False, True, False, True, False]
-    start, end = in_pixels(line.positions)
+    start, end = world_to_pixels(line.positions, CAMERA, SIZE)
     along = [0.0, *np.linalg.norm(shown.segments[:, 2:] - start, axis=1)]
     np.testing.assert_allclose(shown.dash_start, along[:-1], atol=0.01)
     np.testing.assert_allclose(shown.segments[0, :2], start, atol=0.01)

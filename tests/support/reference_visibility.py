@@ -42,12 +42,6 @@ def clip_to_view(mesh: Mesh, edges: Array, clip_from_model: Array) -> InView:
     return InView(between, (1.0 - along) * ends[:, :1] + along * ends[:, 1:])
 
 
-def clip_to_pixels(clip: Array, size: tuple[int, int]) -> Array:
-    """Return the pixel coordinates, from the top left corner, of points in clip space (..., 4)."""
-    pixels: Array = (clip[..., :2] / clip[..., 3:] * (0.5, -0.5) + 0.5) * size
-    return pixels
-
-
 def visible_intervals(mesh: Mesh, edges: Array, clip_from_model: Array) -> list[Array]:
     """Return the visible parts of every edge: (k, 2) each, ascending.
 

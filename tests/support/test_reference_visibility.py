@@ -22,7 +22,8 @@ from gpu_xform import (
     translate,
 )
 from gpu_xform.geometry.edges import edge_faces, face_normals
-from tests.support.reference_visibility import MIN_PART, clip_to_pixels, clip_to_view, gaps, visible_intervals
+from tests.support.projection import clip_to_pixels
+from tests.support.reference_visibility import MIN_PART, clip_to_view, gaps, visible_intervals
 from tests.support.solids import box, centered, concatenate, interlocking, l_prism, staircase, star_prism, thin_plates
 from tests.support.types import Array
 
