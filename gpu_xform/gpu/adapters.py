@@ -17,9 +17,12 @@ from wgpu.backends.wgpu_native.extras import set_instance_extras
 from .._core.public import public
 from ..errors import NoAdapterError
 from .drivers import suggest_driver
+from .type_lookups import narrow_type_lookups
 
 NATIVE_BACKENDS = {"darwin": ["Metal"], "win32": ["DX12", "Vulkan"]}.get(sys.platform, ["Vulkan"])
 FASTEST_FIRST = ("DiscreteGPU", "IntegratedGPU", "VirtualGPU", "Unknown", "CPU")
+
+narrow_type_lookups()
 
 
 @dataclass(frozen=True)
