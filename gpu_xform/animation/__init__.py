@@ -1,4 +1,4 @@
-"""Models in motion: `animate`, `turntable`, and the `Animation` that they make.
+"""Animations: models drawn once per frame, each time with another pose; `animate`, `turntable` and `Animation`.
 
 Reading order: encoders, poses, motion, animation.
 """

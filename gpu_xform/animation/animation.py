@@ -1,4 +1,4 @@
-"""Models in motion: drawn frame by frame, and saved in any format that shows them moving."""
+"""Animations of models: `animate` and `turntable` make them, `Animation` draws and saves their frames."""
 
 import contextlib
 import io
@@ -28,11 +28,11 @@ from ..imaging.image import Pixels
 from ..matrices import rotate, translate
 from ..raster.base import PendingImage
 from ..rendering.raster import begin_render
-from . import poses
 from .encoders import html
-from .encoders.frames import Clip
-from .encoders.registry import saver
-from .motion import Frames, Motion, described, frame_count
+from .encoders.frames import FrameSequence
+from .encoders.registry import make_writer
+from .motion import Motion, PosesLike, make_motion, parse_frame_count
+from .poses import apply_pose
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -44,7 +44,7 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 @public
 def animate(
     models: Models,
-    frames: Frames,
+    frames: PosesLike,
     path: StrPath | None = None,
     *,
     n_frames: int | None = None,
@@ -57,32 +57,54 @@ def animate(
     progress: Progress | None = None,
     **style: Unpack[Style],
 ) -> "Animation":
-    """Return an animation of models; nothing is drawn before a frame, or a file, is asked for.
+    """Return an animation of models; nothing is drawn until a frame or a file is requested.
 
-    models : as `render` takes them: a Mesh, an array of points (n, 3), the path of a model file, a PointBuffer, a
-        Layer, a Scene, or several
-    frames : for each frame the (4, 4) matrix that moves the models, or a dict from names of a scene's nodes to their
-        matrices, or another model in their place, an array of points as `Mesh(points)`: several of them, a stack
-        (k, 4, 4), a stack of SciPy's rotations; or a function that gives one
-    path : where to save it at once, as `Animation.save` does
-    n_frames : for a function, which is called with the frame's number, from 0 on
-    duration : in place of n_frames, for a function that is called with the frame's time; both in seconds
-    fps : frames a second
-    size : (width, height) in pixels
-    camera : by default one `Camera.fit` for all frames, which holds the models in each of them; a dict of its
-        keywords, such as {"direction": (0, 0, -1)}, says how
-    background : a colour, or None for transparent
-    device : by default the process's own
-    progress : called with the frames drawn and the frames in all while the file is written; by default a bar appears
-        after a second, on a terminal only
-    style : as `render` takes it; the matrix of a frame comes after `transform`
+    Parameters
+    ----------
+    models
+        The models, as `render` takes them: a Mesh, an array of points (n, 3), the path of a model file, a PointBuffer,
+        a Layer, a Scene, or a list of these.
+    frames
+        What each frame shows: a matrix (4, 4) that moves the models, or a dict from names of a scene's nodes to their
+        matrices, or another model in place of the models, an array of points as `Mesh(points)`. Several of these, one
+        per frame; or a stack of matrices (k, 4, 4), or a stack of SciPy's rotations; or a function that returns the one
+        of a frame. A function may be called several times for one frame, and must return the same each time.
+    path
+        The file in which the animation is saved at once, as by `Animation.save`. By default it is not saved.
+    n_frames
+        The number of frames, if `frames` is a function of the frame's index, from 0.
+    duration
+        The duration in seconds, if `frames` is a function of the frame's time in seconds. Excludes `n_frames`.
+    fps
+        Frames per second, from 0.01 to 1000.
+    size
+        (width, height) in pixels.
+    camera
+        The camera of all frames. By default one `Camera.fit` that holds the models in every frame; a dict of its
+        keywords, such as {"direction": (0, 0, -1)}, changes how it fits.
+    background
+        A colour, or None for transparent.
+    device
+        The device that draws. By default the one that the process shares.
+    progress
+        Called with the number of frames drawn and the number of all frames while the file is written. By default a
+        progress bar appears after a second, on a terminal only.
+    **style
+        The style of models without their own, as `render` takes it. The matrix of a frame applies after `transform`.
 
-    A function is called again for the same frame, and must give the same. Raises `ArgumentError` for no frames, for a
-    frame that is no matrix, and with the frame's number where a function raises; otherwise as `render` and
-    `Animation.save` do.
+    Returns
+    -------
+    Animation
+        A sequence of frames that is drawn when needed.
+
+    Raises
+    ------
+    ArgumentError
+        If there are no frames, if a frame is not a finite matrix, or if a function raises, with the number of the
+        frame; otherwise as `render` and `Animation.save` do.
     """
-    moving = described(frames, fps, n_frames, duration)
-    animation = Animation(load_models(models), moving, size, camera, background, device, style)
+    motion = make_motion(frames, fps, n_frames, duration)
+    animation = Animation(load_models(models), motion, size, camera, background, device, style)
     if path is not None:
         animation.save(path, progress=progress)
     return animation
@@ -98,37 +120,59 @@ def turntable(
     transform: MatrixLike | None = None,
     **options: Any,
 ) -> "Animation":
-    """Return an animation of models that turn once, about an axis through the middle of their bounds.
+    """Return an animation of models that rotate once about an axis through the centre of their bounds.
 
-    models : as `animate` takes them
-    frames : how many; the last is one step short of the first, so that it goes round without a stop
-    axis : "x", "y", "z" or a vector (3,), from whose end the turn is seen counter-clockwise
-    transform : (4, 4), applied to the models before they turn
-    options : further keywords of `animate`
+    Parameters
+    ----------
+    models
+        The models, as `animate` takes them.
+    frames
+        The number of frames. The last is one step before the first, so that a loop has no stop.
+    path
+        The file in which the animation is saved at once, as by `Animation.save`. By default it is not saved.
+    axis
+        "x", "y", "z" or a vector (3,). The rotation is counter-clockwise, seen from the end of the axis.
+    transform
+        A matrix (4, 4), or (k, 4, 4) for k instances, that is applied to the models before they rotate.
+    **options
+        Further keywords of `animate`, such as fps, size, camera, progress, or those of a style.
+
+    Returns
+    -------
+    Animation
+        A sequence of frames that is drawn when needed.
+
+    Raises
+    ------
+    MeshError
+        If the models have no points.
+    ArgumentError
+        If `axis` is neither a name nor a direction, or `frames` is not positive; otherwise as `animate` does.
     """
-    count = frame_count(frames, "frames")
+    n_frames = parse_frame_count(frames, "frames")
     if isinstance(axis, str) and axis not in AXES:
         raise ArgumentError.expecting("axis", "be 'x', 'y', 'z' or a vector", repr(axis))
-    along = as_unit_vector(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
-    shown = load_models(models)
-    placed: Style = {} if transform is None else {"transform": transform}
-    points = framing_points(poses.posed(shown, np.eye(4), placed))
+    unit_axis = as_unit_vector(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
+    loaded = load_models(models)
+    placement: Style = {} if transform is None else {"transform": transform}
+    points = framing_points(apply_pose(loaded, np.eye(4), placement))
     if len(points) == 0:
-        raise MeshError("a model without points cannot turn about its middle")
-    middle = (points.min(axis=0) + points.max(axis=0)) / 2.0
-    to_middle, from_middle = translate(*-middle), translate(*middle)
+        raise MeshError("a model without points cannot turn about its centre")
+    centre = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    to_centre, from_centre = translate(*-centre), translate(*centre)
 
-    def turned(k: int) -> Float64Array:
-        return from_middle @ rotate(along, 360.0 * k / count, degrees=True) @ to_middle
+    def rotation(k: int) -> Float64Array:
+        return from_centre @ rotate(unit_axis, 360.0 * k / n_frames, degrees=True) @ to_centre
 
-    return animate(shown, turned, path, n_frames=count, **placed, **options)
+    return animate(loaded, rotation, path, n_frames=n_frames, **placement, **options)
 
 
 @public
 class Animation:
-    """A model in motion, made by `animate` or `turntable`: each frame is drawn when it is asked for.
+    """A sequence of frames of moving models, made by `animate` or `turntable`; each is drawn when it is requested.
 
-    It has a length, and iteration gives the frames as Pillow images. In a notebook it shows itself in a player.
+    `len` gives the number of frames, and iteration draws the frames as Pillow images. In a notebook an animation shows
+    itself in a player.
     """
 
     def __init__(
@@ -147,7 +191,7 @@ class Animation:
         self._background = background
         self._device = device
         self._style = style
-        poses.posed(models, np.eye(4), style)
+        apply_pose(models, np.eye(4), style)
         self._is_opaque = background is not None and rgba(background, "background")[3] == 1.0
         if isinstance(camera, Camera):
             self.camera = camera
@@ -157,93 +201,113 @@ class Animation:
 
     @property
     def size(self) -> tuple[int, int]:
-        """(width, height) in pixels."""
+        """The size of the frames: (width, height) in pixels."""
         return self._size
 
     @property
     def fps(self) -> float:
-        """Frames a second."""
+        """The number of frames per second."""
         return self._motion.fps
 
     @cached_property
     def camera(self) -> Camera:
-        """The camera of all frames."""
+        """The camera of all frames: the one that was given, or one that holds the models in every frame."""
         aspect = self.size[0] / self.size[1]
-        held = np.empty((0, 3))
+        extreme = np.empty((0, 3))
         for k in range(len(self)):
-            held = extreme_points(np.concatenate([held, self._outline(k)]), aspect, **self._fit)
-        return Camera.fit(held, **self._fit)
-
-    def _outline(self, k: int) -> Float64Array:
-        """Return points of the world (n, 3) that a camera must hold in frame k."""
-        layers = self._posed(k)
-        with np.errstate(over="ignore", invalid="ignore"):
-            points = framing_points(layers)
-        require_in_range(points, f"frame {k}: the model")
-        return points
+            extreme = extreme_points(np.concatenate([extreme, self._framing_points(k)]), aspect, **self._fit)
+        return Camera.fit(extreme, **self._fit)
 
     def frame(self, i: int) -> "Image":
-        """Return frame `i` as a Pillow image, mode RGBA; from the end where `i` is negative."""
+        """Draw one frame.
+
+        Parameters
+        ----------
+        i
+            The index of the frame, from 0; a negative index counts from the end.
+
+        Returns
+        -------
+        PIL.Image.Image
+            The picture, mode RGBA.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such frame, or the models cannot be drawn in it.
+        """
         i = as_int(i, "i")
         if not -len(self) <= i < len(self):
             raise ArgumentError.expecting("i", f"be a frame's number below {len(self)}", i)
         return images.image(self._begin(i % len(self)).result())
 
     def save(self, path: StrPath, *, progress: Progress | None = None) -> None:
-        """Write the animation, holding few frames at a time; a file is there whole or not at all.
+        """Write the animation to a file, or to one file per frame; few frames are in memory at a time.
 
-        path : its ending says how: .gif, .png or .apng (animated), .webp, .mp4, .webm, .html (a page with a player);
-            or one file a frame, "frames/{frame:04}.png", whose folder is made where there is none
-        progress : as `animate` takes it
+        PNG, WebP and HTML are lossless, and hold transparency. A GIF holds 255 colours without dithering, one palette
+        for all frames except those that it does not suit, pixels that are either opaque or transparent, and at most 50
+        frames per second, timed in hundredths of a second. MP4 and WebM are lossy and opaque, and need
+        `pip install 'gpu_xform[video]'`; odd sides of an MP4 are padded by a pixel (`SizeWarning`). All formats except
+        these two loop for ever. A file is written as a whole or not at all.
 
-        PNG, WebP and HTML are exact, and hold transparency. A GIF holds 255 colours without dithering, one palette for
-        all frames but those that it does not suit, pixels either opaque or not, and at most 50 frames a second, timed
-        in hundredths. MP4 and WebM are lossy and opaque, and need `pip install 'gpu_xform[video]'`; an MP4's odd sides
-        gain a pixel (`SizeWarning`). All but those two play for ever.
+        Parameters
+        ----------
+        path
+            The file. Its ending names the format: .gif, .png or .apng (animated), .webp, .mp4, .webm, or .html (a page
+            with a player). "frames/{frame:04}.png" is one file per frame; its folder is created if it does not exist.
+        progress
+            Called with the number of frames drawn and the number of all frames. By default a progress bar appears after
+            a second, on a terminal only.
 
-        Raises `ArgumentError` for an unknown ending and for what the format cannot hold, `MissingExtraError` where
-        PyAV is missing, and OSError from the operating system unchanged.
+        Raises
+        ------
+        ArgumentError
+            If the ending is unknown, or the format cannot hold the size, the rate or the background.
+        MissingExtraError
+            If the format is MP4 or WebM, and PyAV is not installed.
+        OSError
+            From the operating system, unchanged.
         """
-        write = saver(path)
+        write = make_writer(path)
         with contextlib.ExitStack() as stack:
             if progress is None:
                 progress = stack.enter_context(show_progress(os.fspath(path), " frames"))
-            write(stack.enter_context(self._clip(progress)))
+            write(stack.enter_context(self._frame_sequence(progress)))
 
     def _repr_html_(self) -> str:
         page = io.BytesIO()
-        with self._clip() as clip:
-            html.write(page, clip)
-        return html.embedded(page.getvalue().decode(), self.size)
+        with self._frame_sequence() as sequence:
+            html.write(page, sequence)
+        return html.embed_page(page.getvalue().decode(), self.size)
 
     @contextlib.contextmanager
-    def _clip(self, progress: Progress | None = None) -> Iterator[Clip]:
-        """Lend what an encoder is given; where the block ends, nothing is being drawn any more."""
+    def _frame_sequence(self, progress: Progress | None = None) -> Iterator[FrameSequence]:
+        """Lend the frames to an encoder; after the block nothing is being drawn any more."""
         sampled: dict[int, Pixels] = {}
 
-        def drawn(numbers: Sequence[int]) -> Iterator[Pixels]:
-            return stack.enter_context(contextlib.closing(self._drawn(numbers)))
+        def draw(indices: Sequence[int]) -> Iterator[Pixels]:
+            return stack.enter_context(contextlib.closing(self._draw(indices)))
 
-        def samples(numbers: Sequence[int]) -> Iterator[Pixels]:
-            for k, pixels in zip(numbers, drawn(numbers), strict=True):
+        def sample(indices: Sequence[int]) -> Iterator[Pixels]:
+            for k, pixels in zip(indices, draw(indices), strict=True):
                 sampled[k] = pixels
                 yield pixels
 
         def frames() -> Iterator[Pixels]:
-            others = drawn([k for k in range(len(self)) if k not in sampled])
+            others = draw([k for k in range(len(self)) if k not in sampled])
             for k in range(len(self)):
                 yield sampled.pop(k) if k in sampled else next(others)
                 if progress is not None:
                     progress(k + 1, len(self))
 
         with contextlib.ExitStack() as stack:
-            yield Clip(self.size, len(self), self.fps, frames(), samples, self._is_opaque)
+            yield FrameSequence(self.size, len(self), self.fps, frames(), sample, self._is_opaque)
 
-    def _drawn(self, numbers: Sequence[int]) -> Generator[Pixels]:
-        """Draw frames by their numbers, each while the caller is busy with the one before it."""
+    def _draw(self, indices: Sequence[int]) -> Generator[Pixels]:
+        """Yield frames by their indices; each is drawn while the caller works on the one before it."""
         last = begun = None
         try:
-            for k in numbers:
+            for k in indices:
                 last, begun = begun, self._begin(k, begun)
                 if last is not None:
                     yield last.result()
@@ -256,12 +320,20 @@ class Animation:
 
     def _begin(self, k: int, overlap_with: PendingImage | None = None) -> PendingImage:
         frame = Frame(self.camera, self.size, self._background, self._device)
-        return begin_render(self._posed(k), frame, {}, overlap_with=overlap_with)
+        return begin_render(self._layers(k), frame, {}, overlap_with=overlap_with)
 
-    def _posed(self, k: int) -> list[Layer]:
-        own = self._motion.at(k)
+    def _framing_points(self, k: int) -> Float64Array:
+        """Return points of the world (n, 3) that a camera must hold in frame k."""
+        layers = self._layers(k)
+        with np.errstate(over="ignore", invalid="ignore"):
+            points = framing_points(layers)
+        require_in_range(points, f"frame {k}: the model")
+        return points
+
+    def _layers(self, k: int) -> list[Layer]:
+        pose = self._motion.pose_at(k)
         with prefix_errors(f"frame {k}"):
-            return poses.posed(self._models, own, self._style)
+            return apply_pose(self._models, pose, self._style)
 
     def __len__(self) -> int:
         return self._motion.n_frames

@@ -1,4 +1,4 @@
-"""What a frame may be, and what it makes of models: the one place where animations meet what is drawn."""
+"""Poses: what may stand for one frame of an animation, and how it is applied to the models."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -16,12 +16,12 @@ from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from ..matrices._affine import require_finite
 
-Frame: TypeAlias = MatrixLike | Mapping[str, MatrixLike] | Model | Layer | Scene
+PoseLike: TypeAlias = MatrixLike | Mapping[str, MatrixLike] | Model | Layer | Scene
 Pose: TypeAlias = Float64Array | dict[str, Float64Array] | Mesh | PointBuffer | Layer | Scene
 
 
-def checked_pose(frame: Frame, name: str) -> Pose:
-    """Return what a frame may be in a form that can be drawn; errors call it `name`."""
+def as_pose(frame: PoseLike, name: str) -> Pose:
+    """Return a checked pose for what stands for a frame; errors call it `name`."""
     if isinstance(frame, (Mesh, PointBuffer, Layer, Scene, *PATH_TYPES)):
         return load_models(frame)  # type: ignore[return-value]  # one model stays one
     if isinstance(frame, Mapping):
@@ -29,20 +29,18 @@ def checked_pose(frame: Frame, name: str) -> Pose:
     return as_square_matrix(frame, name, 4)
 
 
-def posed(models: Models, own: Pose, style: Style) -> list[Layer]:
-    """Return what a frame shows of models: all of them moved by its matrix, or some nodes, or another model."""
-    if isinstance(own, np.ndarray):
+def apply_pose(models: Models, pose: Pose, style: Style) -> list[Layer]:
+    """Return the layers of a frame: all models moved by a matrix, nodes of a scene moved, or another model."""
+    if isinstance(pose, np.ndarray):
         layers = as_layers(models, style)
         with np.errstate(over="ignore", invalid="ignore"):
-            products = [own @ layer.world_from_model for layer in layers]
+            products = [pose @ layer.world_from_model for layer in layers]
         return [
             replace(layer, transform=require_finite(product, "the frame's matrix times transform"))
             for layer, product in zip(layers, products, strict=True)
         ]
-    if not isinstance(own, dict):
-        return as_layers(own, style)
+    if not isinstance(pose, dict):
+        return as_layers(pose, style)
     if not isinstance(models, Scene):
-        raise ArgumentTypeError.expecting(
-            "model", "be a Scene where frames move its nodes by name", type(models).__name__
-        )
-    return as_layers(models.posed(own), style)
+        raise ArgumentTypeError.expecting("model", "be a Scene if frames move its nodes by name", type(models).__name__)
+    return as_layers(models.posed(pose), style)

@@ -32,7 +32,7 @@ def pixels(animation: Animation, k: int) -> Pixels:
 
 def matrix(animation: Animation, k: int) -> Array:
     """Return the matrix of a frame."""
-    pose = animation._motion.at(k)
+    pose = animation._motion.pose_at(k)
     assert isinstance(pose, np.ndarray)
     return pose
 
@@ -169,7 +169,7 @@ def test_a_frame_that_is_out_of_range_is_named(
     ("axis", "turned"),
     [("x", (0, 0, 1)), ("y", (1, 0, 0)), ("z", (0, 1, 0)), ((0, -2, 0), (-1, 0, 0)), (np.array([0, 0, 1]), (0, 1, 0))],
 )
-def test_a_turntable_turns_once_about_the_middle(axis: Any, turned: tuple[float, float, float]) -> None:
+def test_a_turntable_rotates_once_about_the_centre(axis: Any, turned: tuple[float, float, float]) -> None:
     """A quarter turn takes the next axis but one to where the right-hand rule has it."""
     model = HOUSE.transformed(gx.chain(gx.scale(1, 2, 3), gx.translate(10, 20, 30)))
     animation = turntable(model, 4, axis=axis, size=SIZE)
@@ -185,7 +185,7 @@ def test_a_turntable_turns_once_about_the_middle(axis: Any, turned: tuple[float,
     assert np.allclose(quarter @ matrices[3], np.eye(4))
 
 
-def test_a_turntable_turns_what_has_been_placed() -> None:
+def test_a_turntable_rotates_what_was_transformed() -> None:
     placed = gx.chain(gx.rotate_x(1), gx.translate(5, 0, 0))
     animation = turntable(HOUSE, 8, transform=placed, size=SIZE)
     moved = HOUSE.transformed(placed)

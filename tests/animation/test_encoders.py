@@ -24,10 +24,10 @@ import pytest
 from PIL import Image
 
 import gpu_xform as gx
-from gpu_xform.animation.encoders import image_codecs as stills
-from gpu_xform.animation.encoders.frames import Clip
-from gpu_xform.animation.encoders.parallel import MOST_WORKERS, encoded
-from gpu_xform.animation.encoders.registry import WRITERS, saver
+from gpu_xform.animation.encoders.frames import FrameSequence
+from gpu_xform.animation.encoders.image_codecs import encode_png, encode_webp
+from gpu_xform.animation.encoders.parallel import MAX_WORKERS, encode_parallel
+from gpu_xform.animation.encoders.registry import ENCODERS, make_writer
 from gpu_xform.errors import ArgumentError, MissingExtraError, SizeWarning
 from gpu_xform.gpu.device import Device
 from tests.support.browser import Browser
@@ -35,7 +35,7 @@ from tests.support.types import Pixels
 
 EXACT = ("apng", "png", "webp")
 VIDEO = ("mp4", "webm")
-NAMES = [*(f"out.{kind}" for kind in WRITERS), "out-{frame:03}.png"]
+NAMES = [*(f"out.{kind}" for kind in ENCODERS), "out-{frame:03}.png"]
 WIDTH, HEIGHT = 54, 36
 
 
@@ -55,14 +55,14 @@ def pictures(n: int, *, size: tuple[int, int] = (WIDTH, HEIGHT), transparent: bo
     return made
 
 
-def clip_of(made: list[Pixels], fps: float = 20) -> Clip:
+def sequence_of(made: list[Pixels], fps: float = 20) -> FrameSequence:
     height, width = made[0].shape[:2]
     is_opaque = all(picture[..., 3].min() == 255 for picture in made)
-    return Clip((width, height), len(made), fps, iter(made), partial(map, made.__getitem__), is_opaque)
+    return FrameSequence((width, height), len(made), fps, iter(made), partial(map, made.__getitem__), is_opaque)
 
 
 def save(path: Path, made: list[Pixels], fps: float = 20) -> None:
-    saver(path)(clip_of(made, fps))
+    make_writer(path)(sequence_of(made, fps))
 
 
 def read(path: Path) -> tuple[list[Pixels], list[float], Any]:
@@ -158,7 +158,7 @@ def test_an_mp4_begins_with_its_index(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(("size", "padded"), [((33, 21), (34, 22)), ((33, 20), (34, 20)), ((32, 21), (32, 22))])
-def test_an_mp4_of_odd_size_gains_a_pixel_and_says_so(
+def test_an_mp4_of_odd_size_is_padded_with_a_warning(
     tmp_path: Path, size: tuple[int, int], padded: tuple[int, int]
 ) -> None:
     made = pictures(2, size=size)
@@ -169,8 +169,8 @@ def test_an_mp4_of_odd_size_gains_a_pixel_and_says_so(
     assert shown[0].shape == (padded[1], padded[0], 3)
     inside = shown[1][: size[1], : size[0]]
     assert np.abs(inside.astype(int) - made[1][..., :3]).mean() <= 6
-    rim = shown[1][size[1] - 1 :, : size[0]]
-    assert np.abs(rim.astype(int) - made[1][-1, :, :3]).mean() <= 8
+    padding = shown[1][size[1] - 1 :, : size[0]]
+    assert np.abs(padding.astype(int) - made[1][-1, :, :3]).mean() <= 8
     save(tmp_path / "out.webm", made)
     assert watch(tmp_path / "out.webm")[0][0].shape == (size[1], size[0], 3)
 
@@ -188,7 +188,7 @@ def test_a_missing_extra_is_named_before_anything_is_drawn(
 ) -> None:
     monkeypatch.setitem(sys.modules, "av", None)
     with pytest.raises(MissingExtraError, match=r"^MP4 and WebM need PyAV: pip install 'gpu_xform\[video\]'$"):
-        saver(tmp_path / f"out.{kind}")
+        make_writer(tmp_path / f"out.{kind}")
 
 
 def n_colors(*shown: Pixels) -> int:
@@ -196,7 +196,7 @@ def n_colors(*shown: Pixels) -> int:
 
 
 def line_art(color: tuple[int, int, int] = (214, 39, 40)) -> Pixels:
-    """Return a picture of few flat colours with ramps between them, as lines have at their rims."""
+    """Return a picture of few flat colours with ramps between them, as the edges of lines have."""
     pixels = np.full((120, 160, 4), 255, np.uint8)
     ramp = np.linspace(0, 1, 60)[:, None]
     pixels[10:40, 20:80, :3] = color
@@ -281,12 +281,12 @@ def test_a_gif_s_colors_may_change_bit_by_bit(tmp_path: Path) -> None:
     animation = gx.animate(CUBE, fades, tmp_path / "out.gif", size=(120, 90))
     shown, _, _ = read(tmp_path / "out.gif")
     for k, (picture, frame) in enumerate(zip(shown, animation, strict=True)):
-        is_painted = (np.asarray(frame)[..., :3] == np.round(np.array([k / 59, 1 - k / 59, 0]) * 255)).all(axis=-1)
-        assert np.count_nonzero(is_painted) > 1000
-        assert np.abs(picture.astype(int) - np.asarray(frame))[is_painted].max() <= 8, k
+        is_filled = (np.asarray(frame)[..., :3] == np.round(np.array([k / 59, 1 - k / 59, 0]) * 255)).all(axis=-1)
+        assert np.count_nonzero(is_filled) > 1000
+        assert np.abs(picture.astype(int) - np.asarray(frame))[is_filled].max() <= 8, k
 
 
-def test_a_gif_s_frame_has_its_own_table_where_the_file_s_does_not_suit_it(tmp_path: Path) -> None:
+def test_a_gif_s_frame_has_a_local_table_if_the_common_one_is_not_acceptable(tmp_path: Path) -> None:
     gx.animate(CUBE, FLASHES["faces"], tmp_path / "out.gif", size=(120, 90))
     own = tables(tmp_path / "out.gif")
     assert [bool(table) for table in own] == [False, True] * 7 + [False]
@@ -295,7 +295,9 @@ def test_a_gif_s_frame_has_its_own_table_where_the_file_s_does_not_suit_it(tmp_p
 
 @pytest.mark.parametrize("size", [(60, 45), (240, 180)])
 @pytest.mark.parametrize("style", [{"color": "face", "line_width": 1.5}, {"fill": "face", "depth_cue": 0.7}], ids=str)
-def test_a_gif_s_rims_need_no_tables_of_their_own(tmp_path: Path, size: tuple[int, int], style: dict[str, Any]) -> None:
+def test_a_gif_s_antialiased_edges_need_no_local_tables(
+    tmp_path: Path, size: tuple[int, int], style: dict[str, Any]
+) -> None:
     gx.turntable(gx.samples.snub_dodecahedron(), 40, tmp_path / "out.gif", axis=(1, 2, 3), size=size, **style)
     assert 200 < n_colors(*read(tmp_path / "out.gif")[0]) <= 255
     assert not any(tables(tmp_path / "out.gif"))
@@ -326,7 +328,7 @@ def test_a_gif_is_opaque_or_not_at_each_pixel(tmp_path: Path) -> None:
         assert np.array_equal(picture[..., 3], np.where(original[..., 3] >= 128, 255, 0))
 
 
-def test_a_gif_shows_what_is_see_through_in_few_frames(tmp_path: Path) -> None:
+def test_a_gif_shows_what_is_transparent_in_few_frames(tmp_path: Path) -> None:
     """Every second frame is covered, and so is each that its colours are chosen from."""
     zooms = [gx.scale(50), gx.scale(0.5)] * 7 + [gx.scale(50)]
     window = gx.Camera.window((-1, 1), (-1, 1))
@@ -396,9 +398,9 @@ def test_a_gif_s_delays_are_none_that_browsers_take_for_a_mistake(tmp_path: Path
     [("out.gif", 65535), ("out.webp", 16383), ("out.html", 16383), ("out.mp4", 16384), ("out.webm", 65535)],
 )
 def test_a_size_that_the_format_cannot_hold(tmp_path: Path, name: str, side: int) -> None:
-    clip = Clip((2, side + 1), 1, 20.0, failing([], after=0), partial(map, [].__getitem__), True)
+    sequence = FrameSequence((2, side + 1), 1, 20.0, failing([], after=0), partial(map, [].__getitem__), True)
     with pytest.raises(ArgumentError, match=rf"size must be at most {side} x {side} in .*, got 2 x {side + 1}"):
-        saver(tmp_path / name)(clip)
+        make_writer(tmp_path / name)(sequence)
     assert list(tmp_path.iterdir()) == []
 
 
@@ -406,7 +408,7 @@ def test_a_size_that_the_encoder_refuses_is_an_error_of_ours(tmp_path: Path, mon
     from gpu_xform.animation.encoders import video
 
     monkeypatch.setattr(video, "MP4", video.VideoFormat("MP4", "mp4", "libx264", {}, side_multiple=1))
-    with pytest.raises(ArgumentError, match="MP4: libx264 cannot encode 33 x 21 at 20 frames a second"):
+    with pytest.raises(ArgumentError, match="MP4: libx264 cannot encode 33 x 21 at 20 frames per second"):
         save(tmp_path / "out.mp4", pictures(1, size=(33, 21)))
     assert list(tmp_path.iterdir()) == []
 
@@ -419,7 +421,7 @@ def test_a_size_that_the_encoder_refuses_is_an_error_of_ours(tmp_path: Path, mon
         ("a-{frame:2}-b.PNG", ["a- 0-b.PNG", "a- 1-b.PNG", "a- 2-b.PNG"]),
     ],
 )
-def test_one_file_a_frame(tmp_path: Path, template: str, names: list[str]) -> None:
+def test_one_file_per_frame(tmp_path: Path, template: str, names: list[str]) -> None:
     made = pictures(3, transparent=True)
     save(tmp_path / "frames" / template, made)
     assert [path.name for path in tmp_path.iterdir()] == ["frames"]
@@ -458,9 +460,9 @@ def test_a_folder_where_a_frame_should_be_is_said_before_anything_is_drawn(tmp_p
     (tmp_path / "2.png").mkdir()
     before = folder_of_frames(tmp_path)
     made = pictures(4)
-    clip = Clip((WIDTH, HEIGHT), 4, 20.0, failing(made, after=0), partial(map, made.__getitem__), True)
+    sequence = FrameSequence((WIDTH, HEIGHT), 4, 20.0, failing(made, after=0), partial(map, made.__getitem__), True)
     with pytest.raises(IsADirectoryError) as caught:
-        saver(tmp_path / "{frame}.png")(clip)
+        make_writer(tmp_path / "{frame}.png")(sequence)
     assert caught.value.filename == str(tmp_path / "2.png")
     assert contents(tmp_path) == before
 
@@ -474,9 +476,9 @@ def test_a_folder_that_is_made_meanwhile_stops_all_frames(tmp_path: Path) -> Non
         (tmp_path / "2.png").mkdir()
         (tmp_path / "2.png" / "mine").touch()
 
-    clip = Clip((WIDTH, HEIGHT), 4, 20.0, frames(), partial(map, made.__getitem__), True)
+    sequence = FrameSequence((WIDTH, HEIGHT), 4, 20.0, frames(), partial(map, made.__getitem__), True)
     with pytest.raises(IsADirectoryError) as caught:
-        saver(tmp_path / "{frame}.png")(clip)
+        make_writer(tmp_path / "{frame}.png")(sequence)
     assert caught.value.filename == str(tmp_path / "2.png")
     assert contents(tmp_path) == before | {"2.png": b""}
     assert (tmp_path / "2.png" / "mine").exists()
@@ -517,21 +519,21 @@ def test_frames_that_cannot_be_put_in_place_are_taken_back(
 )
 def test_a_template_that_is_none(tmp_path: Path, name: str) -> None:
     with pytest.raises(ArgumentError, match=r"path must hold \{frame\}, or \{frame:04\}"):
-        saver(tmp_path / name)
+        make_writer(tmp_path / name)
 
 
 def test_a_template_is_for_png(tmp_path: Path) -> None:
     with pytest.raises(ArgumentError, match=r"path must end in \.png where it holds \{frame\}, got '\{frame\}\.jpg'"):
-        saver(tmp_path / "{frame}.jpg")
+        make_writer(tmp_path / "{frame}.jpg")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_folder_that_there_is_not_is_said_before_anything_is_drawn(tmp_path: Path, name: str) -> None:
     made: list[Pixels] = pictures(2)
-    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), partial(map, made.__getitem__), True)
+    sequence = FrameSequence((WIDTH, HEIGHT), 2, 20.0, failing(made, after=0), partial(map, made.__getitem__), True)
     path = tmp_path / "none" / "at all" / name
     with pytest.raises(FileNotFoundError) as caught:
-        saver(path)(clip)
+        make_writer(path)(sequence)
     assert str(tmp_path / "none") in str(caught.value)
     assert "tmp'" not in str(caught.value)
     assert list(tmp_path.iterdir()) == []
@@ -539,9 +541,9 @@ def test_a_folder_that_there_is_not_is_said_before_anything_is_drawn(tmp_path: P
 
 def test_a_link_to_nowhere_where_the_folder_should_be(tmp_path: Path) -> None:
     (tmp_path / "frames").symlink_to(tmp_path / "nowhere")
-    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(pictures(2), after=0), iter, is_opaque=True)  # type: ignore[arg-type]
+    sequence = FrameSequence((WIDTH, HEIGHT), 2, 20.0, failing(pictures(2), after=0), iter, is_opaque=True)  # type: ignore[arg-type]
     with pytest.raises(NotADirectoryError, match="frames"):
-        saver(tmp_path / "frames" / "{frame}.png")(clip)
+        make_writer(tmp_path / "frames" / "{frame}.png")(sequence)
     assert [path.name for path in tmp_path.iterdir()] == ["frames"]
 
 
@@ -569,7 +571,7 @@ def test_an_interrupt_while_frames_move_into_their_folder_comes_after_the_last(
 def test_a_file_where_the_folder_should_be(tmp_path: Path) -> None:
     (tmp_path / "frames").write_text("mine")
     with pytest.raises(NotADirectoryError, match="frames"):
-        saver(tmp_path / "frames" / "{frame}.png")(clip_of(pictures(2)))
+        make_writer(tmp_path / "frames" / "{frame}.png")(sequence_of(pictures(2)))
     assert (tmp_path / "frames").read_text() == "mine"
 
 
@@ -603,7 +605,7 @@ def piped(pipe: Path, write: Callable[[Path], None]) -> bytes:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a named pipe")
-@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.parametrize("kind", ENCODERS)
 def test_a_pipe_takes_what_a_file_takes(tmp_path: Path, kind: str) -> None:
     made = pictures(5)
     save(tmp_path / f"file.{kind}", made)
@@ -618,14 +620,14 @@ def test_a_pipe_takes_what_a_file_takes(tmp_path: Path, kind: str) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a named pipe")
-@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.parametrize("kind", ENCODERS)
 def test_what_stops_the_drawing_ends_the_pipe(tmp_path: Path, kind: str) -> None:
     made = pictures(2)
-    clip = Clip((WIDTH, HEIGHT), 2, 20.0, failing(made, after=1), partial(map, made.__getitem__), True)
+    sequence = FrameSequence((WIDTH, HEIGHT), 2, 20.0, failing(made, after=1), partial(map, made.__getitem__), True)
 
     def stopped(path: Path) -> None:
         with pytest.raises(RuntimeError, match="the device is gone"):
-            saver(path)(clip)
+            make_writer(path)(sequence)
 
     assert len(piped(tmp_path / f"pipe.{kind}", stopped)) < 5000
 
@@ -649,9 +651,11 @@ def leaving_nothing(folder: Path) -> Iterator[None]:
 @pytest.mark.parametrize("error", [RuntimeError("the device is gone"), KeyboardInterrupt()])
 def test_what_stops_the_drawing_leaves_nothing(tmp_path: Path, name: str, after: int, error: BaseException) -> None:
     made = pictures(20)
-    clip = Clip((WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), partial(map, made.__getitem__), True)
+    sequence = FrameSequence(
+        (WIDTH, HEIGHT), 20, 20.0, failing(made, after, error), partial(map, made.__getitem__), True
+    )
     with leaving_nothing(tmp_path), pytest.raises(type(error)):
-        saver(tmp_path / name)(clip)
+        make_writer(tmp_path / name)(sequence)
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if not name.endswith(VIDEO)])
@@ -676,13 +680,15 @@ def test_what_goes_wrong_while_encoding_stops_the_drawing(
             yield picture
 
     with leaving_nothing(tmp_path), pytest.raises(MemoryError, match="no room for the fourth"):
-        saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 100, 20.0, frames(), partial(map, made.__getitem__), True))
-    assert len(drawn) <= 4 + MOST_WORKERS + 1
+        make_writer(tmp_path / name)(
+            FrameSequence((WIDTH, HEIGHT), 100, 20.0, frames(), partial(map, made.__getitem__), True)
+        )
+    assert len(drawn) <= 4 + MAX_WORKERS + 1
 
 
 @pytest.mark.parametrize("name", [name for name in NAMES if not name.endswith(VIDEO)])
 @pytest.mark.parametrize("n_processors", [1, 2, 3])
-def test_frames_are_encoded_in_threads_where_drawing_leaves_processors(
+def test_frames_are_encoded_in_threads_if_drawing_leaves_processors(
     tmp_path: Path, name: str, n_processors: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     encoder = "tobytes" if name.endswith(".gif") else "save"
@@ -714,7 +720,7 @@ def test_pictures_are_drawn_while_others_are_encoded() -> None:
         told.set()
         yield 1
 
-    with encoded(frames(), encode, n_workers=1) as results:
+    with encode_parallel(frames(), encode, n_workers=1) as results:
         assert list(results) == [0, 1]
 
 
@@ -723,7 +729,7 @@ def test_results_come_in_the_order_of_the_frames() -> None:
         time.sleep(0.02 * (k % 3 == 0))
         return k
 
-    with encoded(iter(range(40)), slow) as results:  # type: ignore[arg-type]
+    with encode_parallel(iter(range(40)), slow) as results:  # type: ignore[arg-type]
         assert list(results) == list(range(40))
 
 
@@ -737,7 +743,7 @@ def test_one_after_another_is_encoded_where_the_order_counts() -> None:
         inside[0] -= 1
         return k
 
-    with encoded(iter(range(20)), encode, n_workers=1) as results:  # type: ignore[arg-type]
+    with encode_parallel(iter(range(20)), encode, n_workers=1) as results:  # type: ignore[arg-type]
         assert list(results) == list(range(20))
     assert most == [1]
 
@@ -754,9 +760,11 @@ def test_few_frames_are_held_at_a_time(tmp_path: Path, name: str) -> None:
         living.append(weakref.ref(picture))
         return picture
 
-    saver(tmp_path / name)(Clip((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), partial(map, drawn), True))
+    make_writer(tmp_path / name)(
+        FrameSequence((WIDTH, HEIGHT), 50, 20.0, (drawn(k) for k in range(50)), partial(map, drawn), True)
+    )
     assert len(alive) >= 50
-    assert max(alive[8:]) <= MOST_WORKERS + 3
+    assert max(alive[8:]) <= MAX_WORKERS + 3
 
 
 MEMORY = """
@@ -812,7 +820,7 @@ def test_an_interrupt_leaves_no_file_and_no_thread(tmp_path: Path, name: str) ->
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_animation_goes_through_all_of_it(tmp_path: Path) -> None:
+def test_an_animation_goes_from_matrices_to_files(tmp_path: Path) -> None:
     """From matrices to the bytes of a file, exact where the format is, and near where it is not."""
     turns = [gx.rotate((1, 2, 3), 0.5 * k) for k in range(4)]
     animation = gx.animate(gx.samples.house(), turns, size=(120, 80), color="face", line_width=3)
@@ -888,9 +896,9 @@ def test_what_stops_the_drawing_leaves_no_memory_taken(
     assert held(device) == before
 
 
-def test_stills_are_what_pillow_reads() -> None:
+def test_encoded_images_are_what_pillow_reads() -> None:
     picture = pictures(1, transparent=True)[0]
-    for encode, name in [(stills.png, "PNG"), (stills.webp, "WEBP")]:
+    for encode, name in [(encode_png, "PNG"), (encode_webp, "WEBP")]:
         with Image.open(io.BytesIO(encode(picture))) as image:
             assert image.format == name
             assert np.array_equal(np.asarray(image), picture)

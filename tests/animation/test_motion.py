@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gpu_xform import Mesh, rotate_y, samples, save_mesh
-from gpu_xform.animation.motion import Motion, described
+from gpu_xform.animation.motion import Motion, make_motion
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from tests.support.reference_transform import AFFINE, PROJECTIVE
 
@@ -13,7 +13,7 @@ STACK = np.stack([AFFINE, PROJECTIVE, rotate_y(1)])
 
 
 def of(frames: Any, fps: float = 20, n_frames: int | None = None, duration: float | None = None) -> Motion:
-    return described(frames, fps, n_frames, duration)
+    return make_motion(frames, fps, n_frames, duration)
 
 
 class Telling:
@@ -28,7 +28,7 @@ class Telling:
 
 
 def poses(motion: Motion) -> list[Any]:
-    return [motion.at(k) for k in range(motion.n_frames)]
+    return [motion.pose_at(k) for k in range(motion.n_frames)]
 
 
 @pytest.mark.parametrize(
@@ -51,7 +51,7 @@ def test_what_has_matrices_is_taken_for_them() -> None:
     assert np.array_equal(poses(of(lambda k: turns[k], n_frames=3)), expected)
 
 
-def test_a_function_gets_the_number_of_the_frame() -> None:
+def test_a_function_gets_the_index_of_the_frame() -> None:
     motion = of(lambda k: STACK[k], n_frames=3)
     assert np.array_equal(poses(motion), STACK)
     told = Telling()
@@ -71,9 +71,9 @@ def test_a_function_of_time_gets_seconds(seconds: float, fps: float, n_frames: i
     np.testing.assert_allclose(told.given, np.arange(n_frames) / fps, rtol=1e-15)
 
 
-def test_a_function_is_called_when_its_frame_is_asked_for() -> None:
+def test_a_function_is_called_when_its_frame_is_requested() -> None:
     told = Telling()
-    of(told, n_frames=1000).at(7)
+    of(told, n_frames=1000).pose_at(7)
     assert told.given == [7]
 
 
@@ -104,7 +104,9 @@ def test_frames_that_are_none(frames: Any, message: str) -> None:
 
 @pytest.mark.parametrize("frames", ["cube.obj", b"x", 5, None, {"hand": AFFINE}, samples.cube()])
 def test_frames_of_another_type(frames: Any) -> None:
-    with pytest.raises(ArgumentTypeError, match="frames must be matrices, one a frame, or a function that gives them"):
+    with pytest.raises(
+        ArgumentTypeError, match="frames must be matrices, one per frame, or a function that returns them"
+    ):
         of(frames)
 
 
@@ -130,7 +132,7 @@ def test_frames_that_are_given_are_counted(options: dict[str, Any]) -> None:
         ({"duration": np.nan}, "duration must be finite, got nan"),
         ({"n_frames": 2**31}, "n_frames must be at most 2147483647, got 2147483648"),
         ({"n_frames": 2**63}, "n_frames must be at most 2147483647, got 9223372036854775808"),
-        ({"duration": 1e30}, r"duration must be at most 1.07374e\+08 seconds at 20 frames a second, got 1e\+30"),
+        ({"duration": 1e30}, r"duration must be at most 1.07374e\+08 seconds at 20 frames per second, got 1e\+30"),
         ({"duration": 1e308, "fps": 1000}, r"duration must be at most .*, got 1e\+308"),
         ({"n_frames": 2, "fps": 0}, r"fps must lie in \[0.01, 1000\], got 0"),
         ({"n_frames": 2, "fps": np.inf}, "fps must be finite, got inf"),
@@ -147,11 +149,11 @@ def test_a_function_that_raises_is_told_with_its_frame() -> None:
         return [AFFINE][k]
 
     motion = of(fall, n_frames=3)
-    motion.at(0)
+    motion.pose_at(0)
     with pytest.raises(
         ArgumentError, match=r"^frames raised at frame 2: IndexError: list index out of range$"
     ) as caught:
-        motion.at(2)
+        motion.pose_at(2)
     assert isinstance(caught.value.__cause__, IndexError)
 
 
@@ -160,7 +162,7 @@ def test_what_stops_a_program_is_no_frame_s_fault() -> None:
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        of(stop, n_frames=1).at(0)
+        of(stop, n_frames=1).pose_at(0)
 
 
 @pytest.mark.parametrize(
@@ -175,9 +177,9 @@ def test_what_stops_a_program_is_no_frame_s_fault() -> None:
 )
 def test_what_a_function_gives_is_checked(frame: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises((ArgumentError, ArgumentTypeError), match=message):
-        of(lambda _: frame, **options).at(4)
+        of(lambda _: frame, **options).pose_at(4)
 
 
 def test_a_mesh_is_kept_as_it_is() -> None:
     mesh = Mesh([(0, 0, 0), (1, 0, 0)], [(0, 1)])
-    assert of([mesh]).at(0) is mesh
+    assert of([mesh]).pose_at(0) is mesh

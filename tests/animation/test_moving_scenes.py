@@ -1,4 +1,4 @@
-"""Scenes in motion: a dict of matrices a frame, or a matrix for all."""
+"""Scenes in motion: a dict of matrices per frame, or a matrix for all nodes."""
 
 from pathlib import Path
 from typing import Any
@@ -72,7 +72,7 @@ def test_one_camera_holds_every_pose() -> None:
     assert np.abs(in_picture(Camera.fit(points_of(ARM)), points_of(ARM.posed(poses[7])))).max() > 1.0
 
 
-def test_a_scene_turns_about_its_middle() -> None:
+def test_a_scene_rotates_about_its_centre() -> None:
     animation = turntable(ARM, 4, size=SIZE, camera=CAMERA, transform=gx.translate(1, 0, 0))
     points = points_of(ARM) + np.array([1, 0, 0])
     middle = (points.min(axis=0) + points.max(axis=0)) / 2
@@ -142,9 +142,9 @@ def frames_of(model: Any, frames: Any, **options: Any) -> list[Any]:
     [
         (ARM, [{}, {"elbow": np.eye(4)}], "frame 1: poses must name nodes of this scene, got 'elbow'"),
         (ARM, [{}, {"hand": np.eye(3)}], r"frames\[1\]\['hand'\] must have shape \(4, 4\), got \(3, 3\)"),
-        (samples.house(), [{"hand": np.eye(4)}], "frame 0: model must be a Scene where frames move its"),
+        (samples.house(), [{"hand": np.eye(4)}], "frame 0: model must be a Scene if frames move its"),
         (Scene(), [{}], "models must hold at least one model, got none"),
-        (ARM, ARM, "frames must be matrices, one a frame, or a function that gives them, got Scene"),
+        (ARM, ARM, "frames must be matrices, one per frame, or a function that returns them, got Scene"),
     ],
 )
 def test_what_moves_no_scene_is_refused(model: Any, frames: Any, message: str) -> None:

@@ -1,6 +1,6 @@
-"""Animated PNG: exact, with transparency. Each frame is a PNG of Pillow's, its chunks put into one file.
+"""Animated PNG: lossless, with transparency. The chunks of one PNG per frame, by Pillow, are put into one file.
 
-Pillow writes animations itself, but holds every frame of them until the last.
+Pillow writes animations itself, but holds all frames until the last.
 """
 
 import struct
@@ -10,49 +10,51 @@ from fractions import Fraction
 from itertools import count
 from typing import BinaryIO
 
-from .frames import Clip
-from .image_codecs import png
-from .parallel import encoded
+from .frames import FrameSequence
+from .image_codecs import encode_png
+from .parallel import encode_parallel
 
 SIGNATURE = b"\x89PNG\r\n\x1a\n"
-MOST_OF_A_DELAY = 65535
+MAX_SIDE_PX = 2**31 - 1
+MAX_DELAY_DENOMINATOR = 65535
 FOREVER = 0
 
 
-def write(file: BinaryIO, clip: Clip) -> None:
+def write(file: BinaryIO, sequence: FrameSequence) -> None:
     """Write an animated PNG, with the delays as exact fractions."""
-    clip.require_size_within(2**31 - 1, "a PNG")
-    width, height = clip.size
-    delay = Fraction(1 / clip.fps).limit_denominator(MOST_OF_A_DELAY)
-    number = count()  # of the chunks that are about the animation
-    with encoded(clip.frames, png) as stills:
-        for k, still in enumerate(stills):
-            chunks = dict(_chunks(still))
+    sequence.require_size_within(MAX_SIDE_PX, "a PNG")
+    width, height = sequence.size
+    delay = Fraction(1 / sequence.fps).limit_denominator(MAX_DELAY_DENOMINATOR)
+    sequence_number = count()  # of the animation's own chunks
+    with encode_parallel(sequence.frames, encode_png) as images:
+        for k, encoded in enumerate(images):
+            chunks = dict(_chunks(encoded))
             if k == 0:
                 file.write(SIGNATURE + _chunk(b"IHDR", chunks[b"IHDR"]))
-                file.write(_chunk(b"acTL", struct.pack(">II", clip.n_frames, FOREVER)))
+                file.write(_chunk(b"acTL", struct.pack(">II", sequence.n_frames, FOREVER)))
             timing = (*delay.as_integer_ratio(), 0, 0)
-            file.write(_chunk(b"fcTL", struct.pack(">IIIIIHHBB", next(number), width, height, 0, 0, *timing)))
+            control = struct.pack(">IIIIIHHBB", next(sequence_number), width, height, 0, 0, *timing)
+            file.write(_chunk(b"fcTL", control))
             if k == 0:
                 file.write(_chunk(b"IDAT", chunks[b"IDAT"]))
             else:
-                file.write(_chunk(b"fdAT", struct.pack(">I", next(number)) + chunks[b"IDAT"]))
+                file.write(_chunk(b"fdAT", struct.pack(">I", next(sequence_number)) + chunks[b"IDAT"]))
     file.write(_chunk(b"IEND", b""))
 
 
-def _chunks(still: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """Yield the name and the body of each chunk of a PNG file, the parts of the picture as one."""
-    picture = []
-    place = len(SIGNATURE)
-    while place < len(still):
-        length, name = struct.unpack_from(">I4s", still, place)
-        body = still[place + 8 : place + 8 + length]
-        place += length + 12
+def _chunks(encoded: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """Yield the name and the body of each chunk of a PNG file, all image data as one chunk."""
+    image_data = []
+    offset = len(SIGNATURE)
+    while offset < len(encoded):
+        length, name = struct.unpack_from(">I4s", encoded, offset)
+        body = encoded[offset + 8 : offset + 8 + length]
+        offset += length + 12
         if name == b"IDAT":
-            picture.append(body)
+            image_data.append(body)
         else:
             yield name, body
-    yield b"IDAT", b"".join(picture)
+    yield b"IDAT", b"".join(image_data)
 
 
 def _chunk(name: bytes, body: bytes) -> bytes:

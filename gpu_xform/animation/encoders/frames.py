@@ -1,4 +1,4 @@
-"""What an encoder is given: pictures, one after another, and how long each is shown."""
+"""Frame sequence: the pictures that an encoder is given, and how long each is shown."""
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -9,28 +9,29 @@ from ...imaging.image import Pixels
 
 
 @dataclass(frozen=True)
-class Clip:
-    """Pictures (height, width, 4), drawn as they are asked for.
+class FrameSequence:
+    """Pictures (height, width, 4), drawn when they are requested.
 
-    frames : all of them in their order, to be gone through once
-    samples : draws a few of them, by their numbers, before the first is asked for
-    is_opaque : whether no pixel of any lets through what is below
+    frames : all of them in order, to be iterated over once
+    sample : draws a few of them, by their indices, before the first is requested
+    is_opaque : whether all pixels of all frames are opaque
     """
 
     size: tuple[int, int]
     n_frames: int
     fps: float
     frames: Iterator[Pixels]
-    samples: Callable[[Sequence[int]], Iterator[Pixels]]
+    sample: Callable[[Sequence[int]], Iterator[Pixels]]
     is_opaque: bool
 
     def durations(self, unit_s: float) -> Sequence[int]:
-        """Return for how many units each frame is shown; each begins within half a unit of its time."""
+        """Return for how many units of time each frame is shown; each begins within half a unit of its exact time."""
         starts = [round(k / (self.fps * unit_s)) for k in range(self.n_frames + 1)]
         return [end - start for start, end in pairwise(starts)]
 
-    def require_size_within(self, side: int, format_name: str) -> None:
-        """Raise `ArgumentError` where the pictures are larger than the format can say."""
-        if max(self.size) > side:
+    def require_size_within(self, max_side_px: int, format_name: str) -> None:
+        """Raise `ArgumentError` if the pictures are larger than the format can store."""
+        if max(self.size) > max_side_px:
             width, height = self.size
-            raise ArgumentError.expecting("size", f"be at most {side} x {side} in {format_name}", f"{width} x {height}")
+            limit = f"be at most {max_side_px} x {max_side_px} in {format_name}"
+            raise ArgumentError.expecting("size", limit, f"{width} x {height}")

@@ -1,22 +1,22 @@
-"""Single pictures as the bytes of a file, encoded by Pillow: lossless, and rather fast than small."""
+"""Lossless codecs of single pictures, by Pillow: fast rather than small."""
 
 import io
 
 from ...imaging.image import Pixels, image
 
 
-def png(pixels: Pixels) -> bytes:
+def encode_png(pixels: Pixels) -> bytes:
     """Return a PNG file."""
-    # Of zlib's levels, 3 is the fastest here but one, and on thin lines no larger than 6, which takes twice as long.
-    return _encoded(pixels, "PNG", compress_level=3)
+    # Of zlib's levels, 3 is the second fastest here, and on thin lines no larger than 6, which takes twice as long.
+    return _encode(pixels, "PNG", compress_level=3)
 
 
-def webp(pixels: Pixels) -> bytes:
-    """Return a WebP file, lossless to the colours of transparent pixels."""
-    return _encoded(pixels, "WEBP", lossless=True, exact=True, quality=20, method=1)
+def encode_webp(pixels: Pixels) -> bytes:
+    """Return a WebP file, lossless even in the colours of transparent pixels."""
+    return _encode(pixels, "WEBP", lossless=True, exact=True, quality=20, method=1)
 
 
-def _encoded(pixels: Pixels, name: str, **options: object) -> bytes:
+def _encode(pixels: Pixels, format_name: str, **options: object) -> bytes:
     file = io.BytesIO()
-    image(pixels).save(file, name, **options)
+    image(pixels).save(file, format_name, **options)
     return file.getvalue()

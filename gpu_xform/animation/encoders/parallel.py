@@ -1,4 +1,4 @@
-"""Encoding in other threads while the next frame is drawn in this one."""
+"""Parallel encoding: other threads encode frames while this one draws the next."""
 
 import os
 from collections import deque
@@ -11,25 +11,25 @@ from ...imaging.image import Pixels
 
 Encoded = TypeVar("Encoded")
 
-MOST_WORKERS = 8
+MAX_WORKERS = 8
 
 
 @contextmanager
-def encoded(
+def encode_parallel(
     frames: Iterable[Pixels], encode: Callable[[Pixels], Encoded], *, n_workers: int | None = None
 ) -> Iterator[Iterator[Encoded]]:
-    """Give what `encode` makes of each frame, in their order: the frames are drawn in this thread, encoded in others.
+    """Lend the results of `encode` for all frames, in order; frames are drawn in this thread, and encoded in others.
 
-    Of the frames given, only as many are held as threads work on them, and one more. What goes wrong in any thread is
-    raised in this one, and where the block ends, whatever the reason, no other is at work any more.
+    At most one frame more than there are threads is held at a time. An error in any thread is raised in this one. At
+    the end of the block, whatever the reason, no thread is at work any more.
 
-    n_workers : threads; one a processor by default. One encodes frame after frame, as is needed where each depends on
-        what those before it left; none leaves it to this thread
+    n_workers : number of threads; by default one per processor. With 1, frames are encoded one after another, as is
+        needed if each depends on those before it; with 0, in this thread.
     """
     if n_workers == 0:
         yield map(encode, frames)
         return
-    workers = n_workers or min(os.cpu_count() or 1, MOST_WORKERS)
+    workers = n_workers or min(os.cpu_count() or 1, MAX_WORKERS)
     pool = ThreadPoolExecutor(workers, "gpu_xform-encoder")
 
     def results() -> Iterator[Encoded]:

@@ -1,4 +1,4 @@
-"""From a file's name to what writes it."""
+"""Registry of encoders: from the name of a file to the function that writes it."""
 
 import os
 from collections.abc import Callable
@@ -8,13 +8,13 @@ from typing import BinaryIO, TypeAlias
 from ..._core.atomic_files import atomic_seekable_write, atomic_write
 from ..._core.types import StrPath
 from ...errors import ArgumentError, ArgumentTypeError
-from . import apng, gif, html, video, webp
-from . import image_sequence as folder
-from .frames import Clip
+from . import apng, gif, html, image_sequence, video, webp
+from .frames import FrameSequence
 
-Writer: TypeAlias = Callable[[BinaryIO, Clip], None]
+Encoder: TypeAlias = Callable[[BinaryIO, FrameSequence], None]
+Writer: TypeAlias = Callable[[FrameSequence], None]
 
-WRITERS: dict[str, Writer] = {
+ENCODERS: dict[str, Encoder] = {
     "apng": apng.write,
     "gif": gif.write,
     "html": html.write,
@@ -23,42 +23,42 @@ WRITERS: dict[str, Writer] = {
     "webm": video.write_webm,
     "webp": webp.write,
 }
-GO_BACK = {"mp4", "webm", "webp"}  # to write the length of what comes after
+NEEDS_SEEK = {"mp4", "webm", "webp"}  # to write the length of what follows
 
 
-def saver(path: StrPath) -> Callable[[Clip], None]:
-    """Return what saves a clip as the file `path`, or as one file a frame where its name holds "{frame}".
+def make_writer(path: StrPath) -> Writer:
+    """Return a function that saves a sequence as the file `path`, or as one file per frame if its name holds "{frame}".
 
     Raises at once what can be known of the name: `ArgumentError`, `MissingExtraError`.
     """
     if not isinstance(path, str | os.PathLike):
         raise ArgumentTypeError.expecting("path", "be a path", type(path).__name__)
-    write = _writer(Path(path))
+    write = _find_writer(Path(path))
 
-    def save(clip: Clip) -> None:
+    def write_and_name_errors(sequence: FrameSequence) -> None:
         try:
-            write(clip)
+            write(sequence)
         except OSError as error:
             if error.filename is None:  # as of a full disk
                 error.filename = os.fspath(path)
             raise
 
-    return save
+    return write_and_name_errors
 
 
-def _writer(path: Path) -> Callable[[Clip], None]:
-    if folder.is_template(path):
-        folder.frame_name(path.name)
-        return lambda clip: folder.write(path, clip)
-    kind = path.suffix.lower().lstrip(".")
-    if kind not in WRITERS:
-        known = ", ".join(f".{name}" for name in WRITERS)
+def _find_writer(path: Path) -> Writer:
+    if image_sequence.is_template(path):
+        image_sequence.parse_template(path.name)
+        return lambda sequence: image_sequence.write(path, sequence)
+    file_type = path.suffix.lower().lstrip(".")
+    if file_type not in ENCODERS:
+        known = ", ".join(f".{name}" for name in ENCODERS)
         raise ArgumentError.expecting("path", f"end in one of {known}, or hold {{frame}}", repr(str(path)))
-    if kind in ("mp4", "webm"):
+    if file_type in ("mp4", "webm"):
         video.require_av()
 
-    def write(clip: Clip) -> None:
-        with (atomic_seekable_write if kind in GO_BACK else atomic_write)(path) as file:
-            WRITERS[kind](file, clip)
+    def write(sequence: FrameSequence) -> None:
+        with (atomic_seekable_write if file_type in NEEDS_SEEK else atomic_write)(path) as file:
+            ENCODERS[file_type](file, sequence)
 
     return write
