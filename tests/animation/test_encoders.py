@@ -523,7 +523,7 @@ def test_a_template_that_is_none(tmp_path: Path, name: str) -> None:
 
 
 def test_a_template_is_for_png(tmp_path: Path) -> None:
-    with pytest.raises(ArgumentError, match=r"path must end in \.png where it holds \{frame\}, got '\{frame\}\.jpg'"):
+    with pytest.raises(ArgumentError, match=r"path must end in \.png if it holds \{frame\}, got '\{frame\}\.jpg'"):
         make_writer(tmp_path / "{frame}.jpg")
 
 
