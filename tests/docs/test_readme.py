@@ -157,6 +157,13 @@ def test_the_page_lists_the_extras_there_are() -> None:
     assert {extra for _, listed in named for extra in listed.split(",")} <= extras
 
 
+def test_the_page_names_what_is_installed_besides() -> None:
+    sentence = re.search(r"^This installs (.+?) as well\.", PAGE, re.MULTILINE | re.DOTALL)
+    assert sentence is not None
+    required = [re.split(r"[^\w-]", requirement)[0] for requirement in PROJECT["dependencies"]]
+    assert re.findall(r"`([\w-]+)`", sentence[1]) == sorted(required)
+
+
 def test_the_page_names_the_pythons_that_are_tested() -> None:
     classified = [words.split(" :: ")[2:] for words in PROJECT["classifiers"] if ":: Python :: 3." in words]
     versions = [version for (version,) in classified]
