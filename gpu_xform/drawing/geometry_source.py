@@ -24,9 +24,8 @@ from ..geometry.edges import (
 )
 from ..geometry.mesh import Mesh, pair_keys
 from ..geometry.triangulation import triangulate
-from ..gpu.chunking import align_points
 from ..gpu.device import Device
-from ..gpu.device_points import DevicePoints
+from ..gpu.device_points import DevicePoints, pad_points
 from ..gpu.layouts import CANDIDATE
 from .boxes import box_corners, box_in_world, world_positions
 from .layer import Layer
@@ -218,12 +217,7 @@ class MeshSource:
         model_from_unit = np.diag([half_size, half_size, half_size, 1.0])
         model_from_unit[:3, 3] = center
 
-        def padded() -> npt.NDArray[np.float32]:
-            points = np.zeros((align_points(self.n_points), 3), np.float32)
-            points[: self.n_points] = self._in_unit_cube()
-            return points
-
-        buffer = device.resource_cache.get(self.owner, "points", padded)
+        buffer = device.resource_cache.get(self.owner, "points", lambda: pad_points(self._in_unit_cube(), np.float32))
         bounding = self.mesh.positions if self.n_points <= MAX_BOUNDING_POINTS else box_corners(self.mesh.bounds)
         return DevicePoints(
             buffer, self.n_points, np.dtype(np.float32), (bounding - center) / half_size

@@ -1,5 +1,5 @@
 """The only folder that imports wgpu: adapters, the device, its buffers, shaders and dispatches.
 
 Reading order: drivers, type_lookups, adapters, errors, layouts, context, buffers, buffer_pool, resource_cache, stages,
-wgsl, shaders, dispatch, timestamps, trace, self_test, device, device_points, uniforms, chunking, timing, debug.
+wgsl, shaders, dispatch, timestamps, trace, self_test, device, uniforms, chunking, device_points, timing, debug.
 """

@@ -7,11 +7,12 @@ import numpy as np
 import numpy.typing as npt
 
 from .buffers import Buffer
+from .chunking import align_points
 
 
 @dataclass(frozen=True)
 class DevicePoints:
-    """The first `n_points` > 0 packed points of R^3 in `buffer`, which is padded to whole quads.
+    """The first `n_points` > 0 packed points of R^3 in `buffer`, which is padded as `pad_points` does.
 
     bounding_points : (h, 3), between which all of them lie; None where the host does not know
     """
@@ -20,3 +21,10 @@ class DevicePoints:
     n_points: int
     dtype: np.dtype[Any]
     bounding_points: npt.NDArray[np.float64] | None = None
+
+
+def pad_points(points: npt.NDArray[Any], dtype: npt.DTypeLike) -> npt.NDArray[Any]:
+    """Return points (n, 3) as `dtype`, followed by zeros: a shader invocation reads several points at once."""
+    padded = np.zeros((align_points(len(points)), 3), dtype)
+    padded[: len(points)] = points
+    return padded

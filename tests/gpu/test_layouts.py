@@ -8,11 +8,8 @@ import pytest
 from gpu_xform.gpu import layouts
 from gpu_xform.gpu.buffers import UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
-from gpu_xform.gpu.dispatch import dispatch
-from gpu_xform.gpu.shaders import ComputePipeline
 from tests.support import wgsl
-
-POISON = -1234.0
+from tests.support.evaluate import evaluate
 
 
 def declaration_of(name: str, stage: str, number_type: str | None = None) -> str:
@@ -22,35 +19,6 @@ def declaration_of(name: str, stage: str, number_type: str | None = None) -> str
     return "\n".join([*aliases, wgsl.struct(stage, name, number_type)])
 
 
-def expressions_seen(device: Device, declarations: str, expressions: list[str], given: Buffer) -> list[float]:
-    """Return the value of each expression in a shader whose `declarations` bind `given`, which is released."""
-    reads = "\n".join(f"    seen[{i}] = f32({expression});" for i, expression in enumerate(expressions))
-    code = f"""{declarations}
-@group(0) @binding(1) var<storage, read_write> seen: array<f32>;
-@compute @workgroup_size(1)
-fn main() {{
-{reads}
-}}
-"""
-    module = device.context.handle.create_shader_module(code=code)
-    handle = device.context.handle.create_compute_pipeline(
-        layout="auto", compute={"module": module, "entry_point": "main"}
-    )
-    pipeline = ComputePipeline(handle, "expressions", {"given": 0, "seen": 1})
-    seen = Buffer(device.context, 4 * len(expressions) + 4, label="test")
-    try:
-        seen.upload(np.full(len(expressions) + 1, POISON, np.float32))
-        with device.encode_commands(given, seen, label="test") as encoder:
-            dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, given=given, seen=seen), 1)
-        with seen.map_read(seen.n_bytes) as view:
-            values: list[float] = view.view(np.float32).tolist()
-    finally:
-        given.release()
-        seen.release()
-    assert values.pop() == POISON
-    return values
-
-
 def members_seen(
     device: Device, declaration: str, name: str, members: list[str], struct: npt.NDArray[Any]
 ) -> list[float]:
@@ -58,7 +26,7 @@ def members_seen(
     given = Buffer(device.context, struct.nbytes, UNIFORM, label="test")
     given.upload(layouts.as_bytes(struct))
     binding = f"@group(0) @binding(0) var<uniform> given: {name};"
-    return expressions_seen(device, f"{declaration}\n{binding}", members, given)
+    return evaluate(device, f"{declaration}\n{binding}", members, given)
 
 
 @pytest.mark.parametrize(("dtype", "number_type"), [(np.float32, "f32"), (np.float64, "f64")])
@@ -143,7 +111,5 @@ def test_the_structs_are_as_large_as_wgsl_makes_them(
     n_bytes = 1 << 16  # of which another stride would hold another number of structs
     declarations = f"""{declaration_of(name, stage, number_type)}
 @group(0) @binding(0) var<storage, read> given: array<{name}>;"""
-    [n_structs] = expressions_seen(
-        device, declarations, ["arrayLength(&given)"], Buffer(device.context, n_bytes, label="test")
-    )
+    [n_structs] = evaluate(device, declarations, ["arrayLength(&given)"], Buffer(device.context, n_bytes, label="test"))
     assert n_structs == n_bytes // mirror.itemsize
