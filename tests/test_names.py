@@ -38,32 +38,32 @@ OLD_TEST_MODULES = """
 OLD_PYTHON: dict[str, dict[str, str]] = {
     "class": {
         "": """
-            Drawn Pairs Plan Pool Residents Shape Shaped
-            Shaper Stage Strokes Subject
+            Clip Drawn Painted Pairs Plan Pool Residents Shape Shaped
+            Shaper Strokes Subject
         """,
         "compute": "Points",
-        "drawing": "Points",
+        "drawing": "Points Stage",
         "gpu": "Points",
         "raster": "Points",
     },
     "function": {
         "": """
-            around begun by_face chained
-            circles clipped extremes fans following
-            hides hundredths is_cycle knotted levels
-            lost_by_distance members
-            nanoseconds_a_tick needs_distance octets of_circles
-            of_crossing opened outline
-            pixel_depth products reach_through reached related rounded_up
-            shaped staged strays strips taken together
-            unscaled untangled with_depth
-
+            about around begun by_face called chained chosen
+            circles clipped computed direction embedded encoded extremes fans finite following further
+            hides hundredths is_cycle kind knotted let_go levels
+            listed looking lost_by_distance matching meant members
+            naming nanoseconds_a_tick needs_distance octets of_circles
+            of_crossing opened outermost outline painted
+            pixel_depth planned posed products reach_through reached related require_one_aim rounded_up saver
+            say scaling shaped staged strays strips taken together turn_up
+            uninterrupted unpacked unscaled untangled unusual whole_number with_depth
+            words
         """,
     },
     "method": {
         "": """
             downloaded forget is_clear
-            recording resident strays
+            meant recording resident strays suits
         """,
         "gpu": "pixels take",
         "gpu/buffer_pool.py": "get",
@@ -72,8 +72,8 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "constant": {
         "": """
-            AT_ONCE Cue GRID Height
-            NEARLY Octets POINTS_A_PIXEL RIM ROOM UNIT_CORNERS
+            ALIKE AT_ONCE Codes Cue FAR FEW GO_BACK GRID Height NEAR
+            NEARLY NOTHING Octets POINTS_A_PIXEL RIM ROOM UNIT_CORNERS
 
         """,
         "vector/painters": "FIRST LEVEL SECOND",
@@ -81,7 +81,7 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     "field": {
         "": """
             AN_EDGE A_POINT ONE are_dots are_outlines color_places cue
-            holds hull is_clear pixel_depth shaped stays strength
+            holds hull is_clear one_for_each pixel_depth shaped stays strength
 
         """,
         "compute": "n_rows",
@@ -91,7 +91,7 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "parameter": {
         "": """
-            color_places first_mark further knife knives marks shares stays
+            backdrop color_places first_mark further knife knives marks shares stays
             strength ways_back
         """,
         "animation": "after",
@@ -104,23 +104,24 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
 }
 
 OLD_WGSL_FILES = """
-
-
-
-
-
-
-
+    across asked blend_colored_lines blend_faces blend_ink blend_points blend_points_f32 blend_points_f64
+    blend_thin_lines copy_points_f32 copy_points_f64 cue cut_lines each_covered each_inked each_mark edge far_along
+    fill_picture find_silhouette homogeneous ink ink_colored_lines ink_lines lay_faces lay_ink lay_large_faces mark
+    mark_thin_lines nearness over project_vertices project_vertices_f32 project_vertices_f64 quad quad_2d
+    reduce_points_f32 reduce_points_f64 scan strength transform_in_place_2d_f32 transform_in_place_2d_f64
+    transform_in_place_f32 transform_in_place_f64 transform_points_2d_f32 transform_points_2d_f64 transform_points_f32
+    transform_points_f64 triangle
 """
 
 OLD_WGSL: dict[str, dict[str, str]] = {
     "name": {
         "": """
-            COLOR_AN_EDGE COLOR_A_POINT ONE_COLOR
-            each_mark far_along
-
-            quad_2d
-
+            AS_IT_IS COLOR_AN_EDGE COLOR_A_POINT DIVIDED_BY_W NORMALIZED ONE_COLOR
+            each_mark far_along finish
+            finished first_quad
+            n_rows
+            quad quad_2d
+            undefined untouched
         """,
     },
     "member": {},
