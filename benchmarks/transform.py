@@ -18,8 +18,9 @@ import numpy.typing as npt
 from harness import Contender, Row, calm_threads, medians, table
 
 import gpu_xform as gx
-from gpu_xform.compute.kernels import transform as transform_pass
-from gpu_xform.compute.kernels.transform import ROWS_AT_ONCE, Finish
+from gpu_xform.compute.kernels import transform as transform_kernel
+from gpu_xform.compute.kernels.job import Epilogue
+from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import default_device
@@ -115,7 +116,7 @@ class Copies:
             n_workgroups = self.plan.n_workgroups(len(self.points))
             bindings = device.bind_groups.bind(self.pipeline, source=self.source, destination=self.destination)
             dispatch(encoder, self.pipeline, bindings, n_workgroups)
-        transform_pass.download_rows(self.plan, self.destination, self.out[None])
+        transform_kernel.read_results(self.plan, self.destination, self.out[None])
         return self.out
 
 
@@ -123,12 +124,12 @@ class ManyCopies:
     """What a stack of matrices costs the device alone: each result stored and brought back, and nothing computed."""
 
     def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
-        self.plan = DispatchPlan.of(device, len(points), 3, points.dtype, most_bytes=transform_pass.BATCH_BYTES)
+        self.plan = DispatchPlan.of(device, len(points), 3, points.dtype, max_bytes=transform_kernel.MAX_BATCH_BYTES)
         if self.plan.chunk < len(points):
             raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
         self.points, self.out = points, out
         self.row_bytes = self.plan.chunk * self.plan.point_bytes
-        self.n_rows = transform_pass.max_rows(self.plan, transform_pass.BATCH_BYTES)
+        self.n_rows = transform_kernel.max_matrices(self.plan)
         self.source, self.destination = (
             Buffer(device.context, self.row_bytes, label="copies"),
             Buffer(device.context, self.n_rows * self.row_bytes, label="copies"),
@@ -140,15 +141,15 @@ class ManyCopies:
         for first in range(0, len(self.out), self.n_rows):
             part = self.out[first : first + self.n_rows]
             self.copy(len(part))
-            transform_pass.download_rows(self.plan, self.destination, part)
+            transform_kernel.read_results(self.plan, self.destination, part)
         return self.out
 
     def copy(self, n_rows: int) -> None:
         """Dispatch copies to the first `n_rows` places, as many at once as the engine computes."""
         device = self.plan.device
         with device.encode_commands(self.source, self.destination, label="copies") as encoder:
-            for first in range(0, n_rows, ROWS_AT_ONCE):
-                n = min(ROWS_AT_ONCE, n_rows - first)
+            for first in range(0, n_rows, MATRICES_PER_DISPATCH):
+                n = min(MATRICES_PER_DISPATCH, n_rows - first)
                 pipeline = self.plan.pipeline("copy_points", n_matrices=n)
                 places = Binding(self.destination, first * self.row_bytes, n * self.row_bytes)
                 bindings = device.bind_groups.bind(pipeline, source=self.source, destination=places)
@@ -193,9 +194,9 @@ def kernel(device: gx.Device, n_points: int) -> Row:
     """Time the kernel by the device's own clock, beside one that copies."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     copies = Copies(device, points, np.empty_like(points))
-    (transforms,) = transform_pass.upload_transforms(copies.plan, gx.rotate((1, 2, 3), 0.7)[None], n_points)
+    (transforms,) = transform_kernel.upload_transforms(copies.plan, gx.rotate((1, 2, 3), 0.7)[None], n_points)
     buffers: dict[str, Buffer | Binding] = {"source": copies.source, "destination": copies.destination}
-    pipeline = copies.plan.pipeline("transform_points", epilogue=Finish.AS_IT_IS, n_matrices=1)
+    pipeline = copies.plan.pipeline("transform_points", epilogue=Epilogue.NONE, n_matrices=1)
     stages: dict[str, tuple[ComputePipeline, dict[str, Buffer | Binding]]] = {
         "ours": (pipeline, {"transforms": transforms, **buffers}),
         "copy": (copies.pipeline, buffers),

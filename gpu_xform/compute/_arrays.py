@@ -1,4 +1,4 @@
-"""Arrays of points as they come in and go out: NumPy's own, lists, and what speaks DLPack or the array interface."""
+"""Coercion of arrays of points: NumPy's own, lists, and arrays with DLPack or the array interface."""
 
 from typing import Any
 
@@ -12,7 +12,7 @@ from ..errors import ArgumentError, ArgumentTypeError
 def as_point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return `points` as an array (..., n, 2) or (..., n, 3) of float32 or float64, in any layout and byte order.
 
-    Nothing is copied where the numbers are already float32 or float64; integers become float64, float16 float32.
+    Nothing is copied if the numbers are float32 or float64 already; integers become float64, float16 float32.
     """
     array = as_host_array(points, "points")
     if array.dtype.kind in "iu" or (array.size == 0 and not hasattr(points, "dtype")):
@@ -27,12 +27,12 @@ def as_point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
 
 
 def as_host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
-    """Return `value` as a NumPy array, sharing its memory where it offers it."""
+    """Return `value` as a NumPy array, sharing its memory if it offers it."""
     try:
         # Arrays of other libraries hand their memory over by DLPack; NumPy would look for `__array__` only.
         if hasattr(value, "__dlpack__") and not isinstance(value, np.ndarray | np.generic):
             return np.from_dlpack(value)  # type: ignore[arg-type]
-        # A map keeps its type, which tells that its pages may be let go.
+        # A map keeps its type, by which its pages are released again.
         return value if isinstance(value, np.memmap) else np.asarray(value)
     except ValueError as error:  # a ragged list
         raise ArgumentError.expecting(name, "be a rectangular array of numbers", reason=error) from None
@@ -41,7 +41,7 @@ def as_host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
 
 
 def require_output(out: npt.NDArray[Any], shape: tuple[int, ...], points: npt.NDArray[Any]) -> None:
-    """Raise where `out` cannot take a result of `shape` and the dtype of `points`."""
+    """Raise if `out` cannot take a result of `shape` and the dtype of `points`."""
     dtype = points.dtype.newbyteorder("=")
     if not isinstance(out, np.ndarray):
         raise ArgumentTypeError.expecting("out", "be a NumPy array", type(out).__name__)
@@ -64,7 +64,7 @@ def _same_memory(a: npt.NDArray[Any], b: npt.NDArray[Any]) -> bool:
 
 
 def as_4x4(matrices: Float64Array) -> Float64Array:
-    """Return 3x3 matrices of R^2 (k, 3, 3) as the 4x4 ones that leave z alone: (k, 4, 4); 4x4 ones as they are."""
+    """Return matrices of the plane (k, 3, 3) as those of space that leave z alone: (k, 4, 4); 4x4 ones as they are."""
     if matrices.shape[-1] == 4:
         return matrices
     wide = np.zeros((len(matrices), 4, 4))

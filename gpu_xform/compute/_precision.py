@@ -1,4 +1,4 @@
-"""In which precision a transform is computed, and what single precision can't hold."""
+"""Precision: the number type in which a transform is computed, and a warning where single precision is too coarse."""
 
 import warnings
 from dataclasses import dataclass
@@ -15,8 +15,8 @@ from ..gpu.device import Device
 Precision = Literal["auto", "float32", "float64", "rebased"]
 
 # Fewer steps than this across a model show in a picture of it, and in most measurements.
-FEWEST_STEPS = 4096
-SAMPLE = 1024
+MIN_STEPS_PER_EXTENT = 4096
+MAX_SAMPLED_POINTS = 1024
 
 SINGLE: np.dtype[Any] = np.dtype(np.float32)
 DOUBLE: np.dtype[Any] = np.dtype(np.float64)
@@ -30,8 +30,8 @@ class Computation:
     rebased: bool = False
 
 
-def resolve(precision: Precision, dtype: np.dtype[Any], device: Device) -> Computation:
-    """Return how points of `dtype` are computed on `device`; raise `PrecisionError` where it cannot be done."""
+def resolve_precision(precision: Precision, dtype: np.dtype[Any], device: Device) -> Computation:
+    """Return how points of `dtype` are computed on `device`; raise `PrecisionError` if it cannot be done."""
     if precision not in get_args(Precision):
         raise ArgumentError.expecting("precision", f"be one of {', '.join(get_args(Precision))}", repr(precision))
     if precision == "auto":
@@ -48,7 +48,7 @@ def resolve(precision: Precision, dtype: np.dtype[Any], device: Device) -> Compu
 
 
 def require_range(matrices: Float64Array, dtype: np.dtype[Any]) -> None:
-    """Raise `ArgumentError` where an entry of `matrices` is too large for `dtype`."""
+    """Raise `ArgumentError` if an entry of `matrices` is too large for `dtype`."""
     largest = np.abs(matrices).max(initial=0.0)
     if largest > np.finfo(dtype).max:
         raise ArgumentError.expecting("matrix", f"fit {dtype}", f"an entry of {largest:g}")
@@ -57,13 +57,13 @@ def require_range(matrices: Float64Array, dtype: np.dtype[Any]) -> None:
 _warned = False
 
 
-def is_single(precision: Precision, points: npt.NDArray[Any]) -> bool:
+def rounds_to_float32(precision: Precision, points: npt.NDArray[Any]) -> bool:
     """Say whether the coordinates themselves are rounded to float32."""
     return precision == "float32" or (points.dtype.itemsize == SINGLE.itemsize and precision == "auto")
 
 
 def warn_if_coarse(points: npt.NDArray[Any]) -> None:
-    """Warn, once a process, where single precision has too few steps across the extent of `points` (..., n, 2 or 3).
+    """Warn, once per process, if single precision has too few steps across the extent of `points` (..., n, 2 or 3).
 
     Judged by about a thousand points of the first set, evenly spaced.
     """
@@ -71,13 +71,13 @@ def warn_if_coarse(points: npt.NDArray[Any]) -> None:
     if _warned or points.size == 0:
         return
     first = points[(0,) * (points.ndim - 2)]
-    sample = first[:: max(1, len(first) // SAMPLE)]
+    sample = first[:: max(1, len(first) // MAX_SAMPLED_POINTS)]
     low, high = sample.min(axis=0), sample.max(axis=0)
     release_pages(first)
     with np.errstate(over="ignore", invalid="ignore"):
         extent = float((high - low).max())
         step = float(np.spacing(np.float32(max(np.abs(low).max(), np.abs(high).max()))))
-    if 0.0 < extent < step * FEWEST_STEPS:
+    if 0.0 < extent < step * MIN_STEPS_PER_EXTENT:
         _warned = True
         warnings.warn(
             f"float32 resolves these coordinates to {step:g} only, across an extent of {extent:g}: "

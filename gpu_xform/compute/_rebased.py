@@ -1,11 +1,12 @@
-"""Double-precision coordinates through single-precision shaders: what travels is the offset from a nearby origin.
+"""Origin rebasing (relative-to-center, RTC): double-precision coordinates through single-precision shaders.
 
-For each block of `BLOCK` points the host subtracts the middle of the block's bounds in float64; the device transforms
-the offsets in float32; the host adds the transformed origin back in float64. With r the largest offset in the block and
-A the linear part, every component lies within 4 * 2^-24 * sqrt(3) * ||A|| * r of the exact one, beside float64's own
-rounding. Blocks are the same for every device, so a result does not depend on how much of it fits there.
+For each block of `POINTS_PER_BLOCK` points the host subtracts the middle of the block's bounds in float64; the device
+transforms the offsets in float32; the host adds the transformed origin back in float64. With r the largest offset in
+the block and A the linear part, every component lies within 4 * 2^-24 * sqrt(3) * ||A|| * r of the exact one, beside
+float64's own rounding. Blocks are the same for every device: a result does not depend on how much of it fits there.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,71 +15,66 @@ import numpy.typing as npt
 from .._core.types import Float64Array
 from ..gpu.device import Device
 from ._precision import SINGLE
-from .kernels import skin as blend_pass
-from .kernels import transform as transform_pass
-from .kernels.transform import Finish
+from ._skinning import Influences
+from .kernels.job import Epilogue, Job, SkinningJob
+from .kernels.skin import max_matrices, run_skinning
+from .kernels.transform import run_transform
 
-BLOCK = 4096
-BLOCKS_AT_ONCE = 1024
+POINTS_PER_BLOCK = 4096
+MAX_BLOCKS_PER_PART = 1024
 
 
-def transform(
-    device: Device, points: npt.NDArray[Any], matrices: Float64Array, out: npt.NDArray[Any], finish: Finish
-) -> None:
-    """Write each of `matrices` (k, 4, 4) applied to `points` (n, 2 or 3) into `out` (k, n, 2 or 3)."""
-    step = _blocks_at_once(device) * BLOCK
-    for start in range(0, len(points), step):
-        part = points[start : start + step]
-        origins, index = _origins(part), np.arange(len(part)) // BLOCK
-        offsets = (part - origins[index]).astype(np.float32)
-        own = out[:, start : start + step]
-        if finish is Finish.AS_IT_IS:
-            _affine(device, offsets, origins, index, matrices, own)
+def run_rebased(job: Job) -> None:
+    """Write each matrix applied to all points into `job.out`."""
+    step = _blocks_per_part(job.device) * POINTS_PER_BLOCK
+    for start in range(0, len(job.points), step):
+        points = job.points[start : start + step]
+        out = job.out[:, start : start + step]
+        origins, block = _find_origins(points), np.arange(len(points)) // POINTS_PER_BLOCK
+        offsets = (points - origins[block]).astype(np.float32)
+        part = replace(job, points=offsets, out=out, dtype=SINGLE)
+        if job.epilogue is Epilogue.NONE:
+            _transform_affine(part, origins, block)
         else:
-            for matrix, row in zip(matrices, own, strict=True):
-                _divided(device, offsets, origins, index, matrix, row, finish)
+            _transform_projective(part, origins, block)
 
 
-def _affine(
-    device: Device,
-    offsets: npt.NDArray[np.float32],
-    origins: Float64Array,
-    index: npt.NDArray[np.int64],
-    matrices: Float64Array,
-    out: npt.NDArray[Any],
-) -> None:
-    linear = matrices.copy()
+def _transform_affine(job: Job, origins: Float64Array, block: npt.NDArray[np.int64]) -> None:
+    linear = job.matrices.copy()
     linear[:, :3, 3] = 0.0
-    moved = np.empty(out.shape, np.float32)
-    transform_pass.transform(device, offsets, linear, moved, SINGLE, Finish.AS_IT_IS)
-    axes = [0, 1, 2][: offsets.shape[1]]
-    for matrix, row, target in zip(matrices, moved, out, strict=True):
-        bases = origins @ matrix[np.ix_(axes, axes)].T + matrix[axes, 3]
-        target[...] = bases[index] + row
+    moved = np.empty(job.out.shape, np.float32)
+    run_transform(replace(job, matrices=linear, out=moved))
+    axes = [0, 1, 2][: job.points.shape[1]]
+    for matrix, offsets, target in zip(job.matrices, moved, job.out, strict=True):
+        moved_origins = origins @ matrix[np.ix_(axes, axes)].T + matrix[axes, 3]
+        target[...] = moved_origins[block] + offsets
 
 
-def _divided(
-    device: Device,
-    offsets: npt.NDArray[np.float32],
-    origins: Float64Array,
-    index: npt.NDArray[np.int64],
-    matrix: Float64Array,
-    out: npt.NDArray[Any],
-    finish: Finish,
-) -> None:
-    to_origins = np.broadcast_to(np.eye(4), (len(origins), 4, 4)).copy()
-    to_origins[:, : origins.shape[1], 3] = origins
-    blend_pass.blend(device, offsets, matrix @ to_origins, index[:, None], None, out, SINGLE, finish)
+def _transform_projective(job: Job, origins: Float64Array, block: npt.NDArray[np.int64]) -> None:
+    from_offsets = np.broadcast_to(np.eye(4), (len(origins), 4, 4)).copy()
+    from_offsets[:, : origins.shape[1], 3] = origins
+    for matrix, out in zip(job.matrices, job.out, strict=True):
+        run_skinning(
+            SkinningJob(
+                job.device,
+                job.points,
+                matrix @ from_offsets,
+                out,
+                SINGLE,
+                job.epilogue,
+                influences=Influences(block[:, None], None),
+            )
+        )
 
 
-def _origins(points: npt.NDArray[Any]) -> Float64Array:
-    """Return the middle of each block's bounds, whatever in it is not finite left out: (blocks, 2 or 3)."""
-    starts = np.arange(0, len(points), BLOCK)
+def _find_origins(points: npt.NDArray[Any]) -> Float64Array:
+    """Return the middle of each block's bounds, what is not finite left out: (n_blocks, 2 or 3)."""
+    starts = np.arange(0, len(points), POINTS_PER_BLOCK)
     finite = np.where(np.isfinite(points), points, np.nan)
     low = np.fmin.reduceat(finite, starts, axis=0)
     high = np.fmax.reduceat(finite, starts, axis=0)
     return np.nan_to_num(0.5 * low + 0.5 * high)
 
 
-def _blocks_at_once(device: Device) -> int:
-    return max(1, min(BLOCKS_AT_ONCE, blend_pass.max_matrices(device, SINGLE)))
+def _blocks_per_part(device: Device) -> int:
+    return max(1, min(MAX_BLOCKS_PER_PART, max_matrices(device, SINGLE)))

@@ -1,4 +1,4 @@
-"""Points that stay on the device between one transform and the next."""
+"""Point buffers: points that stay on the device between one transform and the next."""
 
 from types import TracebackType
 from typing import Any, Self
@@ -15,24 +15,34 @@ from ..gpu.chunking import DispatchPlan
 from ..gpu.device import Device, resolve_device
 from ..gpu.device_points import DevicePoints
 from ._arrays import as_4x4, as_point_array, require_output
-from ._precision import require_range, resolve
-from .kernels import reduce as reduce_pass
-from .kernels import transform as transform_pass
-from .kernels.transform import POOL_OWNER, Finish
+from ._precision import require_range, resolve_precision
+from .kernels.job import Epilogue
+from .kernels.reduce import Reduction, reduce_points
+from .kernels.transform import POOL_OWNER, dispatch_transform, read_results
 
 
 @public
+@public
 class PointBuffer:
-    """An array of points in the device's memory, and the transforms it has still to go through.
+    """An array of points in the device's memory, and the transforms that are still to be applied to it.
 
-    `transformed` and `projected` only multiply matrices, in float64: a chain of any length is one dispatch, when the
-    result is asked for. What they return shares the device's memory with the buffer it came from, and stays valid until
-    that is closed.
+    `transformed` and `projected` only multiply matrices, in float64: a chain of any length is one dispatch, which runs
+    when the result is read. What they return shares the device's memory with the buffer it came from, and stays valid
+    until that is closed. A PointBuffer is a context manager that closes itself.
 
-    points : (n, 3) or (n, 2), float32 or float64; uploaded once
-    device : by default the process's own
+    Parameters
+    ----------
+    points : (n, 3) or (n, 2)
+        float32, float64, integers or float16; uploaded once.
+    device : Device, optional
+        By default the process's own.
 
-    Raises as `transform_points` does; `PrecisionError` for float64 points on a device without it.
+    Raises
+    ------
+    ArgumentError, ArgumentTypeError
+        As `transform_points` does.
+    PrecisionError
+        For float64 points on a device without double precision.
     """
 
     def __init__(self, points: npt.ArrayLike, *, device: Device | None = None) -> None:
@@ -40,7 +50,7 @@ class PointBuffer:
         if source.ndim != 2:
             raise ArgumentError.expecting("points", "have shape (n, 3) or (n, 2)", source.shape)
         device = resolve_device(device)
-        dtype = resolve("float64" if source.dtype.itemsize == 8 else "float32", source.dtype, device).dtype
+        dtype = resolve_precision("float64" if source.dtype.itemsize == 8 else "float32", source.dtype, device).dtype
         self._store = _Store(device, source, dtype)
         self._pending: Float64Array | None = None
         self._divides = False
@@ -70,40 +80,115 @@ class PointBuffer:
 
     @property
     def pending(self) -> Float64Array | None:
-        """The (4, 4) matrix that the points have still to go through, for points of R^2 with an idle z; or None."""
+        """The (4, 4) matrix that is still to be applied, for points of the plane with an idle z; or None."""
         return None if self._pending is None else as_4x4(self._pending[None])[0]
 
     def transformed(self, matrix: MatrixLike) -> "PointBuffer":
-        """Return the points with an affine matrix to be applied after what is pending."""
+        """Return the points with an affine matrix to be applied after what is pending.
+
+        Parameters
+        ----------
+        matrix : (4, 4) for points of space, (3, 3) for points of the plane, or an object with `as_matrix()`
+            Affine: the last row is (0, ..., 0, 1).
+
+        Returns
+        -------
+        PointBuffer
+            It shares the device's memory with this one.
+
+        Raises
+        ------
+        ArgumentError
+            For a matrix that is not affine or has another shape, and for a product that the points' type cannot hold.
+        """
         affine = as_square_matrix(matrix, "matrix", self.shape[1] + 1)
         require_affine(affine, "matrix")
-        return self._followed_by(affine, self._divides)
+        return self._then(affine, self._divides)
 
     def projected(self, matrix: MatrixLike) -> "PointBuffer":
-        """Return the points with any matrix to be applied after what is pending; the result is divided by w."""
-        return self._followed_by(as_square_matrix(matrix, "matrix", self.shape[1] + 1), True)
+        """Return the points with any matrix to be applied after what is pending; the result is divided by w.
+
+        Parameters
+        ----------
+        matrix : (4, 4) for points of space, (3, 3) for points of the plane, or an object with `as_matrix()`
+            The one division by w comes after the last matrix of the chain.
+
+        Returns
+        -------
+        PointBuffer
+            It shares the device's memory with this one.
+
+        Raises
+        ------
+        ArgumentError
+            For a matrix of another shape, and for a product that the points' type cannot hold.
+        """
+        return self._then(as_square_matrix(matrix, "matrix", self.shape[1] + 1), True)
 
     def numpy(self, out: npt.NDArray[Any] | None = None) -> npt.NDArray[Any]:
-        """Return the points as they are after all transforms: (n, 3) or (n, 2), in `out` where one is given."""
+        """Return the points after all transforms, as a NumPy array.
+
+        Parameters
+        ----------
+        out : array, optional
+            Where to write them: an array of the buffer's shape and dtype.
+
+        Returns
+        -------
+        array, (n, 3) or (n, 2)
+            `out`, or a new array.
+
+        Raises
+        ------
+        ArgumentError, ArgumentTypeError
+            If `out` has another shape or dtype.
+        DeviceError
+            If the buffer or its device is closed.
+        """
         if out is None:
             out = np.empty(self.shape, self.dtype)
         else:
             require_output(out, self.shape, np.empty((0, 0), self.dtype))
-        self._store.download(self.pending, self._finish, out)
+        self._store.download(self.pending, self._epilogue, out)
         return out
 
     def bounds(self) -> npt.NDArray[Any]:
-        """Return the smallest and the largest coordinates: (2, 3) or (2, 2), of the own dtype; NaN where one is."""
-        reduction = self._reduced()
+        """Return the smallest and the largest coordinates after all transforms.
+
+        Returns
+        -------
+        array, (2, 3) or (2, 2)
+            Of the buffer's dtype; an axis on which a coordinate is NaN is NaN.
+
+        Raises
+        ------
+        ArgumentError
+            If there are no points.
+        DeviceError
+            If the buffer or its device is closed.
+        """
+        reduction = self._reduce()
         return np.stack([reduction.lowest, reduction.highest]).astype(self.dtype)
 
     def centroid(self) -> Float64Array:
-        """Return the mean of the points: (3,) or (2,) float64."""
-        reduction = self._reduced()
+        """Return the mean of the points after all transforms.
+
+        Returns
+        -------
+        array, (3,) or (2,) float64
+
+        Raises
+        ------
+        ArgumentError
+            If there are no points.
+        DeviceError
+            If the buffer or its device is closed.
+        """
+        reduction = self._reduce()
         return reduction.total / reduction.n_points
 
     def device_points(self) -> DevicePoints:
-        """Return the points on the device, without what is pending, for a stage that draws them from there."""
+        """Return the points as they lie on the device, without what is pending, for a stage that draws them there."""
         return self._store.device_points()
 
     def close(self) -> None:
@@ -126,32 +211,46 @@ class PointBuffer:
     def __repr__(self) -> str:
         return f"<PointBuffer: {self.shape[0]} x {self.shape[1]} {self.dtype} on {self.device.name!r}>"
 
-    def _followed_by(self, matrix: Float64Array, divides: bool) -> "PointBuffer":
-        follower = PointBuffer.__new__(PointBuffer)
-        follower._store = self._store
+    def _then(self, matrix: Float64Array, divides: bool) -> "PointBuffer":
+        result = PointBuffer.__new__(PointBuffer)
+        result._store = self._store
         with np.errstate(over="ignore", invalid="ignore"):
-            follower._pending = matrix if self._pending is None else matrix @ self._pending
-        require_range(follower._pending, self.dtype)
-        follower._divides = divides
-        return follower
+            result._pending = matrix if self._pending is None else matrix @ self._pending
+        require_range(result._pending, self.dtype)
+        result._divides = divides
+        return result
 
     @property
-    def _finish(self) -> Finish:
-        return Finish.DIVIDED_BY_W if self._divides else Finish.AS_IT_IS
+    def _epilogue(self) -> Epilogue:
+        return Epilogue.PERSPECTIVE_DIVIDE if self._divides else Epilogue.NONE
 
-    def _reduced(self) -> reduce_pass.Reduction:
+    def _reduce(self) -> Reduction:
         if len(self) == 0:
             raise ArgumentError.expecting("points", "hold at least one point to have bounds or a centroid", "none")
-        return self._store.reduce(self.pending, self._finish)
+        return self._store.reduce(self.pending, self._epilogue)
 
 
+@public
 @public
 def bounds(points: npt.ArrayLike, *, device: Device | None = None) -> npt.NDArray[Any]:
     """Return the smallest and the largest coordinates of `points`, found on the device.
 
-    points : (n, 3) or (n, 2), n > 0; the result is (2, 3) or (2, 2), of the same dtype; NaN where a coordinate is
+    Parameters
+    ----------
+    points : (n, 3) or (n, 2), n > 0
+        float32, float64, integers or float16.
+    device : Device, optional
+        By default the process's own.
 
-    Raises as `PointBuffer` does, and `ArgumentError` for no points.
+    Returns
+    -------
+    array, (2, 3) or (2, 2)
+        Of the dtype of the points; an axis on which a coordinate is NaN is NaN.
+
+    Raises
+    ------
+    ArgumentError, ArgumentTypeError, PrecisionError
+        As `PointBuffer` does; `ArgumentError` also if there are no points.
     """
     with PointBuffer(points, device=device) as buffer:
         return buffer.bounds()
@@ -170,7 +269,7 @@ class _Store:
             for part in self.plan.chunks(self.n_points):
                 buffer = Buffer(
                     device.context,
-                    self.plan.padded(part.stop - part.start) * self.plan.point_bytes,
+                    self.plan.aligned_count(part.stop - part.start) * self.plan.point_bytes,
                     label="PointBuffer",
                 )
                 self.parts.append((part, buffer))
@@ -179,20 +278,20 @@ class _Store:
             self.release()
             raise
 
-    def download(self, matrix: Float64Array | None, finish: Finish, out: npt.NDArray[Any]) -> None:
+    def download(self, matrix: Float64Array | None, epilogue: Epilogue, out: npt.NDArray[Any]) -> None:
         device = self.require_open()
         for part, source in self.parts:
             with device.lock:
                 result = source
                 if matrix is not None:
                     result = device.pool.scratch(POOL_OWNER, "destination", source.n_bytes)
-                    transform_pass.apply(self.plan, matrix[None], source, result, part.stop - part.start, finish)
-                transform_pass.download_rows(self.plan, result, out[None, part])
+                    dispatch_transform(self.plan, matrix[None], source, result, part.stop - part.start, epilogue)
+                read_results(self.plan, result, out[None, part])
 
-    def reduce(self, matrix: Float64Array | None, finish: Finish) -> reduce_pass.Reduction:
+    def reduce(self, matrix: Float64Array | None, epilogue: Epilogue) -> Reduction:
         self.require_open()
         parts = [
-            reduce_pass.reduce(self.plan, source, part.stop - part.start, matrix, finish) for part, source in self.parts
+            reduce_points(self.plan, source, part.stop - part.start, matrix, epilogue) for part, source in self.parts
         ]
         whole = parts[0]
         for part in parts[1:]:

@@ -1,4 +1,4 @@
-"""A `.npy` file of points to another, of any size, a chunk at a time."""
+"""Streaming: a `.npy` file of points of any size to another, one chunk at a time."""
 
 import hashlib
 import json
@@ -25,6 +25,7 @@ CHUNK_BYTES = 32 << 20
 
 
 @public
+@public
 def transform_file(
     source: StrPath,
     destination: StrPath,
@@ -38,44 +39,65 @@ def transform_file(
 ) -> None:
     """Transform the points of one `.npy` file into another, holding two chunks of 32 MiB in memory.
 
-    The result grows in `<destination>.partial` and takes its name when it is complete; what an interrupted run leaves
-    there is taken up again with `resume`.
+    The result grows in `<destination>.partial` and is renamed when it is complete. An interrupted run leaves that file,
+    and `resume` goes on with it.
 
-    source : an (n, 3) or (n, 2) array, float32 or float64, C-ordered
-    matrix : (4, 4) or (3, 3); affine, unless `project`
-    project : divide by w, as `project_points` does
-    resume : go on after the last whole chunk of an interrupted run of the same work
-    progress : called with the points done and the points in all, after each chunk
+    Parameters
+    ----------
+    source : path
+        A `.npy` file of an array (n, 3) or (n, 2), float32 or float64, C-ordered.
+    destination : path
+        The `.npy` file to write: same shape, same type, in the machine's byte order.
+    matrix : (4, 4) for points of space, (3, 3) for points of the plane, or an object with `as_matrix()`
+        Affine, unless `project` is set.
+    project : bool
+        Apply any matrix and divide by w, as `project_points` does.
+    precision : {"auto", "float32", "float64", "rebased"}
+        The number type on the device, as in `transform_points`.
+    resume : bool
+        Go on after the last whole chunk of an interrupted run of the same work.
+    progress : callable, optional
+        Called with the points done and the points in all, after each chunk.
+    device : Device, optional
+        By default the process's own.
 
-    Raises `ArgumentError` for a file that is not such an array, or that belongs to other work; otherwise as
-    `transform_points`; what the system refuses (a full disk) as `OSError`.
+    Raises
+    ------
+    ArgumentError, ArgumentTypeError
+        If the source is not such an array, or if a file to resume belongs to other work; otherwise as
+        `transform_points` does.
+    PrecisionError
+        As `transform_points` does.
+    OSError
+        What the system refuses, such as a full disk.
     """
     with Path(source).open("rb") as reader:
         shape, dtype = _read_header(reader, source)
         _require_rows(reader, source, shape, dtype)
         checked = as_square_matrix(matrix, "matrix", shape[1] + 1)
-        apply = project_points if project else transform_points
-        apply(np.empty((0, shape[1]), dtype), checked, precision=precision, device=device)  # raises before any work
-        partial = _Partial(destination, shape, dtype, _fingerprint(reader, shape, dtype, checked, project, precision))
+        run = project_points if project else transform_points
+        run(np.empty((0, shape[1]), dtype), checked, precision=precision, device=device)  # raises before any work
+        work = _fingerprint(reader, shape, dtype, checked, project, precision)
+        partial = _PartialFile(destination, shape, dtype, work)
         n_points, point_bytes = shape[0], shape[1] * dtype.itemsize
         chunk = max(1, CHUNK_BYTES // point_bytes)
         points = np.empty((min(chunk, n_points), shape[1]), dtype)
         result = np.empty(points.shape, dtype.newbyteorder("="))
-        with partial.opened(resume, chunk) as done:
+        with partial.open(resume, chunk) as done:
             reader.seek(done * point_bytes, os.SEEK_CUR)
             while done < n_points:
                 count = min(chunk, n_points - done)
                 if reader.readinto(points[:count].view(np.uint8).data) != count * point_bytes:
                     raise ArgumentError.expecting("source", "not shrink meanwhile", repr(os.fspath(source)))
-                apply(points[:count], checked, precision=precision, out=result[:count], device=device)
+                run(points[:count], checked, precision=precision, out=result[:count], device=device)
                 partial.append(result[:count])
                 done += count
                 if progress is not None:
                     progress(done, n_points)
 
 
-def n_columns(source: StrPath) -> int | None:
-    """Return 2 or 3 where `source` is a file that `transform_file` takes, as far as its header says; else None."""
+def count_columns(source: StrPath) -> int | None:
+    """Return 2 or 3 if `source` is a file that `transform_file` takes, as far as its header says; else None."""
     with Path(source).open("rb") as reader:
         try:
             shape, _ = _read_header(reader, source)
@@ -115,14 +137,14 @@ def _fingerprint(
     project: bool,
     precision: str,
 ) -> str:
-    """Return what tells one piece of work from another: the source as it stands, and what is done to it."""
+    """Return what tells one piece of work from another: the state of the source, and what is done to it."""
     status = os.fstat(reader.fileno())
     facts = [status.st_size, status.st_mtime_ns, shape, dtype.str, matrix.tolist(), project, precision, CHUNK_BYTES]
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 
-class _Partial:
-    """The unfinished result beside its destination, and the note of whose work it is."""
+class _PartialFile:
+    """The unfinished result beside its destination, and a note of which work it belongs to."""
 
     def __init__(self, destination: StrPath, shape: tuple[int, ...], dtype: np.dtype[Any], work: str) -> None:
         self._destination = Path(destination)
@@ -134,43 +156,43 @@ class _Partial:
         self._n_points = 0
 
     @contextmanager
-    def opened(self, resume: bool, chunk: int) -> Iterator[int]:
-        """Open the file, give how many points its whole chunks hold; where the block ends, give it its name.
+    def open(self, resume: bool, chunk: int) -> Iterator[int]:
+        """Open the file, lend how many points its whole chunks hold, and rename it at the end of the block.
 
-        Where the block raises, the file stays if it holds a chunk at least.
+        If the block raises, the file stays if it holds at least one chunk.
         """
         resumed = resume and self._path.exists()
         if resumed and not (self._note.exists() and self._note.read_text() == self._work):
             raise ArgumentError(f"resume: {str(self._path)!r} belongs to other work; run without resume to replace it")
-        with self._naming():
+        with self._name_destination():
             if not resumed:
                 self._note.write_text(self._work)
             self._file = self._path.open("r+b" if resumed else "w+b")
         try:
             with self._file:
-                self._n_points = self._begin(chunk)
+                self._n_points = self._write_header(chunk)
                 yield self._n_points
-                with self._naming():
+                with self._name_destination():
                     os.fsync(self._file.fileno())
         except BaseException:
             if self._n_points == 0:
                 self._path.unlink(missing_ok=True)
                 self._note.unlink(missing_ok=True)
             raise
-        with self._naming():
+        with self._name_destination():
             self._path.replace(self._destination)
             self._note.unlink()
 
     def append(self, points: npt.NDArray[Any]) -> None:
-        """Write a chunk, down to the system."""
-        with self._naming():
+        """Write a chunk, and hand it to the system."""
+        with self._name_destination():
             self._file.write(points.data)
             self._file.flush()
         self._n_points += len(points)
 
-    def _begin(self, chunk: int) -> int:
-        """Write the header, cut off what is not a whole chunk, and return how many points stay."""
-        with self._naming():
+    def _write_header(self, chunk: int) -> int:
+        """Write the header, cut off what is not a whole chunk, and return how many points are kept."""
+        with self._name_destination():
             np.lib.format.write_array_header_2_0(self._file, self._header)
             self._file.flush()
             start = self._file.tell()
@@ -181,8 +203,8 @@ class _Partial:
         return whole
 
     @contextmanager
-    def _naming(self) -> Iterator[None]:
-        """Let what the system refuses name the destination: Python does not say which file a disk had no room for."""
+    def _name_destination(self) -> Iterator[None]:
+        """Name the destination in what the system refuses: Python does not say which file a full disk is about."""
         try:
             yield
         except OSError as error:

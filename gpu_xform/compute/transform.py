@@ -1,17 +1,20 @@
-"""Bulk transforms: an array of points in, an array of points out, by matrices, on the GPU device.
+"""Bulk transforms: an array of points in, an array of points out, by matrices, on the device.
 
 Points are the rows of an (..., n, 3) array with 4x4 matrices, or of an (..., n, 2) array with 3x3 ones. float32 stays
 float32 and float64 stays float64; integers and lists become float64, float16 becomes float32. Arrays of other libraries
-that speak DLPack or the array interface are read in place. The result is a C-ordered NumPy array.
+that offer DLPack or the array interface are read in place. The result is a C-ordered NumPy array.
 
 One matrix gives a result of the shape of the points. A stack of matrices (..., 4, 4) broadcasts against the points as
-`numpy.matmul` would: (k, 4, 4) with (n, 3) gives (k, n, 3). With `index` each point picks its own of k matrices, and
-with `weights` it takes a weighted sum of several, which is linear blend skinning.
+in `numpy.matmul`: (k, 4, 4) with (n, 3) gives (k, n, 3). With `index` each point takes its own of k matrices, and with
+`weights` a weighted sum of several, which is linear blend skinning.
 
 Accuracy, with u = 2^-24 for float32 and 2^-53 for float64: every transformed component lies within 5 u sum_j |m_ij x_j|
 of the exact one, as long as no entry of the matrix, no coordinate and no product leaves the normal range of the type.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -23,18 +26,30 @@ from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, PrecisionError
 from ..gpu.device import Device, resolve_device
-from . import _rebased
 from ._arrays import as_4x4, as_point_array, require_output
-from ._precision import Precision, is_single, require_range, resolve, warn_if_coarse
-from ._skinning import Influences, influences
-from .kernels import skin as blend_pass
-from .kernels import transform as transform_pass
-from .kernels.transform import Finish
+from ._precision import Precision, require_range, resolve_precision, rounds_to_float32, warn_if_coarse
+from ._rebased import run_rebased
+from ._skinning import Influences, validate_influences
+from .kernels.job import Epilogue, Job, SkinningJob
+from .kernels.skin import run_skinning
+from .kernels.transform import run_transform
 
-# Points fewer than this do not fill a dispatch: then one dispatch does the work of many matrices.
-SHORTEST_ROW = 4096
+# Fewer points do not fill a dispatch: then one dispatch does the work of many matrices.
+MIN_POINTS_PER_DISPATCH = 4096
 
 
+@dataclass(frozen=True)
+class _Options:
+    """The keywords that the four functions share, as they were given."""
+
+    index: npt.ArrayLike | None
+    weights: npt.ArrayLike | None
+    precision: Precision
+    out: npt.NDArray[Any] | None
+    device: Device | None
+
+
+@public
 @public
 def transform_points(
     points: npt.ArrayLike,
@@ -46,28 +61,54 @@ def transform_points(
     out: npt.NDArray[Any] | None = None,
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
-    """Apply affine matrices to points: w = 1, so they are translated; nothing is divided.
+    """Apply affine matrices to points: w = 1, so that translations move them; nothing is divided.
 
+    Parameters
+    ----------
     points : (..., n, 3) with 4x4 matrices, or (..., n, 2) with 3x3 ones
-    matrix : (..., 4, 4), affine: the last row is (0, ..., 0, 1); or an object with `as_matrix()`
-    index : (n,) integers: which of the matrices (k, 4, 4) each point takes; (n, b) with `weights`
-    weights : (n, b), summing to 1 within 1e-3: how much each point takes of each of its b matrices
-    precision : "auto" computes in the points' own type, and float64 as "rebased" where the device lacks it; "float32"
-        and "float64" compute in that type; "rebased" sends offsets from nearby origins, in float32
-    out : where to write the result: its shape and dtype; may be `points` itself
-    device : by default the process's own
+        float32, float64, integers or float16; nested lists, and arrays with DLPack or the array interface.
+    matrix : (..., 4, 4) or (..., 3, 3), or an object with `as_matrix()`
+        Affine: the last row is (0, ..., 0, 1). Named `target_from_source`: it stands left of a column vector.
+    index : (..., n) integers, optional
+        Which of the matrices (k, 4, 4) each point takes; (..., n, b) with `weights`.
+    weights : (..., n, b), optional
+        How much each point takes of each of its b matrices; they sum to 1 within 1e-3.
+    precision : {"auto", "float32", "float64", "rebased"}
+        "auto" computes in the points' own type, and float64 as "rebased" if the device lacks it; "float32" and
+        "float64" compute in that type; "rebased" sends offsets from nearby origins in float32 (relative to center).
+    out : array, optional
+        Where to write the result: an array of its shape and dtype, which may be `points` itself.
+    device : Device, optional
+        By default the process's own: the fastest adapter, or the one that GPU_XFORM_ADAPTER names.
 
-    Raises `ArgumentError` ("points must have shape (n, 3) or (n, 2), got (4,)"), `ArgumentTypeError` for complex
-    numbers, text and objects, `PrecisionError` for float64 on a device without it. Warns (`PrecisionWarning`) where
-    float32 is too coarse for the coordinates.
+    Returns
+    -------
+    array, (..., n, 3) or (..., n, 2)
+        C-ordered; float32 for float32 and float16, else float64. Each component lies within 5 u sum_j |m_ij x_j| of
+        the exact one, with u = 2^-24 for float32 and 2^-53 for float64.
+
+    Raises
+    ------
+    ArgumentError
+        "points must have shape (n, 3) or (n, 2), got (4,)"; for other arguments likewise.
+    ArgumentTypeError
+        For complex numbers, text and objects.
+    PrecisionError
+        For "float64" on a device without it, and for "rebased" with `index`.
+
+    Warns
+    -----
+    PrecisionWarning
+        Once per process, if float32 is too coarse for the coordinates.
     """
     source = as_point_array(points)
     affine = _affine_matrices(matrix, source)
-    if is_single(precision, source):
+    if rounds_to_float32(precision, source):
         warn_if_coarse(source)
-    return _run(source, affine, Finish.AS_IT_IS, index, weights, precision, out, device)
+    return _run(source, affine, Epilogue.NONE, _Options(index, weights, precision, out, device))
 
 
+@public
 @public
 def transform_vectors(
     points: npt.ArrayLike,
@@ -80,15 +121,43 @@ def transform_vectors(
     out: npt.NDArray[Any] | None = None,
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
-    """Apply affine matrices to vectors: w = 0, so a translation leaves them alone. Otherwise as `transform_points`.
+    """Apply affine matrices to vectors: w = 0, so that translations leave them alone.
 
-    normalize : give every result the length 1; what has no length stays as it is
+    Parameters
+    ----------
+    points : (..., n, 3) with 4x4 matrices, or (..., n, 2) with 3x3 ones
+        The vectors: float32, float64, integers or float16; nested lists, and arrays with DLPack or the array interface.
+    matrix : (..., 4, 4) or (..., 3, 3), or an object with `as_matrix()`
+        Affine: the last row is (0, ..., 0, 1).
+    normalize : bool
+        Give every result the length 1; what has no length stays as it is.
+    index : (..., n) integers, optional
+        Which of the matrices (k, 4, 4) each vector takes; (..., n, b) with `weights`.
+    weights : (..., n, b), optional
+        How much each vector takes of each of its b matrices; they sum to 1 within 1e-3.
+    precision : {"auto", "float32", "float64", "rebased"}
+        The number type on the device, as in `transform_points`.
+    out : array, optional
+        Where to write the result: an array of its shape and dtype, which may be `points` itself.
+    device : Device, optional
+        By default the process's own.
+
+    Returns
+    -------
+    array, (..., n, 3) or (..., n, 2)
+        C-ordered; float32 for float32 and float16, else float64.
+
+    Raises
+    ------
+    ArgumentError, ArgumentTypeError, PrecisionError
+        As `transform_points` does.
     """
     source = as_point_array(points)
     linear = _linear_part(_affine_matrices(matrix, source))
-    return _run(source, linear, _finish(normalize), index, weights, precision, out, device)
+    return _run(source, linear, _length_epilogue(normalize), _Options(index, weights, precision, out, device))
 
 
+@public
 @public
 def transform_normals(
     points: npt.ArrayLike,
@@ -101,28 +170,48 @@ def transform_normals(
     out: npt.NDArray[Any] | None = None,
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
-    """Apply the inverse transpose of the matrices' linear parts, so that normals stay normal. Otherwise as vectors.
+    """Apply the inverse transpose of the matrices' linear parts, so that normals stay at right angles to surfaces.
 
-    Lengths change unless `normalize` is set. With `weights` it is the blended matrix whose inverse transpose is taken.
-    Raises `SingularMatrixError` where a linear part has no inverse.
+    Parameters
+    ----------
+    points : (..., n, 3) with 4x4 matrices, or (..., n, 2) with 3x3 ones
+        The normals: float32, float64, integers or float16; nested lists, and arrays with DLPack or the array interface.
+    matrix : (..., 4, 4) or (..., 3, 3), or an object with `as_matrix()`
+        What moves the surface. Affine: the last row is (0, ..., 0, 1).
+    normalize : bool
+        Give every result the length 1; otherwise lengths change. What has no length stays as it is.
+    index : (..., n) integers, optional
+        Which of the matrices (k, 4, 4) each normal takes; (..., n, b) with `weights`.
+    weights : (..., n, b), optional
+        How much each normal takes of each of its b matrices; the inverse transpose is that of the blended matrix.
+    precision : {"auto", "float32", "float64", "rebased"}
+        The number type on the device, as in `transform_points`.
+    out : array, optional
+        Where to write the result: an array of its shape and dtype, which may be `points` itself.
+    device : Device, optional
+        By default the process's own.
+
+    Returns
+    -------
+    array, (..., n, 3) or (..., n, 2)
+        C-ordered; float32 for float32 and float16, else float64.
+
+    Raises
+    ------
+    SingularMatrixError
+        If a linear part has no inverse.
+    ArgumentError, ArgumentTypeError, PrecisionError
+        As `transform_points` does.
     """
     source = as_point_array(points)
     linear = _linear_part(_affine_matrices(matrix, source))
     if weights is None:
         linear = np.array([matrices.inverse(m).T for m in linear.reshape(-1, *linear.shape[-2:])]).reshape(linear.shape)
-    return _run(
-        source,
-        linear,
-        _finish(normalize),
-        index,
-        weights,
-        precision,
-        out,
-        device,
-        inverse_transposed=weights is not None,
-    )
+    options = _Options(index, weights, precision, out, device)
+    return _run(source, linear, _length_epilogue(normalize), options, inverse_transpose=weights is not None)
 
 
+@public
 @public
 def project_points(
     points: npt.ArrayLike,
@@ -134,16 +223,49 @@ def project_points(
     out: npt.NDArray[Any] | None = None,
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
-    """Apply any matrices to points and divide by w; where w is 0, give NaN. Otherwise as `transform_points`."""
+    """Apply any matrices to points and divide by w; if w is 0, the result is NaN.
+
+    Parameters
+    ----------
+    points : (..., n, 3) with 4x4 matrices, or (..., n, 2) with 3x3 ones
+        float32, float64, integers or float16; nested lists, and arrays with DLPack or the array interface.
+    matrix : (..., 4, 4) or (..., 3, 3), or an object with `as_matrix()`
+        Any: a perspective projection, for instance.
+    index : (..., n) integers, optional
+        Which of the matrices (k, 4, 4) each point takes; (..., n, b) with `weights`.
+    weights : (..., n, b), optional
+        How much each point takes of each of its b matrices; they sum to 1 within 1e-3.
+    precision : {"auto", "float32", "float64", "rebased"}
+        The number type on the device, as in `transform_points`.
+    out : array, optional
+        Where to write the result: an array of its shape and dtype, which may be `points` itself.
+    device : Device, optional
+        By default the process's own.
+
+    Returns
+    -------
+    array, (..., n, 3) or (..., n, 2)
+        C-ordered; float32 for float32 and float16, else float64.
+
+    Raises
+    ------
+    ArgumentError, ArgumentTypeError, PrecisionError
+        As `transform_points` does; the matrices need not be affine.
+
+    Warns
+    -----
+    PrecisionWarning
+        Once per process, if float32 is too coarse for the coordinates.
+    """
     source = as_point_array(points)
     projective = as_square_matrices(matrix, "matrix", source.shape[-1] + 1)
-    if is_single(precision, source):
+    if rounds_to_float32(precision, source):
         warn_if_coarse(source)
-    return _run(source, projective, Finish.DIVIDED_BY_W, index, weights, precision, out, device)
+    return _run(source, projective, Epilogue.PERSPECTIVE_DIVIDE, _Options(index, weights, precision, out, device))
 
 
-def _finish(normalize: bool) -> Finish:
-    return Finish.NORMALIZED if normalize else Finish.AS_IT_IS
+def _length_epilogue(normalize: bool) -> Epilogue:
+    return Epilogue.NORMALIZE if normalize else Epilogue.NONE
 
 
 def _affine_matrices(matrix: MatrixLike, points: npt.NDArray[Any]) -> Float64Array:
@@ -160,79 +282,103 @@ def _linear_part(affine: Float64Array) -> Float64Array:
 def _run(
     points: npt.NDArray[Any],
     matrix: Float64Array,
-    finish: Finish,
-    index: npt.ArrayLike | None,
-    weights: npt.ArrayLike | None,
-    precision: Precision,
-    out: npt.NDArray[Any] | None,
-    device: Device | None,
+    epilogue: Epilogue,
+    options: _Options,
     *,
-    inverse_transposed: bool = False,
+    inverse_transpose: bool = False,
 ) -> npt.NDArray[Any]:
-    """Check what is left to check, then write every point's result into `out`."""
-    picked = _picked(points, matrix, index, weights)
-    batch = points.shape[:-2] if picked else _batch_shape(points, matrix)
+    """Check what is left to check, decide how to compute it, and return every point's result."""
+    influences = _validated_influences(points, matrix, options)
+    batch = points.shape[:-2] if influences else _batch_shape(points, matrix)
     shape = (*batch, *points.shape[-2:])
     dtype = points.dtype.newbyteorder("=")
-    if out is None:
+    if options.out is None:
         out = np.empty(shape, dtype)
     else:
+        out = options.out
         require_output(out, shape, points)
-    device = resolve_device(device)
-    how = resolve(precision, dtype, device)
-    require_range(matrix, how.dtype)
+    device = resolve_device(options.device)
+    computation = resolve_precision(options.precision, dtype, device)
+    require_range(matrix, computation.dtype)
     if out.size == 0:
         return out
-
-    n_components = points.shape[-1]
-    stack = as_4x4(matrix.reshape(-1, *matrix.shape[-2:]))
     target = out if out.ndim == 2 or out.flags.c_contiguous else np.empty(shape, dtype)
-    if picked is None and _one_by_one(points, stack):
-        rows = points.reshape(-1, n_components)
-        results = target[None] if len(stack) == 1 and target.ndim == 2 else target.reshape(len(stack), -1, n_components)
-        if how.rebased:
-            _rebased.transform(device, rows, stack, results, finish)
-        else:
-            transform_pass.transform(device, rows, stack, results, how.dtype, finish)
-    elif not how.rebased:
-        if picked is None:
-            place = np.arange(len(stack)).reshape(*matrix.shape[:-2], 1)
-            picked = Influences(np.broadcast_to(place, shape[:-1]).reshape(-1, 1), None)
-        rows = np.broadcast_to(points, shape).reshape(-1, n_components)
-        results = target.reshape(-1, n_components)
-        blend_pass.blend(
-            device, rows, stack, *picked, results, how.dtype, finish, inverse_transposed=inverse_transposed
-        )
-    elif picked is None:
-        sets, own = np.broadcast_to(points, shape), np.broadcast_to(matrix, (*batch, *matrix.shape[-2:]))
-        for one in np.ndindex(batch):
-            _rebased.transform(device, sets[one], as_4x4(own[one][None]), target[one][None], finish)
+    job = Job(device, points, matrix, target, computation.dtype, epilogue)
+    if influences is not None:
+        runs = [_plan_skinning(job, influences, inverse_transpose, rebased=computation.rebased)]
     else:
-        raise PrecisionError("rebased precision takes the same matrices for all points: use precision='float32'")
+        runs = _plan_broadcast(job, rebased=computation.rebased)
+    for run in runs:
+        run()
     if target is not out:
         out[...] = target
     return out
 
 
-def _one_by_one(points: npt.NDArray[Any], stack: Float64Array) -> bool:
-    """Say whether each matrix of `stack` is best applied to all points by a dispatch of its own."""
-    if len(stack) == 1:
-        return True
-    n_points, n_components = points.shape[-2:]
-    return bool(points.size == n_points * n_components and n_points >= SHORTEST_ROW)
+Run = Callable[[], None]
 
 
-def _picked(
-    points: npt.NDArray[Any], matrix: Float64Array, index: npt.ArrayLike | None, weights: npt.ArrayLike | None
-) -> Influences | None:
-    if index is None:
-        if weights is not None:
+def _plan_skinning(job: Job, influences: Influences, inverse_transpose: bool, *, rebased: bool) -> Run:
+    """Return what moves each point of `job` by the matrices that it names."""
+    if rebased:
+        raise PrecisionError("rebased precision takes the same matrices for all points: use precision='float32'")
+    n_components = job.points.shape[-1]
+    return partial(
+        run_skinning,
+        SkinningJob(
+            job.device,
+            np.broadcast_to(job.points, job.out.shape).reshape(-1, n_components),
+            as_4x4(job.matrices.reshape(-1, *job.matrices.shape[-2:])),
+            job.out.reshape(-1, n_components),
+            job.dtype,
+            job.epilogue,
+            influences=influences,
+            inverse_transpose=inverse_transpose,
+        ),
+    )
+
+
+def _plan_broadcast(job: Job, *, rebased: bool) -> list[Run]:
+    """Return what does `job`, whose points (..., n, 2 or 3), matrices (..., 4, 4) and results broadcast."""
+    if _use_one_dispatch_per_matrix(job):
+        n_components = job.points.shape[-1]
+        stack = as_4x4(job.matrices.reshape(-1, *job.matrices.shape[-2:]))
+        results = job.out.reshape(len(stack), -1, n_components)
+        flat = replace(job, points=job.points.reshape(-1, n_components), matrices=stack, out=results)
+        return [partial(run_rebased if rebased else run_transform, flat)]
+    if not rebased:
+        return [_plan_skinning(job, _one_matrix_per_set(job), False, rebased=False)]
+    batch = job.out.shape[:-2]
+    sets = np.broadcast_to(job.points, job.out.shape)
+    own = np.broadcast_to(job.matrices, (*batch, *job.matrices.shape[-2:]))
+    return [
+        partial(run_rebased, replace(job, points=sets[one], matrices=as_4x4(own[one][None]), out=job.out[one][None]))
+        for one in np.ndindex(batch)
+    ]
+
+
+def _use_one_dispatch_per_matrix(job: Job) -> bool:
+    n_points, n_components = job.points.shape[-2:]
+    n_matrices = job.matrices.size // job.matrices.shape[-1] ** 2
+    is_one_set = job.points.size == n_points * n_components
+    return n_matrices == 1 or bool(is_one_set and n_points >= MIN_POINTS_PER_DISPATCH)
+
+
+def _one_matrix_per_set(job: Job) -> Influences:
+    sets = job.matrices.shape[:-2]
+    indices = np.arange(int(np.prod(sets))).reshape(*sets, 1)
+    return Influences(np.broadcast_to(indices, job.out.shape[:-1]).reshape(-1, 1), None)
+
+
+def _validated_influences(points: npt.NDArray[Any], matrix: Float64Array, options: _Options) -> Influences | None:
+    if options.index is None:
+        if options.weights is not None:
             raise ArgumentError("weights need index, which says whose weights they are")
         return None
     if matrix.ndim != 3:
         size = matrix.shape[-1]
         raise ArgumentError.expecting("matrix", f"have shape (k, {size}, {size}) with index", matrix.shape)
-    return influences(points.shape[:-1], len(matrix), index, weights)
+    return validate_influences(points.shape[:-1], len(matrix), options.index, options.weights)
 
 
 def _batch_shape(points: npt.NDArray[Any], matrix: Float64Array) -> tuple[int, ...]:

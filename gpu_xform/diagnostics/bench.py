@@ -10,8 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import matrices
-from ..compute.kernels import transform as transform_pass
-from ..compute.kernels.transform import Finish
+from ..compute.kernels import transform as transform_kernel
+from ..compute.kernels.job import Epilogue
 from ..compute.transform import transform_points
 from ..errors import DeviceError
 from ..gpu.buffers import Buffer
@@ -98,7 +98,7 @@ def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) ->
         {
             "warm": lambda: transform_points(points, matrix, out=out, device=device),
             "upload": lambda: buffer.upload(points),
-            "download": lambda: transform_pass.download_rows(plan, buffer, out[None]),
+            "download": lambda: transform_kernel.read_results(plan, buffer, out[None]),
             "copyto": lambda: np.copyto(out, points),
         }
         | _numpy_idioms(points, matrix, out)
@@ -126,11 +126,11 @@ def _time_kernels(
         source = device.pool.scratch("bench", "source", plan.chunk * plan.point_bytes)
         destination = device.pool.scratch("bench", "destination", plan.chunk * plan.point_bytes)
         source.upload(points)
-        (transforms,) = transform_pass.upload_transforms(plan, matrix[None], len(points))
+        (transforms,) = transform_kernel.upload_transforms(plan, matrix[None], len(points))
         n_workgroups = plan.n_workgroups(len(points))
         stages: list[tuple[ComputePipeline, dict[str, Buffer | Binding]]] = [
             (
-                plan.pipeline("transform_points", epilogue=Finish.AS_IT_IS, n_matrices=1),
+                plan.pipeline("transform_points", epilogue=Epilogue.NONE, n_matrices=1),
                 {"transforms": transforms, "source": source, "destination": destination},
             ),
             (plan.pipeline("copy_points"), {"source": source, "destination": destination}),

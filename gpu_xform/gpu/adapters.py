@@ -1,7 +1,7 @@
-"""Which graphics adapters there are, through native back ends only.
+"""Graphics adapters of this machine, through native back ends only.
 
-OpenGL is left out on purpose: where Vulkan has no driver, wgpu may fall back to it without a word, and compute shaders
-there are slower and less tested.
+OpenGL is left out on purpose: if Vulkan has no driver, wgpu may fall back to it silently, and compute shaders there are
+slower and less tested.
 """
 
 import contextlib
@@ -27,7 +27,19 @@ narrow_type_lookups()
 
 @dataclass(frozen=True)
 class Limits:
-    """What one adapter can hold: bytes a buffer and a binding, workgroups a dispatch, invocations a workgroup."""
+    """What one adapter can hold and dispatch.
+
+    Parameters
+    ----------
+    max_buffer_bytes : int
+        Bytes per buffer.
+    max_binding_bytes : int
+        Bytes of a buffer that one storage binding can show.
+    max_workgroups : int
+        Workgroups per dispatch, in each dimension.
+    max_workgroup_size : int
+        Invocations per workgroup.
+    """
 
     max_buffer_bytes: int
     max_binding_bytes: int
@@ -42,7 +54,23 @@ class Limits:
 
 @dataclass(frozen=True)
 class Adapter:
-    """A graphics adapter: its name and driver, its kind ("DiscreteGPU", ..., "CPU"), limits and features."""
+    """A graphics adapter.
+
+    Parameters
+    ----------
+    name : str
+        What its driver calls it; a part of it chooses the adapter in `Device`.
+    kind : str
+        "DiscreteGPU", "IntegratedGPU", "VirtualGPU", "CPU" or "Unknown".
+    backend : str
+        "Vulkan", "Metal" or "D3D12".
+    driver : str
+        The driver's name and version.
+    limits : Limits
+        What it can hold and dispatch.
+    features : frozenset of str
+        Names of the optional features of WebGPU that it has, such as "shader-f64".
+    """
 
     name: str
     kind: str
@@ -54,7 +82,13 @@ class Adapter:
 
 @public
 def adapters() -> list[Adapter]:
-    """List the adapters of this machine, the fastest kind first; an empty list where there is no driver."""
+    """List the graphics adapters of this machine, the fastest kind first.
+
+    Returns
+    -------
+    list of Adapter
+        Empty if there is no driver. `Device(adapter.name)` opens one.
+    """
     return [describe_adapter(adapter) for adapter in list_native_adapters()]
 
 
@@ -79,7 +113,7 @@ def describe_adapter(adapter: wgpu.GPUAdapter) -> Adapter:
 
 
 def find_adapter(name: str | None) -> wgpu.GPUAdapter:
-    """Return the fastest adapter whose name contains `name`, in any case; `NoAdapterError` where none does."""
+    """Return the fastest adapter whose name contains `name`, in any case; raise `NoAdapterError` if there is none."""
     found = list_native_adapters()
     if not found:
         raise NoAdapterError(f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver. {suggest_driver()}")
@@ -93,7 +127,7 @@ def find_adapter(name: str | None) -> wgpu.GPUAdapter:
 def list_native_adapters() -> list[wgpu.GPUAdapter]:
     """Enumerate the native adapters, the fastest kind first."""
     with lend_runtime_dir():
-        # Another user of wgpu in this process may have made the instance already: its other back ends are sieved out.
+        # Another user of wgpu in this process may have made the instance: its other back ends are left out below.
         with contextlib.suppress(RuntimeError):
             set_instance_extras(backends=NATIVE_BACKENDS)
         found = wgpu.gpu.enumerate_adapters_sync()
@@ -106,7 +140,7 @@ def list_native_adapters() -> list[wgpu.GPUAdapter]:
 
 @contextlib.contextmanager
 def lend_runtime_dir() -> Iterator[None]:
-    """Lend the drivers a private XDG_RUNTIME_DIR where none is set: without one, Mesa complains on standard error."""
+    """Lend the drivers a private XDG_RUNTIME_DIR if none is set: without one, Mesa complains on standard error."""
     before = os.environ.get("XDG_RUNTIME_DIR")
     if before or not sys.platform.startswith("linux"):
         yield

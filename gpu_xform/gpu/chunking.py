@@ -1,4 +1,4 @@
-"""How an array of points is cut into what one device can hold and dispatch."""
+"""Dispatch plans: an array of points cut into chunks that one device can hold and dispatch."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -11,12 +11,12 @@ from .shaders import ComputePipeline
 
 POINTS_PER_INVOCATION = 4
 WORKGROUP_SIZE = 256  # 64 takes half as long again on lavapipe
-RESIDENT_BYTES = 128 << 20  # of a part of what stays on the device
+MAX_PART_BYTES = 128 << 20  # of a part of an array that stays on the device
 
 
 @dataclass(frozen=True)
 class DispatchPlan:
-    """How an array is cut for one device: `chunk` points a dispatch, in whole workgroups, computed in `dtype`."""
+    """An array cut for one device: `chunk` points per dispatch, in whole workgroups, computed in `dtype`."""
 
     device: Device
     dtype: np.dtype[Any]
@@ -33,25 +33,25 @@ class DispatchPlan:
         dtype: np.dtype[Any],
         *,
         points_per_invocation: int = POINTS_PER_INVOCATION,
-        widest: int = 0,
-        most_bytes: int = RESIDENT_BYTES,
+        max_components: int = 0,
+        max_bytes: int = MAX_PART_BYTES,
     ) -> "DispatchPlan":
         """DispatchPlan `n_points` of `n_components` numbers: chunks as large as bindings and dispatches may be.
 
-        widest : numbers a point in the widest array bound beside the points
-        most_bytes : of a chunk
+        max_components : numbers per point in the widest array that is bound beside the points
+        max_bytes : of a chunk
         """
         limits = device.limits
-        n_bytes = min(limits.max_bound_bytes, most_bytes)
-        in_binding = n_bytes // (max(n_components, widest) * dtype.itemsize)
-        own_size = max(1, min(choose_workgroup_size(device), in_binding // POINTS_PER_INVOCATION))
-        in_dispatch = limits.max_workgroups * own_size * points_per_invocation
-        group = POINTS_PER_INVOCATION * own_size
-        most = max(min(in_binding, in_dispatch) // group, 1) * group
-        return cls(device, dtype, n_components, own_size, min(most, -(-n_points // group) * group))
+        n_bytes = min(limits.max_bound_bytes, max_bytes)
+        in_binding = n_bytes // (max(n_components, max_components) * dtype.itemsize)
+        size = max(1, min(choose_workgroup_size(device), in_binding // POINTS_PER_INVOCATION))
+        in_dispatch = limits.max_workgroups * size * points_per_invocation
+        group = POINTS_PER_INVOCATION * size
+        limit = max(min(in_binding, in_dispatch) // group, 1) * group
+        return cls(device, dtype, n_components, size, min(limit, -(-n_points // group) * group))
 
-    def padded(self, n_points: int) -> int:
-        """Return `n_points` rounded up to whole workgroups of four points an invocation."""
+    def aligned_count(self, n_points: int) -> int:
+        """Return `n_points` rounded up to whole workgroups of four points per invocation."""
         group = POINTS_PER_INVOCATION * self.workgroup_size
         return -(-n_points // group) * group
 
@@ -66,8 +66,8 @@ class DispatchPlan:
         return precision_name(self.dtype)
 
     def n_workgroups(self, n_points: int) -> int:
-        """Return how many workgroups take `n_points`, four an invocation."""
-        return self.padded(n_points) // (POINTS_PER_INVOCATION * self.workgroup_size)
+        """Return how many workgroups take `n_points`, four per invocation."""
+        return self.aligned_count(n_points) // (POINTS_PER_INVOCATION * self.workgroup_size)
 
     def pipeline(self, stage: str, **constants: float) -> ComputePipeline:
         """Return the pipeline of `stage` for points of this number type and dimension."""
@@ -86,7 +86,7 @@ def choose_workgroup_size(device: Device) -> int:
 
 
 def count_workgroups(device: Device, n: int) -> int:
-    """Return how many workgroups a stage takes that goes on from `n` things to the next by what one dispatch holds."""
+    """Return how many workgroups a stage takes for `n` things; beyond what a dispatch holds, each takes several."""
     return max(1, min(-(-n // choose_workgroup_size(device)), device.limits.max_workgroups))
 
 

@@ -23,13 +23,22 @@ from .trace import Tracer, trace_from_environment
 class Device:
     """A graphics adapter, opened; every transform and picture runs on one.
 
-    Opening runs the self-test, so that a driver that computes wrongly is refused at once. Work from several threads is
-    taken one piece at a time.
+    Opening runs a self-test, so that a driver that computes wrongly is refused at once. Work of several threads runs
+    one piece at a time. A Device is a context manager that closes itself.
 
-    adapter : part of an adapter's name, in any case; by default GPU_XFORM_ADAPTER, else the fastest
-    limits : stricter limits than the adapter's own to plan by
+    Parameters
+    ----------
+    adapter : str, optional
+        Part of an adapter's name, in any case; by default GPU_XFORM_ADAPTER, else the fastest adapter.
+    limits : Limits, optional
+        Limits to plan by, stricter than the adapter's own.
 
-    Raises `NoAdapterError`, and `DeviceError` where the self-test fails or the process is a fork of one with a device.
+    Raises
+    ------
+    NoAdapterError
+        If there is no adapter, or none of that name.
+    DeviceError
+        If the self-test fails, or if the process is a fork of one that has opened a device.
     """
 
     def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:
@@ -37,7 +46,7 @@ class Device:
 
     @classmethod
     def from_context(cls, context: GpuContext) -> Self:
-        """Return the device of a context that was opened with features or limits of one's own choice."""
+        """Return the device of a context, which may have been opened with fewer features or stricter limits."""
         device = cls.__new__(cls)
         device._compose(context)
         return device
@@ -66,7 +75,7 @@ class Device:
 
     @property
     def has_float64(self) -> bool:
-        """Whether shaders here compute in double precision."""
+        """Whether its shaders compute in double precision."""
         return "shader-f64" in self.features
 
     def encode_commands(self, *used: Submittable, label: str) -> contextlib.AbstractContextManager[CommandEncoder]:
@@ -128,7 +137,7 @@ def default_device() -> Device:
 
 
 def resolve_device(device: Device | None) -> Device:
-    """Return `device`, or by default the process's own. Raises `ArgumentTypeError` for what is no Device."""
+    """Return `device`, or by default the process's own; raise `ArgumentTypeError` for what is no Device."""
     if device is None:
         return default_device()
     if not isinstance(device, Device):

@@ -1,4 +1,4 @@
-"""Points on the device, as whatever draws or moves them takes them."""
+"""Points on the device, in the form in which stages draw and move them."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -14,7 +14,7 @@ from .chunking import align_points
 class DevicePoints:
     """The first `n_points` > 0 packed points of R^3 in `buffer`, which is padded as `pad_points` does.
 
-    bounding_points : (h, 3), between which all of them lie; None where the host does not know
+    bounding_points : (h, 3), whose convex hull holds all of them; None if the host does not know
     """
 
     buffer: Buffer

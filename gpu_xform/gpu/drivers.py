@@ -1,4 +1,4 @@
-"""What to install where a machine has no Vulkan driver."""
+"""Hints about drivers: what to install on a machine without a Vulkan driver."""
 
 import platform
 import sys

@@ -1,4 +1,4 @@
-"""Many small structs in one uniform buffer."""
+"""Uniforms: many small structs in one uniform buffer."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -11,17 +11,19 @@ from .device import Device
 from .dispatch import Binding
 from .layouts import as_bytes
 
-ALIGNMENT = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
+OFFSET_ALIGNMENT_BYTES = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
 
 
 def upload(device: Device, owner: str, key: str, structs: Sequence[npt.NDArray[Any]]) -> list[Binding]:
     """Put the structs, one after the other, into the pool's buffer of `owner` under `key`; return where each lies.
 
-    What it holds already, as for the frames of a movie, is not sent again.
+    What the buffer holds already, as for the frames of an animation, is not sent again.
     """
     if not structs:
         return []
-    slots = np.zeros((len(structs), ALIGNMENT), np.uint8)
+    largest = max(struct.nbytes for struct in structs)
+    spacing = -(-largest // OFFSET_ALIGNMENT_BYTES) * OFFSET_ALIGNMENT_BYTES
+    slots = np.zeros((len(structs), spacing), np.uint8)
     for slot, struct in zip(slots, structs, strict=True):
         slot[: struct.nbytes] = as_bytes(struct)
     buffer = device.pool.scratch(owner, key, slots.nbytes, UNIFORM)
@@ -29,4 +31,4 @@ def upload(device: Device, owner: str, key: str, structs: Sequence[npt.NDArray[A
     if buffer.content_key != content:
         buffer.upload(slots)
         buffer.content_key = content
-    return [Binding(buffer, i * ALIGNMENT, struct.nbytes) for i, struct in enumerate(structs)]
+    return [Binding(buffer, i * spacing, struct.nbytes) for i, struct in enumerate(structs)]

@@ -14,7 +14,7 @@ import pytest
 from gpu_xform import Mesh, PrecisionError, samples, save_mesh
 from gpu_xform._core.atomic_files import atomic_write
 from gpu_xform.cli import files, main
-from gpu_xform.compute.kernels import transform as transform_pass
+from gpu_xform.compute import transform
 from gpu_xform.errors import DeviceError, DeviceMemoryError, ShaderError
 from gpu_xform.formats import registry
 from gpu_xform.gpu.device import Device
@@ -289,7 +289,7 @@ def test_what_the_library_raises_has_its_exit_code(
         raise error
 
     monkeypatch.setattr(wireframe, "render", fail)
-    monkeypatch.setattr(transform_pass, "transform", fail)
+    monkeypatch.setattr(transform, "run_transform", fail)
     assert words in error_of(shlex.split(RENDER), capsys, code)
     assert words in error_of(shlex.split(TRANSFORM), capsys, code)
     assert words in error_of(shlex.split(ARRAY), capsys, code)

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gpu_xform as gx
-from gpu_xform.compute.kernels import transform as transform_pass
+from gpu_xform.compute import point_buffer
+from gpu_xform.compute.kernels import transform as transform_kernel
 from gpu_xform.errors import ArgumentError, DeviceError, PrecisionError
 from gpu_xform.gpu.device import Device
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, assert_transformed, some_points
@@ -48,13 +49,13 @@ def test_a_chain_is_the_product_of_its_matrices(dtype: npt.DTypeLike, matrix: Ar
 
 def test_a_chain_is_one_dispatch(monkeypatch: pytest.MonkeyPatch) -> None:
     dispatches: list[int] = []
-    apply = transform_pass.apply
+    dispatch = transform_kernel.dispatch_transform
 
     def counted(*args: Any) -> None:
         dispatches.append(1)
-        apply(*args)
+        dispatch(*args)
 
-    monkeypatch.setattr(transform_pass, "apply", counted)
+    monkeypatch.setattr(point_buffer, "dispatch_transform", counted)
     with gx.PointBuffer(some_points(10, np.float32)) as buffer:
         chained = buffer
         for _ in range(9):

@@ -14,6 +14,7 @@ from gpu_xform.gpu.device import Device
 from tests.support.reference_transform import AFFINE, PROJECTIVE, some_points, transform_exactly
 from tests.support.types import Array, DeviceFactory
 
+BLOCK = _rebased.POINTS_PER_BLOCK
 EARTH = 6.4e6  # metres: the size of earth-centred coordinates
 
 
@@ -28,8 +29,8 @@ def assert_rebased(result: Array, points: Array, matrix: Array) -> None:
     columns = points.shape[1]
     error = np.abs((result - exact.high[:, :columns]) - exact.low[:, :columns])
     norm = np.linalg.norm(matrix[:columns, :columns], 2)
-    for start in range(0, len(points), _rebased.BLOCK):
-        block = slice(start, start + _rebased.BLOCK)
+    for start in range(0, len(points), BLOCK):
+        block = slice(start, start + BLOCK)
         middle = (points[block].min(axis=0) + points[block].max(axis=0)) / 2
         radius = np.linalg.norm(points[block] - middle, axis=1).max()
         allowed = 4 * 2.0**-24 * np.sqrt(3) * norm * radius + 8 * 2.0**-53 * magnitudes[block, :columns]
@@ -45,7 +46,7 @@ def test_rebased_keeps_its_bound_on_earth_sized_coordinates(n: int, columns: int
     assert_rebased(gx.transform_points(points, matrix, precision="rebased"), points, matrix)
 
 
-@pytest.mark.parametrize("n", [_rebased.BLOCK - 1, _rebased.BLOCK, _rebased.BLOCK + 1, 3 * _rebased.BLOCK + 7])
+@pytest.mark.parametrize("n", [BLOCK - 1, BLOCK, BLOCK + 1, 3 * BLOCK + 7])
 def test_rebased_keeps_its_bound_on_both_sides_of_a_block(n: int) -> None:
     points = some_points(n, np.float64) + np.linspace(-EARTH, EARTH, n)[:, None]
     assert_rebased(gx.transform_points(points, AFFINE, precision="rebased"), points, AFFINE)
@@ -53,7 +54,7 @@ def test_rebased_keeps_its_bound_on_both_sides_of_a_block(n: int) -> None:
 
 @pytest.mark.parametrize("limits", [{"max_binding_bytes": 65536}, {"max_workgroups": 1, "max_workgroup_size": 32}])
 def test_rebased_results_do_not_depend_on_the_chunks(device_with_limits: DeviceFactory, limits: dict[str, int]) -> None:
-    points = some_points(2 * _rebased.BLOCK + 5, np.float64) + EARTH
+    points = some_points(2 * BLOCK + 5, np.float64) + EARTH
     whole = gx.transform_points(points, AFFINE, precision="rebased")
     small = device_with_limits(**limits)
     assert np.array_equal(gx.transform_points(points, AFFINE, precision="rebased", device=small), whole)
@@ -112,7 +113,7 @@ def test_rebased_batches_and_projections_agree_with_double() -> None:
     ("point_batch", "matrix_batch"),
     [((), (3,)), ((3,), (3,)), ((2, 1), (3,)), ((1,), (2, 2)), ((0, 1), (2,))],
 )
-@pytest.mark.parametrize("n", [1, 10, _rebased.BLOCK - 1, _rebased.BLOCK])
+@pytest.mark.parametrize("n", [1, 10, BLOCK - 1, BLOCK])
 @pytest.mark.parametrize("columns", [2, 3])
 def test_rebased_stacks_are_their_matrices_one_at_a_time(
     point_batch: tuple[int, ...], matrix_batch: tuple[int, ...], n: int, columns: int, single_device: Device

@@ -12,7 +12,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 import gpu_xform as gx
 from gpu_xform import matrices, planar
-from gpu_xform.compute.kernels import transform as transform_pass
+from gpu_xform.compute import transform as transform_module
+from gpu_xform.compute.kernels import transform as transform_kernel
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, PrecisionError, SingularMatrixError
 from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import Device
@@ -171,7 +172,7 @@ def test_no_points_never_reach_the_device(
     def fail(*_: Any, **__: Any) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(transform_pass, "transform", fail)
+    monkeypatch.setattr(transform_module, "run_transform", fail)
     matrix = np.eye(shape[1] + 1)
     for function in (gx.transform_points, gx.transform_vectors, gx.transform_normals, gx.project_points):
         result = function(np.empty(shape, dtype), matrix)
@@ -517,7 +518,7 @@ def test_points_in_the_plane_take_planar_matrices() -> None:
 def test_two_chunks_under_way_do_not_mix(
     n: int, dtype: npt.DTypeLike, staging_device: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(transform_pass, "STAGED_BYTES", 65536)
+    monkeypatch.setattr(transform_kernel, "MAX_STAGED_BYTES", 65536)
     points = some_points(n, dtype)
     assert_transformed(gx.transform_points(points, AFFINE, device=staging_device), points, AFFINE)
     expected = gx.transform_points(points, AFFINE)
@@ -525,20 +526,20 @@ def test_two_chunks_under_way_do_not_mix(
 
 
 def test_a_chunk_is_read_while_the_next_is_under_way(staging_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(transform_pass, "STAGED_BYTES", 65536)
+    monkeypatch.setattr(transform_kernel, "MAX_STAGED_BYTES", 65536)
     happened: list[str] = []
 
     def told(name: str) -> None:
-        function = getattr(transform_pass, name)
+        function = getattr(transform_kernel, name)
 
         def spy(*args: Any, **kwargs: Any) -> None:
             happened.append(name)
             function(*args, **kwargs)
 
-        monkeypatch.setattr(transform_pass, name, spy)
+        monkeypatch.setattr(transform_kernel, name, spy)
 
-    told("apply_in_place")
-    told("download_rows")
+    told("dispatch_transform_in_place")
+    told("read_results")
     gx.transform_points(some_points(15_000, np.float32), AFFINE, device=staging_device)  # three chunks of 5,120
-    sent, read = "apply_in_place", "download_rows"
+    sent, read = "dispatch_transform_in_place", "read_results"
     assert happened == [sent, sent, read, sent, read, read]

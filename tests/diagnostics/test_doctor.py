@@ -13,7 +13,8 @@ import wgpu
 
 import gpu_xform
 from gpu_xform.cli import main
-from gpu_xform.compute.kernels import transform as transform_pass
+from gpu_xform.compute import transform
+from gpu_xform.compute.kernels.job import Job
 from gpu_xform.diagnostics import doctor, doctor_report
 from gpu_xform.diagnostics.doctor import examine
 from gpu_xform.diagnostics.doctor_report import Check, Report
@@ -109,10 +110,10 @@ def test_a_wrong_transform_is_noticed(
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    def transform(_: Device, points: Any, matrices: Any, out: Any, *_how: Any) -> None:
-        mutant(points, matrices[0], out[0])
+    def run(job: Job) -> None:
+        mutant(job.points, job.matrices[0], job.out[0])
 
-    monkeypatch.setattr(transform_pass, "transform", transform)
+    monkeypatch.setattr(transform, "run_transform", run)
     assert wrong(examine().checks) == [n for n in failing if device.has_float64 or "64" not in n]
     if device.has_float64:
         assert main(["doctor"]) == 1

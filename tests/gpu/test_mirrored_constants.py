@@ -4,7 +4,7 @@ from enum import IntEnum
 
 import pytest
 
-from gpu_xform.compute.kernels.transform import Finish
+from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.drawing.enums import ColorMode, Hidden
 from gpu_xform.raster.compute.triangles import LEFT_BITS
 from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
@@ -36,9 +36,9 @@ def test_what_is_level_in_vector_pictures_is_so_in_the_shaders() -> None:
         (
             "transform_points",
             {
-                "EPILOGUE_NONE": Finish.AS_IT_IS,
-                "EPILOGUE_PERSPECTIVE_DIVIDE": Finish.DIVIDED_BY_W,
-                "EPILOGUE_NORMALIZE": Finish.NORMALIZED,
+                "EPILOGUE_NONE": Epilogue.NONE,
+                "EPILOGUE_PERSPECTIVE_DIVIDE": Epilogue.PERSPECTIVE_DIVIDE,
+                "EPILOGUE_NORMALIZE": Epilogue.NORMALIZE,
             },
         ),
     ],

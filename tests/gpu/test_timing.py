@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gpu_xform.compute.kernels import transform as transform_pass
+from gpu_xform.compute.kernels import transform as transform_kernel
+from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.gpu import timestamps, timing
 from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import Device
@@ -23,8 +24,8 @@ def kernel_of(device: Device) -> Iterator[tuple[Any, Any, int]]:
     with device.lock:
         n_bytes = plan.chunk * plan.point_bytes
         buffers = {key: device.pool.scratch("test", key, n_bytes) for key in ("source", "destination")}
-        (transforms,) = transform_pass.upload_transforms(plan, np.eye(4)[None], plan.chunk)
-        pipeline = plan.pipeline("transform_points", epilogue=transform_pass.Finish.AS_IT_IS, n_matrices=1)
+        (transforms,) = transform_kernel.upload_transforms(plan, np.eye(4)[None], plan.chunk)
+        pipeline = plan.pipeline("transform_points", epilogue=Epilogue.NONE, n_matrices=1)
         yield pipeline, {"transforms": transforms, **buffers}, plan.n_workgroups(plan.chunk)
 
 

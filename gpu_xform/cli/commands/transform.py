@@ -89,9 +89,9 @@ def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: s
 
 def _transform_array(options: argparse.Namespace, matrix: Float64Array) -> None:
     if STDIO not in (options.input, options.output) and not _is_special(options.output):
-        from ...compute.streaming import n_columns
+        from ...compute.streaming import count_columns
 
-        columns = n_columns(options.input)
+        columns = count_columns(options.input)
         if columns is not None:
             _stream_array(options, _as_3x3(matrix) if columns == 2 else matrix)
             return

@@ -1,4 +1,4 @@
-"""The dispatches of each family of compute shaders.
+"""Kernels: the dispatches of each family of compute shaders.
 
-Reading order: transform, reduce, skin.
+Reading order: job, transform, reduce, skin.
 """

@@ -1,25 +1,27 @@
-"""Many points to their bounds and their sum, on the device but for the last step."""
+"""Reduction of many points to their bounds and their sum; all but the last step on the device."""
 
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 
+from ..._core.types import Float64Array
 from ...gpu.buffers import Buffer
 from ...gpu.chunking import DispatchPlan
 from ...gpu.dispatch import dispatch
-from .transform import POOL_OWNER, Finish, upload_transforms
+from .job import Epilogue
+from .transform import POOL_OWNER, upload_transforms
 
 POINTS_PER_INVOCATION = 128
+NUMBERS_PER_PARTIAL = 12  # lowest, highest and sum, of four numbers each
 
 
 @dataclass(frozen=True)
 class Reduction:
-    """What is left of n points of 2 or 3 coordinates: all float64; NaN where any of the n is."""
+    """What n points of 2 or 3 coordinates come to: all float64; NaN if a coordinate of any of them is."""
 
-    lowest: npt.NDArray[np.float64]
-    highest: npt.NDArray[np.float64]
-    total: npt.NDArray[np.float64]
+    lowest: Float64Array
+    highest: Float64Array
+    total: Float64Array
     n_points: int
 
     def merged(self, other: "Reduction") -> "Reduction":
@@ -32,29 +34,29 @@ class Reduction:
         )
 
 
-def reduce(
-    plan: DispatchPlan, source: Buffer, n_points: int, matrix: npt.NDArray[np.float64] | None, finish: Finish
+def reduce_points(
+    plan: DispatchPlan, source: Buffer, n_points: int, matrix: Float64Array | None, epilogue: Epilogue
 ) -> Reduction:
     """Reduce the first `n_points` > 0 of `source`, each through `matrix` (4, 4) first, if there is one."""
     device = plan.device
+    n_workgroups = max(1, n_points // (POINTS_PER_INVOCATION * plan.workgroup_size))
+    n_invocations = n_workgroups * plan.workgroup_size
+    partial_bytes = NUMBERS_PER_PARTIAL * plan.dtype.itemsize
     with device.lock:
-        pipeline = plan.pipeline("reduce_points", epilogue=finish, is_identity=matrix is None)
-        n_workgroups = max(1, n_points // (POINTS_PER_INVOCATION * plan.workgroup_size))
-        n_partials = min(n_workgroups * plan.workgroup_size, n_points)
+        pipeline = plan.pipeline("reduce_points", epilogue=epilogue, is_identity=matrix is None)
         (transforms,) = upload_transforms(plan, np.eye(4)[None] if matrix is None else matrix[None], n_points)
-        partials = device.pool.scratch(
-            POOL_OWNER, "partials", n_workgroups * plan.workgroup_size * 12 * plan.dtype.itemsize
-        )
+        partials = device.pool.scratch(POOL_OWNER, "partials", n_invocations * partial_bytes)
         with device.encode_commands(transforms.buffer, source, partials, label="reduce points") as encoder:
             bindings = device.bind_groups.bind(pipeline, transforms=transforms, source=source, partials=partials)
             dispatch(encoder, pipeline, bindings, n_workgroups)
-        with partials.map_read(n_partials * 12 * plan.dtype.itemsize) as view:
+        n_partials = min(n_invocations, n_points)
+        with partials.map_read(n_partials * partial_bytes) as view:
             rows = view.view(plan.dtype).reshape(n_partials, 3, 4).astype(np.float64)
     axes = slice(plan.n_components)
-    poisoned = np.where(rows[:, :, 3].sum(axis=0) > 0, np.nan, 0.0)[axes]
+    poison = np.where(rows[:, :, 3].sum(axis=0) > 0, np.nan, 0.0)[axes]
     return Reduction(
-        rows[:, 0, axes].min(axis=0) + poisoned,
-        rows[:, 1, axes].max(axis=0) + poisoned,
-        rows[:, 2, axes].sum(axis=0) + poisoned,
+        rows[:, 0, axes].min(axis=0) + poison,
+        rows[:, 1, axes].max(axis=0) + poison,
+        rows[:, 2, axes].sum(axis=0) + poison,
         n_points,
     )
