@@ -129,6 +129,7 @@ def test_what_needs_no_device_and_no_file_loads_neither_wgpu_nor_trimesh() -> No
     assert not loaded_after(use) & HEAVY
 
 
+@pytest.mark.slow
 def test_transforming_points_loads_neither_pillow_nor_trimesh() -> None:
     use = "import gpu_xform as g; g.transform_points([[1, 2, 3]], g.scale(2))"
     loaded = loaded_after(use)

@@ -58,6 +58,7 @@ def test_faces_are_flat(mesh: Mesh, counts: Any, euler: Any, volume: Any) -> Non
         assert np.linalg.svd(corners - corners.mean(axis=0))[1][2:].max(initial=0) < 1e-12
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [samples.cube, samples.snub_dodecahedron, lambda: samples.icosphere(2)])
 def test_convex_solids_face_away_from_their_center(make: Callable[[], Mesh]) -> None:
     for face, corners in ((face, make().positions[face]) for face in make().faces):

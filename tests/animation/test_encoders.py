@@ -263,6 +263,7 @@ FLASHES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("layers", FLASHES.values(), ids=list(FLASHES))
 @pytest.mark.parametrize("background", ["white", None])
 def test_a_gif_s_colors_are_kept_in_frames_that_none_were_chosen_from(
@@ -276,6 +277,7 @@ def test_a_gif_s_colors_are_kept_in_frames_that_none_were_chosen_from(
         assert np.abs(picture[is_seen].astype(int) - original[is_seen])[:, :3].max() <= 8
 
 
+@pytest.mark.slow
 def test_a_gif_s_colors_may_change_bit_by_bit(tmp_path: Path) -> None:
     fades = [gx.Layer(CUBE, fill=(k / 59, 1 - k / 59, 0), transform=gx.rotate((1, 2, 3), k / 9)) for k in range(60)]
     animation = gx.animate(CUBE, fades, tmp_path / "out.gif", size=(120, 90))
@@ -646,6 +648,7 @@ def leaving_nothing(folder: Path) -> Iterator[None]:
     assert not [thread.name for thread in threading.enumerate() if thread.name.startswith("gpu_xform")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("after", [0, 1, 15])
 @pytest.mark.parametrize("error", [RuntimeError("the device is gone"), KeyboardInterrupt()])
@@ -781,6 +784,7 @@ print(save(30), save(130))
 """
 
 
+@pytest.mark.slow
 def test_a_process_does_not_grow_with_the_frames(tmp_path: Path) -> None:
     """Held, 100 more pictures of 0.8 MB would be 80 MB."""
     names = [tmp_path / name for name in NAMES if name != "out.apng"]
@@ -806,6 +810,7 @@ except KeyboardInterrupt:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["out.gif", "out.mp4"])
 def test_an_interrupt_leaves_no_file_and_no_thread(tmp_path: Path, name: str) -> None:
     child = subprocess.Popen(
@@ -874,6 +879,7 @@ def turn_until_12(k: int) -> Any:
     return gx.rotate_y(k)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("options", [{"progress": stop_at_7}, {"frames": turn_until_12}], ids=["progress", "frames"])
 @pytest.mark.parametrize("memory", ["device", "staging_device"])

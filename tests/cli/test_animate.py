@@ -111,6 +111,7 @@ def test_without_more_it_is_a_hundred_frames_of_640_by_480_twenty_a_second() -> 
         assert (image.info["duration"], image.info["loop"]) == (50, 0)
 
 
+@pytest.mark.slow
 def test_a_model_from_standard_input_and_one_file_a_frame() -> None:
     typed = ["animate", "-", "--file-type", "obj", "-o", "f/{frame:02}.png", *SMALL]
     ran = run_in_process(*typed, input=Path("house.obj").read_bytes())
@@ -176,6 +177,7 @@ def test_models_with_nothing_to_draw_are_named(capsys: pytest.CaptureFixture[str
     assert list(Path().iterdir()) == [Path("house.obj")]
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")
 @pytest.mark.parametrize(("columns", "rows"), [(80, 24), (0, 24), (80, 0), (0, 0)])
 def test_a_bar_is_shown_on_a_terminal_only(columns: int, rows: int) -> None:

@@ -77,6 +77,7 @@ def test_models_are_not_resumed(capsys: pytest.CaptureFixture[str]) -> None:
     assert "--resume is for .npy files" in error_of(["transform", "cube.obj", "out.obj", "--resume"], capsys)
 
 
+@pytest.mark.slow
 def test_no_bar_is_shown_where_there_is_no_terminal() -> None:
     np.save("in.npy", some_points(950, np.float32))
     run = run_in_process("transform", "in.npy", "out.npy")

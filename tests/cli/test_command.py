@@ -192,6 +192,7 @@ def test_explain_prints_what_the_library_explains(capsys: pytest.CaptureFixture[
     assert printed.err == ""
 
 
+@pytest.mark.slow
 def test_a_pipe_in_and_a_pipe_out() -> None:
     typed = ["transform", "-", "-", "--file-type", "npy", "--translate", "-1,0,0"]
     result = run_in_process(*typed, input=Path("points.npy").read_bytes())
@@ -276,6 +277,7 @@ def test_printing_survives_an_encoding_without_the_letters(monkeypatch: pytest.M
     assert stream.buffer.getvalue() == b"Radeon\\u2122\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("typed", [["explain", "--scale", "2"], ["--help"], ["transform", "points.npy", "-"]])
 def test_a_closed_pipe_ends_quietly(typed: list[str]) -> None:
     buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}

@@ -260,6 +260,7 @@ def test_an_unknown_adapter_is_named_with_those_there_are(
     assert device.name in message
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", [RENDER, TRANSFORM, ARRAY])
 def test_without_a_driver_a_line_says_what_to_install(command: str) -> None:
     result = run_in_process(*shlex.split(command), env=os.environ | NO_DRIVER)
@@ -333,6 +334,7 @@ def test_a_line_break_in_a_name_stays_in_one_line(capsys: pytest.CaptureFixture[
     assert "a b.obj: No such file" in error_of(shlex.split("render 'a\nb.obj' -o out.png"), capsys)
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("unbuffered", ["", "1"])
 @pytest.mark.parametrize("command", ["explain --scale 2", "transform points.npy -"])

@@ -254,6 +254,7 @@ def test_patterns_that_no_shell_has_expanded() -> None:
     assert list_pngs() == ["b.png", "x1.png", "x[1].png"]
 
 
+@pytest.mark.slow
 def test_standard_input_among_others() -> None:
     typed = ["render", "house.obj", "-", "--file-type", "obj", "-o", "-", *SIZE]
     result = run_in_process(*typed, input=Path("lines.obj").read_bytes())
@@ -263,6 +264,7 @@ def test_standard_input_among_others() -> None:
     assert np.array_equal(read_png("piped.png"), read_png("plain.png"))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a terminal of its own")
 def test_a_bar_is_shown_on_a_terminal_and_errors_stay_whole_lines() -> None:
     Path("bad.obj").write_text("v 0 0 zero\n")

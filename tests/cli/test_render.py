@@ -156,6 +156,7 @@ def test_a_model_with_another_up_looks_the_same(up: str, world_from_upright: npt
     assert np.abs(run_render(*SIZE, model="lying.obj").astype(int) - expected()).max() > 200
 
 
+@pytest.mark.slow
 def test_standard_output_holds_the_picture_and_nothing_else(capsysbinary: pytest.CaptureFixture[bytes]) -> None:
     typed = ["render", "-", "--file-type", "OBJ", "-o", "-", *SIZE]
     result = run_in_process(*typed, input=Path("house.obj").read_bytes())

@@ -109,6 +109,7 @@ def test_rebased_batches_and_projections_agree_with_double() -> None:
     assert np.allclose(gx.project_points(points, camera, precision="rebased"), double, rtol=0, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("point_batch", "matrix_batch"),
     [((), (3,)), ((3,), (3,)), ((2, 1), (3,)), ((1,), (2, 2)), ((0, 1), (2,))],

@@ -99,6 +99,7 @@ def test_an_interrupted_run_leaves_nothing_that_looks_finished_and_is_resumed(tm
     assert names(tmp_path) == ["in.npy", "out.npy"]
 
 
+@pytest.mark.slow
 def test_a_killed_process_is_resumed(tmp_path: Path) -> None:
     points = some_points(950, np.float64)
     source, destination = saved(tmp_path / "in.npy", points), tmp_path / "out.npy"
@@ -201,6 +202,7 @@ def test_no_depth_of_a_header_exhausts_a_stack(tmp_path: Path, shape: str) -> No
         gx.transform_file(tmp_path / "in.npy", tmp_path / "out.npy", AFFINE)
 
 
+@pytest.mark.slow
 def test_memory_maps_go_in_and_out_without_staying_in_memory(tmp_path: Path) -> None:
     """A map of 240 MB each way, in chunks of 16 MiB: the process grows by far less than either."""
     script = (

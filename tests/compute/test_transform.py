@@ -88,6 +88,7 @@ def test_any_number_of_points_is_transformed_to_the_last(n: int, dtype: npt.DTyp
     assert_transformed(gx.transform_points(points, matrix), points, matrix)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_more_points_than_one_dispatch_of_single_threads_could_take(dtype: npt.DTypeLike) -> None:
     points = some_points(65535 * 64 + 1, dtype)
@@ -98,6 +99,7 @@ def test_more_points_than_one_dispatch_of_single_threads_could_take(dtype: npt.D
     assert np.abs(result - (points @ AFFINE[:3, :3].T + AFFINE[:3, 3])).max() < 1e-3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "limits",
     [

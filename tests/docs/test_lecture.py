@@ -60,6 +60,7 @@ def outputs(cells: list[Any], kind: str) -> dict[int, list[str]]:
     return found
 
 
+@pytest.mark.slow
 def test_every_figure_is_drawn(cells: list[Any]) -> None:
     pictures = {
         section: np.asarray(Image.open(io.BytesIO(base64.b64decode(data[0]))).convert("RGB"))

@@ -75,6 +75,7 @@ def test_every_block_is_run_or_of_a_known_kind() -> None:
         assert all(line.startswith(("gpu-xform ", "make ", "pip ")) for line in block.splitlines())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line", command_lines())
 def test_a_command_line(line: str, folder: Path) -> None:
     assert COMMAND, "gpu-xform is not installed beside this Python"
@@ -171,6 +172,7 @@ def test_the_page_names_the_pythons_that_are_tested() -> None:
     assert f"Python {versions[0]} or later ({versions[0]} to {versions[-1]} are tested)" in PAGE
 
 
+@pytest.mark.slow
 def test_the_demo_draws_what_the_page_shows(tmp_path: Path) -> None:
     demo = ROOT / "examples" / "demo.py"
     ran = subprocess.run([sys.executable, demo], cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)

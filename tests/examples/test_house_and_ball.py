@@ -102,6 +102,7 @@ def test_the_ball_comes_into_sight_and_goes() -> None:
     assert all(share_in_sight(in_world("house", frame)) == 1 for frame in FRAMES)
 
 
+@pytest.mark.slow
 def test_the_files_show_every_frame(tmp_path: Path) -> None:
     ran = subprocess.run([sys.executable, PATH], cwd=tmp_path, capture_output=True, text=True, timeout=300, check=False)
     assert (ran.returncode, ran.stderr) == (0, "")

@@ -99,6 +99,7 @@ def test_seeds_are_valid(kind: str, data: bytes) -> None:
     assert load_mesh(io.BytesIO(data), file_type=kind).n_faces >= 4
 
 
+@pytest.mark.slow
 @settings(max_examples=1500, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(damaged())
 def test_damage_gives_a_mesh_or_a_mesh_error(case: tuple[str, bytes]) -> None:

@@ -154,6 +154,7 @@ def test_headers_are_checked(data: bytes, message: str) -> None:
     assert message in str(caught.value)
 
 
+@pytest.mark.slow
 def test_hazards_end_soon() -> None:
     chain = document()
     chain["nodes"] = [{"children": [i + 1]} for i in range(20_000)] + [{"mesh": 0}]

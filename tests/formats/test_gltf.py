@@ -306,6 +306,7 @@ def test_a_world_that_overflows_is_an_error_of_the_file() -> None:
         load_mesh(io.BytesIO(pack(content)), file_type="glb")
 
 
+@pytest.mark.slow
 def test_what_is_large_in_nodes_alone_is_read_soon() -> None:
     start = time.process_time()
     n = 20_000
@@ -429,6 +430,7 @@ values = st.recursive(
 )
 
 
+@pytest.mark.slow
 @given(path=paths, value=values)
 def test_whatever_stands_in_a_document_gives_a_scene_or_a_mesh_error(path: str, value: Any) -> None:
     content = document()

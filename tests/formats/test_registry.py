@@ -56,6 +56,7 @@ def test_triangle_formats_keep_the_triangles(kind: str, mesh: Mesh) -> None:
     assert np.array_equal(read.positions[np.asarray(read.faces)], fans.triangles)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["obj", "off", "ply", "stl", "glb"])
 def test_large_meshes_pass_the_seams_between_blocks(kind: str) -> None:
     grid = samples.grid(300)

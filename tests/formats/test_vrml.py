@@ -70,6 +70,7 @@ def test_solids_in_the_style_of_hart(mesh: Mesh) -> None:
     assert sorted(faces(read)) == sorted(faces(mesh))
 
 
+@pytest.mark.slow
 def test_a_hundred_thousand_vertices_take_no_token_each() -> None:
     mesh = samples.icosphere(7)
     text = in_hart_style(mesh).encode()
@@ -270,6 +271,7 @@ def test_errors_of_vrml_1() -> None:
             vrml.read(text.encode())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("depth", [300, 10_000])
 def test_no_depth_of_nesting_exhausts_a_stack(depth: int) -> None:
     assert v2("Group { children [ " * depth + SHAPE_97 + " ] }" * depth).n_faces == 1
@@ -278,6 +280,7 @@ def test_no_depth_of_nesting_exhausts_a_stack(depth: int) -> None:
         v2("Group { children [ " * depth)
 
 
+@pytest.mark.slow
 def test_use_cannot_multiply_without_bound() -> None:
     nest = "".join(f"DEF L{i} Group {{ children [ {f'USE L{i - 1} ' * 10} ] }}\n" for i in range(1, 40))
     start = time.process_time()

@@ -365,6 +365,7 @@ def test_angles_outside_half_a_turn_are_refused(angle: float) -> None:
             resolve_edges(samples.cube(), name, angle)
 
 
+@pytest.mark.slow
 def test_a_million_triangles_cost_a_few_sorts() -> None:
     keys = np.random.default_rng(0).integers(0, 2**63, 4_000_000, dtype=np.uint64)
     start = time.perf_counter()

@@ -216,6 +216,7 @@ def test_edges_of_triangles_are_those_of_trimesh() -> None:
     assert np.array_equal(mesh.edges, np.unique(mesh.to_trimesh().edges_unique, axis=0))
 
 
+@pytest.mark.slow
 def test_a_million_faces_cost_a_few_sorts() -> None:
     keys = np.random.default_rng(0).integers(0, 2**63, 4_000_000, dtype=np.uint64)
     start = time.perf_counter()

@@ -333,6 +333,7 @@ def chain_of(n: int) -> Scene:
     return scene
 
 
+@pytest.mark.slow
 def test_a_chain_of_ten_thousand_is_no_hazard() -> None:
     start = time.process_time()
     scene = chain_of(10_000)

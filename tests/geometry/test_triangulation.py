@@ -238,6 +238,7 @@ def test_a_concave_prism_is_a_closed_solid_for_trimesh() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_million_quads_cost_a_few_sorts() -> None:
     keys = np.random.default_rng(0).integers(0, 2**63, 4_000_000, dtype=np.uint64)
     start = time.perf_counter()

@@ -153,6 +153,7 @@ def test_the_hint_names_the_systems_own_package(
     assert "driver" in drivers.suggest_driver()
 
 
+@pytest.mark.slow
 @linux
 def test_nothing_is_printed_where_no_runtime_directory_is_set_and_none_stays_set() -> None:
     code = """
@@ -205,6 +206,7 @@ FORK = """
 """
 
 
+@pytest.mark.slow
 @linux
 @pytest.mark.parametrize("own", [True, False])
 def test_a_fork_of_a_process_with_a_device_is_told_so_and_does_not_hang(own: bool) -> None:
@@ -217,6 +219,7 @@ def test_a_fork_of_a_process_with_a_device_is_told_so_and_does_not_hang(own: boo
         assert "multiprocessing.get_context('spawn')" in line
 
 
+@pytest.mark.slow
 def test_spawned_workers_open_a_device_of_their_own(tmp_path: Path) -> None:
     script = """
         import multiprocessing
@@ -342,6 +345,7 @@ def test_stricter_limits_are_taken_and_the_adapters_own_kept_beside(device: Devi
         assert other.adapter.limits == device.adapter.limits
 
 
+@pytest.mark.slow
 @linux
 def test_exhausted_memory_is_a_device_memory_error(device: Device) -> None:
     if device.adapter.kind != "CPU":

@@ -153,6 +153,7 @@ print(json.dumps(["vector", min(seconds[2:])]))
 """
 
 
+@pytest.mark.slow
 def test_no_shader_is_compiled_again_for_the_next_picture() -> None:
     """lavapipe puts uniforms that conditions depend on alone into the code, and may do so at every dispatch."""
     environment = os.environ | {"MESA_SHADER_CACHE_DISABLE": "true"}

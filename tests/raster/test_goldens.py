@@ -116,6 +116,7 @@ CHANGES: dict[str, Callable[[Pixels], Pixels]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("name", ALL)
 def test_a_changed_picture_fails(name: str, change: str, goldens: Goldens) -> None:

@@ -374,6 +374,7 @@ NOT_THESE = {("plates", "far"), ("plates", "straight on, parallel")}
 CASES = [(name, view) for name in SAMPLES for view in FEWER.get(name, VIEWS) if (name, view) not in NOT_THESE]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "view"), CASES)
 def test_nothing_visible_is_eaten_and_nothing_hidden_leaks(name: str, view: str) -> None:
     mesh = SAMPLES[name]
@@ -386,6 +387,7 @@ def test_nothing_visible_is_eaten_and_nothing_hidden_leaks(name: str, view: str)
     assert judged.part > 0.25
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SAMPLES)
 def test_in_a_large_picture_nothing_need_be_forgiven(name: str) -> None:
     mesh, size = SAMPLES[name], (3000, 2400)
@@ -403,6 +405,7 @@ def test_a_picture_of_several_tiles_is_as_right_as_one() -> None:
     assert judged.part > 0.9
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_points", [1, 3])
 @pytest.mark.parametrize("name", ["cube", "house"])
 def test_points_in_line_on_an_edge_do_not_break_it(name: str, n_points: int) -> None:

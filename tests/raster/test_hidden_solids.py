@@ -150,6 +150,7 @@ def test_a_face_across_the_eyes_plane_hides_what_is_under_it() -> None:
         assert (picture[..., 0] < 128).any() == is_seen
 
 
+@pytest.mark.slow
 def test_any_number_of_large_faces_hides(device_with_limits: DeviceFactory) -> None:
     # Drivers stop a loop after so and so many rounds, without a word: here lavapipe, after 65,535.
     n = 64 * 12

@@ -183,6 +183,7 @@ def darkness_of_parts(mesh: Mesh, n: int, size: tuple[int, int], style: dict[str
     return np.asarray(np.abs(together.astype(int) - apart))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "style",
     [
@@ -199,6 +200,7 @@ def test_faint_lines_of_a_dense_model_add_up_as_those_of_a_few_models_do(style: 
     assert (darkness_of_parts(samples.icosphere(7), 4, (100, 100), style) <= 3).all()
 
 
+@pytest.mark.slow
 def test_opaque_lines_of_a_dense_model_add_up_as_those_of_a_few_models_do() -> None:
     difference = darkness_of_parts(samples.icosphere(8), 8, (1000, 1000), {"line_width": 1.5})
     assert difference.max() <= 8

@@ -70,6 +70,7 @@ def drawing(monkeypatch: pytest.MonkeyPatch) -> Drawing:
     return Drawing(monkeypatch)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", [SNUB, BALL], ids=["few points", "many points"])
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("style", STYLES)

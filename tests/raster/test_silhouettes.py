@@ -181,6 +181,7 @@ def test_an_edge_with_a_point_in_line_is_a_silhouette_where_it_would_be_without(
         assert ((shown < 128) != (expected < 128)).sum() < 30  # round ends overlap where the point is
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hidden", ["remove", "dash", "fade"])
 @pytest.mark.parametrize("antialias", [True, False])
 @pytest.mark.parametrize(("level", "size"), [(2, 300), (3, 256), (3, 900), (5, 700)])

@@ -49,6 +49,7 @@ def cut(monkeypatch: pytest.MonkeyPatch, side: int, **style: Any) -> tuple[Any, 
     return whole, gx.render_array(SNUB, **options)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [64, 37])
 @pytest.mark.parametrize("style", STYLES)
 def test_tiles_make_the_picture_that_is_not_cut(style: str, side: int, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -57,6 +58,7 @@ def test_tiles_make_the_picture_that_is_not_cut(style: str, side: int, monkeypat
     assert tiled.tobytes() == whole.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("upright", [True, False])
 def test_the_axis_of_a_slanting_line_is_tested_where_its_rim_reaches_into_the_tile(
     upright: bool, monkeypatch: pytest.MonkeyPatch

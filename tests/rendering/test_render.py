@@ -375,6 +375,7 @@ STAR = Mesh(
 )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("color", ["black", "#ff000040", "face"])
 @pytest.mark.parametrize(
     "limits",

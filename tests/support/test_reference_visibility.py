@@ -238,6 +238,7 @@ CONCAVE = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("orthographic_view", [False, True])
 @pytest.mark.parametrize("eye", EYES)
 @pytest.mark.parametrize("name", CONCAVE)

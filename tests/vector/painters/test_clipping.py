@@ -52,6 +52,7 @@ def test_two_sides_of_a_plane_make_the_whole(triangles: Array, plane: Array) -> 
             assert all(part * area(triangle) >= -1e-9 for part in parts)
 
 
+@pytest.mark.slow
 @given(TRIANGLES, PLANES, st.sampled_from([0.3, 1.0, 7.0, 1000.0]))
 def test_bands_make_the_whole_and_differ_by_a_step(triangles: Array, slope: Array, step: float) -> None:
     levels = np.arange(-20.0, 20.0, step) if step < 1000.0 else np.empty(0)

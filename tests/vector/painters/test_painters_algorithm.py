@@ -88,6 +88,7 @@ def wrong(polygons: Sequence[Array], kinds: Kinds) -> float:
     return float((painted(sort(polygons, kinds), kinds) != nearest(triangles, kinds)).mean())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(8))
 @pytest.mark.parametrize(("n", "size"), [(5, 60), (40, 15), (40, 40)])
 def test_the_nearest_of_intersecting_triangles_is_painted_last(n: int, size: float, seed: int) -> None:
