@@ -1,3 +1,5 @@
+"""Cameras: what they hold, how they frame it, and what they refuse."""
+
 from typing import Any
 
 import numpy as np
@@ -36,10 +38,10 @@ def test_a_fitted_model_lies_within_the_margins_and_touches_them(
     camera = Camera.fit(model, direction=direction, margin=margin, fov_y=fov_y, orthographic=orthographic)
     ndc = seen(camera, model.positions, aspect)
     filled = 1.0 - 2.0 * margin
-    reached = np.abs(ndc[:, :2]).max(axis=0)
-    assert (reached <= filled + 1e-9).all()
-    assert reached.max() == pytest.approx(filled, abs=1e-9)
-    tight = int(np.argmax(reached))
+    extent = np.abs(ndc[:, :2]).max(axis=0)
+    assert (extent <= filled + 1e-9).all()
+    assert extent.max() == pytest.approx(filled, abs=1e-9)
+    tight = int(np.argmax(extent))
     assert ndc[:, tight].min() == pytest.approx(-filled, abs=1e-9)
     assert ndc[:, tight].max() == pytest.approx(filled, abs=1e-9)
     assert (ndc[:, 2] > 0.0).all()
@@ -140,7 +142,7 @@ def test_a_model_of_any_size_fills_the_picture(size: float, orthographic: bool) 
     assert np.abs(ndc[:, :2]).max() == pytest.approx(0.9)
 
 
-def test_look_at_puts_the_target_in_the_middle_and_the_field_of_view_at_the_rim() -> None:
+def test_look_at_puts_the_target_in_the_middle_and_the_field_of_view_at_the_edge() -> None:
     eye, target = np.array([3.0, 4.0, 5.0]), np.array([-1.0, 0.5, 2.0])
     camera = Camera.look_at(eye, target, fov_y=50.0)
     assert seen(camera, [target], 1.6)[0, :2] == pytest.approx([0.0, 0.0], abs=1e-12)
@@ -270,7 +272,7 @@ WRONG: list[tuple[Any, type[Exception], str]] = [
 
 
 @pytest.mark.parametrize(("make", "error", "message"), WRONG, ids=[message for _, _, message in WRONG])
-def test_a_camera_that_cannot_be_is_refused_when_it_is_made(make: Any, error: type[Exception], message: str) -> None:
+def test_an_impossible_camera_is_refused_when_it_is_made(make: Any, error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         make()
 
@@ -283,7 +285,7 @@ def test_a_camera_that_cannot_be_is_refused_when_it_is_made(make: Any, error: ty
     fov_y=st.floats(1.0, 150.0),
     orthographic=st.booleans(),
 )
-def test_the_outermost_points_so_far_decide_where_a_camera_stands(
+def test_the_extreme_points_so_far_decide_where_a_camera_stands(
     points: Array, aspect: float, direction: Array, margin: float, fov_y: float, orthographic: bool
 ) -> None:
     assume(np.linalg.norm(np.cross(direction, (0, 1, 0))) > 1e-2)
@@ -311,3 +313,50 @@ def test_points_too_far_out_for_a_camera_are_named() -> None:
     camera = Camera.look_at((3, 2, 5), (0, 0, 0))
     with pytest.raises(ArgumentError, match=r"^transform must be a matrix of numbers that do not overflow in the pict"):
         render_array(cube, transform=matrices.scale(1e308), camera=camera, size=(20, 20))
+
+
+EYE, TARGET = np.array([3.0, 4, 5]), np.array([1.0, -2, 0])
+
+
+def project(camera: Camera, points: list[Array], aspect: float) -> list[list[float]]:
+    clip = [camera.clip_from_world(aspect) @ np.append(point, 1.0) for point in points]
+    return [(c[:3] / c[3]).tolist() for c in clip]
+
+
+@pytest.mark.parametrize("aspect", [1.0, 1.6, 0.5])
+def test_an_orthographic_camera_keeps_sizes_at_every_distance(aspect: float) -> None:
+    forward = (TARGET - EYE) / np.linalg.norm(TARGET - EYE)
+    right = np.cross(forward, (0, 1, 0))
+    right /= np.linalg.norm(right)
+    up = np.cross(right, forward)
+    camera = Camera.look_at(EYE, TARGET, fov_y=50, orthographic=True)
+    half_height = np.linalg.norm(TARGET - EYE) * np.tan(np.radians(25))
+    for away in (0.1, 1.0, 30.0):
+        middle = EYE + away * forward
+        corner = middle + half_height * (up - aspect * right)
+        (x, y, z), (corner_x, corner_y, _) = project(camera, [middle, corner], aspect)
+        assert np.allclose([x, y, corner_x, corner_y], [0, 0, -1, 1], atol=1e-12)
+        assert 0 < z < 1
+
+
+def test_both_projections_agree_on_what_is_as_far_away_as_the_target() -> None:
+    cameras = [Camera.look_at(EYE, TARGET, orthographic=parallel) for parallel in (False, True)]
+    across = np.cross(TARGET - EYE, (1.0, 2, 3)) * 0.05
+    flat, parallel = ([p[:2] for p in project(camera, [TARGET, TARGET + across], 1.5)] for camera in cameras)
+    assert np.allclose(flat, parallel, atol=1e-12)
+    nearer = [project(camera, [TARGET + across + (EYE - TARGET) / 2], 1.5)[0][:2] for camera in cameras]
+    assert not np.allclose(nearer[0], nearer[1], atol=1e-2)
+
+
+def test_an_orthographic_camera_cuts_off_what_lies_behind_the_eye() -> None:
+    camera = Camera.look_at((0, 0, 5), (0, 0, 0), orthographic=True, near=1, far=9)
+    depths = [p[2] for p in project(camera, [np.array([0, 0, z]) for z in (4.0, 0.0, -4.0, 6.0)], 1.0)]
+    assert np.allclose(depths, [0, 0.5, 1, -0.25])
+
+
+@pytest.mark.parametrize("parallel", [False, True])
+def test_impossible_planes_are_refused_when_a_camera_is_made(parallel: bool) -> None:
+    with pytest.raises(ArgumentError, match="fov_y"):
+        Camera.look_at(EYE, TARGET, fov_y=180, orthographic=parallel)
+    with pytest.raises(ArgumentError, match="near"):
+        Camera.look_at(EYE, TARGET, near=3, far=2, orthographic=parallel)

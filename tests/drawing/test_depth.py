@@ -1,4 +1,4 @@
-"""What depth is made of a camera's, where its eye is, and how lines pale with distance."""
+"""Reversed-Z depth, the eye of a view, the slope of depth, and lines that fade with distance."""
 
 from typing import Any
 
@@ -32,7 +32,7 @@ def projected(matrix: Array, points: Array) -> Array:
     ],
     ids=["perspective", "parallel", "slice", "far plane at infinity", "window"],
 )
-def test_depth_falls_away_from_the_eye_and_the_picture_stays(camera: Camera) -> None:
+def test_reversed_depth_falls_away_from_the_eye_and_the_picture_stays(camera: Camera) -> None:
     clip_from_world = camera.clip_from_world(1.5)
     before, after = projected(clip_from_world, POINTS), projected(reverse_z(clip_from_world, lambda: POINTS), POINTS)
     assert np.array_equal(before[:, :2], after[:, :2])
@@ -58,7 +58,7 @@ def test_the_planes_of_a_parallel_view_move_in_on_the_points_and_never_out() -> 
 
 
 @pytest.mark.parametrize("points", [POINTS + 1e4 * EYE, POINTS[:0], 3.0 * EYE[np.newaxis]], ids=["off", "none", "one"])
-def test_a_parallel_view_of_nothing_much_has_a_depth(points: Array) -> None:
+def test_a_parallel_view_of_few_or_distant_points_has_depth(points: Array) -> None:
     towards_eye = np.array([EYE, 1.001 * EYE]) / 20
     for camera in (Camera.look_at(EYE, (0, 0, 0), orthographic=True), Camera.window((-1, 1), (-1, 1))):
         matrix = reverse_z(camera.clip_from_world(1.0), lambda: points)
@@ -68,33 +68,33 @@ def test_a_parallel_view_of_nothing_much_has_a_depth(points: Array) -> None:
 
 
 STAND, TARGET = np.array([3.0, -1.0, 4.0]), np.array([0.4, 0.5, -0.2])
-OUTLINE = samples.house().positions * [1.0, 1.3, 2.0]
+FRAMING_POINTS = samples.house().positions * [1.0, 1.3, 2.0]
 
 CAMERAS = {
     "perspective": Camera.look_at(STAND, TARGET, near=0.7, far=30.0),
     "parallel": Camera.look_at(STAND, TARGET, near=0.7, far=30.0, orthographic=True),
-    "fit": Camera.fit(OUTLINE),
-    "parallel fit": Camera.fit(OUTLINE, orthographic=True),
+    "fit": Camera.fit(FRAMING_POINTS),
+    "parallel fit": Camera.fit(FRAMING_POINTS, orthographic=True),
     "window": Camera.window((-2, 3), (-1, 4)),
     "eye on z": Camera.eye_on_z(5.0, (-2, 2), (-1.5, 1.5)),
 }
 
 
 def matrix_of(view: str, aspect: float = 1.25) -> Array:
-    return reverse_z(CAMERAS[view].clip_from_world(aspect), lambda: OUTLINE)
+    return reverse_z(CAMERAS[view].clip_from_world(aspect), lambda: FRAMING_POINTS)
 
 
 def at(matrix: Array, point: Array) -> Array:
     """Return where one point (3,) is, and how deep."""
-    place: Array = projected(matrix, point[np.newaxis])[0]
-    return place
+    position: Array = projected(matrix, point[np.newaxis])[0]
+    return position
 
 
 @pytest.mark.parametrize("view", CAMERAS)
-def test_what_is_nearer_is_deeper_and_all_of_the_outline_is_between_the_planes(view: str) -> None:
+def test_what_is_nearer_is_deeper_and_all_framing_points_are_between_the_planes(view: str) -> None:
     matrix = matrix_of(view)
     towards = eye(matrix)
-    for point in OUTLINE:
+    for point in FRAMING_POINTS:
         here = at(matrix, point)
         nearer = point + 0.01 * (towards[:3] - towards[3] * point)
         assert at(matrix, nearer)[2] > here[2]
@@ -106,9 +106,9 @@ def test_what_is_nearer_is_deeper_and_all_of_the_outline_is_between_the_planes(v
 def test_the_eye_is_where_the_camera_stands_in_the_models_frame(mirror: Array) -> None:
     model = matrices.chain(mirror, matrices.rotate((1, 2, 3), 0.7), matrices.translate(0.3, 2.0, -1.0))
     inverse = np.linalg.inv(model)
-    place = eye(matrix_of("perspective") @ model)
-    assert place[3] > 0.0
-    assert place[:3] / place[3] == pytest.approx((inverse @ np.append(STAND, 1.0))[:3])
+    position = eye(matrix_of("perspective") @ model)
+    assert position[3] > 0.0
+    assert position[:3] / position[3] == pytest.approx((inverse @ np.append(STAND, 1.0))[:3])
     on_z = eye(matrix_of("eye on z"))
     assert on_z[:3] / on_z[3] == pytest.approx([0.0, 0.0, 5.0])
     for view, direction in (("parallel", STAND - TARGET), ("window", np.array([0.0, 0.0, 1.0]))):
@@ -128,7 +128,7 @@ def test_the_change_of_depth_over_a_pixel_is_that_of_a_step_as_long_as_a_pixel_i
     across /= np.linalg.norm(across)
     rate, constant = depth_slope_per_pixel(matrix, width)
     middle = np.linalg.solve(np.array([matrix[0, :3], matrix[1, :3], forward]), [-matrix[0, 3], -matrix[1, 3], 0.0])
-    center = OUTLINE.mean(axis=0)
+    center = FRAMING_POINTS.mean(axis=0)
     for distance in (-0.5, 0.0, 0.8):
         # On the axis of the view, level with the model.
         point = middle + forward * (forward @ center + distance - forward @ middle)
@@ -142,13 +142,13 @@ def test_the_change_of_depth_over_a_pixel_is_that_of_a_step_as_long_as_a_pixel_i
 
 
 @pytest.mark.parametrize("view", CAMERAS)
-def test_the_cue_takes_all_of_its_amount_from_the_farthest_and_nothing_from_the_nearest(view: str) -> None:
+def test_the_depth_cue_takes_all_of_its_amount_from_the_farthest_and_nothing_from_the_nearest(view: str) -> None:
     matrix = matrix_of(view)
-    x, y, z, amount = fit_depth_cue(matrix, lambda: OUTLINE, 0.8)
+    x, y, z, amount = fit_depth_cue(matrix, lambda: FRAMING_POINTS, 0.8)
     assert amount == 0.8
     towards = eye(matrix)
     lost, far = [], []
-    for point in OUTLINE:
+    for point in FRAMING_POINTS:
         clip = matrix @ np.append(point, 1.0)
         lost.append(x * clip[2] / clip[3] + y * clip[3] + z)
         forward = np.cross(matrix[0, :3], matrix[1, :3])
@@ -163,7 +163,7 @@ def test_the_cue_takes_all_of_its_amount_from_the_farthest_and_nothing_from_the_
 @pytest.mark.parametrize("width", [2.0, 12.0])
 @pytest.mark.parametrize("orthographic", [True, False])
 @pytest.mark.parametrize("antialias", [True, False])
-def test_a_line_into_the_distance_pales_evenly(orthographic: bool, antialias: bool, width: float) -> None:
+def test_a_line_into_the_distance_fades_evenly(orthographic: bool, antialias: bool, width: float) -> None:
     line = Mesh([(-1.0, -0.2, 3.0), (2.0, 0.1, -9.0)], [(0, 1)])
     camera = Camera.look_at((0.0, 0.0, 8.0), (0.0, 0.0, 0.0), fov_y=50.0, orthographic=orthographic)
     size = (300, 200)
@@ -171,12 +171,12 @@ def test_a_line_into_the_distance_pales_evenly(orthographic: bool, antialias: bo
     shown = gx.render_array(line, depth_cue=0.75, **style)
     ends = world_to_pixels(line.positions, camera, size)
     w = world_to_clip(line.positions, camera, size)[:, 3]
-    strengths = []
+    opacities = []
     for t in np.linspace(0.02, 0.98, 30):
         x, y = np.floor(ends[0] + t * (ends[1] - ends[0])).astype(int)
         along = (t / w[1]) / ((1 - t) / w[0] + t / w[1])
-        strengths.append(1 - shown[y, x, 0] / 255)
-        assert strengths[-1] == pytest.approx(1 - 0.75 * along, abs=0.03)
-    assert (np.diff(strengths) < 0).all()
+        opacities.append(1 - shown[y, x, 0] / 255)
+        assert opacities[-1] == pytest.approx(1 - 0.75 * along, abs=0.03)
+    assert (np.diff(opacities) < 0).all()
     plain = gx.render_array(line, **style)
     assert gx.render_array(line, depth_cue=0.0, **style).tobytes() == plain.tobytes()

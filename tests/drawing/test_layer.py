@@ -142,7 +142,7 @@ SMOOTH = ": no two faces turn by more than {} degrees; 'silhouette' draws the ou
     ],
     ids=str,
 )
-def test_edges_that_are_none_are_called_as_typed_with_a_way_out(edges: Any, message: str) -> None:
+def test_an_error_about_no_edges_says_what_was_chosen_and_what_draws_the_outline(edges: Any, message: str) -> None:
     ball = samples.icosphere(2)
     with pytest.raises(MeshError, match=f"^edges must choose at least one edge, {message}$"):
         gx.render_array(ball, size=SIZE, edges=edges, feature_angle=62.5)
@@ -162,7 +162,7 @@ def test_colours_by_face_go_with_all_edges_and_give_way_to_other_colours() -> No
 
 
 @pytest.mark.parametrize("name", ["face_colors", "fill"])
-def test_a_points_buffer_has_no_faces_to_colour(name: str) -> None:
+def test_a_point_buffer_has_no_faces_to_colour(name: str) -> None:
     with PointBuffer(CUBE.positions) as points, pytest.raises(ArgumentError, match=r"(?i)colours by face|^fill must"):
         gx.render_array(points, size=SIZE, **{name: np.zeros((6, 3))})  # type: ignore[arg-type]
 
@@ -223,7 +223,7 @@ def test_instances_are_layers_of_their_own(
 
 
 @pytest.mark.parametrize(("n_points", "n_triangles", "n_edges"), [(400, 7, 9), (20, 1140, 190), (40, 0, 3000)])
-def test_instances_are_cut_so_that_points_and_a_number_a_face_or_an_edge_fit_bindings(
+def test_instances_are_split_so_that_points_and_a_number_per_face_or_edge_fit_bindings(
     n_points: int, n_triangles: int, n_edges: int, device_with_limits: DeviceFactory
 ) -> None:
     small = device_with_limits(max_binding_bytes=1 << 15)

@@ -1,4 +1,4 @@
-"""How far shapes reach: everything that is drawn lies in the part that is, and the rest need not be drawn."""
+"""Screen bounds: all that is drawn lies within them, and the rest need not be drawn."""
 
 from typing import Any
 
@@ -25,12 +25,12 @@ PLACES = {
     "several": np.stack([matrices.translate(x, y, 0.1) @ SMALL for x, y in ((-0.2, 0.1), (0.5, -0.6))]),
 }
 STYLES: dict[str, dict[str, Any]] = {
-    "ink": {},
-    "ink, see-through": {"background": None, "alpha": 0.6},
-    "ink, ties": {"background": (0.3, 0.7, 0.9, 0.5)},
-    "ink, more ties": {"background": (0.1, 0.5, 0.3)},
+    "coverage": {},
+    "coverage, see-through": {"background": None, "alpha": 0.6},
+    "coverage, ties": {"background": (0.3, 0.7, 0.9, 0.5)},
+    "coverage, more ties": {"background": (0.1, 0.5, 0.3)},
     "on or off": {"antialias": False},
-    "quads": {"color": "face", "line_width": 7.0},
+    "per face": {"color": "face", "line_width": 7.0},
     "wide": {"line_width": 20.0, "hidden": "fade", "color": "#30408070"},
     "filled": {"fill": "face", "background": "#20304050"},
     "dots": {"point_size": 13.0, "hidden": "remove"},
@@ -86,7 +86,7 @@ def test_the_picture_is_the_one_whose_every_pixel_is_drawn(
         assert np.prod(extent) < 0.8 * np.prod(SIZE)
 
 
-def test_several_models_reach_as_far_as_each(drawing: Drawing) -> None:
+def test_the_bounds_of_several_models_hold_each(drawing: Drawing) -> None:
     layers = [Layer(SNUB, transform=PLACES["inside"]), Layer(BALL, transform=PLACES["over two sides"], line_width=9.0)]
     options = {"camera": CAMERAS["parallel"], "size": (700, 500)}
     part = drawing.part(layers, **options)
@@ -108,7 +108,7 @@ def test_what_the_host_does_not_know_may_lie_anywhere(drawing: Drawing) -> None:
     assert drawing.regions == [Region((0, 0), SIZE)] * 2
 
 
-def test_what_passes_the_eye_reaches_the_side_that_it_passes_on(drawing: Drawing) -> None:
+def test_what_passes_the_eye_is_drawn_to_the_side_that_it_passes_on(drawing: Drawing) -> None:
     line = Mesh([(0.1, 0.0, -1.0), (1.0, 0.0, 1.0)], [(0, 1)])  # whose end behind the eye would be seen on the left
     options = {"camera": Camera.look_at((0, 0, 0), (0, 0, -1), fov_y=40.0)}
     part = drawing.part(line, **options)
@@ -134,7 +134,7 @@ def test_nothing_is_drawn_outside(seed: int, width: float, antialias: bool, size
         assert drawing.part(mesh, **options).tobytes() == drawing.whole(mesh, **options).tobytes()
 
 
-def test_a_region_begins_on_a_grid_so_that_what_moves_a_little_keeps_its_memory() -> None:
+def test_bounds_are_aligned_so_that_a_model_in_motion_keeps_its_buffers() -> None:
     extents = set()
     for x in np.linspace(0.0, 0.02, 9):
         with pytest.MonkeyPatch.context() as monkeypatch:

@@ -60,7 +60,7 @@ def test_tiles_make_the_picture_that_is_not_cut(style: str, side: int, monkeypat
 
 @pytest.mark.slow
 @pytest.mark.parametrize("upright", [True, False])
-def test_the_axis_of_a_slanting_line_is_tested_where_its_rim_reaches_into_the_tile(
+def test_the_axis_of_a_slanting_line_is_tested_outside_the_tile_that_its_side_lies_in(
     upright: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The lines go behind bars about as wide as they are, so that depths a pixel further on are others.
@@ -108,7 +108,7 @@ def test_a_picture_larger_than_a_tile_is_drawn_where_a_small_one_is() -> None:
 
 
 @pytest.mark.parametrize("size", [(65537, 1), (1, 65537), (32769, 32768)])
-def test_pictures_beyond_reason_are_refused(size: tuple[int, int]) -> None:
+def test_too_large_pictures_are_refused(size: tuple[int, int]) -> None:
     with pytest.raises(
         ArgumentError, match=rf"^size must be at most 65536 .* 1,073,741,824 in all, got {size[0]} x {size[1]}$"
     ):

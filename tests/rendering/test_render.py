@@ -105,9 +105,9 @@ def assert_drawn(
     else:
         edges = mesh.edges
         colors = [rgba(color, "color")] * len(edges)
-    backdrop = np.zeros(4) if background is None else np.array(rgba(background, "background"))
+    clear_color = np.zeros(4) if background is None else np.array(rgba(background, "background"))
     reference = np.empty((size[1], size[0], 4))
-    reference[:] = np.append(backdrop[:3] * backdrop[3], backdrop[3])
+    reference[:] = np.append(clear_color[:3] * clear_color[3], clear_color[3])
     layers = []
     for part, (*hue, alpha) in zip(visible(mesh, clip_from_model, edges), colors, strict=True):
         if part is not None:
@@ -320,9 +320,9 @@ def test_a_line_wider_than_the_picture_fills_it() -> None:
 def test_an_edge_seen_end_on_is_a_dot() -> None:
     mesh = Mesh([(0.25, 0.25, 0.0), (0.25, 0.25, 1.0)], [(0, 1)])
     picture = gx.render_array(mesh, camera=Camera.window((-1, 1), (-1, 1)), size=(80, 80), line_width=9.0)
-    ink = (255 - picture[..., 0].astype(float)) / 255
-    assert abs(ink.sum() - np.pi * 4.5**2) < 1.0
-    assert ink[30, 50] == 1.0
+    coverage = (255 - picture[..., 0].astype(float)) / 255
+    assert abs(coverage.sum() - np.pi * 4.5**2) < 1.0
+    assert coverage[30, 50] == 1.0
 
 
 def test_faces_take_ten_colours_in_their_order_and_later_ones_lie_over_earlier_ones() -> None:
@@ -407,8 +407,8 @@ def test_edges_in_batches_make_the_same_picture(
 
 def test_memory_that_the_host_cannot_map_makes_the_same_picture(staging_device: Device, device: Device) -> None:
     for color in ("black", "face"):
-        staged = gx.render_array(samples.house(), size=(77, 55), color=color, device=staging_device)
-        assert staged.tobytes() == gx.render_array(samples.house(), size=(77, 55), color=color, device=device).tobytes()
+        copied = gx.render_array(samples.house(), size=(77, 55), color=color, device=staging_device)
+        assert copied.tobytes() == gx.render_array(samples.house(), size=(77, 55), color=color, device=device).tobytes()
 
 
 def test_the_same_model_makes_the_same_bytes_twice() -> None:
@@ -431,7 +431,9 @@ def test_the_same_model_makes_the_same_bytes_twice() -> None:
     ids=["far", "huge", "tiny", "beyond float32", "below float32", "small and far"],
 )
 @pytest.mark.parametrize("orthographic", [True, False])
-def test_neither_place_nor_size_of_the_model_changes_its_fitted_picture(placement: Array, orthographic: bool) -> None:
+def test_neither_position_nor_size_of_the_model_changes_its_fitted_picture(
+    placement: Array, orthographic: bool
+) -> None:
     mesh = samples.house()
     moved = mesh.transformed(placement)
     here, there = (
@@ -547,7 +549,7 @@ def test_an_argument_that_cannot_be_taken_is_named(
         gx.render_array(samples.cube(), **arguments)
 
 
-def test_what_is_no_model_is_refused() -> None:
+def test_other_types_than_models_are_refused() -> None:
     message = "^model must be a Mesh, an array of points, a PointBuffer or a path, got "
     for wrong, got in ((3.5, "float"), ([(0, 0, 0), (1, 0, 0)], "tuple"), ([[[0, 0, 0]]], "list")):
         with pytest.raises(ArgumentTypeError, match=f"{message}{got}$"):

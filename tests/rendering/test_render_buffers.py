@@ -30,7 +30,7 @@ def test_a_buffer_draws_as_its_mesh_does(dtype: npt.DTypeLike) -> None:
     assert difference(drawn, gx.render_array(HOUSE, camera=CAMERA, transform=TURN, size=(300, 200))) <= 1
 
 
-def test_what_is_pending_is_drawn_without_being_read_back(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pending_transforms_are_drawn_without_a_readback(monkeypatch: pytest.MonkeyPatch) -> None:
     expected = gx.render_array(HOUSE.transformed(TURN), camera=CAMERA, size=(300, 200))
     projected = gx.render_array(
         HOUSE, transform=gx.perspective_from_eye(5) @ TURN, camera=gx.Camera.window((-3, 3), (-2, 2)), size=(300, 200)
@@ -130,14 +130,14 @@ def test_the_angle_says_what_a_crease_is() -> None:
 def test_sets_of_edges_combine() -> None:
     grid = gx.samples.grid(4)
     camera = gx.Camera.window((-1.5, 1.5), (-1, 1))
-    rim = gx.render_array(grid, edges="boundary", camera=camera, size=(300, 200))
+    boundary = gx.render_array(grid, edges="boundary", camera=camera, size=(300, 200))
     both = gx.render_array(grid, edges=["boundary", [[0, 6]]], camera=camera, size=(300, 200))
     alone = gx.render_array(grid, edges=[[0, 6]], camera=camera, size=(300, 200))
-    only_rim, only_alone = (alone == 255).all(axis=2), (rim == 255).all(axis=2)
-    assert np.array_equal(both[only_rim], rim[only_rim])
+    only_boundary, only_alone = (alone == 255).all(axis=2), (boundary == 255).all(axis=2)
+    assert np.array_equal(both[only_boundary], boundary[only_boundary])
     assert np.array_equal(both[only_alone], alone[only_alone])
     assert (alone != 255).any()
-    assert (rim != 255).any()
+    assert (boundary != 255).any()
 
 
 def test_an_unknown_set_of_edges_is_refused() -> None:
@@ -155,7 +155,7 @@ def test_several_arrays_of_edges_are_drawn_one_after_another() -> None:
             gx.render_array(points, edges=[edges, "silhouette"], **SEEN)
 
 
-def test_edges_to_points_that_are_none_are_not_drawn() -> None:
+def test_edges_to_points_that_are_not_numbers_are_not_drawn() -> None:
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (np.nan, 0, 0), (np.inf, 0, 0), (1, 1, 1)], np.float32)
     edges = [(0, 1), (1, 2), (2, 3), (3, 5), (4, 5), (2, 5)]
     with gx.PointBuffer(points) as some, gx.PointBuffer(points[[0, 1, 2, 5]]) as finite:
@@ -169,7 +169,7 @@ def test_edges_to_points_that_are_none_are_not_drawn() -> None:
             gx.render_array(some, edges=edges)
 
 
-def test_edges_to_points_that_are_none_are_not_walked_along() -> None:
+def test_edges_to_points_that_are_not_numbers_are_not_sampled() -> None:
     """Their steps would be counted between any two numbers: on some devices, until the system resets them."""
     none = np.array([(0, 0, 0), (np.nan, 0, 0), (np.inf, 0, 0), (-np.inf, 0, 0), (3e38, -3e38, 3e38)], np.float32)
     edges = [(i, j) for i in range(5) for j in range(5) if i != j]
@@ -186,17 +186,17 @@ def test_edges_to_points_that_are_none_are_not_walked_along() -> None:
 
 
 @pytest.mark.parametrize("orthographic", [True, False])
-@pytest.mark.parametrize("stray", [np.nan, np.inf])
-def test_points_that_are_none_cut_nothing_off_in_parallel_views(stray: float, orthographic: bool) -> None:
+@pytest.mark.parametrize("outlier", [np.nan, np.inf])
+def test_points_that_are_not_numbers_cut_nothing_off_in_parallel_views(outlier: float, orthographic: bool) -> None:
     cloud = np.random.default_rng(7).uniform(-1.0, 1.0, (60, 3)).astype(np.float32) + np.array([0, 0, 40], np.float32)
-    strays = np.concatenate([cloud, np.array([(stray, 0, 0), (0, stray, stray)], np.float32)])
+    with_outliers = np.concatenate([cloud, np.array([(outlier, 0, 0), (0, outlier, outlier)], np.float32)])
     camera = gx.Camera.window((-1.2, 1.2), (-1.2, 1.2))
     if orthographic:
         camera = gx.Camera.look_at((0, 0, 45), (0, 0, 0), fov_y=4.0, orthographic=True)
     wall = gx.Layer(gx.samples.cube(), hidden="remove")  # 39 before it
     options: dict[str, Any] = {"camera": camera, "size": (90, 90)}
     styles: list[dict[str, Any]] = [{}, {"depth_cue": 0.8}, {"hidden": "remove", "point_size": 5.0}]
-    with gx.PointBuffer(strays) as some, gx.PointBuffer(cloud) as finite:
+    with gx.PointBuffer(with_outliers) as some, gx.PointBuffer(cloud) as finite:
         for style in styles:
             shown = gx.render_array(some, **options, **style)
             assert (shown != 255).any(axis=2).sum() > 30
