@@ -1,38 +1,30 @@
+"""Buffers: what goes into them and comes out, and what is refused before wgpu would abort."""
+
 from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from gpu_xform.errors import DeviceError
-from gpu_xform.gpu.buffer_pool import BufferPool
 from gpu_xform.gpu.buffers import READBACK, STORAGE, UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
+from tests.support.device_memory import read_uint32
 
 DATA = np.arange(1, 1001, dtype=np.uint32)
 
 
-@pytest.fixture(params=["default", "staging"])
-def any_device(request: pytest.FixtureRequest, device: Device, staging_device: Device) -> Device:
-    return device if request.param == "default" else staging_device
-
-
-def downloaded(buffer: Buffer, n_bytes: int) -> np.ndarray[tuple[int], np.dtype[np.uint32]]:
-    with buffer.map_read(n_bytes) as view:
-        return view.view(np.uint32).copy()
-
-
 def copy(device: Device, source: Buffer, target: Buffer, meanwhile: Callable[[], None]) -> None:
-    """Copy 16 bytes; `meanwhile` happens between recording and submission."""
+    """Copy 16 bytes; `meanwhile` happens between encoding and submission."""
     with device.encode_commands(source, target, label="test") as encoder:
         encoder.copy_buffer(source, target, 16)
         meanwhile()
 
 
-def test_what_is_uploaded_is_downloaded(any_device: Device) -> None:
+def test_what_is_uploaded_is_read_back(any_device: Device) -> None:
     buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
-    assert downloaded(buffer, DATA.nbytes).tolist() == DATA.tolist()
-    assert downloaded(buffer, 12).tolist() == [1, 2, 3]
+    assert read_uint32(buffer, DATA.nbytes).tolist() == DATA.tolist()
+    assert read_uint32(buffer, 12).tolist() == [1, 2, 3]
     buffer.release()
 
 
@@ -40,7 +32,7 @@ def test_a_shorter_upload_leaves_the_rest(any_device: Device) -> None:
     buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
     buffer.upload(np.array([7, 8], np.uint32))
-    assert downloaded(buffer, 16).tolist() == [7, 8, 3, 4]
+    assert read_uint32(buffer, 16).tolist() == [7, 8, 3, 4]
     buffer.release()
 
 
@@ -49,29 +41,8 @@ def test_an_upload_beyond_the_end_is_an_error_that_leaves_the_buffer_usable(any_
     with pytest.raises(ValueError, match=r"range|length"):
         buffer.upload(DATA)
     buffer.upload(DATA[:4])
-    assert downloaded(buffer, 16).tolist() == [1, 2, 3, 4]
+    assert read_uint32(buffer, 16).tolist() == [1, 2, 3, 4]
     buffer.release()
-
-
-def test_a_pool_keeps_one_buffer_a_role_and_grows_it(any_device: Device) -> None:
-    pool = BufferPool(any_device.context)
-    first = pool.scratch("test", "source", 256)
-    assert pool.scratch("test", "source", 256) is first
-    assert pool.scratch("test", "source", 64) is first
-    other = pool.scratch("test", "destination", 256)
-    assert other is not first
-    larger = pool.scratch("test", "source", 512)
-    assert larger is not first
-    assert larger.n_bytes == 512
-    with pytest.raises(DeviceError, match="released"):
-        first.upload(DATA[:4])
-    other.upload(DATA[:4])
-    pool.clear()
-    for kept in (larger, other):
-        with pytest.raises(DeviceError, match="released"):
-            kept.upload(DATA[:4])
-    assert pool.scratch("test", "source", 16).n_bytes == 16
-    pool.clear()
 
 
 def test_a_released_buffer_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
@@ -89,7 +60,7 @@ def test_a_released_buffer_is_refused_before_wgpu_would_abort(any_device: Device
     other.release()
 
 
-def test_a_buffer_released_while_commands_are_recorded_is_refused(any_device: Device) -> None:
+def test_a_buffer_released_while_commands_are_encoded_is_refused(any_device: Device) -> None:
     source, target = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 16, label="test")
     with pytest.raises(DeviceError, match="released"):
         copy(any_device, source, target, meanwhile=source.release)
@@ -118,7 +89,7 @@ def test_a_mapped_buffer_is_refused_before_wgpu_would_abort(any_device: Device) 
             pass
         with pytest.raises(DeviceError, match="mapped"), readback.map_read(16):
             pass
-    assert downloaded(readback, 16).tolist() == [0, 0, 0, 0]
+    assert read_uint32(readback, 16).tolist() == [0, 0, 0, 0]
     readback.release()
 
 
@@ -141,17 +112,17 @@ def test_commands_that_do_not_fit_are_an_error_and_the_device_goes_on(any_device
     large.upload(DATA[:16])
     with any_device.encode_commands(small, large, label="test") as encoder:
         encoder.copy_buffer(large, small, 16, source_offset_bytes=32)
-    assert downloaded(small, 16).tolist() == [9, 10, 11, 12]
+    assert read_uint32(small, 16).tolist() == [9, 10, 11, 12]
     small.release()
     large.release()
 
 
-def test_an_error_while_commands_are_recorded_submits_none_of_them(any_device: Device) -> None:
+def test_an_error_while_commands_are_encoded_submits_none_of_them(any_device: Device) -> None:
     source, target = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 16, label="test")
     source.upload(DATA[:4])
     with pytest.raises(StopIteration):
         copy(any_device, source, target, meanwhile=lambda: next(iter(())))
-    assert downloaded(target, 16).tolist() == [0, 0, 0, 0]
+    assert read_uint32(target, 16).tolist() == [0, 0, 0, 0]
     source.release()
     target.release()
 
@@ -163,56 +134,17 @@ def test_a_buffer_larger_than_any_is_a_device_error(any_device: Device) -> None:
             Buffer(any_device.context, n_bytes, usage, label="test")
 
 
-def test_the_pool_survives_an_allocation_that_failed(any_device: Device) -> None:
-    pool = BufferPool(any_device.context)
-    kept = pool.scratch("test", "source", 64)
-    with pytest.raises(DeviceError):
-        pool.scratch("test", "source", any_device.limits.max_buffer_bytes // 4 * 4 + 4)
-    again = pool.scratch("test", "source", 64)
-    assert again is not kept
-    again.upload(DATA[:16])
-    assert downloaded(again, 64).tolist() == DATA[:16].tolist()
-    pool.clear()
-
-
-def test_what_was_taken_is_the_takers_alone_until_it_is_given_back(any_device: Device) -> None:
-    pool = BufferPool(any_device.context)
-    first, second = pool.acquire("test", "picture", 256), pool.acquire("test", "picture", 256)
-    assert first is not second
-    pool.release("test", "picture", first)
-    assert pool.acquire("test", "readback", 256) is not first
-    assert pool.acquire("test", "picture", 512) is not first
-    assert pool.acquire("test", "picture", 64) is first
-    pool.clear()
-    second.upload(DATA[:4])  # is not the pool's
-
-
-def test_of_what_is_given_back_the_largest_is_kept(any_device: Device) -> None:
-    pool = BufferPool(any_device.context)
-    taken = [pool.acquire("test", "picture", n_bytes) for n_bytes in (512, 64, 1024)]
-    for buffer in taken:
-        pool.release("test", "picture", buffer)
-    with pytest.raises(DeviceError, match="released"):
-        taken[1].upload(DATA[:4])
-    assert pool.acquire("test", "picture", 1024) is taken[2]
-    assert pool.acquire("test", "picture", 64) is taken[0]
-    pool.release("test", "picture", taken[0])
-    pool.clear()
-    with pytest.raises(DeviceError, match="released"):
-        taken[0].upload(DATA[:4])
-
-
-def test_what_has_arrived_is_lent_once_and_then_free_again(any_device: Device) -> None:
+def test_a_mapped_buffer_is_lent_once_and_then_free_again(any_device: Device) -> None:
     readback = Buffer(any_device.context, 16, READBACK, label="test")
     readback.wait_mapped(16)
     with pytest.raises(DeviceError, match="mapped"), any_device.encode_commands(readback, label="test"):
         pass
-    assert downloaded(readback, 16).tolist() == [0, 0, 0, 0]
+    assert read_uint32(readback, 16).tolist() == [0, 0, 0, 0]
     source = Buffer(any_device.context, 16, label="test")
     source.upload(DATA[:4])
     with any_device.encode_commands(source, readback, label="test") as encoder:
         encoder.copy_buffer(source, readback, 16)
     readback.wait_mapped(8)
-    assert downloaded(readback, 8).tolist() == [1, 2]
+    assert read_uint32(readback, 8).tolist() == [1, 2]
     source.release()
     readback.release()

@@ -21,7 +21,7 @@ CAMERA = Camera.look_at((3, 2, 5), (0, 0, 0))
 
 @pytest.fixture
 def own() -> Iterator[Device]:
-    """A device on which nothing is resident yet."""
+    """A device on which nothing is cached yet."""
     with Device() as device:
         yield device
 
@@ -33,7 +33,7 @@ def uploads(monkeypatch: pytest.MonkeyPatch) -> list[int]:
 
 
 def kept(device: Device) -> dict[Any, Buffer]:
-    return {role: resident.buffer for (_, role), resident in device.resource_cache._entries.items()}
+    return {key: entry.buffer for (_, key), entry in device.resource_cache._entries.items()}
 
 
 @pytest.mark.parametrize("edges", [None, "feature", "silhouette", ["silhouette", "boundary"]])
@@ -69,7 +69,7 @@ def test_what_belongs_to_a_mesh_goes_with_it_at_the_next_picture(own: Device) ->
     gx.render_array(mesh, device=own, **STYLE)
     gx.render_array(other, device=own, **STYLE)
     buffers = list(own.resource_cache._entries.values())
-    of_mesh = [resident.buffer for resident in buffers if resident.owner() is mesh]
+    of_mesh = [entry.buffer for entry in buffers if entry.owner() is mesh]
     assert len(of_mesh) >= 4
     assert not any(buffer._released for buffer in of_mesh)
     del mesh, buffers
@@ -110,7 +110,7 @@ def test_beyond_the_budget_the_least_recently_used_goes_first(own: Device, monke
     assert not kept(own)
 
 
-def test_an_array_is_made_once_an_owner_and_role(own: Device) -> None:
+def test_an_array_is_made_once_per_owner_and_key(own: Device) -> None:
     owners = [samples.cube(), samples.cube()]
     made: list[int] = []
 
@@ -119,7 +119,7 @@ def test_an_array_is_made_once_an_owner_and_role(own: Device) -> None:
         return np.full(5, made[-1], np.uint32)
 
     buffers = [
-        own.resource_cache.get(owner, role, array) for _ in range(2) for owner in owners for role in ("a", ("b", 1))
+        own.resource_cache.get(owner, key, array) for _ in range(2) for owner in owners for key in ("a", ("b", 1))
     ]
     assert made == [0, 1, 2, 3]
     assert buffers[:4] == buffers[4:]

@@ -1,29 +1,18 @@
 """GPU_XFORM_TRACE."""
 
 import json
-import os
-import subprocess
-import sys
-import textwrap
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from gpu_xform.gpu.device import Device
+from tests.support.python_run import python_output
 
 
-def run_traced(code: str, path: Path, **environment: str) -> dict[str, Any]:
+def run_traced(code: str, path: Path) -> dict[str, Any]:
     """Return the trace that Python code leaves in a process of its own."""
-    result = subprocess.run(
-        [sys.executable, "-W", "error", "-c", textwrap.dedent(code)],
-        env={**os.environ, "GPU_XFORM_TRACE": str(path), **environment},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
-    assert (result.returncode, result.stderr) == (0, "")
+    python_output(code, GPU_XFORM_TRACE=str(path))
     trace: dict[str, Any] = json.loads(path.read_text("utf-8"))
     return trace
 
