@@ -1,4 +1,4 @@
-"""An interactive window onto models.
+"""Viewer: an interactive window in which models are seen from all sides.
 
 Reading order: key_bindings, orbit, style_overrides, controls, help_overlay, session, window.
 """

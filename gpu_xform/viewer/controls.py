@@ -1,4 +1,4 @@
-"""What the pointer and the keys do to a view: events in, a view out; nothing is drawn here."""
+"""Controls: pointer and key events change the state of a view; nothing is drawn here."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -12,51 +12,51 @@ from .._core.types import Float64Array
 from ..drawing.camera import Camera
 from ..drawing.layer import Layer
 from ..imaging.colors import ColorLike
-from . import style_overrides as looks
-from .orbit import Ball, Orbit
-from .style_overrides import Look
+from . import style_overrides
+from .orbit import BoundingSphere, Orbit
+from .style_overrides import StyleOverrides
 
 Event: TypeAlias = Mapping[str, Any]
 
 LEFT, RIGHT, MIDDLE = 1, 2, 3
-NOTCH = 100.0  # of a wheel, as events count
-ZOOM_A_NOTCH = 1.2
-TURN_A_HEIGHT = math.pi  # radians, for a drag from the window's top to its bottom
-STEP = math.radians(15.0)
+UNITS_PER_NOTCH = 100.0  # of a wheel, in `dy` of its events
+ZOOM_PER_NOTCH = 1.2
+RADIANS_PER_HEIGHT = math.pi  # for a drag from the top of the window to its bottom
+ROTATION_STEP_RAD = math.radians(15.0)
 
-STYLE_KEYS: dict[str, Callable[[Look, Layer], tuple[Look, str]]] = {
-    "e": looks.next_edges,
-    "d": looks.next_hidden,
-    "f": looks.other_fill,
-    "c": looks.other_face_colors,
-    "a": looks.other_antialias,
+STYLE_KEYS: dict[str, Callable[[StyleOverrides, Layer], tuple[StyleOverrides, str]]] = {
+    "e": style_overrides.next_edges,
+    "d": style_overrides.next_hidden,
+    "f": style_overrides.toggle_fill,
+    "c": style_overrides.toggle_face_colors,
+    "a": style_overrides.toggle_antialias,
 }
-TURN_KEYS = {
-    "ArrowLeft": (-STEP, 0.0),
-    "ArrowRight": (STEP, 0.0),
-    "ArrowUp": (0.0, -STEP),
-    "ArrowDown": (0.0, STEP),
+ROTATION_KEYS = {
+    "ArrowLeft": (-ROTATION_STEP_RAD, 0.0),
+    "ArrowRight": (ROTATION_STEP_RAD, 0.0),
+    "ArrowUp": (0.0, -ROTATION_STEP_RAD),
+    "ArrowDown": (0.0, ROTATION_STEP_RAD),
 }
 SIDE_KEYS = {"1": ("front", "back"), "2": ("right", "left"), "3": ("above", "below")}
 
 
 class Request(Enum):
-    """What a key asks of the window, not of the view."""
+    """What a key requests of the window rather than of the view."""
 
     SAVE = "save"
     CLOSE = "close"
 
 
-class Given(NamedTuple):
-    """What the view begins with.
+class InitialView(NamedTuple):
+    """The view before any event.
 
-    layer : whose style stands for all where keys go on from it
-    points : gives (n, 3) of the world, which a picture of all of it must hold
-    up : of the world; None where the camera says
+    points : returns points of the world (n, 3) that a picture of all models must hold
+    layer : its style has the values that keys cycle from
+    up : of the world; None for the camera's
     """
 
     camera: Camera
-    ball: Ball
+    bounds: BoundingSphere
     points: Callable[[], Float64Array]
     layer: Layer
     background: ColorLike | None
@@ -64,29 +64,29 @@ class Given(NamedTuple):
 
 
 @dataclass(frozen=True)
-class View:
-    """What is seen, and how.
+class ViewState:
+    """What events have made of the view.
 
-    orbit : None for what the given camera sees, in a window of any shape
+    orbit : None for what the initial camera sees, in a window of any shape
     note : what the last event did
     """
 
     orbit: Orbit | None = None
-    look: Look = field(default_factory=Look)
+    overrides: StyleOverrides = field(default_factory=StyleOverrides)
     has_help: bool = False
     note: str = ""
 
 
 class Controls:
-    """A view that events change."""
+    """The state of a view, changed by events."""
 
-    def __init__(self, given: Given) -> None:
-        self.view = View()
-        self._given = given
+    def __init__(self, initial: InitialView) -> None:
+        self.view = ViewState()
+        self._initial = initial
         self._drag: tuple[int, bool, Float64Array] | None = None
 
     def handle(self, event: Event, size: tuple[float, float]) -> Request | None:
-        """Take an event of rendercanvas, in a window of `size`, into the view; return what else it asks for."""
+        """Apply an event of rendercanvas, in a window of `size`, to the view; return what else it requests."""
         if min(size) <= 0.0:
             return None
         match event["event_type"]:
@@ -98,7 +98,7 @@ class Controls:
                 if self._drag is not None and event["button"] == self._drag[0]:
                     self._drag = None
             case "wheel":
-                self._zoom(event["dy"] / NOTCH, _in_picture(_position(event), size), size)
+                self._zoom(event["dy"] / UNITS_PER_NOTCH, _to_ndc(_position(event), size), size)
             case "key_down":
                 return self._key(event, size)
         return None
@@ -112,40 +112,40 @@ class Controls:
         if self._drag is None:
             return
         button, pans, start = self._drag
-        if button not in event["buttons"]:  # released where no event comes from
+        if button not in event["buttons"]:  # released outside the window, without an event
             self._drag = None
             return
         end = _position(event)
         self._drag = button, pans, end
         orbit = self._orbit(size)
         if pans:
-            orbit = orbit.panned(_in_picture(start, size), _in_picture(end, size), size[0] / size[1])
+            orbit = orbit.panned(_to_ndc(start, size), _to_ndc(end, size), size[0] / size[1])
         else:
-            sideways, downwards = (end - start) / size[1] * TURN_A_HEIGHT
-            orbit = orbit.turned(sideways, downwards)
+            sideways, downwards = (end - start) / size[1] * RADIANS_PER_HEIGHT
+            orbit = orbit.rotated(sideways, downwards)
         self._show(orbit)
 
     def _zoom(self, notches: float, at: Float64Array, size: tuple[float, float]) -> None:
-        self._show(self._orbit(size).zoomed(ZOOM_A_NOTCH**notches, at, size[0] / size[1]))
+        self._show(self._orbit(size).zoomed(ZOOM_PER_NOTCH**notches, at, size[0] / size[1]))
 
     def _key(self, event: Event, size: tuple[float, float]) -> Request | None:
         if {"Control", "Alt", "Meta"} & set(event["modifiers"]):
             return None
         key = event["key"]
         name = key.lower() if len(key) == 1 else key
-        if name in TURN_KEYS:
-            self._show(self._orbit(size).turned(*TURN_KEYS[name]))
+        if name in ROTATION_KEYS:
+            self._show(self._orbit(size).rotated(*ROTATION_KEYS[name]))
         elif name in SIDE_KEYS:
             side = SIDE_KEYS[name]["Shift" in event["modifiers"]]
-            self._show(self._orbit(size).seen_from(side, self._given.points(), size[0] / size[1]), f"view: {side}")
+            self._show(self._orbit(size).seen_from(side, self._initial.points(), size[0] / size[1]), f"view: {side}")
         elif name in STYLE_KEYS:
-            look, note = STYLE_KEYS[name](self.view.look, self._given.layer)
-            self.view = replace(self.view, look=look, note=note)
+            overrides, note = STYLE_KEYS[name](self.view.overrides, self._initial.layer)
+            self.view = replace(self.view, overrides=overrides, note=note)
         elif name in ("+", "=", "-", "_"):
             self._zoom(1.0 if name in ("-", "_") else -1.0, np.zeros(2), size)
         elif name == "b":
-            look, note = looks.next_ground(self.view.look, self._given.background)
-            self.view = replace(self.view, look=look, note=note)
+            overrides, note = style_overrides.next_background(self.view.overrides, self._initial.background)
+            self.view = replace(self.view, overrides=overrides, note=note)
         elif name == "p":
             orbit = self._orbit(size)
             orbit = replace(orbit, orthographic=not orbit.orthographic)
@@ -153,7 +153,7 @@ class Controls:
         elif name in ("r", "Home"):
             self.view = replace(self.view, orbit=None, note="the first view")
         elif name == "Backspace":
-            self.view = replace(self.view, look=Look(), note="the first style")
+            self.view = replace(self.view, overrides=StyleOverrides(), note="the first style")
         elif name in ("h", "?", "/", "F1"):
             self.view = replace(self.view, has_help=not self.view.has_help, note="")
         elif name == "s":
@@ -165,7 +165,7 @@ class Controls:
     def _orbit(self, size: tuple[float, float]) -> Orbit:
         if self.view.orbit is not None:
             return self.view.orbit
-        return Orbit.of(self._given.camera, size[0] / size[1], self._given.ball, self._given.up)
+        return Orbit.from_camera(self._initial.camera, size[0] / size[1], self._initial.bounds, self._initial.up)
 
     def _show(self, orbit: Orbit, note: str = "") -> None:
         self.view = replace(self.view, orbit=orbit, note=note)
@@ -175,7 +175,7 @@ def _position(event: Event) -> Float64Array:
     return np.array([event["x"], event["y"]], np.float64)
 
 
-def _in_picture(position: Float64Array, size: tuple[float, float]) -> Float64Array:
-    """Return where a position, from the top left corner, is from (-1, -1) to (1, 1), y upwards."""
+def _to_ndc(position: Float64Array, size: tuple[float, float]) -> Float64Array:
+    """Return a position in pixels from the top left corner as NDC: from (-1, -1) to (1, 1), y up."""
     ndc: Float64Array = (2.0 * position / size - 1.0) * (1.0, -1.0)
     return ndc

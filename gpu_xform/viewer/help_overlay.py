@@ -1,4 +1,4 @@
-"""The keys, written over a picture."""
+"""Help overlay: the key bindings, drawn over a picture."""
 
 from functools import cache
 
@@ -7,29 +7,30 @@ import numpy as np
 from ..imaging.image import Pixels, image
 from .key_bindings import HELP
 
-FONT_SIZE = 14.0
-MARGIN, GAP = 12.0, 22.0
-INK, GROUND = (255, 255, 255, 255), (20, 20, 20, 230)
+FONT_SIZE_PX = 14.0
+MARGIN_PX, LINE_HEIGHT_PX = 12.0, 22.0
+TEXT_RGBA, PANEL_RGBA = (255, 255, 255, 255), (20, 20, 20, 230)
 
 
-def with_help(picture: Pixels, pixel_ratio: float) -> Pixels:
-    """Return `picture` with the keys over its upper left corner, smaller where they do not fit."""
-    below, panel = image(picture), image(_panel(pixel_ratio))
+def draw_help(picture: Pixels, pixel_ratio: float) -> Pixels:
+    """Return `picture` with the key bindings over its upper left corner, smaller if they do not fit."""
+    below, panel = image(picture), image(_draw_panel(pixel_ratio))
     panel.thumbnail(below.size)
     below.alpha_composite(panel)
     return np.asarray(below)
 
 
 @cache
-def _panel(pixel_ratio: float) -> Pixels:
+def _draw_panel(pixel_ratio: float) -> Pixels:
     from PIL import Image, ImageDraw, ImageFont
 
-    font = ImageFont.load_default(FONT_SIZE * pixel_ratio)
-    margin, gap = round(MARGIN * pixel_ratio), round(GAP * pixel_ratio)
-    middle, right = (margin + max(round(font.getlength(row[side])) for row in HELP) for side in (0, 1))
-    panel = Image.new("RGBA", (middle + right + 2 * margin, gap * len(HELP) + 2 * margin), GROUND)
+    font = ImageFont.load_default(FONT_SIZE_PX * pixel_ratio)
+    margin, line_height = round(MARGIN_PX * pixel_ratio), round(LINE_HEIGHT_PX * pixel_ratio)
+    keys_width, effects_width = (margin + max(round(font.getlength(row[side])) for row in HELP) for side in (0, 1))
+    size = keys_width + effects_width + 2 * margin, line_height * len(HELP) + 2 * margin
+    panel = Image.new("RGBA", size, PANEL_RGBA)
     draw = ImageDraw.Draw(panel)
-    for i, (key, what) in enumerate(HELP):
-        draw.text((margin, margin + gap * i), key, INK, font)
-        draw.text((middle + margin, margin + gap * i), what, INK, font)
+    for i, (key, effect) in enumerate(HELP):
+        draw.text((margin, margin + line_height * i), key, TEXT_RGBA, font)
+        draw.text((keys_width + margin, margin + line_height * i), effect, TEXT_RGBA, font)
     return np.asarray(panel)

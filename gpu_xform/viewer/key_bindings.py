@@ -1,27 +1,27 @@
-"""What the pointer and the keys do, in words; `controls` does it."""
+"""Key bindings, as the help describes them; `controls` carries them out."""
 
 from ..drawing.enums import HIDDEN_STYLES
 from ..geometry.edges import EDGE_SETS
 
 POINTER = (
-    ("drag", "turn"),
-    ("drag with Shift", "move; likewise with the right or the middle button"),
-    ("wheel, + and -", "closer to what is under the pointer, or farther"),
-    ("arrows", "turn by 15 degrees"),
+    ("drag", "rotate"),
+    ("drag with Shift", "move, as do the right and the middle button"),
+    ("wheel, + and -", "zoom; the wheel keeps what is under the pointer"),
+    ("arrows", "rotate by 15 degrees"),
 )
 KEYS = (
     ("E", f"edges: {', '.join(EDGE_SETS)}"),
     ("D", f"hidden edges: {', '.join(HIDDEN_STYLES)}"),
-    ("F", "paint the faces, or do not"),
-    ("C", "a colour for each face, or one for all"),
-    ("A", "smooth lines, or rough ones: fast"),
-    ("B", "background: the first, light, dark"),
-    ("P", "perspective, or a parallel view"),
+    ("F", "fill the faces, or only draw lines"),
+    ("C", "one colour per face, or one for all"),
+    ("A", "smooth lines, or jagged ones, which are faster"),
+    ("B", "background: as at first, light, dark"),
+    ("P", "perspective or parallel projection"),
     ("1, 2, 3", "front, right, above; with Shift back, left, below"),
-    ("R, Home", "the first view again"),
-    ("Backspace", "the first style again"),
+    ("R, Home", "back to the first view"),
+    ("Backspace", "back to the first style"),
     ("S", "save the picture: MODEL-1.png, MODEL-2.png, ..."),
-    ("H, ?", "show the keys, or hide them"),
+    ("H, ?", "show or hide the keys"),
     ("Q, Esc", "close"),
 )
 HELP = POINTER + KEYS

@@ -1,4 +1,4 @@
-"""Where a viewer stands: a camera that drags turn, shift and bring closer, as numbers alone."""
+"""Orbit camera: a view of a target that can be rotated, panned and zoomed, as numbers alone."""
 
 import math
 from dataclasses import dataclass, field, replace
@@ -6,14 +6,14 @@ from typing import Self
 
 import numpy as np
 
-from .. import matrices
 from .._core.types import Float64Array
 from ..drawing.camera import DEFAULT_FOV_Y, FAR_FRACTION, NEAR_FRACTION, Camera, rotation_to_up
+from ..matrices import orthographic, perspective, rotate, rotate_x
 
-NEAREST, FARTHEST = 1e-4, 1e4  # of the target, in radii of what is seen
-SAME_DIRECTION = 1e-6
+MIN_DISTANCE_RADII, MAX_DISTANCE_RADII = 1e-4, 1e4  # from the target, in radii of the bounding sphere
+DIRECTION_EPSILON = 1e-6  # sines of smaller angles are zero
 
-# The rows are right, up and back in a world whose up is +y.
+# The axes of each side: rows right, up and back in a world whose up is +y.
 SIDES: dict[str, Float64Array] = {
     "front": np.array([[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]]),
     "back": np.array([[-1.0, 0, 0], [0, 1.0, 0], [0, 0, -1.0]]),
@@ -25,15 +25,15 @@ SIDES: dict[str, Float64Array] = {
 
 
 @dataclass(frozen=True)
-class Ball:
-    """What is looked at, all of it."""
+class BoundingSphere:
+    """A sphere that holds all that is looked at."""
 
-    middle: Float64Array
+    center: Float64Array
     radius: float
 
     @classmethod
     def around(cls, points: Float64Array) -> Self:
-        """Return one that holds `points` (n, 3)."""
+        """Return a sphere that holds `points` (n, 3)."""
         if len(points) == 0:
             return cls(np.zeros(3), 1.0)
         low, high = points.min(axis=0), points.max(axis=0)
@@ -42,14 +42,14 @@ class Ball:
 
 @dataclass(frozen=True, eq=False)
 class Orbit:
-    """A view of `target` (3,) from `distance`; points of the picture are (2,), from (-1, -1) to (1, 1), y upwards.
+    """A view of `target` (3,) from `distance`; points of the picture are NDC (2,), from (-1, -1) to (1, 1), y up.
 
     axes : (3, 3), the rows right, up and back in the world
-    up : (3,), about which a drag sideways turns
-    shift : (2,), where in the picture the target is
+    up : (3,), the axis of horizontal rotation
+    shift : (2,), the target's place in the picture
     """
 
-    ball: Ball
+    bounds: BoundingSphere
     target: Float64Array
     distance: float
     axes: Float64Array
@@ -59,65 +59,67 @@ class Orbit:
     shift: Float64Array = field(default_factory=lambda: np.zeros(2))
 
     @staticmethod
-    def of(camera: Camera, aspect: float, ball: Ball, up: Float64Array | None = None) -> "Orbit":
+    def from_camera(camera: Camera, aspect: float, bounds: BoundingSphere, up: Float64Array | None = None) -> "Orbit":
         """Return the orbit that sees what `camera` sees in pictures of `aspect`.
 
-        The target is as far away as the middle of `ball`, and in the middle of the view.
+        The target is as far away as the centre of `bounds`, and in the centre of the view.
+
         up : by default the axis of the world that is upright in the picture
         """
         x, y, _, w = camera.clip_from_world(aspect)
-        orbit = _parallel(x / w[3], y / w[3], ball) if not w[:3].any() else _perspective(x, y, w, ball)
-        return replace(orbit, up=_upright(orbit.axes, up))
+        is_parallel = not w[:3].any()
+        orbit = _from_parallel(x / w[3], y / w[3], bounds) if is_parallel else _from_perspective(x, y, w, bounds)
+        return replace(orbit, up=_choose_up(orbit.axes, up))
 
     @property
     def eye(self) -> Float64Array:
-        """Where it looks from: (3,)."""
+        """The point that the orbit looks from: (3,)."""
         eye: Float64Array = self.target + self.distance * self.axes[2]
         return eye
 
     @property
     def camera(self) -> Camera:
-        """The camera that stands here."""
+        """The camera of this view."""
         return Camera(self._clip_from_world, f"orbit(eye={self.eye.tolist()}, target={self.target.tolist()})")
 
-    def turned(self, sideways: float, downwards: float) -> "Orbit":
-        """Return it with the world turned about the target, its front to the right and downwards, in radians.
+    def rotated(self, sideways: float, downwards: float) -> "Orbit":
+        """Return a view of the world rotated about the target, its front to the right and downwards, in radians.
 
-        Downwards it stops where the world would stand on its head.
+        Vertical rotation stops at the poles, before the world would be upside down.
         """
         _, up, back = self.axes
         upright, tilted = float(up @ self.up), -float(back @ self.up)
-        if math.hypot(upright, tilted) > SAME_DIRECTION:
-            middle = math.atan2(tilted, upright)
-            downwards = min(max(downwards, middle - math.pi / 2.0), middle + math.pi / 2.0)
-        turn = matrices.rotate_x(downwards)[:3, :3] @ self.axes @ matrices.rotate(self.up, sideways)[:3, :3]
-        return replace(self, axes=turn)
+        if math.hypot(upright, tilted) > DIRECTION_EPSILON:
+            level = math.atan2(tilted, upright)
+            downwards = min(max(downwards, level - math.pi / 2.0), level + math.pi / 2.0)
+        axes = rotate_x(downwards)[:3, :3] @ self.axes @ rotate(self.up, sideways)[:3, :3]
+        return replace(self, axes=axes)
 
     def panned(self, start: Float64Array, end: Float64Array, aspect: float) -> "Orbit":
-        """Return it so shifted that what was at `start` of the picture is at `end`."""
+        """Return a view in which what was at `start` of the picture is at `end`."""
         return replace(self, target=self.target + self.point_at(start, aspect) - self.point_at(end, aspect))
 
     def zoomed(self, factor: float, at: Float64Array, aspect: float) -> "Orbit":
-        """Return it from `factor` times as far; what was at `at` of the picture stays there."""
+        """Return a view from `factor` times the distance; what was at `at` of the picture stays there."""
         distance = self.distance * factor
-        # Where it is out of bounds already, it may come back.
-        low = min(NEAREST * self.ball.radius, self.distance)
-        high = max(FARTHEST * self.ball.radius, self.distance)
-        distance = min(max(distance, low), high)
+        # If the distance is out of range already, it may come back.
+        lowest = min(MIN_DISTANCE_RADII * self.bounds.radius, self.distance)
+        highest = max(MAX_DISTANCE_RADII * self.bounds.radius, self.distance)
+        distance = min(max(distance, lowest), highest)
         fixed = self.point_at(at, aspect)
         target = fixed + distance / self.distance * (self.target - fixed)
         return replace(self, target=target, distance=distance)
 
     def seen_from(self, side: str, points: Float64Array, aspect: float) -> "Orbit":
-        """Return it from one of SIDES, where `points` (n, 3) fill the picture; as it is where there are none."""
+        """Return a view from one of SIDES that `points` (n, 3) fill; without points, this view."""
         if len(points) == 0:
             return self
         _, up, back = SIDES[side] @ rotation_to_up(self.up).T
         camera = Camera.fit(points, direction=-back, up=up, fov_y=self.fov_y, orthographic=self.orthographic)
-        return replace(Orbit.of(camera, aspect, self.ball), up=self.up)
+        return replace(Orbit.from_camera(camera, aspect, self.bounds), up=self.up)
 
     def point_at(self, at: Float64Array, aspect: float) -> Float64Array:
-        """Return the point of the world (3,) at `at` of the picture that is as far away as the target."""
+        """Return the point of the world (3,) at `at` of the picture that is as deep as the target."""
         half_height = self._half_height
         right, up = (at - self.shift) * (half_height * aspect, half_height)
         point: Float64Array = self.target + right * self.axes[0] + up * self.axes[1]
@@ -131,22 +133,22 @@ class Orbit:
         view_from_world = np.eye(4)
         view_from_world[:3, :3] = self.axes
         view_from_world[:3, 3] = -self.axes @ self.eye
-        middle = float(self.axes[2] @ (self.eye - self.ball.middle))
+        depth = float(self.axes[2] @ (self.eye - self.bounds.center))
         if self.orthographic:
             height = self._half_height
             width = height * aspect
-            near, far = middle - 2.0 * self.ball.radius, middle + 2.0 * self.ball.radius
-            clip_from_view = matrices.orthographic(-width, width, -height, height, near, far)
+            near, far = depth - 2.0 * self.bounds.radius, depth + 2.0 * self.bounds.radius
+            clip_from_view = orthographic(-width, width, -height, height, near, far)
             clip_from_view[:2, 3] += self.shift
         else:
             near = NEAR_FRACTION * self.distance
-            far = max(FAR_FRACTION * self.distance, 2.0 * (middle + self.ball.radius))
-            clip_from_view = matrices.perspective(self.fov_y, aspect, near, far)
+            far = max(FAR_FRACTION * self.distance, 2.0 * (depth + self.bounds.radius))
+            clip_from_view = perspective(self.fov_y, aspect, near, far)
             clip_from_view[:2, 2] -= self.shift  # w is -z
         return clip_from_view @ view_from_world
 
 
-def _perspective(x: Float64Array, y: Float64Array, w: Float64Array, ball: Ball) -> Orbit:
+def _from_perspective(x: Float64Array, y: Float64Array, w: Float64Array, bounds: BoundingSphere) -> Orbit:
     """Return the orbit of a matrix with these rows; `w` grows away from the eye."""
     scale = float(np.linalg.norm(w[:3]))
     forward = w[:3] / scale
@@ -154,36 +156,36 @@ def _perspective(x: Float64Array, y: Float64Array, w: Float64Array, ball: Ball) 
     right = x[:3] / scale - shift[0] * forward
     up = y[:3] / scale - shift[1] * forward
     eye = np.linalg.solve(np.array([x[:3], y[:3], w[:3]]), -np.array([x[3], y[3], w[3]]))
-    distance = float(forward @ (ball.middle - eye))
-    if distance <= NEAREST * ball.radius:  # it looks away from the middle
-        distance = ball.radius
-    axes = np.array([_unit(right), _unit(up), -forward])
+    distance = float(forward @ (bounds.center - eye))
+    if distance <= MIN_DISTANCE_RADII * bounds.radius:  # it looks away from the centre
+        distance = bounds.radius
+    axes = np.array([_normalize(right), _normalize(up), -forward])
     fov_y = math.degrees(2.0 * math.atan(1.0 / float(np.linalg.norm(up))))
-    return Orbit(ball, eye + distance * forward, distance, axes, axes[1], fov_y, False, shift)
+    return Orbit(bounds, eye + distance * forward, distance, axes, axes[1], fov_y, False, shift)
 
 
-def _parallel(x: Float64Array, y: Float64Array, ball: Ball) -> Orbit:
+def _from_parallel(x: Float64Array, y: Float64Array, bounds: BoundingSphere) -> Orbit:
     """Return the orbit of a matrix with these rows."""
-    right, up = _unit(x[:3]), _unit(y[:3])
+    right, up = _normalize(x[:3]), _normalize(y[:3])
     back = np.cross(right, up)
     half_height = 1.0 / float(np.linalg.norm(y[:3]))
     distance = half_height / math.tan(math.radians(DEFAULT_FOV_Y) / 2.0)
     across = -float(x[3]) / float(np.linalg.norm(x[:3]))
     upwards = -float(y[3]) * half_height
-    target = across * right + upwards * up + float(back @ ball.middle) * back
-    return Orbit(ball, target, distance, np.array([right, up, back]), up, DEFAULT_FOV_Y, True)
+    target = across * right + upwards * up + float(back @ bounds.center) * back
+    return Orbit(bounds, target, distance, np.array([right, up, back]), up, DEFAULT_FOV_Y, True)
 
 
-def _upright(axes: Float64Array, up: Float64Array | None) -> Float64Array:
-    """Return `up`, the right way round, or the axis of the world that a camera with these axes keeps upright."""
+def _choose_up(axes: Float64Array, up: Float64Array | None) -> Float64Array:
+    """Return `up`, negated if it points down in the picture; by default the axis that the camera keeps upright."""
     right, camera_up, _ = axes
     if up is None:
-        # A camera that was given an up is level: its right is square to it.
-        level = np.abs(right) <= np.abs(right).min() + SAME_DIRECTION
+        # A camera that was given an up is level: its right is perpendicular to it.
+        level = np.abs(right) <= np.abs(right).min() + DIRECTION_EPSILON
         up = np.eye(3)[int(np.argmax(np.where(level, np.abs(camera_up), -1.0)))]
-    return -up if up @ camera_up < -SAME_DIRECTION else up
+    return -up if up @ camera_up < -DIRECTION_EPSILON else up
 
 
-def _unit(vector: Float64Array) -> Float64Array:
+def _normalize(vector: Float64Array) -> Float64Array:
     unit: Float64Array = vector / np.linalg.norm(vector)
     return unit

@@ -1,4 +1,4 @@
-"""The window: the one module that imports rendercanvas."""
+"""Window of the viewer; the only module that imports rendercanvas."""
 
 import asyncio
 import os
@@ -23,7 +23,7 @@ from ..imaging.colors import ColorLike
 from .session import Session
 
 DEFAULT_SIZE = (960, 720)
-FASTEST = 60.0  # pictures a second
+MAX_FPS = 60.0
 EVENTS = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down")
 
 
@@ -38,42 +38,57 @@ def view(
     device: Device | None = None,
     **style: Unpack[Style],
 ) -> None:
-    """Show models in a window, and return when it is closed.
+    """Show models in an interactive window; return when it is closed.
 
-    Drags turn the models, with Shift, the right or the middle button they move them, and the wheel brings them closer
-    at the pointer. E goes through sets of edges, D through ways to draw hidden ones, F paints faces, C gives each a
-    colour of its own, S saves the picture as PNG; H shows all keys. Until it is moved, the window shows what `render`
-    draws.
+    Drags rotate the models; with Shift, or with the right or the middle button, they move them; the wheel zooms at the
+    pointer. E cycles through sets of edges, D through styles of hidden edges, F fills the faces, C gives each a colour
+    of its own, S saves the picture as PNG, and H shows all keys. Until the view is changed, the window shows what
+    `render` draws.
 
-    models : as `render` takes them; each file is read once
-    camera : where the view begins, and begins again with R; as `render` takes it
-    up : (3,), what drags sideways turn about, and what is up where `camera` does not say; by default the axis that
-        `camera` keeps upright
-    size : (width, height) of the window; the screen says how many pixels they are
-    background : a colour, or None for transparent, which is shown on white
-    device : by default the process's own
-    style : as `render` takes it
+    Parameters
+    ----------
+    models : Mesh, (n, 3) numbers, path, PointBuffer, Layer, Scene, or a list of these
+        The models, as `render` takes them. Each file is read once.
+    camera : Camera or dict, optional
+        The first view, to which R returns; as `render` takes it.
+    up : (3,) numbers, optional
+        The up axis of the world: horizontal drags rotate about it. The default is the axis that `camera` keeps
+        upright.
+    size : (2,) integers
+        (width, height) of the window, in logical pixels; the screen determines how many physical pixels these are.
+    background : colour, optional
+        None is transparent, which is shown on white.
+    device : Device, optional
+        The default is the one that the process shares.
+    **style
+        Keywords of `Layer`, as `render` takes them.
 
-    Raises `DisplayError` where no window can be opened, `MissingExtraError` where the extra `viewer` is not installed,
-    and otherwise what `render` raises, before there is a window.
+    Raises
+    ------
+    DisplayError
+        If no window can be opened.
+    MissingExtraError
+        If the extra `viewer` is not installed.
+    GpuXformError
+        What `render` raises, before a window is opened.
     """
     width, height = parse_size(size)
     axis = None if up is None else as_unit_vector(up, "up", 3)
-    backend = _backend()
+    backend = _import_backend()
     session = Session(models, camera, axis, (width, height), background, device, style)
     with lend_runtime_dir():
-        canvas = backend.RenderCanvas(size=(width, height), title=session.title, max_fps=FASTEST)
+        canvas = backend.RenderCanvas(size=(width, height), title=session.title, max_fps=MAX_FPS)
         failures = connect(canvas, session)
-        backend.loop.call_soon(_mind_interrupts, backend.loop, canvas, failures)
+        backend.loop.call_soon(_handle_sigint, backend.loop, canvas, failures)
         backend.loop.run()
     if failures:
         raise failures[0]
 
 
 def connect(canvas: Any, session: Session) -> list[BaseException]:
-    """Let a canvas of rendercanvas show a session; return where what goes wrong in drawing will be.
+    """Let a canvas of rendercanvas show a session; return the list to which errors in drawing are added.
 
-    rendercanvas only logs what is raised in it: here it closes the canvas.
+    rendercanvas only logs errors of its callbacks; here they close the canvas.
     """
     context = canvas.get_bitmap_context()
     failures: list[BaseException] = []
@@ -91,20 +106,20 @@ def connect(canvas: Any, session: Session) -> list[BaseException]:
             title = session.title
             canvas.set_title(title)
 
-    def take(event: dict[str, Any]) -> None:
+    def handle(event: dict[str, Any]) -> None:
         if session.handle(event, canvas.get_logical_size()):
             canvas.request_draw()
 
     def draw() -> None:
-        context.set_bitmap(session.shown(canvas.get_physical_size(), canvas.get_pixel_ratio()))
+        context.set_bitmap(session.draw(canvas.get_physical_size(), canvas.get_pixel_ratio()))
 
-    canvas.add_event_handler(lambda event: guarded(lambda: take(event)), *EVENTS)
+    canvas.add_event_handler(lambda event: guarded(lambda: handle(event)), *EVENTS)
     canvas.request_draw(lambda: guarded(draw))
     return failures
 
 
-def _mind_interrupts(loop: Any, canvas: Any, failures: list[BaseException]) -> None:
-    """Let Ctrl+C end `view` as it ends any call; rendercanvas, in whose loop this must run, would only log it."""
+def _handle_sigint(loop: Any, canvas: Any, failures: list[BaseException]) -> None:
+    """Let Ctrl+C raise from `view`; called in the loop of rendercanvas, which would only log the interrupt."""
 
     def interrupted(*_: object) -> None:
         failures.append(KeyboardInterrupt())
@@ -114,8 +129,8 @@ def _mind_interrupts(loop: Any, canvas: Any, failures: list[BaseException]) -> N
         signal.signal(signal.SIGINT, interrupted)
 
 
-def _backend() -> Any:
-    """Return rendercanvas's module of windows, or raise what `view` raises where there can be none."""
+def _import_backend() -> Any:
+    """Return rendercanvas's GLFW backend, or raise what `view` raises if no window can be opened."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -133,9 +148,9 @@ def _backend() -> Any:
         raise DisplayError(
             "no display: DISPLAY and WAYLAND_DISPLAY are not set; render, or gpu-xform render, draws without one"
         )
-    with warnings.catch_warnings(action="ignore"):  # what GLFW warns of is in the error
+    with warnings.catch_warnings(action="ignore"):  # the error below holds what GLFW warns of
         if not glfw.init():
             reason: Any = glfw.get_error()[1]  # bytes, whatever glfw's types say
-            said = reason.decode() if reason else "GLFW does not say why"
-            raise DisplayError(f"no display: {said}; render, or gpu-xform render, draws without one")
+            detail = reason.decode() if reason else "GLFW gives no reason"
+            raise DisplayError(f"no display: {detail}; render, or gpu-xform render, draws without one")
     return backend

@@ -5,21 +5,21 @@ import numpy as np
 import pytest
 
 from gpu_xform import Camera, Layer, samples
-from gpu_xform.viewer.controls import Controls, Given, Request, View
+from gpu_xform.viewer.controls import Controls, InitialView, Request, ViewState
 from gpu_xform.viewer.key_bindings import KEYS
-from gpu_xform.viewer.orbit import Ball, Orbit
-from gpu_xform.viewer.style_overrides import Look
+from gpu_xform.viewer.orbit import BoundingSphere, Orbit
+from gpu_xform.viewer.style_overrides import StyleOverrides
 from tests.support.types import Array
 
 HOUSE = samples.house()
 CAMERA = Camera.fit(HOUSE)
-BALL = Ball.around(HOUSE.positions)
+BOUNDS = BoundingSphere.around(HOUSE.positions)
 SIZE = (400.0, 200.0)
-START = Orbit.of(CAMERA, 2.0, BALL)
+START = Orbit.from_camera(CAMERA, 2.0, BOUNDS)
 
 
 def controls(up: Array | None = None) -> Controls:
-    return Controls(Given(CAMERA, BALL, lambda: HOUSE.positions, Layer(HOUSE), "white", up))
+    return Controls(InitialView(CAMERA, BOUNDS, lambda: HOUSE.positions, Layer(HOUSE), "white", up))
 
 
 def pointer(kind: str, x: float, y: float, button: int = 1, *modifiers: str) -> dict[str, Any]:
@@ -54,24 +54,24 @@ def assert_same(a: Orbit, b: Orbit) -> None:
     np.testing.assert_allclose(a.camera.clip_from_world(2.0), b.camera.clip_from_world(2.0), rtol=1e-9, atol=1e-9)
 
 
-def test_before_anything_is_moved_the_view_is_the_one_given() -> None:
+def test_before_any_drag_the_view_is_the_initial_one() -> None:
     on = controls()
     on.handle(pointer("move", 10, 10), SIZE)
     on.handle(pointer("down", 10, 10), SIZE)
     on.handle(pointer("up", 10, 10), SIZE)
-    assert on.view == View()
+    assert on.view == ViewState()
 
 
-def test_a_drag_turns_half_round_for_the_height_of_the_window() -> None:
+def test_a_drag_of_the_height_of_the_window_rotates_by_half_a_turn() -> None:
     on = controls()
     drag(on, (100, 100), (130, 90))
-    assert_same(orbit(on), START.turned(math.pi * 30 / 200, math.pi * -10 / 200))
+    assert_same(orbit(on), START.rotated(math.pi * 30 / 200, math.pi * -10 / 200))
 
 
 def test_a_drag_in_steps_goes_where_the_pointer_goes() -> None:
     on = controls()
     drag(on, (100, 100), (110, 100), (90, 100), (140, 100))
-    assert_same(orbit(on), START.turned(math.pi * 40 / 200, 0.0))
+    assert_same(orbit(on), START.rotated(math.pi * 40 / 200, 0.0))
 
 
 @pytest.mark.parametrize(("button", "modifiers"), [(1, ("Shift",)), (2, ()), (3, ()), (2, ("Shift",))])
@@ -87,7 +87,7 @@ def test_a_drag_keeps_to_the_button_that_began_it() -> None:
     on.handle(pointer("down", 100, 100, 2) | {"buttons": (1, 2)}, SIZE)
     on.handle(pointer("up", 100, 100, 2) | {"buttons": (1,)}, SIZE)
     on.handle(pointer("move", 120, 100), SIZE)
-    assert_same(orbit(on), START.turned(math.pi * 0.1, 0.0))
+    assert_same(orbit(on), START.rotated(math.pi * 0.1, 0.0))
 
 
 def test_a_drag_ends_where_its_button_is_up_again_even_unseen() -> None:
@@ -115,10 +115,10 @@ def test_a_wheel_zooms_at_the_pointer(notches: int) -> None:
         ("+", START.zoomed(1 / 1.2, np.zeros(2), 2.0)),
         ("=", START.zoomed(1 / 1.2, np.zeros(2), 2.0)),
         ("-", START.zoomed(1.2, np.zeros(2), 2.0)),
-        ("ArrowRight", START.turned(math.pi / 12, 0.0)),
-        ("ArrowLeft", START.turned(-math.pi / 12, 0.0)),
-        ("ArrowUp", START.turned(0.0, -math.pi / 12)),
-        ("ArrowDown", START.turned(0.0, math.pi / 12)),
+        ("ArrowRight", START.rotated(math.pi / 12, 0.0)),
+        ("ArrowLeft", START.rotated(-math.pi / 12, 0.0)),
+        ("ArrowUp", START.rotated(0.0, -math.pi / 12)),
+        ("ArrowDown", START.rotated(0.0, math.pi / 12)),
         *(
             (name, START.seen_from(side, HOUSE.positions, 2.0))
             for name, side in [("1", "front"), ("2", "right"), ("3", "above")]
@@ -153,7 +153,7 @@ def test_r_goes_back_to_the_first_view_and_keeps_the_style(name: str) -> None:
     drag(on, (100, 100), (130, 90))
     key(on, name)
     assert on.view.orbit is None
-    assert on.view.look == Look(edges="feature")
+    assert on.view.overrides == StyleOverrides(edges="feature")
 
 
 def test_backspace_goes_back_to_the_first_style_and_keeps_the_view() -> None:
@@ -162,36 +162,36 @@ def test_backspace_goes_back_to_the_first_style_and_keeps_the_view() -> None:
         key(on, name)
     drag(on, (100, 100), (130, 90))
     key(on, "Backspace")
-    assert on.view.look == Look()
+    assert on.view.overrides == StyleOverrides()
     assert on.view.orbit is not None
 
 
 @pytest.mark.parametrize(
-    ("names", "look", "note"),
+    ("names", "overrides", "note"),
     [
-        ("e", Look(edges="feature"), "edges: feature"),
-        ("EE", Look(edges="boundary"), "edges: boundary"),
-        ("d", Look(hidden="remove"), "hidden edges: remove"),
-        ("f", Look(filled=True), "faces painted: on"),
-        ("fd", Look(filled=True, hidden="dash"), "hidden edges: dash"),
-        ("c", Look(by_face=True), "a colour for each face: on"),
-        ("ec", Look(edges="feature", filled=True, by_face=True), "a colour for each face: on"),
-        ("a", Look(antialias=False), "smooth lines: off"),
-        ("b", Look(ground="#1e1e1e"), "background: #1e1e1e"),
+        ("e", StyleOverrides(edges="feature"), "edges: feature"),
+        ("EE", StyleOverrides(edges="boundary"), "edges: boundary"),
+        ("d", StyleOverrides(hidden="remove"), "hidden edges: remove"),
+        ("f", StyleOverrides(filled=True), "faces filled: on"),
+        ("fd", StyleOverrides(filled=True, hidden="dash"), "hidden edges: dash"),
+        ("c", StyleOverrides(face_colors=True), "one colour per face: on"),
+        ("ec", StyleOverrides(edges="feature", filled=True, face_colors=True), "one colour per face: on"),
+        ("a", StyleOverrides(antialias=False), "smooth lines: off"),
+        ("b", StyleOverrides(background="#1e1e1e"), "background: #1e1e1e"),
     ],
 )
-def test_keys_that_change_the_style(names: str, look: Look, note: str) -> None:
+def test_keys_that_change_the_style(names: str, overrides: StyleOverrides, note: str) -> None:
     on = controls()
     for name in names:
         assert key(on, name) is None
-    assert on.view == View(look=look, note=note)
+    assert on.view == ViewState(overrides=overrides, note=note)
 
 
 @pytest.mark.parametrize(
     ("name", "request_"),
     [("s", Request.SAVE), ("S", Request.SAVE), ("q", Request.CLOSE), ("Escape", Request.CLOSE), ("x", None)],
 )
-def test_keys_that_ask_something_of_the_window_leave_the_view(name: str, request_: Request | None) -> None:
+def test_keys_that_request_something_of_the_window_keep_the_view(name: str, request_: Request | None) -> None:
     on = controls()
     before = on.view
     assert key(on, name) is request_
@@ -211,7 +211,7 @@ def test_what_is_typed_with_control_is_not_for_the_view(modifier: str) -> None:
     on = controls()
     for name in "qse1":
         assert key(on, name, modifier) is None
-    assert on.view == View()
+    assert on.view == ViewState()
 
 
 def test_every_key_of_the_help_does_something() -> None:
@@ -226,10 +226,12 @@ def test_every_key_of_the_help_does_something() -> None:
 def test_a_window_without_a_size_takes_no_events() -> None:
     on = controls()
     on.handle({"event_type": "wheel", "dx": 0, "dy": 100.0, "x": 0, "y": 0, "modifiers": ()}, (0.0, 100.0))
-    assert on.view == View()
+    assert on.view == ViewState()
 
 
-def test_the_up_that_is_given_is_what_turns_are_about() -> None:
+def test_rotation_is_about_the_up_that_is_given() -> None:
     on = controls(up=np.array([0.0, 0.0, 1.0]))
     drag(on, (100, 100), (130, 100))
-    assert_same(orbit(on), Orbit.of(CAMERA, 2.0, BALL, np.array([0.0, 0.0, 1.0])).turned(math.pi * 0.15, 0.0))
+    assert_same(
+        orbit(on), Orbit.from_camera(CAMERA, 2.0, BOUNDS, np.array([0.0, 0.0, 1.0])).rotated(math.pi * 0.15, 0.0)
+    )

@@ -20,7 +20,7 @@ from gpu_xform.drawing.layer import Models, Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError, DisplayError, MeshError, MissingExtraError
 from gpu_xform.imaging.colors import ColorLike
 from gpu_xform.viewer import session as session_module
-from gpu_xform.viewer.orbit import Ball, Orbit
+from gpu_xform.viewer.orbit import BoundingSphere, Orbit
 from gpu_xform.viewer.session import Session
 from gpu_xform.viewer.window import connect
 from tests.support.types import Array, Pixels
@@ -28,7 +28,7 @@ from tests.support.xvfb import Screen
 
 HOUSE = samples.house()
 SIZE = (120, 80)
-START = Orbit.of(Camera.fit(HOUSE), 1.5, Ball.around(HOUSE.positions))
+START = Orbit.from_camera(Camera.fit(HOUSE), 1.5, BoundingSphere.around(HOUSE.positions))
 
 
 class Window:
@@ -103,7 +103,7 @@ def test_an_up_says_how_the_first_view_stands_and_what_drags_turn_about() -> Non
     upright = Camera.fit(HOUSE, direction=(-0.45, 1.0, -0.4), up=(0, 0, 1))
     np.testing.assert_array_equal(window.shown(), expected(camera=upright))
     window.drag((40, 40), (80, 40))
-    orbit = Orbit.of(upright, 1.5, Ball.around(HOUSE.positions)).turned(np.pi / 2, 0.0)
+    orbit = Orbit.from_camera(upright, 1.5, BoundingSphere.around(HOUSE.positions)).rotated(np.pi / 2, 0.0)
     np.testing.assert_array_equal(orbit.up, (0, 0, 1))
     np.testing.assert_array_equal(window.shown(), expected(camera=orbit.camera))
 
@@ -131,7 +131,7 @@ def test_a_file_is_read_once(tmp_path: Path) -> None:
 def test_drags_and_wheels_show_what_their_cameras_see() -> None:
     window = Window()
     window.drag((60, 40), (80, 44))
-    orbit = START.turned(np.pi * 20 / 80, np.pi * 4 / 80)
+    orbit = START.rotated(np.pi * 20 / 80, np.pi * 4 / 80)
     np.testing.assert_array_equal(window.shown(), expected(camera=orbit.camera))
     window.drag((30, 20), (60, 40), button=2)
     orbit = orbit.panned(np.array([-0.5, 0.5]), np.zeros(2), 1.5)
@@ -182,7 +182,7 @@ def test_a_finer_screen_shows_the_same_in_more_pixels() -> None:
     window = Window(pixel_ratio=2.0, line_width=1.5)
     np.testing.assert_array_equal(window.shown(), expected(size=(240, 160), line_width=3.0))
     window.drag((60, 40), (80, 44))
-    orbit = START.turned(np.pi * 20 / 80, np.pi * 4 / 80)
+    orbit = START.rotated(np.pi * 20 / 80, np.pi * 4 / 80)
     np.testing.assert_array_equal(window.shown(), expected(size=(240, 160), line_width=3.0, camera=orbit.camera))
 
 
@@ -445,8 +445,8 @@ def test_a_real_window_turns_zooms_changes_its_style_saves_and_closes(
     screen.wait_for(lambda: "ball - H shows the keys" in screen.xdotool("search", "--name", "ball", "getwindowname"))
 
     screen.xdotool("mousemove", "100", "100", "mousedown", "1", "mousemove", "150", "110", "mouseup", "1")
-    orbit = Orbit.of(Camera.fit(ball), 4 / 3, Ball.around(ball.positions))
-    orbit = orbit.turned(np.pi * 50 / 240, np.pi * 10 / 240)
+    orbit = Orbit.from_camera(Camera.fit(ball), 4 / 3, BoundingSphere.around(ball.positions))
+    orbit = orbit.rotated(np.pi * 50 / 240, np.pi * 10 / 240)
     window.wait_for(expected(ball, size, camera=orbit.camera, **style))
 
     screen.xdotool("mousemove", "80", "60", "click", "4")
@@ -500,7 +500,9 @@ def test_the_command_opens_a_window(shown: Callable[..., Shown], screen: Screen)
         window.wait_for(np.asarray(picture))
     screen.xdotool("mousemove", "100", "100", "key", "1")
     upright = Camera.fit(HOUSE, direction=(-1, 1, -1), up=(0, 0, 1))
-    orbit = Orbit.of(upright, 1.5, Ball.around(HOUSE.positions)).seen_from("front", HOUSE.positions, 1.5)
+    orbit = Orbit.from_camera(upright, 1.5, BoundingSphere.around(HOUSE.positions)).seen_from(
+        "front", HOUSE.positions, 1.5
+    )
     window.wait_for(expected(size=(300, 200), camera=orbit.camera, edges="feature", background="navy", color="white"))
     screen.xdotool("key", "Escape")
     assert window.ended() == (0, "", "")
