@@ -12,7 +12,7 @@ from PIL import Image
 
 from gpu_xform import Camera, Mesh, matrices, render_array, render_pdf, render_svg, samples, save_mesh
 from gpu_xform.cli import main
-from gpu_xform.cli import options as option_groups
+from gpu_xform.cli.options import STYLE
 from gpu_xform.drawing.layer import Layer
 from gpu_xform.gpu.device import Device
 from gpu_xform.imaging.colors import FACE_CYCLE
@@ -223,7 +223,7 @@ def test_the_help_names_the_library_s_defaults() -> None:
     defaults = {field.name: field.default for field in dataclasses.fields(Layer)}
     in_words = {"edges": "all", "hidden": "show, with --fill remove", "fill": "no fill"}
     in_words |= {"clim": "the smallest and the largest", "point_size": "none; 2 for models without edges"}
-    for flag, _, _, text in option_groups.STYLE:
+    for flag, _, _, text in STYLE:
         name = flag.removeprefix("--").replace("-", "_")
         said = re.search(r"\(default: (.*)\)", text)
         if name in in_words:
@@ -237,7 +237,7 @@ def test_the_help_names_the_library_s_defaults() -> None:
 
 
 def test_every_keyword_that_is_no_array_is_an_option() -> None:
-    options = {flag.removeprefix("--").replace("-", "_") for flag, *_ in option_groups.STYLE}
+    options = {flag.removeprefix("--").replace("-", "_") for flag, *_ in STYLE}
     arrays = {"face_colors", "edge_colors", "vertex_colors"}
     elsewhere = {"model", "transform", "name", "antialias"}
     assert options | arrays | elsewhere == {field.name for field in dataclasses.fields(Layer)}
@@ -415,7 +415,7 @@ def test_arrays_are_what_the_library_takes(options: list[str], arguments: dict[s
 
 
 @pytest.mark.usefixtures("arrays")
-def test_further_layers_have_a_style_of_their_own() -> None:
+def test_extra_layers_have_their_own_style() -> None:
     save_mesh(samples.cube(), "a cube.obj")
     shown = run_render(
         *SIZE,

@@ -1,28 +1,26 @@
+"""`gpu-xform transform`: options, files, and accuracy."""
+
 import io
-import os
-import re
 import shlex
-import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 import pytest
 
-from gpu_xform import Mesh, __version__, load_mesh, matrices, samples, save_mesh
-from gpu_xform.cli import main, streams
-from gpu_xform.cli.argv import attach_values
-from gpu_xform.cli.parser import make_parser
-from gpu_xform.formats.registry import READERS
+from gpu_xform import Mesh, load_mesh, matrices, samples, save_mesh
+from gpu_xform.cli import main
 from tests.support.cli import error_of, run_in_process
 from tests.support.types import Array
 
 C30, S30 = np.sqrt(3) / 2, 0.5
+
 SCALE = ("--scale", "1,2,3"), np.diag([1.0, 2, 3, 1])
+
 ROTATE = ("--rotate-z", "30"), np.array([[C30, -S30, 0, 0], [S30, C30, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]])
+
 TRANSLATE = ("--translate", "-0.5,2,0"), np.array([[1.0, 0, 0, -0.5], [0, 1, 0, 2], [0, 0, 1, 0], [0, 0, 0, 1]])
+
 SIXTEEN = "0 -0.3 7 -0.5 0.3 0 0 2 0 5 0.25 11 0 0 0 1"
 
 POINTS = np.array([[1.0, 2, 3], [-4, 5, -6], [0.125, 0, 7], [1e6, -1e-6, 3], [0, 0, 0]])
@@ -163,35 +161,6 @@ def test_points_of_the_plane_stay_in_it(capsys: pytest.CaptureFixture[str]) -> N
         assert "xy-plane" in error_of(["transform", "points.npy", "moved.npy", leaving], capsys)
 
 
-@pytest.mark.parametrize(
-    ("typed", "expected"),
-    [
-        ("--translate -0.5,2,0", ["--translate=-0.5,2,0"]),
-        ("--translate=-0.5,2,0", ["--translate=-0.5,2,0"]),
-        ("--rotate-x -.5 a.obj", ["--rotate-x=-.5", "a.obj"]),
-        ("--up -Z -o -", ["--up=-Z", "-o", "-"]),
-        ("--up -y --scale 2", ["--up=-y", "--scale", "2"]),
-        ("--scale 2 -o out.png", ["--scale", "2", "-o", "out.png"]),
-        ("--matrix '-1 0 0'", ["--matrix=-1 0 0"]),
-        ("--scale=2 -1.obj", ["--scale=2", "-1.obj"]),
-        ("a -- --translate -1.obj", ["a", "--", "--translate", "-1.obj"]),
-        ("-1", ["-1"]),
-        ("", []),
-    ],
-)
-def test_values_that_begin_with_a_minus_sign(typed: str, expected: list[str]) -> None:
-    assert attach_values(shlex.split(typed)) == expected
-
-
-def test_explain_prints_what_the_library_explains(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(shlex.split("explain --scale 0.3 --rotate-z 90 --translate -0.5,2,0 --point -1,1,0")) == 0
-    steps = matrices.scale(0.3), matrices.rotate_z(90, degrees=True), matrices.translate(-0.5, 2, 0)
-    printed = capsys.readouterr()
-    assert printed.out == matrices.explain(*steps, point=(-1, 1, 0)) + "\n"
-    assert "[ 0    -0.3  0    -0.5 ]" in printed.out
-    assert printed.err == ""
-
-
 @pytest.mark.slow
 def test_a_pipe_in_and_a_pipe_out() -> None:
     typed = ["transform", "-", "-", "--file-type", "npy", "--translate", "-1,0,0"]
@@ -206,111 +175,3 @@ def test_a_model_through_standard_output_keeps_the_type_of_the_input(
     assert main(["transform", "house.obj", "-", "--scale", "2"]) == 0
     mesh = load_mesh(io.BytesIO(capsysbinary.readouterr().out), file_type="obj")
     assert mesh == samples.house().transformed(matrices.scale(2))
-
-
-def test_the_version_needs_neither_a_device_nor_pillow() -> None:
-    heavy = ["wgpu", "trimesh", "PIL", "lark"]
-    code = f"""
-import sys
-from gpu_xform.cli import main
-code = main(["--version"])
-print(code, [name for name in {heavy} if name in sys.modules])
-"""
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, check=True, text=True)
-    assert result.stdout == f"gpu-xform {__version__}\n0 []\n"
-
-
-def test_explaining_needs_no_device() -> None:
-    code = (
-        'import sys; from gpu_xform.cli import main; main(["explain", "--scale", "2"]); sys.exit("wgpu" in sys.modules)'
-    )
-    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
-
-
-@pytest.mark.parametrize(
-    "name", [[], ["render"], ["animate"], ["view"], ["transform"], ["explain"], ["doctor"], ["bench"]]
-)
-def test_help_fits_a_terminal_and_its_examples_parse(
-    name: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv("COLUMNS", "80")
-    assert main([*name, "--help"]) == 0
-    page = capsys.readouterr().out
-    assert max(map(len, page.splitlines())) <= 80
-    lines = page.splitlines()
-    options = [i for i, line in enumerate(lines) if line.startswith("  -")]
-    assert options
-    assert all(re.search(r"\S  +\S", lines[i]) or lines[i + 1].startswith(" " * 20) for i in options)
-    Path("pose.txt").write_text(SIXTEEN)
-    examples = re.findall(r"(?:^|\| )  ?(?:zcat \S+ \| )?(gpu-xform .*)", page.replace("\\\n", ""), re.MULTILINE)
-    assert bool(examples) == (name != ["doctor"])
-    for example in examples:
-        if "COMMAND" not in example:
-            words = shlex.split(example.partition(" | ")[0])
-            make_parser().parse_args(attach_values(words[1:]))
-
-
-@pytest.mark.parametrize("name", ["render", "animate", "view", "transform"])
-def test_help_lists_the_types_that_can_be_read(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([name, "--help"]) == 0
-    found = re.search(r"--file-type TYPE .*?:(.*?)\n(?:\n|  -)", capsys.readouterr().out, re.DOTALL)
-    assert found is not None
-    assert re.split(r",\s+|\s+or\s+", found[1].strip()) == sorted(READERS)
-
-
-def test_help_says_that_a_reference_stands_in_for_a_picture(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", "--help"]) == 0
-    assert capsys.readouterr().out.startswith("usage: gpu-xform render MODEL... (-o OUT | --reference PNG) [options]\n")
-
-
-@pytest.mark.parametrize("name", ["render", "animate", "view", "transform", "explain", "doctor", "bench"])
-def test_help_is_the_last_option(name: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert main([name, "--help"]) == 0
-    options = re.findall(r"^  (-.*?)(?:  |\n)", capsys.readouterr().out, re.MULTILINE)
-    assert options[-1] == "-h, --help"
-
-
-def test_printing_survives_an_encoding_without_the_letters(monkeypatch: pytest.MonkeyPatch) -> None:
-    stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
-    monkeypatch.setattr(sys, "stdout", stream)
-    streams.print_stdout("Radeon\u2122\n")
-    assert stream.buffer.getvalue() == b"Radeon\\u2122\n"
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("typed", [["explain", "--scale", "2"], ["--help"], ["transform", "points.npy", "-"]])
-def test_a_closed_pipe_ends_quietly(typed: list[str]) -> None:
-    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
-    read, write = os.pipe()
-    os.close(read)
-    with os.fdopen(write, "wb") as closed:
-        result = subprocess.run(
-            [sys.executable, "-m", "gpu_xform", *typed],
-            stdout=closed,
-            stderr=subprocess.PIPE,
-            check=False,
-            env=buffered,
-        )
-    assert (result.returncode, result.stderr) == (141, b"")
-
-
-@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")
-def test_an_interrupt_ends_quietly() -> None:
-    os.mkfifo("pipe.obj")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "gpu_xform", "transform", "pipe.obj", "out.obj"], stderr=subprocess.PIPE
-    )
-    with Path("pipe.obj").open("wb"):  # opens when the command opens it to read, and waits
-        process.send_signal(signal.SIGINT)
-        _, complaint = process.communicate(timeout=20)
-    assert (process.returncode, complaint) == (130, b"")
-    assert not Path("out.obj").exists()
-
-
-def test_an_interrupt_inside_any_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    def interrupted(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(matrices, "explain", interrupted)
-    assert main(["explain", "--scale", "2"]) == 130
-    assert capsys.readouterr() == ("", "")

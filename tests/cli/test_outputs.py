@@ -9,9 +9,7 @@ import pytest
 from PIL import Image
 
 from gpu_xform import Camera, Mesh, load_mesh, matrices, render_array, samples, save_mesh
-from gpu_xform.cli import files, main, paths
-from gpu_xform.cli.parser import parse
-from gpu_xform.cli.path_templates import Template
+from gpu_xform.cli import files, main
 from gpu_xform.errors import DeviceError
 from gpu_xform.rendering import raster as wireframe
 from tests.support.cli import error_of, list_pngs, read_png, run_in_process
@@ -62,33 +60,6 @@ def test_several_models_go_into_one_picture(capsys: pytest.CaptureFixture[str]) 
 def test_several_models_are_coloured_by_their_own_faces() -> None:
     assert main(["render", "cube.off", "lines.obj", "-o", "all.png", "--color", "face", *SIZE]) == 0
     assert np.array_equal(read_png("all.png"), expected_picture([samples.cube(), MODELS["lines.obj"]], color="face"))
-
-
-def test_models_may_stand_between_the_options() -> None:
-    options = parse(["render", "a.obj", "-o", "x.png", "b.obj", "--scale", "2", "c.obj", "--rotate-x", "-90", "-"])
-    assert options.models == ["a.obj", "b.obj", "c.obj", "-"]
-    assert len(options.steps) == 2
-    assert main(["render", "house.obj", "-o", "one.png", *SIZE, "cube.off"]) == 0
-    assert main(["render", "house.obj", "cube.off", "-o", "other.png", *SIZE]) == 0
-    assert np.array_equal(read_png("one.png"), read_png("other.png"))
-
-
-@pytest.mark.parametrize(
-    ("typed", "meant"),
-    [
-        ("--scal 2 cube.off", "; did you mean --scale?"),
-        ("cube.off --frob", ""),
-        ("--colour=red --edgs feature --width 2 --colr blue", "; did you mean --color and --edges and --line-width?"),
-        ("--out y.png", "; did you mean --output?"),
-        ("--rotatex=-30", "; did you mean --rotate-x?"),
-        ("--angle 3", ""),
-        ("-q", ""),
-    ],
-)
-def test_an_unknown_option_is_no_model(typed: str, meant: str, capsys: pytest.CaptureFixture[str]) -> None:
-    message = error_of(["render", "house.obj", "-o", "x.png", *typed.split()], capsys)
-    assert message == f"gpu-xform: error: unrecognized arguments: {typed}{meant}\n"
-    assert not list_pngs()
 
 
 def test_folders_keep_models_of_one_name_apart(capsys: pytest.CaptureFixture[str]) -> None:
@@ -190,35 +161,6 @@ def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys
 
 
 @pytest.mark.parametrize(
-    ("text", "path"),
-    [
-        ("plain.png", "plain.png"),
-        ("{model}.png", "scan.v2.png"),
-        ("{model}/{model}-{folder}.png", "scan.v2/scan.v2-in/put.png"),
-        ("{{model}}.png", "{model}.png"),
-        ("{{{model}}}.png", "{scan.v2}.png"),
-    ],
-)
-def test_placeholders(text: str, path: str) -> None:
-    assert Template(text).path_for("in/put/scan.v2.obj") == path
-    assert Template(text).is_per_model == ("scan" in path)
-    assert Template("{folder}").path_for("a.obj") == "."
-
-
-def test_braces_in_a_model_s_name_are_left_alone() -> None:
-    assert Template("{folder}/{model}.png").path_for("{model}/{x}.obj") == "{model}/{x}.png"
-
-
-@pytest.mark.parametrize("option", ["-o", "--reference", "--reference-diff"])
-@pytest.mark.parametrize("text", ["{name}.png", "{}.png", "{model:>9}.png", "{model!r}.png", "{.png", "{model}}.png"])
-def test_other_braces_are_a_usage_error(option: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    message = error_of(["render", "house.obj", option, text], capsys)
-    assert f"{option}" in message
-    assert "expected {model} or {folder}, or doubled braces" in message
-    assert not list_pngs()
-
-
-@pytest.mark.parametrize(
     ("typed", "words"),
     [
         (["-", "-o", "{model}.png", "--file-type", "obj"], "{model}.png: standard input has no name to insert"),
@@ -238,20 +180,6 @@ def test_what_cannot_be_planned_is_one_line(typed: list[str], words: str, capsys
     message = error_of(["render", *typed], capsys)
     assert words in message
     assert not list_pngs()
-
-
-def test_patterns_that_no_shell_has_expanded() -> None:
-    Path("in/deep").mkdir(parents=True)
-    for name in ("in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"):
-        save_mesh(samples.cube(), name)
-    assert paths.expand_globs(["in/*.obj"]) == ["in/b.obj", "in/x1.obj", "in/x[1].obj"]
-    assert paths.expand_globs(["in/**/*.obj"]) == ["in/b.obj", "in/deep/a.obj", "in/x1.obj", "in/x[1].obj"]
-    assert paths.expand_globs(["in/x[1].obj"]) == ["in/x[1].obj"]
-    assert paths.expand_globs(["in/x[12].obj"]) == ["in/x1.obj"]
-    assert paths.expand_globs(["in/*.wrl"]) == ["in/*.wrl"]
-    assert paths.expand_globs(["-"]) == ["-"]
-    assert main(["render", "in/*.obj", "-o", "{model}.png", *SIZE]) == 0
-    assert list_pngs() == ["b.png", "x1.png", "x[1].png"]
 
 
 @pytest.mark.slow

@@ -1,0 +1,68 @@
+"""Standard output: encodings, closed pipes, interrupts."""
+
+import io
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gpu_xform import matrices, samples, save_mesh
+from gpu_xform.cli import main, streams
+
+POINTS = np.array([[1.0, 2, 3], [-4, 5, -6], [0.125, 0, 7], [1e6, -1e-6, 3], [0, 0, 0]])
+
+
+@pytest.fixture(autouse=True)
+def _files() -> None:
+    save_mesh(samples.house(), "house.obj")
+    np.save("points.npy", POINTS)
+
+
+def test_printing_survives_an_encoding_without_the_letters(monkeypatch: pytest.MonkeyPatch) -> None:
+    stream = io.TextIOWrapper(io.BytesIO(), encoding="ascii")
+    monkeypatch.setattr(sys, "stdout", stream)
+    streams.print_stdout("Radeon\u2122\n")
+    assert stream.buffer.getvalue() == b"Radeon\\u2122\n"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("typed", [["explain", "--scale", "2"], ["--help"], ["transform", "points.npy", "-"]])
+def test_a_closed_pipe_ends_quietly(typed: list[str]) -> None:
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    read, write = os.pipe()
+    os.close(read)
+    with os.fdopen(write, "wb") as closed:
+        result = subprocess.run(
+            [sys.executable, "-m", "gpu_xform", *typed],
+            stdout=closed,
+            stderr=subprocess.PIPE,
+            check=False,
+            env=buffered,
+        )
+    assert (result.returncode, result.stderr) == (141, b"")
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")
+def test_an_interrupt_ends_quietly() -> None:
+    os.mkfifo("pipe.obj")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gpu_xform", "transform", "pipe.obj", "out.obj"], stderr=subprocess.PIPE
+    )
+    with Path("pipe.obj").open("wb"):  # opens when the command opens it to read, and waits
+        process.send_signal(signal.SIGINT)
+        _, complaint = process.communicate(timeout=20)
+    assert (process.returncode, complaint) == (130, b"")
+    assert not Path("out.obj").exists()
+
+
+def test_an_interrupt_inside_any_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    def interrupted(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(matrices, "explain", interrupted)
+    assert main(["explain", "--scale", "2"]) == 130
+    assert capsys.readouterr() == ("", "")
