@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 import gpu_xform as gx
-from gpu_xform.imaging.colors import FACE_CYCLE
+from gpu_xform.imaging.colors import COLOR_CYCLE
 
 SPHERE_SIZE, SPHERE_FRAMES = (1280, 720), 150
 BALL_SIZE, BALL_FRAMES = (640, 480), 100
@@ -101,7 +101,7 @@ def ball_matplotlib(mesh: gx.Mesh, path: Path) -> None:
     axes.set_xlim(*widened)
     axes.set_ylim(*LIMITS)
     lines = [
-        axes.plot([], [], color=FACE_CYCLE[i % len(FACE_CYCLE)], linewidth=LINE_WIDTH * 72 / DPI)[0]
+        axes.plot([], [], color=COLOR_CYCLE[i % len(COLOR_CYCLE)], linewidth=LINE_WIDTH * 72 / DPI)[0]
         for i in range(len(outlines))
     ]
 

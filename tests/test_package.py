@@ -138,7 +138,7 @@ def test_transforming_points_loads_neither_pillow_nor_trimesh() -> None:
 
 
 def test_a_colormap_is_found_without_matplotlib_and_without_a_word() -> None:
-    use = "from gpu_xform.imaging.colormaps import mapped; mapped([0, 1], 'coolwarm', None, 2)"
+    use = "from gpu_xform.imaging.colormaps import apply_colormap; apply_colormap([0, 1], 'coolwarm', None, 2)"
     assert loaded_after(use) & HEAVY == {"cmap"}
 
 

@@ -23,7 +23,7 @@ from ..drawing.prepare import Frame, Size, parse_size
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
 from ..imaging import image as images
-from ..imaging.colors import ColorLike, rgba
+from ..imaging.colors import ColorLike, to_rgba
 from ..imaging.image import Pixels
 from ..matrices import rotate, translate
 from ..raster.base import PendingImage
@@ -192,7 +192,7 @@ class Animation:
         self._device = device
         self._style = style
         apply_pose(models, np.eye(4), style)
-        self._is_opaque = background is not None and rgba(background, "background")[3] == 1.0
+        self._is_opaque = background is not None and to_rgba(background, "background")[3] == 1.0
         if isinstance(camera, Camera):
             self.camera = camera
         else:
@@ -239,7 +239,7 @@ class Animation:
         i = as_int(i, "i")
         if not -len(self) <= i < len(self):
             raise ArgumentError.expecting("i", f"be a frame's number below {len(self)}", i)
-        return images.image(self._begin(i % len(self)).result())
+        return images.to_pillow(self._begin(i % len(self)).result())
 
     def save(self, path: StrPath, *, progress: Progress | None = None) -> None:
         """Write the animation to a file, or to one file per frame; few frames are in memory at a time.

@@ -15,7 +15,7 @@ from .._core.types import Float64Array
 from ..drawing.enums import HIDDEN_STYLES
 from ..errors import GpuXformError
 from ..geometry.edges import EDGE_SETS
-from ..imaging.colors import ColorLike, rgba
+from ..imaging.colors import ColorLike, to_rgba
 from . import files
 from .path_templates import Template
 from .paths import STDIO, file_type, require_path
@@ -188,7 +188,7 @@ def parse_color(text: str) -> ColorLike:
     value: ColorLike = text
     if re.match(r"\s*[-+.\d]+[^,\s]*[,\s]", text):
         value = parse_numbers(text, "three or four numbers from 0 to 1", 3, 4)
-    rgba(value, "the value")
+    to_rgba(value, "the value")
     return value
 
 
@@ -298,9 +298,9 @@ def parse_scalars(text: str) -> str | Template:
 @argument_type
 def parse_colormap(text: str) -> str:
     """Parse the name of a colormap."""
-    from ..imaging.colormaps import mapped
+    from ..imaging.colormaps import apply_colormap
 
-    mapped([0.0], text, None, 1)
+    apply_colormap([0.0], text, None, 1)
     return text
 
 

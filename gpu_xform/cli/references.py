@@ -25,20 +25,20 @@ def require_reference_options(options: Namespace) -> None:
 
 def require_match(reference: str, image: "Image", difference: str | None, options: Namespace) -> None:
     """Raise `MismatchError` if `image` does not match the PNG file `reference`, after writing `difference`."""
-    from ..imaging.compare import THRESHOLD, compare_images
-    from ..imaging.image import pixels
+    from ..imaging.compare import DEFAULT_THRESHOLD, compare_images
+    from ..imaging.image import to_pixels
 
     if not Path(reference).exists():
         raise ArgumentError(
             f"{reference}: the reference does not exist; to make it, give -o {reference} instead of --reference"
         )
-    expected = pixels(reference, "--reference")
+    expected = to_pixels(reference, "--reference")
     height, width = expected.shape[:2]
     if image.size != (width, height):
         raise MismatchError(
             f"{reference}: the reference is {width} x {height} pixels, the picture {image.width} x {image.height}"
         )
-    threshold = THRESHOLD if options.reference_threshold is None else options.reference_threshold
+    threshold = DEFAULT_THRESHOLD if options.reference_threshold is None else options.reference_threshold
     allowed = options.reference_pixels or 0
     found = compare_images(image, expected, threshold=threshold)
     if found.n_pixels <= allowed:

@@ -15,7 +15,7 @@ from ..geometry.edges import edge_parts
 from ..gpu.buffers import Buffer
 from ..gpu.device import Device
 from ..gpu.layouts import CANDIDATE
-from ..imaging.colors import packed
+from ..imaging.colors import pack_rgba8
 from .depth import DepthCue, eye
 from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Drawable, DrawList, Faces, Lines
 from .enums import ColorMode, Hidden
@@ -87,7 +87,7 @@ class _LayerBuilder:
     def fill_palette(self) -> npt.NDArray[np.uint32]:
         """Return the packed colours that the faces are filled with: one, or one per face."""
         colors = fill_colors(self._layer, self._source.n_faces)
-        return packed(colors * (1.0, 1.0, 1.0, self._layer.alpha))
+        return pack_rgba8(colors * (1.0, 1.0, 1.0, self._layer.alpha))
 
     def build(self, clip_from_world: Float64Array, depth_cue: DepthCue, first_color: int) -> list[Drawable]:
         """Return the layer's instances as one drawable; if it has silhouettes, those of each instance as another."""

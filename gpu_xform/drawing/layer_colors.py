@@ -7,14 +7,14 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ..imaging.colormaps import mapped
-from ..imaging.colors import FACE_CYCLE, FloatColor, color_rows, packed, rgba
+from ..imaging.colormaps import apply_colormap
+from ..imaging.colors import COLOR_CYCLE, Rgba, pack_rgba8, to_rgba, to_rgba_array
 from .enums import ColorMode
 from .layer import Layer
 
 PackedColors: TypeAlias = npt.NDArray[np.uint32]
 
-BLACK: FloatColor = (0.0, 0.0, 0.0, 1.0)
+BLACK: Rgba = (0.0, 0.0, 0.0, 1.0)
 NO_COLORS: PackedColors = np.empty(0, np.uint32)
 OPAQUE = np.uint32(0xFF000000)  # and any colour, packed
 
@@ -26,7 +26,7 @@ class LineColors(NamedTuple):
     """
 
     mode: ColorMode
-    uniform: FloatColor
+    uniform: Rgba
     packed: PackedColors
     key: str | None = None
 
@@ -55,33 +55,37 @@ def line_colors(layer: Layer, n_points: int, n_faces: int, n_edges: int) -> Line
     """
     if layer.face_colors is not None:
         return LineColors(
-            ColorMode.PER_EDGE, BLACK, packed(color_rows(layer.face_colors, "face_colors", n_faces, "faces"))
+            ColorMode.PER_EDGE, BLACK, pack_rgba8(to_rgba_array(layer.face_colors, "face_colors", n_faces, "faces"))
         )
     if layer.edge_colors is not None:
         return LineColors(
-            ColorMode.PER_EDGE, BLACK, packed(color_rows(layer.edge_colors, "edge_colors", n_edges, "edges"))
+            ColorMode.PER_EDGE, BLACK, pack_rgba8(to_rgba_array(layer.edge_colors, "edge_colors", n_edges, "edges"))
         )
     if layer.vertex_colors is not None:
         return LineColors(
-            ColorMode.PER_VERTEX, BLACK, packed(color_rows(layer.vertex_colors, "vertex_colors", n_points, "points"))
+            ColorMode.PER_VERTEX,
+            BLACK,
+            pack_rgba8(to_rgba_array(layer.vertex_colors, "vertex_colors", n_points, "points")),
         )
     if layer.scalars is not None:
-        return LineColors(ColorMode.PER_VERTEX, BLACK, packed(mapped(layer.scalars, layer.cmap, layer.clim, n_points)))
+        return LineColors(
+            ColorMode.PER_VERTEX, BLACK, pack_rgba8(apply_colormap(layer.scalars, layer.cmap, layer.clim, n_points))
+        )
     if _is_color_cycle(layer.color):
         return LineColors(
-            ColorMode.PER_EDGE, BLACK, packed(_parse_cycle("color"))[np.arange(n_faces) % len(FACE_CYCLE)], "cycle"
+            ColorMode.PER_EDGE, BLACK, pack_rgba8(_parse_cycle("color"))[np.arange(n_faces) % len(COLOR_CYCLE)], "cycle"
         )
-    return LineColors(ColorMode.UNIFORM, rgba(layer.color, "color"), NO_COLORS)
+    return LineColors(ColorMode.UNIFORM, to_rgba(layer.color, "color"), NO_COLORS)
 
 
 def fill_colors(layer: Layer, n_faces: int) -> npt.NDArray[np.float64]:
     """Return the colours of `layer.fill`: (n_faces, 4), or (1, 4) if all faces have one."""
     fill = layer.fill
     if _is_color_cycle(fill):
-        return _parse_cycle("fill")[np.arange(n_faces) % len(FACE_CYCLE)]
+        return _parse_cycle("fill")[np.arange(n_faces) % len(COLOR_CYCLE)]
     if _is_single_color(fill):
-        return np.array([rgba(fill, "fill")])
-    return color_rows(fill, "fill", n_faces, "faces")
+        return np.array([to_rgba(fill, "fill")])
+    return to_rgba_array(fill, "fill", n_faces, "faces")
 
 
 def _is_single_color(color: object) -> bool:
@@ -97,4 +101,4 @@ def _is_color_cycle(color: object) -> bool:
 
 
 def _parse_cycle(name: str) -> npt.NDArray[np.float64]:
-    return np.array([rgba(color, name) for color in FACE_CYCLE])
+    return np.array([to_rgba(color, name) for color in COLOR_CYCLE])

@@ -12,7 +12,7 @@ from .._core.types import Float64Array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device, resolve_device
-from ..imaging.colors import ColorLike, FloatColor, backdrop
+from ..imaging.colors import ColorLike, Rgba, parse_background
 from . import limits
 from .build_draw_list import build_draw_list, needs_depth_order
 from .camera import Camera, CameraLike, fit_options, require_in_range
@@ -49,7 +49,7 @@ class PreparedFrame:
 
     device: Device
     view: View
-    background: FloatColor
+    background: Rgba
     draw_list: DrawList
     layers: Sequence[Layer]
     sources: Sequence[GeometrySource]
@@ -59,7 +59,7 @@ class PreparedFrame:
 @contextlib.contextmanager
 def prepare_frame(models: Models, frame: Frame, style: Style) -> Iterator[PreparedFrame]:
     """Lend all that a picture needs, on its device, for the time of the block. Raises as `render` does."""
-    background = backdrop(frame.background)
+    background = parse_background(frame.background)
     width, height = parse_size(frame.size)
     layers = as_layers(models, style)
     sources = [geometry_source(layer) for layer in layers]

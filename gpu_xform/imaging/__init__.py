@@ -1,4 +1,4 @@
-"""Pixels: images, colours, colormaps, and the comparison of pictures; NumPy and Pillow.
+"""Images, colours, colormaps, and the comparison of images, with NumPy and Pillow.
 
 Reading order: image, colors, colormaps, compare.
 """

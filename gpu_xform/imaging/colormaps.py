@@ -1,4 +1,4 @@
-"""Numbers as colours."""
+"""Colormaps: scalars to colours."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -10,22 +10,24 @@ import numpy.typing as npt
 from .._core.arguments import as_real_array, as_vector
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError
-from .colors import color_rows
+from .colors import to_rgba_array
 
 ColormapLike: TypeAlias = str | Callable[[Float64Array], npt.ArrayLike]
 
 
-def mapped(scalars: npt.ArrayLike, cmap: ColormapLike, clim: Sequence[float] | None, n_points: int) -> Float64Array:
+def apply_colormap(
+    scalars: npt.ArrayLike, cmap: ColormapLike, clim: Sequence[float] | None, n_points: int
+) -> Float64Array:
     """Return the colour of each point: (n_points, 4) float64 in [0, 1], straight.
 
-    scalars : (n_points,) numbers; NaN, and what a masked array hides, is transparent
-    cmap : a name as matplotlib has them, "viridis", or with its colours the other way round, "viridis_r"; or a callable
-        from numbers in [0, 1] (k,) to colours (k, 4)
-    clim : (low, high), the numbers at the ends of the colormap; those of `scalars` by default. What lies beyond takes
-        the colours of the ends. Where both are the same, all points take the first colour.
+    scalars : (n_points,) numbers; NaN and masked values are transparent
+    cmap : a name as in matplotlib, "viridis", or reversed, "viridis_r"; or a callable from numbers in [0, 1] (k,) to
+        colours (k, 4)
+    clim : (low, high), the scalars at the ends of the colormap; the extremes of `scalars` by default. Scalars beyond
+        the limits take the colours of the ends. If both limits are equal, all points take the first colour.
 
-    A colormap of matplotlib or of the package cmap is such a callable, and keeps its own colours for NaN and for what
-    lies beyond the limits.
+    A colormap of matplotlib or of the package cmap is such a callable, and keeps its own colours for NaN and for
+    scalars beyond the limits.
     """
     if isinstance(scalars, np.ma.MaskedArray):
         scalars = np.where(np.ma.getmaskarray(scalars), np.nan, scalars.data)
@@ -37,19 +39,19 @@ def mapped(scalars: npt.ArrayLike, cmap: ColormapLike, clim: Sequence[float] | N
     if np.isinf(numbers).any():
         index = int(np.isinf(numbers).argmax())
         raise ArgumentError.expecting("scalars", "be finite or NaN", f"{numbers[index]} at index {index}")
-    colormap = _colormap(cmap)
-    places = _places(numbers, _limits(numbers, clim))
+    colormap = _resolve_colormap(cmap)
+    normalized = _normalize(numbers, _resolve_limits(numbers, clim))
     if hasattr(colormap, "with_extremes"):
-        return color_rows(colormap(places), "the colours from cmap", n_points, "points")
+        return to_rgba_array(colormap(normalized), "the colours from cmap", n_points, "points")
     colors = np.zeros((n_points, 4))
-    there = ~np.isnan(places)
-    if there.any():
-        inside = np.clip(places[there], 0.0, 1.0)
-        colors[there] = color_rows(colormap(inside), "the colours from cmap", len(inside), "points")
+    is_number = ~np.isnan(normalized)
+    if is_number.any():
+        inside = np.clip(normalized[is_number], 0.0, 1.0)
+        colors[is_number] = to_rgba_array(colormap(inside), "the colours from cmap", len(inside), "points")
     return colors
 
 
-def _limits(numbers: Float64Array, clim: Sequence[float] | None) -> tuple[float, float]:
+def _resolve_limits(numbers: Float64Array, clim: Sequence[float] | None) -> tuple[float, float]:
     if clim is None:
         finite = numbers[~np.isnan(numbers)]
         return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
@@ -61,17 +63,17 @@ def _limits(numbers: Float64Array, clim: Sequence[float] | None) -> tuple[float,
     return low, high
 
 
-def _places(numbers: Float64Array, limits: tuple[float, float]) -> Float64Array:
-    """Return where between the limits each number lies: 0 at the low one, 1 at the high one."""
-    low, high = (0.5 * limit for limit in limits)  # halves: the whole range may be beyond float64's largest number
+def _normalize(numbers: Float64Array, limits: tuple[float, float]) -> Float64Array:
+    """Return the numbers scaled so that the limits become 0 and 1."""
+    low, high = (0.5 * limit for limit in limits)  # halves, because the whole range may overflow
     span = high - low
     if span == 0.0:
         return np.where(np.isnan(numbers), np.nan, 0.0)
-    with np.errstate(over="ignore"):  # what lies far beyond narrow limits is at infinity, and so beyond them still
+    with np.errstate(over="ignore"):  # far beyond narrow limits a number becomes infinite, which is beyond them still
         return np.asarray((0.5 * numbers - low) / span)
 
 
-def _colormap(cmap: ColormapLike) -> Callable[..., Any]:
+def _resolve_colormap(cmap: ColormapLike) -> Callable[..., Any]:
     if not isinstance(cmap, str):
         if not callable(cmap):
             raise ArgumentTypeError.expecting("cmap", "be a colormap's name or a callable", type(cmap).__name__)
@@ -80,7 +82,7 @@ def _colormap(cmap: ColormapLike) -> Callable[..., Any]:
 
     name = cmap.removesuffix("_r")
     try:
-        full_name = Colormap.catalog().resolve(name)  # a short name that others share would be logged as a warning
+        full_name = Colormap.catalog().resolve(name)  # `Colormap` would log a warning for an ambiguous name
     except KeyError:
         raise ArgumentError.expecting("cmap", "be a colormap's name, such as 'viridis'", repr(cmap)) from None
     colormap = Colormap(full_name + cmap[len(name) :])

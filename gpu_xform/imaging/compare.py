@@ -10,13 +10,13 @@ import numpy.typing as npt
 from .._core.arguments import as_float
 from .._core.public import public
 from ..errors import ArgumentError
-from .image import ImageLike, Pixels, image, pixels, premultiplied
+from .image import ImageLike, Pixels, premultiply, to_pillow, to_pixels
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-THRESHOLD = 8.0
-DARKER, LIGHTER = (208, 0, 0, 255), (0, 80, 255, 255)
+DEFAULT_THRESHOLD = 8.0
+DARKER_COLOR, LIGHTER_COLOR = (208, 0, 0, 255), (0, 80, 255, 255)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -69,13 +69,13 @@ class Difference:
 
         They are red where the picture is darker than the reference, both on white, and blue where it is not.
         """
-        brightness, expected = _on_white(self.picture), _on_white(self.reference)
+        brightness, expected = _composite_on_white(self.picture), _composite_on_white(self.reference)
         different = self.by_pixel > self.threshold
         shown = np.full_like(self.picture, 255)
         shown[..., :3] = (191 + expected / 4)[..., np.newaxis]
-        shown[different & (brightness < expected)] = DARKER
-        shown[different & (brightness >= expected)] = LIGHTER
-        return image(shown)
+        shown[different & (brightness < expected)] = DARKER_COLOR
+        shown[different & (brightness >= expected)] = LIGHTER_COLOR
+        return to_pillow(shown)
 
     def __repr__(self) -> str:
         height, width = self.by_pixel.shape
@@ -87,7 +87,7 @@ class Difference:
 
 
 @public
-def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float = THRESHOLD) -> Difference:
+def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float = DEFAULT_THRESHOLD) -> Difference:
     """Compare two pictures of one size, pixel by pixel.
 
     Colours are multiplied by alpha before: what a transparent pixel would show does not count.
@@ -100,16 +100,16 @@ def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float
     threshold = as_float(threshold, "threshold")
     if not 0.0 <= threshold <= 255.0:
         raise ArgumentError.expecting("threshold", "be from 0 to 255", f"{threshold:g}")
-    one, other = pixels(picture, "picture"), pixels(reference, "reference")
+    one, other = to_pixels(picture, "picture"), to_pixels(reference, "reference")
     if one.size == 0:
         raise ArgumentError.expecting("picture", "have pixels", "none")
     if one.shape != other.shape:
         sizes = [f"{shape[1]} x {shape[0]}" for shape in (one.shape, other.shape)]
         raise ArgumentError.expecting("reference", f"have the size of the picture, {sizes[0]}", sizes[1])
-    return Difference(premultiplied(one), premultiplied(other), threshold)
+    return Difference(premultiply(one), premultiply(other), threshold)
 
 
-def _on_white(pixels: Pixels) -> npt.NDArray[np.float64]:
+def _composite_on_white(pixels: Pixels) -> npt.NDArray[np.float64]:
     """Return the brightness, 0..255, of premultiplied pixels (height, width, 4) on a white ground."""
     brightness: npt.NDArray[np.float64] = 255.0 - pixels[..., 3] + pixels[..., :3].mean(axis=2)
     return brightness

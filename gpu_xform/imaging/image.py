@@ -1,4 +1,4 @@
-"""Pixels as the library hands them out: straight alpha, row 0 at the top."""
+"""Pixel arrays and Pillow images: straight alpha, row 0 at the top."""
 
 import io
 import os
@@ -15,12 +15,12 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 Pixels = npt.NDArray[np.uint8]
-EIGHT_BIT_MODES = ("1", "L", "LA", "P", "PA", "RGB", "RGBA")  # of others Pillow cuts off what is above 255
+EIGHT_BIT_MODES = ("1", "L", "LA", "P", "PA", "RGB", "RGBA")  # Pillow clips the values of other modes at 255
 ImageLike: TypeAlias = "Image | Pixels | StrPath"
 
 
-def straight_alpha(premultiplied: Pixels) -> Pixels:
-    """Return the pixels (..., 4) with their colours divided by alpha; where alpha is 0, so are the colours."""
+def unpremultiply(premultiplied: Pixels) -> Pixels:
+    """Return the pixels (..., 4) with their colours divided by alpha; if alpha is 0, the colours are 0 too."""
     alpha = premultiplied[..., 3]
     partial = (alpha > 0) & (alpha < 255)
     straight = premultiplied.copy()
@@ -30,8 +30,8 @@ def straight_alpha(premultiplied: Pixels) -> Pixels:
     return straight
 
 
-def premultiplied(straight: Pixels) -> Pixels:
-    """Return the pixels (..., 4) with their colours multiplied by alpha: what they add to a background."""
+def premultiply(straight: Pixels) -> Pixels:
+    """Return the pixels (..., 4) with their colours multiplied by alpha."""
     partial = straight[..., 3] < 255
     result = straight.copy()
     colors = straight[partial].astype(np.uint32)
@@ -39,21 +39,21 @@ def premultiplied(straight: Pixels) -> Pixels:
     return result
 
 
-def image(pixels: Pixels) -> "Image":
+def to_pillow(pixels: Pixels) -> "Image":
     """Return the Pillow image, mode RGBA, of `pixels` (height, width, 4)."""
     from PIL import Image
 
     return Image.fromarray(pixels, "RGBA")
 
 
-def pixels(picture: ImageLike, name: str) -> Pixels:
+def to_pixels(picture: ImageLike, name: str) -> Pixels:
     """Return the pixels (height, width, 4) of an image, of an array (height, width, 3 or 4), or of a PNG file."""
     from PIL import Image
 
     if isinstance(picture, str | os.PathLike):
-        return _png_pixels(picture, name)
+        return _decode_png(picture, name)
     if isinstance(picture, Image.Image):
-        return _image_pixels(picture, name)
+        return _pillow_to_pixels(picture, name)
     array = np.asarray(picture)
     if array.dtype != np.uint8:
         raise ArgumentTypeError.expecting(name, "be an image, an array of uint8 or a PNG file's path", array.dtype)
@@ -62,8 +62,8 @@ def pixels(picture: ImageLike, name: str) -> Pixels:
     return array if array.shape[2] == 4 else np.pad(array, ((0, 0), (0, 0), (0, 1)), constant_values=255)
 
 
-def _png_pixels(path: StrPath, name: str) -> Pixels:
-    from PIL.PngImagePlugin import PngImageFile  # Image.open refuses pictures as large as `render` makes them
+def _decode_png(path: StrPath, name: str) -> Pixels:
+    from PIL.PngImagePlugin import PngImageFile  # Image.open refuses images as large as `render` makes them
 
     data = Path(path).read_bytes()
     try:
@@ -71,10 +71,10 @@ def _png_pixels(path: StrPath, name: str) -> Pixels:
         picture.load()
     except (OSError, SyntaxError, ValueError) as error:
         raise ArgumentError.expecting(name, "be a PNG file", repr(os.fspath(path)), reason=error) from None
-    return _image_pixels(picture, name)
+    return _pillow_to_pixels(picture, name)
 
 
-def _image_pixels(picture: "Image", name: str) -> Pixels:
+def _pillow_to_pixels(picture: "Image", name: str) -> Pixels:
     if picture.mode not in EIGHT_BIT_MODES:
         raise ArgumentError.expecting(name, f"have a mode of {', '.join(EIGHT_BIT_MODES)}", picture.mode)
     return np.asarray(picture.convert("RGBA"))

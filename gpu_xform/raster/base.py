@@ -5,7 +5,7 @@ from typing import Protocol
 from ..drawing.draw_list import DrawList
 from ..drawing.view import View
 from ..gpu.device import Device
-from ..imaging.colors import FloatColor
+from ..imaging.colors import Rgba
 from ..imaging.image import Pixels
 
 
@@ -34,7 +34,7 @@ class Rasterizer(Protocol):
     """Draws on one device."""
 
     def draw(
-        self, draw_list: DrawList, view: View, background: FloatColor, *, overlap_with: PendingImage | None = None
+        self, draw_list: DrawList, view: View, background: Rgba, *, overlap_with: PendingImage | None = None
     ) -> PendingImage:
         """Begin to draw the filled faces of a draw list, then the lines of each drawable over those of the ones before.
 

@@ -64,7 +64,7 @@ def render(
     OSError
         A model file cannot be read.
     """
-    return images.image(begin_render(models, Frame(camera, size, background, device), style).result())
+    return images.to_pillow(begin_render(models, Frame(camera, size, background, device), style).result())
 
 
 @public

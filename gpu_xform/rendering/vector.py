@@ -8,7 +8,7 @@ from ..drawing.layer import Models, Style
 from ..drawing.prepare import Frame, PreparedFrame, Size, prepare_frame
 from ..errors import ArgumentError
 from ..gpu.device import Device
-from ..imaging.colors import ColorLike, FloatColor
+from ..imaging.colors import ColorLike, Rgba
 from ..vector import VectorLayer, format_pdf, format_svg
 from ..vector.build_layers import build_layers
 from ..vector.edge_visibility import MARGIN_PX
@@ -131,7 +131,7 @@ def render_pdf(
     return format_pdf(*_draw(models, Frame(camera, size, background, device), style))
 
 
-def _draw(models: Models, frame: Frame, style: Style) -> tuple[tuple[int, int], FloatColor, list[VectorLayer]]:
+def _draw(models: Models, frame: Frame, style: Style) -> tuple[tuple[int, int], Rgba, list[VectorLayer]]:
     """Return the size, the background and the layers of a picture, as the writers take them."""
     with prepare_frame(models, frame, style) as prepared:
         _require_depths_fit(prepared)

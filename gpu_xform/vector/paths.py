@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import BoolArray, IndexArray
-from ..imaging.colors import packed
+from ..imaging.colors import pack_rgba8
 from .decimal_text import Bytes, FixedPoint, to_fixed_point
 from .join_segments import MAX_POINTS_PER_LINE, join_segments
 from .layer import FloatArray, Polygons, VectorLayer, dash_pattern
@@ -52,7 +52,7 @@ def quantize_colors(colors: FloatArray, n: int) -> Bytes:
 
     colors : (1, 4) or (n, 4)
     """
-    return np.broadcast_to(packed(np.asarray(colors, np.float64))[:, None].view(np.uint8), (n, 4))
+    return np.broadcast_to(pack_rgba8(np.asarray(colors, np.float64))[:, None].view(np.uint8), (n, 4))
 
 
 def unique_colors(colors: Bytes) -> tuple[Bytes, IndexArray]:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import MissingExtraError
-from ..imaging.colors import FloatColor
+from ..imaging.colors import Rgba
 from .decimal_text import Bytes, format_rows, to_fixed_point
 from .layer import Points, VectorLayer, dash_pattern
 from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
@@ -27,7 +27,7 @@ _CIRCLE = (
 _CIRCLE_VERBS = (b" m\n", *(b" ", b" ", b" c\n") * 3, b" ", b" ", b" c f\n")
 
 
-def format_pdf(size: tuple[int, int], background: FloatColor, layers: Sequence[VectorLayer]) -> bytes:
+def format_pdf(size: tuple[int, int], background: Rgba, layers: Sequence[VectorLayer]) -> bytes:
     """Return a PDF document of one page that shows each layer over those before it; the same bytes every time.
 
     A pixel of `size` = (width, height) is 1/96 inch. Each model is a layer of the document with the model's name, which
@@ -58,7 +58,7 @@ class _Page:
         self._models: dict[str, Any] = {}
         self._content = [b"%f 0 0 %f 0 %f cm" % (POINTS_PER_PIXEL, -POINTS_PER_PIXEL, POINTS_PER_PIXEL * size[1])]
 
-    def fill(self, background: FloatColor) -> None:
+    def fill(self, background: Rgba) -> None:
         """Fill the whole page with a colour."""
         [state] = self._states(quantize_colors(np.array([background]), 1), "rg")
         self._content.append(b"q %b0 0 %d %d re f Q" % (state, *self._size))

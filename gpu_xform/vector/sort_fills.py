@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from .._core.types import Float64Array, IndexArray
-from ..imaging.colors import FloatColor, packed
+from ..imaging.colors import Rgba, pack_rgba8
 from .fills import FilledFaces
 from .layer import Polygons
 from .painters import concatenate, sort_back_to_front
 
 
-def sort_fills(fills: Sequence[FilledFaces], background: FloatColor) -> Polygons:
+def sort_fills(fills: Sequence[FilledFaces], background: Rgba) -> Polygons:
     """Return all filled faces from back to front, to be written directly over the background.
 
     Where alphas differ, farther faces would show through nearer ones: if the background is opaque, faces get the
@@ -24,7 +24,7 @@ def sort_fills(fills: Sequence[FilledFaces], background: FloatColor) -> Polygons
     ordered = sort_back_to_front(
         concatenate([fill.polygons for fill in fills]),
         np.concatenate([fill.is_visible for fill in fills]),
-        packed(colors).astype(np.int64),
+        pack_rgba8(colors).astype(np.int64),
         lambda: _triangles(fills),
     )
     return Polygons(ordered.offsets, ordered.corners[:, :2], colors[ordered.owners])

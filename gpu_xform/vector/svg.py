@@ -7,13 +7,13 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from ..imaging.colors import FloatColor
+from ..imaging.colors import Rgba
 from .decimal_text import Bytes, format_rows, to_fixed_point
 from .layer import Points, VectorLayer, dash_pattern
 from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
 
 
-def format_svg(size: tuple[int, int], background: FloatColor, layers: Sequence[VectorLayer]) -> str:
+def format_svg(size: tuple[int, int], background: Rgba, layers: Sequence[VectorLayer]) -> str:
     """Return an SVG document of `size` = (width, height) pixels that shows each layer over those before it.
 
     Each model is a group. Its id is derived from the model's name, its title is the name, and it holds groups of class

@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from ..imaging.image import Pixels, image
+from ..imaging.image import Pixels, to_pillow
 from .key_bindings import HELP
 
 FONT_SIZE_PX = 14.0
@@ -14,7 +14,7 @@ TEXT_RGBA, PANEL_RGBA = (255, 255, 255, 255), (20, 20, 20, 230)
 
 def draw_help(picture: Pixels, pixel_ratio: float) -> Pixels:
     """Return `picture` with the key bindings over its upper left corner, smaller if they do not fit."""
-    below, panel = image(picture), image(_draw_panel(pixel_ratio))
+    below, panel = to_pillow(picture), to_pillow(_draw_panel(pixel_ratio))
     panel.thumbnail(below.size)
     below.alpha_composite(panel)
     return np.asarray(below)

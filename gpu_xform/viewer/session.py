@@ -17,7 +17,7 @@ from ..drawing.load_models import PATH_TYPES, load_models
 from ..errors import ArgumentError, MeshError
 from ..gpu.device import Device
 from ..imaging import image as images
-from ..imaging.colors import ColorLike, backdrop
+from ..imaging.colors import ColorLike, parse_background
 from ..imaging.image import Pixels
 from ..rendering.raster import render_array
 from .controls import Controls, Event, InitialView, Request
@@ -91,7 +91,7 @@ class Session:
         picture = self._render()
         if (picture[..., 3] < 255).any():
             white = 255 - picture[..., 3:]
-            picture = images.premultiplied(picture) + white
+            picture = images.premultiply(picture) + white
         return draw_help(picture, pixel_ratio) if self._controls.view.has_help else picture
 
     def _render(self) -> Pixels:
@@ -109,7 +109,7 @@ class Session:
             )
         except DRAWING_ERRORS as error:
             self._problem = str(error)
-            color = backdrop(background)
+            color = parse_background(background)
             width, height = self._size
             return np.broadcast_to(np.rint(np.multiply(color, 255)).astype(np.uint8), (height, width, 4))
 
@@ -117,7 +117,7 @@ class Session:
         """Save the picture under a file name that does not exist yet; return a note on it."""
         stem = re.sub(r"[^\w.-]+", "_", self._name)
         png = io.BytesIO()  # because Pillow reports every failure to write as an encoder's error
-        images.image(self._render()).save(png, "PNG")
+        images.to_pillow(self._render()).save(png, "PNG")
         try:
             path = next(path for number in count(1) if not os.path.lexists(path := f"{stem}-{number}.png"))
             with atomic_write(path) as file:

@@ -10,7 +10,7 @@ from ..drawing.layer import Layer
 from ..drawing.layer_colors import colors_by_face
 from ..geometry.edges import EDGE_SETS
 from ..geometry.mesh import Mesh
-from ..imaging.colors import ColorLike, rgba
+from ..imaging.colors import ColorLike, to_rgba
 
 Value = TypeVar("Value")
 
@@ -102,7 +102,7 @@ def _changes(layer: Layer, overrides: StyleOverrides, pixel_ratio: float) -> dic
     color = changes.get("color", layer.color)
     is_unfilled = changes.get("fill", layer.fill) is None
     if overrides.background == DARK and is_unfilled and not _is_color_cycle(color):
-        *hue, alpha = rgba(color, "color")
+        *hue, alpha = to_rgba(color, "color")
         if hue == [0.0, 0.0, 0.0]:
             changes["color"] = (LIGHT, alpha)
     return changes
@@ -166,7 +166,7 @@ def _is_color_cycle(color: Any) -> bool:
 
 
 def _as_rgba(background: ColorLike | None) -> Any:
-    return None if background is None else rgba(background, "background")
+    return None if background is None else to_rgba(background, "background")
 
 
 def _next(value: Value | None, cycle: Sequence[Value]) -> Value:

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from matplotlib.colors import Normalize
 
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
-from gpu_xform.imaging.colormaps import mapped
+from gpu_xform.imaging.colormaps import apply_colormap
 from tests.support.types import Array
 
 # Of matplotlib's names the one whose colours the package cmap (0.8) has not as matplotlib has them.
@@ -30,7 +30,7 @@ def by_matplotlib(scalars: Array, name: str, clim: tuple[float, float] | None) -
 def test_every_name_of_matplotlibs_gives_its_colours(clim: tuple[float, float] | None) -> None:
     assert len(matplotlib.colormaps) > 150
     for name in set(matplotlib.colormaps) - WRONG_IN_CMAP:
-        colors = mapped(SCALARS, name, clim, len(SCALARS))
+        colors = apply_colormap(SCALARS, name, clim, len(SCALARS))
         assert colors.dtype == np.float64
         assert np.abs(colors - by_matplotlib(SCALARS, name, clim)).max() < 1e-4, name
 
@@ -39,7 +39,7 @@ def test_a_number_where_two_colours_meet_takes_the_one_that_matplotlib_gives() -
     steps = np.arange(257) / 256
     for near in (steps, np.nextafter(steps, -1.0), np.nextafter(steps, 2.0)):
         expected = by_matplotlib(near, "turbo", (0.0, 1.0))
-        assert (mapped(near, "turbo", (0.0, 1.0), 257) == expected).all()
+        assert (apply_colormap(near, "turbo", (0.0, 1.0), 257) == expected).all()
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def test_a_colormap_of_matplotlib_or_of_cmap_keeps_its_own_extremes(extremes: di
     theirs = matplotlib.colormaps["viridis"].with_extremes(**extremes)
     expected = theirs(Normalize(1.5, 4.0)(np.ma.masked_invalid(SCALARS)))
     for colormap in (theirs, cmap.Colormap("viridis").with_extremes(**extremes)):
-        assert np.abs(mapped(SCALARS, colormap, (1.5, 4.0), len(SCALARS)) - expected).max() < 1e-9
+        assert np.abs(apply_colormap(SCALARS, colormap, (1.5, 4.0), len(SCALARS)) - expected).max() < 1e-9
     assert len(np.unique(expected, axis=0)) > 100
 
 
@@ -60,7 +60,7 @@ def test_any_other_callable_is_given_numbers_from_0_to_1_only() -> None:
         seen.append(places)
         return np.column_stack([places, 1 - places, 0 * places, 0.5 + 0 * places])
 
-    colors = mapped([-3.0, np.nan, 1.0, 2.0, 3.0, 99.0], ramp, (1.0, 5.0), 6)
+    colors = apply_colormap([-3.0, np.nan, 1.0, 2.0, 3.0, 99.0], ramp, (1.0, 5.0), 6)
     assert [places.tolist() for places in seen] == [[0.0, 0.0, 0.25, 0.5, 1.0]]
     assert colors.tolist() == [
         [0.0, 1.0, 0.0, 0.5],
@@ -73,23 +73,26 @@ def test_any_other_callable_is_given_numbers_from_0_to_1_only() -> None:
 
 
 def test_a_callable_may_leave_out_alpha() -> None:
-    assert mapped([0, 1], lambda t: np.column_stack([t, t, t]), None, 2).tolist() == [[0, 0, 0, 1], [1, 1, 1, 1]]
+    assert apply_colormap([0, 1], lambda t: np.column_stack([t, t, t]), None, 2).tolist() == [
+        [0, 0, 0, 1],
+        [1, 1, 1, 1],
+    ]
 
 
 def test_nan_and_what_is_masked_are_transparent_and_do_not_stretch_the_limits() -> None:
     masked = np.ma.MaskedArray([1, 2, 900, 3], mask=[False, False, True, False])
     for scalars in ([1.0, 2.0, np.nan, 3.0], masked):
-        colors = mapped(scalars, "viridis", None, 4)
+        colors = apply_colormap(scalars, "viridis", None, 4)
         assert colors[2].tolist() == [0.0, 0.0, 0.0, 0.0]
-        assert (colors[[0, 1, 3]] == mapped([1, 2, 3], "viridis", None, 3)).all()
-    assert (mapped([np.nan] * 3, "viridis", None, 3) == 0.0).all()
+        assert (colors[[0, 1, 3]] == apply_colormap([1, 2, 3], "viridis", None, 3)).all()
+    assert (apply_colormap([np.nan] * 3, "viridis", None, 3) == 0.0).all()
 
 
 @pytest.mark.parametrize("value", [0.0, -7.5, 1e308, 5e-324])
 def test_scalars_that_are_all_the_same_take_the_first_colour(value: float) -> None:
-    colors = mapped([value, np.nan, value], "viridis", None, 3)
+    colors = apply_colormap([value, np.nan, value], "viridis", None, 3)
     assert (colors[[0, 2]] == by_matplotlib(np.array([0.0]), "viridis", (0.0, 1.0))).all()
-    assert (mapped([value, value], "viridis", (value, value), 2) == colors[0]).all()
+    assert (apply_colormap([value, value], "viridis", (value, value), 2) == colors[0]).all()
 
 
 @given(st.lists(st.floats(allow_infinity=False), min_size=1, max_size=8), st.floats(0, 1), st.floats(0, 1))
@@ -97,7 +100,7 @@ def test_any_finite_numbers_make_colours_in_their_order(values: list[float], a: 
     finite = sorted(value for value in values if not np.isnan(value))
     limits = None if not finite else sorted((finite[0] * a, finite[-1] * b))
     for clim in (None, limits):
-        greys = mapped(values, lambda t: np.column_stack([t, t, t]), clim, len(values))
+        greys = apply_colormap(values, lambda t: np.column_stack([t, t, t]), clim, len(values))
         assert ((greys[:, 3] == 0) == np.isnan(values)).all()
         drawn = greys[np.argsort(values)][: len(finite), 0]
         assert (np.diff(drawn) >= 0).all()
@@ -107,13 +110,13 @@ def test_any_finite_numbers_make_colours_in_their_order(values: list[float], a: 
 
 def test_no_points_have_no_colours() -> None:
     for colormap in ("viridis", matplotlib.colormaps["viridis"], lambda t: t):
-        assert mapped([], colormap, None, 0).shape == (0, 4)
+        assert apply_colormap([], colormap, None, 0).shape == (0, 4)
 
 
 def test_what_lies_far_beyond_narrow_limits_takes_the_colours_of_the_ends() -> None:
     for colormap in ("viridis", matplotlib.colormaps["viridis"]):
-        colors = mapped([-1e308, 0.0, 1e-300, 1e308], colormap, (0.0, 1e-300), 4)
-        assert (colors == mapped([0.0, 0.0, 1.0, 1.0], "viridis", None, 4)).all()
+        colors = apply_colormap([-1e308, 0.0, 1e-300, 1e308], colormap, (0.0, 1e-300), 4)
+        assert (colors == apply_colormap([0.0, 0.0, 1.0, 1.0], "viridis", None, 4)).all()
 
 
 def grey(places: Array) -> Array:
@@ -145,7 +148,7 @@ def grey(places: Array) -> Array:
 )
 def test_what_cannot_be_mapped_is_named(arguments: dict[str, Any], message: str) -> None:
     with pytest.raises(ArgumentError) as caught:
-        mapped(**{"scalars": np.arange(12.0), "cmap": "viridis", "clim": None, **arguments}, n_points=12)
+        apply_colormap(**{"scalars": np.arange(12.0), "cmap": "viridis", "clim": None, **arguments}, n_points=12)
     assert str(caught.value) == message
 
 
@@ -160,5 +163,5 @@ def test_what_cannot_be_mapped_is_named(arguments: dict[str, Any], message: str)
 )
 def test_what_is_of_another_type_is_refused_by_type(scalars: Any, colormap: Callable[..., Any], message: str) -> None:
     with pytest.raises(ArgumentTypeError) as caught:
-        mapped(scalars, colormap, None, 12)
+        apply_colormap(scalars, colormap, None, 12)
     assert str(caught.value) == message

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from PIL import ImageColor
 
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
-from gpu_xform.imaging.colors import FACE_CYCLE, color_rows, packed, rgba
+from gpu_xform.imaging.colors import COLOR_CYCLE, pack_rgba8, to_rgba, to_rgba_array
 
 NAMES = sorted(name for name in matplotlib.colors.get_named_colors_mapping() if not name.startswith("xkcd:"))
 
@@ -34,16 +34,16 @@ NAMES = sorted(name for name in matplotlib.colors.get_named_colors_mapping() if 
     ids=str,
 )
 def test_a_colour_is_red_green_blue_and_alpha_in_that_order(color: Any, expected: tuple[int, ...]) -> None:
-    assert rgba(color, "color") == pytest.approx(tuple(value / 255 for value in expected))
+    assert to_rgba(color, "color") == pytest.approx(tuple(value / 255 for value in expected))
 
 
 def test_every_name_that_matplotlib_or_pillow_has_is_the_same_here() -> None:
     assert len(NAMES) > 160
     for name in NAMES:
-        assert rgba(name, "color") == matplotlib.colors.to_rgba(name), name
+        assert to_rgba(name, "color") == matplotlib.colors.to_rgba(name), name
     for name in ImageColor.colormap:
         octets = np.array(ImageColor.getcolor(name.title(), "RGBA"))
-        assert rgba(name.title(), "color") == tuple((octets / 255).tolist()), name
+        assert to_rgba(name.title(), "color") == tuple((octets / 255).tolist()), name
 
 
 @pytest.mark.parametrize(
@@ -68,13 +68,13 @@ def test_every_name_that_matplotlib_or_pillow_has_is_the_same_here() -> None:
     ids=str,
 )
 def test_what_else_matplotlib_takes_is_the_same_here(color: Any) -> None:
-    assert rgba(color, "color") == matplotlib.colors.to_rgba(color)
+    assert to_rgba(color, "color") == matplotlib.colors.to_rgba(color)
 
 
 def test_matplotlibs_letters_are_its_own_and_not_the_names_they_stand_for() -> None:
-    assert rgba("g", "color") == (0.0, 0.5, 0.0, 1.0)
-    assert rgba("green", "color") == (0.0, 128 / 255, 0.0, 1.0)
-    assert rgba("c", "color") != rgba("cyan", "color")
+    assert to_rgba("g", "color") == (0.0, 0.5, 0.0, 1.0)
+    assert to_rgba("green", "color") == (0.0, 128 / 255, 0.0, 1.0)
+    assert to_rgba("c", "color") != to_rgba("cyan", "color")
 
 
 @pytest.mark.parametrize(
@@ -101,29 +101,29 @@ def test_matplotlibs_letters_are_its_own_and_not_the_names_they_stand_for() -> N
 )
 def test_an_unknown_name_is_refused(color: str) -> None:
     with pytest.raises(ArgumentError) as caught:
-        rgba(color, "paint")
+        to_rgba(color, "paint")
     assert str(caught.value) == f"paint must be a colour's name or #rrggbb, got {color!r}"
 
 
 @pytest.mark.parametrize("color", [(1, 2, 3), (0.1, 0.2), (0.1, 0.2, 0.3, -0.1), (0.1,) * 5, [[0.1, 0.2, 0.3]], 0.5])
 def test_numbers_that_are_no_colour_are_refused(color: Any) -> None:
     with pytest.raises(ArgumentError, match=r"^paint must be a colour's name, or three or four numbers from 0 to 1"):
-        rgba(color, "paint")
+        to_rgba(color, "paint")
 
 
 def test_what_holds_no_numbers_is_refused_by_type() -> None:
     with pytest.raises(ArgumentTypeError, match="paint"):
-        rgba(None, "paint")  # type: ignore[arg-type]
+        to_rgba(None, "paint")  # type: ignore[arg-type]
     with pytest.raises(ArgumentError, match="paint must be finite"):
-        rgba((0.1, float("nan"), 0.2), "paint")
+        to_rgba((0.1, float("nan"), 0.2), "paint")
 
 
 @pytest.mark.parametrize("alpha", [-0.1, 1.01])
 def test_an_alpha_outside_of_0_to_1_is_refused(alpha: float) -> None:
     with pytest.raises(ArgumentError, match=rf"^the alpha of paint must be from 0 to 1, got {alpha}$"):
-        rgba(("red", alpha), "paint")
+        to_rgba(("red", alpha), "paint")
     with pytest.raises(ArgumentError, match=r"^paint must be a colour's name or #rrggbb, got 'blurple'$"):
-        rgba(("blurple", 0.5), "paint")
+        to_rgba(("blurple", 0.5), "paint")
 
 
 ROWS = np.array([(0.1, 0.2, 0.3, 0.4), (0.5, 0.6, 0.7, 0.8), (0.9, 1.0, 0.0, 1.0)])
@@ -133,7 +133,7 @@ ROWS = np.array([(0.1, 0.2, 0.3, 0.4), (0.5, 0.6, 0.7, 0.8), (0.9, 1.0, 0.0, 1.0
 def test_rows_of_numbers_are_taken_as_they_are(dtype: type) -> None:
     given_rows: npt.NDArray[Any] = ROWS.astype(dtype)
     for values in (given_rows, given_rows.tolist(), given_rows[::-1][::-1]):
-        colors = color_rows(values, "face_colors", 3, "faces")
+        colors = to_rgba_array(values, "face_colors", 3, "faces")
         assert colors.dtype == np.float64
         assert (colors == given_rows).all()
     colors[0] = 0.0
@@ -141,17 +141,19 @@ def test_rows_of_numbers_are_taken_as_they_are(dtype: type) -> None:
 
 
 def test_rows_without_alpha_are_opaque() -> None:
-    assert (color_rows(ROWS[:, :3], "face_colors", 3, "faces") == np.column_stack([ROWS[:, :3], np.ones(3)])).all()
-    assert color_rows([(1, 0, 1)], "face_colors", 1, "faces").tolist() == [[1.0, 0.0, 1.0, 1.0]]
+    assert (to_rgba_array(ROWS[:, :3], "face_colors", 3, "faces") == np.column_stack([ROWS[:, :3], np.ones(3)])).all()
+    assert to_rgba_array([(1, 0, 1)], "face_colors", 1, "faces").tolist() == [[1.0, 0.0, 1.0, 1.0]]
 
 
 def test_octets_are_counted_to_255_as_trimesh_has_them() -> None:
     octets = np.array([(1, 2, 3, 4), (255, 0, 128, 255)], np.uint8)
-    assert (color_rows(octets, "face_colors", 2, "faces") == octets / 255).all()
-    assert color_rows(octets[:, :3], "face_colors", 2, "faces")[:, 3].tolist() == [1.0, 1.0]
+    assert (to_rgba_array(octets, "face_colors", 2, "faces") == octets / 255).all()
+    assert to_rgba_array(octets[:, :3], "face_colors", 2, "faces")[:, 3].tolist() == [1.0, 1.0]
     box = trimesh.creation.box()
     box.visual.face_colors = np.arange(48, dtype=np.uint8).reshape(12, 4)
-    assert (color_rows(box.visual.face_colors, "face_colors", 12, "faces") * 255 == np.arange(48).reshape(12, 4)).all()
+    assert (
+        to_rgba_array(box.visual.face_colors, "face_colors", 12, "faces") * 255 == np.arange(48).reshape(12, 4)
+    ).all()
 
 
 @pytest.mark.parametrize(
@@ -169,13 +171,13 @@ def test_octets_are_counted_to_255_as_trimesh_has_them() -> None:
     ids=lambda values: type(values).__name__,
 )
 def test_rows_may_be_colours_of_any_spelling(values: Any) -> None:
-    colors = color_rows(values, "face_colors", 3, "faces")
+    colors = to_rgba_array(values, "face_colors", 3, "faces")
     assert colors.tolist() == [[1.0, 0.0, 0.0, 1.0], [1.0, 127 / 255, 14 / 255, 1.0], [0.5, 0.5, 0.5, 1.0]]
 
 
 @pytest.mark.parametrize("columns", [3, 4])
 def test_no_rows_are_the_colours_of_no_things(columns: int) -> None:
-    assert color_rows(np.zeros((0, columns)), "face_colors", 0, "faces").shape == (0, 4)
+    assert to_rgba_array(np.zeros((0, columns)), "face_colors", 0, "faces").shape == (0, 4)
 
 
 @pytest.mark.parametrize(
@@ -208,31 +210,31 @@ def test_no_rows_are_the_colours_of_no_things(columns: int) -> None:
 )
 def test_rows_that_are_no_colours_of_the_things_are_refused(values: Any, message: str) -> None:
     with pytest.raises(ArgumentError) as caught:
-        color_rows(values, "face_colors", 12, "faces")
+        to_rgba_array(values, "face_colors", 12, "faces")
     assert str(caught.value) == message
 
 
 @pytest.mark.parametrize("values", [None, np.ones((12, 3), bool), [None] * 12, object()])
 def test_rows_of_another_type_are_refused_by_type(values: Any) -> None:
     with pytest.raises(ArgumentTypeError, match=r"^face_colors(\[0\])? must hold real numbers, got dtype "):
-        color_rows(values, "face_colors", 12, "faces")
+        to_rgba_array(values, "face_colors", 12, "faces")
 
 
 def test_red_is_in_the_lowest_byte() -> None:
-    assert packed([(1 / 255, 2 / 255, 3 / 255, 4 / 255), (1.0, 0.0, 0.0, 1.0)]).tolist() == [0x04030201, 0xFF0000FF]
+    assert pack_rgba8([(1 / 255, 2 / 255, 3 / 255, 4 / 255), (1.0, 0.0, 0.0, 1.0)]).tolist() == [0x04030201, 0xFF0000FF]
 
 
 @given(st.lists(st.tuples(*[st.integers(0, 255)] * 4), min_size=1, max_size=5))
 def test_packing_keeps_every_byte(octets: list[tuple[int, int, int, int]]) -> None:
     colors = [(r / 255, g / 255, b / 255, a / 255) for r, g, b, a in octets]
-    words = packed(colors)
-    assert (packed(np.array(colors)) == words).all()
+    words = pack_rgba8(colors)
+    assert (pack_rgba8(np.array(colors)) == words).all()
     assert words.dtype == np.uint32
     assert [tuple(int(word) >> shift & 255 for shift in (0, 8, 16, 24)) for word in words] == octets
 
 
 def test_the_cycle_has_ten_opaque_colours_each_its_own() -> None:
-    colors = np.array([rgba(name, "color") for name in FACE_CYCLE])
+    colors = np.array([to_rgba(name, "color") for name in COLOR_CYCLE])
     assert len(np.unique(colors, axis=0)) == 10
     assert (colors[:, 3] == 1.0).all()
     gaps = np.linalg.norm(colors[:, None] - colors[None], axis=-1)[~np.eye(10, dtype=bool)]

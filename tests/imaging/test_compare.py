@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 import gpu_xform as gx
-from gpu_xform.imaging.image import Pixels, premultiplied
+from gpu_xform.imaging.image import Pixels, premultiply
 
 WHITE, BLACK = (255, 255, 255, 255), (0, 0, 0, 255)
 
@@ -78,7 +78,7 @@ def test_colours_are_multiplied_exactly_and_differences_are_theirs(pair: Pixels)
         for pixel in pair.reshape(-1, 4)
     ]
     expected = np.reshape(exact, pair.shape)
-    assert (premultiplied(pair) == expected).all()
+    assert (premultiply(pair) == expected).all()
     found = gx.compare_images(*pair)
     apart = np.abs(expected[0] - expected[1])
     assert (found.by_channel == apart).all()

@@ -8,7 +8,7 @@ from PIL import Image
 
 import gpu_xform as gx
 from gpu_xform.cli import main
-from gpu_xform.imaging.colors import FACE_CYCLE, rgba
+from gpu_xform.imaging.colors import COLOR_CYCLE, to_rgba
 
 HOUSE = gx.samples.house()
 CAMERA = gx.Camera.look_at((5, 4, 9), (0, 0, 0))
@@ -64,7 +64,7 @@ def test_what_is_behind_the_eye_is_cut_off() -> None:
 
 def test_each_face_has_its_colour_and_transparency_stays_straight() -> None:
     colors = {tuple(pixel) for pixel in thin(color="face", background=None).reshape(-1, 4).tolist()}
-    cycle = {tuple(round(255 * part) for part in rgba(name, "color")) for name in FACE_CYCLE[: HOUSE.n_faces]}
+    cycle = {tuple(round(255 * part) for part in to_rgba(name, "color")) for name in COLOR_CYCLE[: HOUSE.n_faces]}
     assert colors - {(0, 0, 0, 0)} <= cycle
     assert len(colors) > 4
     half = thin(color=(1, 0, 0, 0.5), background=None, edges=[[0, 1]])

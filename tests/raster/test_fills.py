@@ -8,7 +8,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.errors import ArgumentError
-from gpu_xform.imaging.colors import FACE_CYCLE, rgba
+from gpu_xform.imaging.colors import COLOR_CYCLE, to_rgba
 from gpu_xform.raster.compute import triangles as face_pass
 from tests.support.meshes import triangles_of
 from tests.support.projection import clip_to_pixels
@@ -48,7 +48,7 @@ def nearest_faces(mesh: Mesh, clip_from_model: Array, size: tuple[int, int]) -> 
 
 
 def octets(colors: Any) -> Array:
-    return np.array([np.rint(255 * np.array(rgba(color, ""))) for color in colors]).astype(int)
+    return np.array([np.rint(255 * np.array(to_rgba(color, ""))) for color in colors]).astype(int)
 
 
 SOLIDS = {
@@ -67,7 +67,7 @@ def test_a_pixel_has_the_colour_of_the_nearest_face(solid: str, view: str) -> No
     camera = Camera.fit(mesh, direction=(-0.5, -0.3, -0.9), **VIEWS[view])
     found, apart = nearest_faces(mesh, camera.clip_from_world(SIZE[0] / SIZE[1]), SIZE)
     shown = gx.render_array(mesh, camera=camera, size=SIZE, color="none", fill="face")
-    expected = np.concatenate([octets(FACE_CYCLE)[np.arange(mesh.n_faces) % 10], [[255] * 4]])[found]
+    expected = np.concatenate([octets(COLOR_CYCLE)[np.arange(mesh.n_faces) % 10], [[255] * 4]])[found]
     judged = apart > 0.75
     assert judged.mean() > 0.3
     assert len(np.unique(found[judged])) >= 3
@@ -83,7 +83,7 @@ def test_faces_that_go_through_one_another_meet_where_they_cross() -> None:
     camera = Camera.fit(mesh, direction=(-0.5, -0.3, -0.9))
     found, _ = nearest_faces(mesh, camera.clip_from_world(SIZE[0] / SIZE[1]), SIZE)
     shown = gx.render_array(mesh, camera=camera, size=SIZE, color="none", fill="face")
-    expected = np.concatenate([octets(FACE_CYCLE)[np.arange(mesh.n_faces) % 10], [[255] * 4]])[found]
+    expected = np.concatenate([octets(COLOR_CYCLE)[np.arange(mesh.n_faces) % 10], [[255] * 4]])[found]
     assert (shown == expected).all(axis=-1).mean() > 0.985
 
 

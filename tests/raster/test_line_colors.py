@@ -10,7 +10,7 @@ import gpu_xform as gx
 from gpu_xform import Camera, Mesh, samples
 from gpu_xform.errors import ArgumentError
 from gpu_xform.geometry.edges import resolve_edges
-from gpu_xform.imaging.colormaps import mapped
+from gpu_xform.imaging.colormaps import apply_colormap
 from tests.support.projection import world_to_clip, world_to_pixels
 
 CUBE = samples.cube()
@@ -105,7 +105,7 @@ def test_scalars_are_the_colours_of_their_map() -> None:
     heights = CUBE.positions @ [0.3, 1.0, -0.2]
     style: dict[str, Any] = {"camera": CAMERA, "size": SIZE, "line_width": 4.0}
     for clim in (None, (-0.5, 2.0)):
-        colors = mapped(heights, "magma", clim, 8)
+        colors = apply_colormap(heights, "magma", clim, 8)
         expected = gx.render_array(CUBE, vertex_colors=colors, **style)
         assert gx.render_array(CUBE, scalars=heights, cmap="magma", clim=clim, **style).tobytes() == expected.tobytes()
     ends = world_to_pixels(CUBE.positions, CAMERA, SIZE)

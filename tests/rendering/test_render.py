@@ -12,7 +12,7 @@ from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.drawing.layer import Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu.device import Device
-from gpu_xform.imaging.colors import FACE_CYCLE, ColorLike, rgba
+from gpu_xform.imaging.colors import COLOR_CYCLE, ColorLike, to_rgba
 from tests.support.projection import clip_to_pixels
 from tests.support.reference_coverage import capsule_areas
 from tests.support.types import Array, DeviceFactory
@@ -101,11 +101,11 @@ def assert_drawn(
     if color == "face":
         rows = list({frozenset(pair): row for row, pair in enumerate(mesh.face_edges.tolist())}.values())
         edges = mesh.face_edges[sorted(rows)]
-        colors = [rgba(FACE_CYCLE[mesh.face_edge_faces[row] % len(FACE_CYCLE)], "color") for row in sorted(rows)]
+        colors = [to_rgba(COLOR_CYCLE[mesh.face_edge_faces[row] % len(COLOR_CYCLE)], "color") for row in sorted(rows)]
     else:
         edges = mesh.edges
-        colors = [rgba(color, "color")] * len(edges)
-    clear_color = np.zeros(4) if background is None else np.array(rgba(background, "background"))
+        colors = [to_rgba(color, "color")] * len(edges)
+    clear_color = np.zeros(4) if background is None else np.array(to_rgba(background, "background"))
     reference = np.empty((size[1], size[0], 4))
     reference[:] = np.append(clear_color[:3] * clear_color[3], clear_color[3])
     layers = []
@@ -333,7 +333,7 @@ def test_faces_take_ten_colours_in_their_order_and_later_ones_lie_over_earlier_o
     camera = Camera.window((0, n), (-0.5, 1.5))
     picture = gx.render_array(mesh, camera=camera, size=(20 * n, 40), line_width=3.0, color="face")
     for i in range(n):
-        wanted = np.rint(255 * np.array(rgba(FACE_CYCLE[i % 10], "")))
+        wanted = np.rint(255 * np.array(to_rgba(COLOR_CYCLE[i % 10], "")))
         assert (picture[29, 20 * i + 8] == wanted).all()
     assert len({tuple(picture[29, 20 * i + 8]) for i in range(10)}) == 10
 
@@ -345,7 +345,7 @@ def test_faces_take_ten_colours_in_their_order_and_later_ones_lie_over_earlier_o
             both, camera=Camera.window((0, 2), (-0.5, 1.5)), size=(80, 80), line_width=3.0, color="face"
         )
         middles.append((picture[40, 40].tolist(), picture[40, 0].tolist()))
-    blue, orange = (np.rint(255 * np.array(rgba(name, ""))).tolist() for name in FACE_CYCLE[:2])
+    blue, orange = (np.rint(255 * np.array(to_rgba(name, ""))).tolist() for name in COLOR_CYCLE[:2])
     assert middles == [(orange, blue), (orange, orange)]
 
 

@@ -2,7 +2,7 @@
 
 import io
 
-from ...imaging.image import Pixels, image
+from ...imaging.image import Pixels, to_pillow
 
 
 def encode_png(pixels: Pixels) -> bytes:
@@ -18,5 +18,5 @@ def encode_webp(pixels: Pixels) -> bytes:
 
 def _encode(pixels: Pixels, format_name: str, **options: object) -> bytes:
     file = io.BytesIO()
-    image(pixels).save(file, format_name, **options)
+    to_pillow(pixels).save(file, format_name, **options)
     return file.getvalue()

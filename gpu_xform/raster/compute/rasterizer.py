@@ -15,8 +15,8 @@ from ...errors import DeviceError
 from ...gpu import uniforms
 from ...gpu.buffers import Buffer
 from ...gpu.device import Device
-from ...imaging.colors import FloatColor
-from ...imaging.image import Pixels, straight_alpha
+from ...imaging.colors import Rgba
+from ...imaging.image import Pixels, unpremultiply
 from ..base import PendingImage
 from ..screen_bounds import screen_bounds
 from ..tiles import TILE_SIDE_PX, Region, split_into_tiles
@@ -65,7 +65,7 @@ class ComputeRasterizer:
         self._device = device
 
     def draw(
-        self, draw_list: DrawList, view: View, background: FloatColor, *, overlap_with: PendingImage | None = None
+        self, draw_list: DrawList, view: View, background: Rgba, *, overlap_with: PendingImage | None = None
     ) -> ComputePendingImage:
         """Begin to draw, as `Rasterizer.draw` says."""
         device, drawables = self._device, draw_list.drawables
@@ -74,7 +74,7 @@ class ComputeRasterizer:
         margin = _depth_margin(drawables)
         tiles = [Tile(part, margin) for part in split_into_tiles(region, TILE_SIDE_PX)]
         clear_color = _premultiplied_bytes(background)
-        pixels = _filled_border(region, view.size, clear_color if is_opaque else straight_alpha(clear_color))
+        pixels = _filled_border(region, view.size, clear_color if is_opaque else unpremultiply(clear_color))
         n_depths = max(math.prod(tile.depth_region.extent) for tile in tiles)
         with device.lock, contextlib.ExitStack() as stack, contextlib.ExitStack() as unread:
             palette = None
@@ -119,10 +119,10 @@ def _cancel(target: Target) -> None:
 
 def _collect(pixels: Pixels, is_opaque: bool, tile: Region, target: Target) -> None:
     with target.arrived() as own:
-        pixels[tile.slices] = own if is_opaque else straight_alpha(own)
+        pixels[tile.slices] = own if is_opaque else unpremultiply(own)
 
 
-def _premultiplied_bytes(color: FloatColor) -> Pixels:
+def _premultiplied_bytes(color: Rgba) -> Pixels:
     """Return a colour of straight alpha as a pixel holds it: (4,), premultiplied."""
     red, green, blue, alpha = color
     return np.floor(255.0 * np.array((red * alpha, green * alpha, blue * alpha, alpha)) + 0.5).astype(np.uint8)

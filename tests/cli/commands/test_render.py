@@ -15,7 +15,7 @@ from gpu_xform.cli import main
 from gpu_xform.cli.options import STYLE
 from gpu_xform.drawing.layer import Layer
 from gpu_xform.gpu.device import Device
-from gpu_xform.imaging.colors import FACE_CYCLE
+from gpu_xform.imaging.colors import COLOR_CYCLE
 from tests.support.cli import error_of, read_png, run_in_process
 from tests.support.types import Pixels
 
@@ -124,7 +124,7 @@ def test_one_color_for_each_face() -> None:
     pixels = run_render("--resolution", "300x300", "--color", "face", "--line-width", "4")
     colors = {"#" + bytes(color).hex() for color in pixels[..., :3].reshape(-1, 3)}
     # Later faces cover the edges they share with earlier ones: the two gables come first, and have none left.
-    assert [cycled in colors for cycled in FACE_CYCLE] == 2 * [False] + 5 * [True] + 3 * [False]
+    assert [cycled in colors for cycled in COLOR_CYCLE] == 2 * [False] + 5 * [True] + 3 * [False]
 
 
 @pytest.mark.parametrize("typed", ["30,20", "30x20", "30X20", " 30 , 20 "])
