@@ -61,36 +61,35 @@ def animate(
 
     Parameters
     ----------
-    models
-        The models, as `render` takes them: a Mesh, an array of points (n, 3), the path of a model file, a PointBuffer,
-        a Layer, a Scene, or a list of these.
-    frames
-        What each frame shows: a matrix (4, 4) that moves the models, or a dict from names of a scene's nodes to their
-        matrices, or another model in place of the models, an array of points as `Mesh(points)`. Several of these, one
-        per frame; or a stack of matrices (k, 4, 4), or a stack of SciPy's rotations; or a function that returns the one
-        of a frame. A function may be called several times for one frame, and must return the same each time.
-    path
+    models : Mesh, (n, 3) numbers, path, PointBuffer, Layer, Scene, or a list of these
+        The models, as `render` takes them.
+    frames : sequence, (k, 4, 4) numbers, or function
+        One item per frame: a matrix (4, 4) that moves the models; or a dict from names of a scene's nodes to their
+        matrices; or another model in place of the models, an array of points as `Mesh(points)`. A stack of matrices, or
+        of SciPy's rotations, is such a sequence. A function returns the item of a frame; it may be called several times
+        for one frame, and must return the same each time.
+    path : path, optional
         The file in which the animation is saved at once, as by `Animation.save`. By default it is not saved.
-    n_frames
+    n_frames : int, optional
         The number of frames, if `frames` is a function of the frame's index, from 0.
-    duration
+    duration : float, optional
         The duration in seconds, if `frames` is a function of the frame's time in seconds. Excludes `n_frames`.
-    fps
+    fps : float
         Frames per second, from 0.01 to 1000.
-    size
-        (width, height) in pixels.
-    camera
-        The camera of all frames. By default one `Camera.fit` that holds the models in every frame; a dict of its
+    size : (width, height)
+        The size of the frames in pixels.
+    camera : Camera or dict, optional
+        The camera of all frames. The default is one `Camera.fit` that holds the models in every frame; a dict of its
         keywords, such as {"direction": (0, 0, -1)}, changes how it fits.
-    background
-        A colour, or None for transparent.
-    device
-        The device that draws. By default the one that the process shares.
-    progress
+    background : color or None
+        The colour behind the models; None is transparent.
+    device : Device, optional
+        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    progress : function, optional
         Called with the number of frames drawn and the number of all frames while the file is written. By default a
         progress bar appears after a second, on a terminal only.
     **style
-        The style of models without their own, as `render` takes it. The matrix of a frame applies after `transform`.
+        Keywords of `Layer`, as `render` takes them. The matrix of a frame applies after `transform`.
 
     Returns
     -------
@@ -100,8 +99,14 @@ def animate(
     Raises
     ------
     ArgumentError
-        If there are no frames, if a frame is not a finite matrix, or if a function raises, with the number of the
-        frame; otherwise as `render` and `Animation.save` do.
+        An argument has an impossible value, or a frame cannot be drawn: "frames must hold at least one, got none",
+        "frames raised at frame 2: IndexError: list index out of range".
+    ArgumentTypeError
+        An argument has a wrong type: "path must be a path, got int".
+    MeshError
+        A model has nothing to draw, or its file is malformed.
+    MissingExtraError, OSError
+        As `Animation.save` raises them, if a path is given.
     """
     motion = make_motion(frames, fps, n_frames, duration)
     animation = Animation(load_models(models), motion, size, camera, background, device, style)
@@ -124,16 +129,16 @@ def turntable(
 
     Parameters
     ----------
-    models
+    models : Mesh, (n, 3) numbers, path, PointBuffer, Layer, Scene, or a list of these
         The models, as `animate` takes them.
-    frames
+    frames : int
         The number of frames. The last is one step before the first, so that a loop has no stop.
-    path
+    path : path, optional
         The file in which the animation is saved at once, as by `Animation.save`. By default it is not saved.
-    axis
-        "x", "y", "z" or a vector (3,). The rotation is counter-clockwise, seen from the end of the axis.
-    transform
-        A matrix (4, 4), or (k, 4, 4) for k instances, that is applied to the models before they rotate.
+    axis : "x", "y", "z" or (3,) numbers
+        The axis. The rotation is counter-clockwise, seen from the end of the axis.
+    transform : (4, 4) or (k, 4, 4) numbers, optional
+        Applied to the models, of which there are k instances, before they rotate.
     **options
         Further keywords of `animate`, such as fps, size, camera, progress, or those of a style.
 
@@ -145,9 +150,9 @@ def turntable(
     Raises
     ------
     MeshError
-        If the models have no points.
+        The models have no points.
     ArgumentError
-        If `axis` is neither a name nor a direction, or `frames` is not positive; otherwise as `animate` does.
+        An argument has an impossible value: "axis must be 'x', 'y', 'z' or a vector, got 'w'"; otherwise as `animate`.
     """
     n_frames = parse_frame_count(frames, "frames")
     if isinstance(axis, str) and axis not in AXES:
@@ -223,7 +228,7 @@ class Animation:
 
         Parameters
         ----------
-        i
+        i : int
             The index of the frame, from 0; a negative index counts from the end.
 
         Returns
@@ -234,7 +239,7 @@ class Animation:
         Raises
         ------
         ArgumentError
-            If there is no such frame, or the models cannot be drawn in it.
+            There is no such frame, "i must be a frame's number below 5, got 7", or the models cannot be drawn in it.
         """
         i = as_int(i, "i")
         if not -len(self) <= i < len(self):
@@ -252,21 +257,22 @@ class Animation:
 
         Parameters
         ----------
-        path
+        path : path
             The file. Its ending names the format: .gif, .png or .apng (animated), .webp, .mp4, .webm, or .html (a page
             with a player). "frames/{frame:04}.png" is one file per frame; its folder is created if it does not exist.
-        progress
+        progress : function, optional
             Called with the number of frames drawn and the number of all frames. By default a progress bar appears after
             a second, on a terminal only.
 
         Raises
         ------
         ArgumentError
-            If the ending is unknown, or the format cannot hold the size, the rate or the background.
+            The ending is unknown, or the format cannot hold the size, the rate or the background: "size must be at most
+            16383 x 16383 in a WebP, got 20000 x 10".
         MissingExtraError
-            If the format is MP4 or WebM, and PyAV is not installed.
+            The format is MP4 or WebM, and PyAV is not installed.
         OSError
-            From the operating system, unchanged.
+            The operating system refuses to write the file.
         """
         write = make_writer(path)
         with contextlib.ExitStack() as stack:

@@ -12,9 +12,16 @@ from .._core.types import Float64Array
 from ..drawing.camera import Camera
 from ..drawing.layer import Layer
 from ..imaging.colors import ColorLike
-from . import style_overrides
 from .orbit import BoundingSphere, Orbit
-from .style_overrides import StyleOverrides
+from .style_overrides import (
+    StyleOverrides,
+    next_background,
+    next_edges,
+    next_hidden,
+    toggle_antialias,
+    toggle_face_colors,
+    toggle_fill,
+)
 
 Event: TypeAlias = Mapping[str, Any]
 
@@ -25,11 +32,11 @@ RADIANS_PER_HEIGHT = math.pi  # for a drag from the top of the window to its bot
 ROTATION_STEP_RAD = math.radians(15.0)
 
 STYLE_KEYS: dict[str, Callable[[StyleOverrides, Layer], tuple[StyleOverrides, str]]] = {
-    "e": style_overrides.next_edges,
-    "d": style_overrides.next_hidden,
-    "f": style_overrides.toggle_fill,
-    "c": style_overrides.toggle_face_colors,
-    "a": style_overrides.toggle_antialias,
+    "e": next_edges,
+    "d": next_hidden,
+    "f": toggle_fill,
+    "c": toggle_face_colors,
+    "a": toggle_antialias,
 }
 ROTATION_KEYS = {
     "ArrowLeft": (-ROTATION_STEP_RAD, 0.0),
@@ -144,7 +151,7 @@ class Controls:
         elif name in ("+", "=", "-", "_"):
             self._zoom(1.0 if name in ("-", "_") else -1.0, np.zeros(2), size)
         elif name == "b":
-            overrides, note = style_overrides.next_background(self.view.overrides, self._initial.background)
+            overrides, note = next_background(self.view.overrides, self._initial.background)
             self.view = replace(self.view, overrides=overrides, note=note)
         elif name == "p":
             orbit = self._orbit(size)

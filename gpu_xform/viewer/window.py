@@ -54,23 +54,23 @@ def view(
     up : (3,) numbers, optional
         The up axis of the world: horizontal drags rotate about it. The default is the axis that `camera` keeps
         upright.
-    size : (2,) integers
-        (width, height) of the window, in logical pixels; the screen determines how many physical pixels these are.
-    background : colour, optional
-        None is transparent, which is shown on white.
+    size : (width, height)
+        The size of the window in logical pixels; the screen determines how many physical pixels these are.
+    background : color or None
+        The colour behind the models; None is transparent, which is shown on white.
     device : Device, optional
-        The default is the one that the process shares.
+        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
     **style
         Keywords of `Layer`, as `render` takes them.
 
     Raises
     ------
     DisplayError
-        If no window can be opened.
+        No window can be opened: "no display: DISPLAY and WAYLAND_DISPLAY are not set; ...".
     MissingExtraError
-        If the extra `viewer` is not installed.
-    GpuXformError
-        What `render` raises, before a window is opened.
+        The extra `viewer` is not installed.
+    ArgumentError, ArgumentTypeError, MeshError, OSError
+        As `render` raises them, before a window is opened.
     """
     width, height = parse_size(size)
     axis = None if up is None else as_unit_vector(up, "up", 3)
