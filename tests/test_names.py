@@ -183,6 +183,7 @@ def test_an_old_shader_file_is_gone(stem: str) -> None:
     assert not list(WGSL.rglob(f"{stem}.wgsl"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", PYTHON_FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
 def test_no_old_name_is_defined_in_python(file: Path) -> None:
     place = file.relative_to(PACKAGE).as_posix()

@@ -248,6 +248,7 @@ IMPORTED_LATE = {
 }
 
 
+@pytest.mark.slow
 def test_only_the_window_imports_what_opens_windows() -> None:
     for file in FILES:
         names = {name.split(".")[0] for name in imports(file, type_checking=True)}

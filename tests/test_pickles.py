@@ -48,6 +48,7 @@ def test_an_old_pickle_of_a_layer_loads(protocol: int) -> None:
     assert (layer.color, layer.line_width, layer.name) == ("red", 2.0, "part")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("key", PICKLES, ids=lambda key: f"{key[0]} in protocol {key[1]}")
 def test_an_old_pickle_loads_in_a_process_that_has_not_imported_the_package(key: tuple[str, int]) -> None:
     code = "import pickle, sys; print(type(pickle.loads(sys.stdin.buffer.read())).__name__)"

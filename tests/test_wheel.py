@@ -78,6 +78,7 @@ def test_the_wheel_works_without_the_source_tree(wheel: Path, tmp_path: Path) ->
     assert wheel.name == f"gpu_xform-{found['version']}-py3-none-any.whl"
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_the_package_the_shaders_and_nothing_else(wheel: Path) -> None:
     assert SHADERS
     assert names_in(wheel) == MODULES | {"gpu_xform/py.typed"} | {f"gpu_xform/wgsl/{name}" for name in SHADERS}

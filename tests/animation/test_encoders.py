@@ -105,6 +105,7 @@ def test_exact_formats_give_back_every_byte(tmp_path: Path, kind: str, transpare
     assert loop == 0  # for ever
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "unit_ms"), [("gif", 10), ("webp", 1), ("png", 0)])
 @pytest.mark.parametrize("fps", [30, 24, 7, 50, 0.7])
 def test_frames_begin_as_near_their_times_as_the_format_can_say(
@@ -295,6 +296,7 @@ def test_a_gif_s_frame_has_a_local_table_if_the_common_one_is_not_acceptable(tmp
     assert len(set(own[1::2])) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", [(60, 45), (240, 180)])
 @pytest.mark.parametrize("style", [{"color": "face", "line_width": 1.5}, {"fill": "face", "depth_cue": 0.7}], ids=str)
 def test_a_gif_s_antialiased_edges_need_no_local_tables(
@@ -689,6 +691,7 @@ def test_what_goes_wrong_while_encoding_stops_the_drawing(
     assert len(drawn) <= 4 + MAX_WORKERS + 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [name for name in NAMES if not name.endswith(VIDEO)])
 @pytest.mark.parametrize("n_processors", [1, 2, 3])
 def test_frames_are_encoded_in_threads_if_drawing_leaves_processors(

@@ -122,6 +122,7 @@ def test_a_wrong_transform_is_noticed(
         assert printed.endswith("This device cannot be relied on.\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "mutant",
     [
@@ -191,6 +192,7 @@ def test_nothing_passes_without_checks(report: Report) -> None:
     assert not dataclasses.replace(report, checks=(*report.checks, Check("x", False, ""))).passed
 
 
+@pytest.mark.slow
 def test_without_a_driver_the_report_says_what_to_install() -> None:
     typed = [sys.executable, "-m", "gpu_xform", "doctor"]
     result = subprocess.run(typed, capture_output=True, check=False, text=True, env=os.environ | NO_DRIVER)

@@ -92,6 +92,7 @@ def test_every_figure_is_drawn(cells: list[Any]) -> None:
         assert np.count_nonzero((pictures[8] == rgb).all(axis=2)) > 50, color
 
 
+@pytest.mark.slow
 def test_every_animation_has_its_frames(cells: list[Any]) -> None:
     shown = outputs(cells, "text/html")
     assert {section: len(players) for section, players in shown.items()} == {4: 1, 9: 1, 10: 1}

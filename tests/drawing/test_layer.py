@@ -205,6 +205,7 @@ PLACES = np.stack(
 WIDE_VIEW = Camera.look_at((1.0, 2.0, 11.0), (0.0, 0.5, 0.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", OPAQUE)
 @pytest.mark.parametrize("binding_bytes", [None, 512])
 def test_instances_are_layers_of_their_own(

@@ -34,6 +34,7 @@ def through(mesh: Mesh, kind: str) -> Mesh:
     return load_mesh(io.BytesIO(file.getvalue()), file_type=kind)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["obj", "off", "ply"])
 @given(mesh=meshes())
 def test_polygons_and_every_bit_of_the_coordinates_come_back(kind: str, mesh: Mesh) -> None:
@@ -45,6 +46,7 @@ def test_polygons_and_every_bit_of_the_coordinates_come_back(kind: str, mesh: Me
     assert [face.tolist() for face in read.faces] == faces
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["stl", "glb"])
 @given(mesh=meshes())
 def test_triangle_formats_keep_the_triangles(kind: str, mesh: Mesh) -> None:

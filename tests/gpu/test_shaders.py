@@ -26,6 +26,7 @@ def choices(stage: str) -> Iterator[dict[str, float]]:
             yield first | {name: float(value)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
 def test_every_stage_compiles_for_every_combination_of_its_constants(
     stage: str, number_type: str | None, device: Device

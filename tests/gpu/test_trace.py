@@ -21,6 +21,7 @@ def spans(trace: dict[str, Any], category: str) -> list[dict[str, Any]]:
     return [event for event in trace["traceEvents"] if event.get("cat") == category]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("features", ["WANTED_FEATURES", "WANTED_FEATURES - {'timestamp-query'}"])
 def test_a_process_leaves_the_times_of_all_its_dispatches(features: str, tmp_path: Path) -> None:
     code = f"""

@@ -24,6 +24,7 @@ def unchanged() -> cffi.FFI:
     return other
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "text",
     [

@@ -95,6 +95,7 @@ def test_what_counts_as_equal_looks_equal_on_any_ground(pair: Pixels, ground: in
     assert (apart <= 2.0 * gx.compare_images(*pair).by_pixel + 1).all()
 
 
+@pytest.mark.slow
 def test_any_missing_edge_is_found_where_a_slight_shift_is_not() -> None:
     house = gx.samples.house()
     camera = gx.Camera.fit(house)

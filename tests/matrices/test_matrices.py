@@ -380,6 +380,7 @@ def test_a_singular_matrix_has_no_inverse(matrix: Array) -> None:
         inverse(matrix)
 
 
+@pytest.mark.slow
 @given(affine_matrices())
 def test_decompose_rebuilds_and_keeps_the_flip_in_the_scale(m: Array) -> None:
     parts = decompose(m)

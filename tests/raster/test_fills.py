@@ -60,6 +60,7 @@ SOLIDS = {
 VIEWS: dict[str, dict[str, Any]] = {"perspective": {"fov_y": 50.0}, "parallel": {"orthographic": True}}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("view", VIEWS)
 @pytest.mark.parametrize("solid", SOLIDS)
 def test_a_pixel_has_the_colour_of_the_nearest_face(solid: str, view: str) -> None:

@@ -127,6 +127,7 @@ def test_a_changed_picture_fails(name: str, change: str, goldens: Goldens) -> No
         goldens.check(CHANGES[change](picture), "picture")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lost", [0, 5, 11])
 @pytest.mark.parametrize("name", PICTURES)
 def test_a_lost_edge_fails(name: str, lost: int, goldens: Goldens) -> None:

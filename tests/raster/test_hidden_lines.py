@@ -320,6 +320,7 @@ def test_strokes_become_parts_of_their_edges() -> None:
         drawn_intervals(FIVE, edges[1:2], strokes[1:2] + np.array([0.0, 0.4]))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["house", "star", "icosphere", "boxes"])
 def test_a_picture_of_what_is_visible_is_judged_right(name: str) -> None:
     ends, visible = seen(SAMPLES[name], matrix(Camera.fit(SAMPLES[name])))
@@ -421,6 +422,7 @@ def test_points_in_line_on_an_edge_do_not_break_it(name: str, n_points: int) -> 
             assert judge_picture(picture, *seen(plain, matrix(camera, size), size)).wrong == (0.0, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", ["thin", "as quads"])
 @pytest.mark.parametrize("view", ["fit", "grazing y, z"])
 @pytest.mark.parametrize("name", ["snub dodecahedron", "star", "boxes"])

@@ -82,6 +82,7 @@ def test_dashes_are_drawn_where_an_edge_is_hidden_and_lines_where_it_is_not() ->
         assert np.diff(starts) == pytest.approx(7 * width, abs=1.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("antialias", [True, False])
 @pytest.mark.parametrize("color", ["black", "face"])
 @pytest.mark.parametrize("line_width", [3.0, 8.0, 40.0])

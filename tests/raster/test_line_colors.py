@@ -157,6 +157,7 @@ def test_lines_over_one_another_let_through_the_product(n: int, alpha: float) ->
     assert abs(shown[20, 20, 0] / 255 - (1 - alpha) ** n) <= 1 / 255
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [200_000, 268_034, 2_412_301])
 def test_any_number_of_lines_stays_opaque(n: int) -> None:
     # Ink is counted in 32 bits, and with the finest steps an opaque line lays 16,024: left alone, the larger numbers

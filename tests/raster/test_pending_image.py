@@ -41,6 +41,7 @@ def begin(
     return begin_render(model, Frame(**options), style, overlap_with=overlap_with)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_cut")
 @pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
 def test_overlapping_pictures_are_what_each_would_be(style: dict[str, Any], options: dict[str, Any]) -> None:
@@ -54,6 +55,7 @@ def test_overlapping_pictures_are_what_each_would_be(style: dict[str, Any], opti
     assert before.result().tobytes() == expected[-1].tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
 def test_pictures_can_be_read_in_any_order(style: dict[str, Any], options: dict[str, Any]) -> None:
     expected = [render_array(model, **options, **style) for model in MOVED]
@@ -79,6 +81,7 @@ def test_a_picture_that_is_never_read_does_not_affect_others(options: dict[str, 
     assert render_array(MOVED[1], **options).tobytes() == expected.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
 def test_pictures_drawn_in_several_threads_are_what_each_would_be(
     style: dict[str, Any], options: dict[str, Any]
@@ -110,6 +113,7 @@ def test_a_cancelled_picture_releases_its_memory(options: dict[str, Any], has_ar
         assert render_array(MOVED[1], **options).tobytes() == expected.tobytes()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stage", ["collected", "recorded"])
 @pytest.mark.parametrize("n_before", [0, 1, 2])
 def test_a_picture_that_fails_releases_its_memory(

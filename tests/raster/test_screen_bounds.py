@@ -116,6 +116,7 @@ def test_what_passes_the_eye_is_drawn_to_the_side_that_it_passes_on(drawing: Dra
     assert (part[SIZE[1] // 2, 200:, 0] < 128).all()
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(
     seed=st.integers(0, 2**32 - 1),

@@ -63,6 +63,7 @@ def seen_edge_on(mesh: Mesh, eye: Array) -> Array:
     return chosen
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("transform", TRANSFORMS)
 @pytest.mark.parametrize("view", CAMERAS)
 @pytest.mark.parametrize("name", MESHES)

@@ -97,6 +97,7 @@ def test_tiles_cover_every_pixel_once(origin: tuple[int, int], size: tuple[int, 
     assert covered.sum() == size[0] * size[1]
 
 
+@pytest.mark.slow
 def test_a_picture_larger_than_a_tile_is_drawn_where_a_small_one_is() -> None:
     size = (5000, 3000)
     large = gx.render_array(SNUB, camera=CAMERA, size=size, line_width=25.0, hidden="remove")

@@ -181,6 +181,7 @@ def test_small_faces_before_others_are_not_drawn_under_them() -> None:
     assert not inside[~is_blue][: int(is_blue.argmax())].any()
 
 
+@pytest.mark.slow
 def test_a_device_with_small_bindings_draws_the_same(device_with_limits: DeviceFactory) -> None:
     random = np.random.default_rng(3)
     corners = random.integers(0, 300, (8000, 1)) + random.permuted(np.tile(np.arange(1, 40), (8000, 1)), axis=1)[:, :3]

@@ -151,6 +151,7 @@ def test_every_pixel_agrees_with_the_reference_at_any_line_width(line_width: flo
     assert_drawn(samples.house(), CAMERAS["look at"], line_width=line_width)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("color", "background"),
     [
@@ -297,6 +298,7 @@ def test_lines_far_outside_the_picture_leave_it_alone_and_long_ones_cross_it_str
     assert (picture[np.abs(distances((64, 64), np.array([(0, 64), (64, 0)]))) > 2.5] == 255).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("near", [1e-1, 1e-4, 1e-9])
 @pytest.mark.parametrize("direction", [(1.0, 0.3), (-0.4, 1.0), (-1.0, -0.2), (0.1, -1.0)])
 def test_a_line_that_passes_the_eye_leaves_the_picture_straight(direction: tuple[float, float], near: float) -> None:
