@@ -93,21 +93,11 @@ class _LayerBuilder:
         """Return the layer's instances as one drawable; if it has silhouettes, those of each instance as another."""
         layer, source = self._layer, self._source
         edge_source, candidates = source.edges(layer), source.silhouette_candidates(layer)
-        point_size = layer.point_size
         edges = self._on_device(edge_source.key, lambda: edge_source.find().astype(np.uint32))
         n_edges = edges.n_bytes // EDGE_BYTES
-        if n_edges == 0 and point_size is None:
-            if source.n_faces == 0:
-                point_size = CLOUD_POINT_SIZE_PX
-            elif candidates is None and layer.fill is None:
-                raise MeshError(self._nothing_to_draw())
+        point_size = layer.point_size if n_edges else self._point_size_without_edges(candidates)
         points, model_from_points = source.on_device(self._device)
-        with np.errstate(over="ignore", invalid="ignore"):
-            clip_from_points = clip_from_world @ normalize_w(layer.world_from_model) @ model_from_points
-        if not np.isfinite(clip_from_points).all():
-            raise ArgumentError.expecting("transform", "be a matrix of numbers that do not overflow in the picture")
-        scale = float(np.abs(clip_from_points).max()) or 1.0  # homogeneous: a factor changes nothing
-        clip_from_points = clip_from_points / scale
+        clip_from_points, scale = self._clip_from_points(clip_from_world, model_from_points)
         depth_cue = depth_cue._replace(distance_scale=depth_cue.distance_scale * scale)
         style = Lines(
             edges=edges,
@@ -135,6 +125,26 @@ class _LayerBuilder:
         if dots:
             drawables.append(Drawable(points, clip_from_points, None, dots))
         return drawables
+
+    def _point_size_without_edges(self, candidates: SilhouetteCandidates | None) -> float | None:
+        """Return the diameter of the dots, None for none; raise `MeshError` if there is nothing else to draw."""
+        layer = self._layer
+        if layer.point_size is None and self._source.n_faces == 0:
+            return CLOUD_POINT_SIZE_PX
+        if layer.point_size is None and candidates is None and layer.fill is None:
+            raise MeshError(self._nothing_to_draw())
+        return layer.point_size
+
+    def _clip_from_points(
+        self, clip_from_world: Float64Array, model_from_points: Float64Array
+    ) -> tuple[Float64Array, float]:
+        """Return the matrices (k, 4, 4) divided by their largest entry, and that entry, which changes clip-space w."""
+        with np.errstate(over="ignore", invalid="ignore"):
+            clip_from_points = clip_from_world @ normalize_w(self._layer.world_from_model) @ model_from_points
+        if not np.isfinite(clip_from_points).all():
+            raise ArgumentError.expecting("transform", "be a matrix of numbers that do not overflow in the picture")
+        scale = float(np.abs(clip_from_points).max()) or 1.0
+        return clip_from_points / scale, scale
 
     def _nothing_to_draw(self) -> str:
         edges, source = self._layer.edges, self._source
