@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ..drawing.enums import HIDDEN_STYLES
+from ..geometry.edges import EDGE_SETS
 from . import argument_types as types
 
 # The types that `load_mesh` reads; asking it would import all readers.
@@ -45,7 +46,7 @@ STYLE = (
         "--edges",
         "SET[,...]",
         types.parse_edge_sets,
-        "edges to draw: all, feature, boundary, silhouette, or an .npy file of pairs of points; or several of these "
+        f"edges to draw: {', '.join(EDGE_SETS)}, or an .npy file of pairs of points, or several of these "
         "(default: all)",
     ),
     ValueOption(
