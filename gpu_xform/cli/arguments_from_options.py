@@ -38,12 +38,12 @@ def choose_device(options: Namespace) -> "Device":
     return default_device() if options.adapter is None else Device(options.adapter)
 
 
-def style_arguments(options: Namespace) -> dict[str, Any]:
+def collect_style_arguments(options: Namespace) -> dict[str, Any]:
     """Return the keywords of `Layer` that were typed; files are not read."""
     return {name: getattr(options, name) for name in STYLE_NAMES if name in options}
 
 
-def picture_arguments(options: Namespace, layers: Sequence["Layer"], device: "Device") -> dict[str, Any]:
+def collect_picture_arguments(options: Namespace, layers: Sequence["Layer"], device: "Device") -> dict[str, Any]:
     """Return the keywords that `render`, `animate` and `view` share."""
     return {
         "camera": make_camera(options, layers),

@@ -29,8 +29,8 @@ def require_one_camera(options: Namespace) -> None:
 
 def _require_upright(options: Namespace) -> None:
     try:
-        target = as_unit_vector(_view_direction(options), "--camera-direction", 3)
-        matrices.look_at((0.0, 0.0, 0.0), target, _view_up(options))
+        target = as_unit_vector(_choose_view_direction(options), "--camera-direction", 3)
+        matrices.look_at((0.0, 0.0, 0.0), target, _choose_view_up(options))
     except ArgumentError:
         name = "the direction of view" if options.camera_direction is None else "--camera-direction"
         raise ArgumentError(
@@ -42,7 +42,7 @@ def _require_upright(options: Namespace) -> None:
 def make_camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
     """Return the camera of the options, or the keywords of `Camera.fit` if it has no position."""
     if options.camera_position is None:
-        return {"direction": _view_direction(options), **_lens_arguments(options)}
+        return {"direction": _choose_view_direction(options), **_collect_lens_arguments(options)}
     from ..drawing.camera import Camera
     from ..drawing.framing import framing_points
 
@@ -50,13 +50,13 @@ def make_camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
     if target is None:
         target = Mesh(framing_points(layers)).center
     try:
-        return Camera.look_at(options.camera_position, target, **_lens_arguments(options))
+        return Camera.look_at(options.camera_position, target, **_collect_lens_arguments(options))
     except ArgumentError as error:
         hint = ": give another --camera-view-up" if error.argument == "up" else ""
         raise ArgumentError(f"camera options: {error}{hint}") from None
 
 
-def _view_direction(options: Namespace) -> Float64Array:
+def _choose_view_direction(options: Namespace) -> Float64Array:
     """Return the direction (3,) in which a camera without a position looks."""
     from ..drawing.camera import default_direction
 
@@ -65,16 +65,16 @@ def _view_direction(options: Namespace) -> Float64Array:
     return default_direction(options.up) if along is None else along
 
 
-def _lens_arguments(options: Namespace) -> dict[str, Any]:
+def _collect_lens_arguments(options: Namespace) -> dict[str, Any]:
     """Return the keywords that `Camera.fit` and `Camera.look_at` share."""
     return {
-        "up": _view_up(options),
+        "up": _choose_view_up(options),
         "fov_y": options.camera_view_angle,
         "orthographic": options.camera_orthographic,
     }
 
 
-def _view_up(options: Namespace) -> Float64Array:
+def _choose_view_up(options: Namespace) -> Float64Array:
     """Return the direction (3,) that is up in the picture."""
     up: Float64Array = options.up if options.camera_view_up is None else options.camera_view_up
     return up

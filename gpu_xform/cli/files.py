@@ -13,7 +13,7 @@ from .._core.atomic_files import atomic_write
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from .paths import STDIO, file_type
-from .streams import binary_stream, name_file_in_errors
+from .streams import get_binary_stream, name_file_in_errors
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -23,7 +23,7 @@ def read_mesh(path: str, declared_type: str | None) -> Mesh:
     """Read the mesh in `path`."""
     from ..formats import load_mesh
 
-    return load_mesh(binary_stream("stdin") if path == STDIO else path, file_type=file_type(path, declared_type))
+    return load_mesh(get_binary_stream("stdin") if path == STDIO else path, file_type=file_type(path, declared_type))
 
 
 def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:
@@ -31,7 +31,7 @@ def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:
     from ..formats import save_mesh
 
     with name_file_in_errors(path):
-        save_mesh(mesh, binary_stream("stdout") if path == STDIO else path, file_type=file_type)
+        save_mesh(mesh, get_binary_stream("stdout") if path == STDIO else path, file_type=file_type)
 
 
 def read_matrix_stack(path: str, count: str) -> npt.NDArray[Any]:
@@ -45,7 +45,7 @@ def read_matrix_stack(path: str, count: str) -> npt.NDArray[Any]:
 def read_array(path: str) -> npt.NDArray[Any]:
     """Read the array in an .npy file."""
     try:
-        return npy.read_array(binary_stream("stdin").read() if path == STDIO else Path(path).read_bytes())
+        return npy.read_array(get_binary_stream("stdin").read() if path == STDIO else Path(path).read_bytes())
     except ValueError as error:
         raise ArgumentError(f"{path}: not an .npy file of numbers: {error}") from None
     except MemoryError as error:
@@ -95,7 +95,7 @@ def _encode(picture: "Image | str | bytes") -> bytes:
 def _open_output(path: str) -> Iterator[BinaryIO]:
     with name_file_in_errors(path):
         if path == STDIO:
-            yield binary_stream("stdout")
+            yield get_binary_stream("stdout")
         else:
             with atomic_write(path) as file:
                 yield file

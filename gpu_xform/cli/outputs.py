@@ -76,16 +76,16 @@ def _require_distinct_paths(pictures: Sequence[PlannedPicture]) -> None:
     owners: dict[str, str] = {}
     for picture in pictures:
         for path in picture.written_paths:
-            location = _real_location(path)
+            location = _resolve_location(path)
             if location in owners:
                 raise ArgumentError(
                     f"{path}: two pictures would be written there, of {owners[location]} and of {picture.name}"
                 )
             owners[location] = picture.name
     for picture in pictures:
-        if picture.reference is not None and _real_location(picture.reference) in owners:
+        if picture.reference is not None and _resolve_location(picture.reference) in owners:
             raise ArgumentError(f"{picture.reference}: a picture must not overwrite a reference")
 
 
-def _real_location(path: str) -> str:
+def _resolve_location(path: str) -> str:
     return os.path.normcase(os.path.realpath(path))

@@ -1,40 +1,24 @@
 """Layers from model files and style options."""
 
-import contextlib
 from argparse import Namespace
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._core.arguments import as_real_array, as_square_matrices
-from .._core.error_context import prefixed
 from .._core.types import Float64Array
-from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from . import files
 from .argument_types import AXES
-from .arguments_from_options import compose_transforms, style_arguments
+from .arguments_from_options import collect_style_arguments, compose_transforms
 from .path_templates import Template
-from .paths import describe_files, expand_globs
+from .paths import expand_globs
 
 if TYPE_CHECKING:
     from ..drawing.layer import Layer
-
-# The options behind arguments of the library that the library alone can check.
-OPTIONS_OF_ARGUMENTS = {
-    "background": "--no-background",
-    "edge_colors": "--edge-colors",
-    "edges": "--edges",
-    "face_colors": "--face-colors",
-    "fill": "--fill",
-    "fps": "--fps",
-    "path": "-o",
-    "scalars": "--scalars",
-    "size": "--resolution",
-    "vertex_colors": "--vertex-colors",
-}
 
 
 def read_layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
@@ -45,30 +29,12 @@ def read_layers(options: Namespace, paths: Sequence[str], world_from_model: Floa
     return layers
 
 
-@contextlib.contextmanager
-def name_options_in_errors(options: Namespace, paths: Sequence[str]) -> Iterator[None]:
-    """Prefix errors about models with the names of their files, and errors about arguments with the options.
-
-    With --layer, errors name their model already.
-    """
-    try:
-        yield
-    except MeshError as error:
-        if options.extra_layers:
-            raise
-        raise prefixed(error, describe_files(paths)) from error.__cause__
-    except (ArgumentError, ArgumentTypeError) as error:
-        if error.argument not in OPTIONS_OF_ARGUMENTS:
-            raise
-        raise prefixed(error, OPTIONS_OF_ARGUMENTS[error.argument]) from error.__cause__
-
-
 def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
     """Read a layer per model; the limits of scalars are those of all models together."""
     from ..drawing.layer import Layer
 
     meshes = [files.read_mesh(path, options.file_type) for path in paths]
-    typed = style_arguments(options)
+    typed = collect_style_arguments(options)
     source, instances = typed.pop("scalars", None), typed.pop("instances", None)
     styles = [
         {name: _read_value(value, path) for name, value in typed.items()} | {"name": Path(path).stem} for path in paths
@@ -79,7 +45,7 @@ def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Flo
         )
     if source is not None:
         scalars = [_read_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
-        limits = _finite_limits(np.concatenate(scalars))
+        limits = _find_finite_limits(np.concatenate(scalars))
         styles = [{"clim": limits, **style, "scalars": values} for style, values in zip(styles, scalars, strict=True)]
     return [Layer(mesh, **style) for mesh, style in zip(meshes, styles, strict=True)]
 
@@ -125,6 +91,6 @@ def _read_scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array
     return scalars
 
 
-def _finite_limits(scalars: Float64Array) -> tuple[float, float] | None:
+def _find_finite_limits(scalars: Float64Array) -> tuple[float, float] | None:
     finite = scalars[np.isfinite(scalars)]
     return (float(finite.min()), float(finite.max())) if len(finite) else None

@@ -13,7 +13,7 @@ from .paths import STDIO
 def print_stdout(text: str) -> None:
     """Print to standard output; characters that its encoding lacks, as in an adapter's name, become escapes."""
     with name_file_in_errors(STDIO):
-        binary_stream("stdout")
+        get_binary_stream("stdout")
         encoding = sys.stdout.encoding or "utf-8"
         sys.stdout.write(text.encode(encoding, "backslashreplace").decode(encoding))
         sys.stdout.flush()
@@ -35,7 +35,7 @@ def discard_stdout() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
-def binary_stream(name: str) -> BinaryIO:
+def get_binary_stream(name: str) -> BinaryIO:
     """Return the bytes of `sys.stdin` or `sys.stdout`; raise `OSError` if the process has none."""
     text = getattr(sys, name)
     if text is None:

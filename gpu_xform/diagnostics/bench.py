@@ -101,7 +101,7 @@ def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) ->
             "download": lambda: transform_kernel.read_results(plan, buffer, out[None]),
             "copyto": lambda: np.copyto(out, points),
         }
-        | _numpy_idioms(points, matrix, out)
+        | _make_numpy_idioms(points, matrix, out)
     )
     best_numpy = min(value for name, value in seconds.items() if name.startswith("NumPy"))
     return Timing(
@@ -140,7 +140,7 @@ def _time_kernels(
     return kernel, copy
 
 
-def _numpy_idioms(
+def _make_numpy_idioms(
     points: npt.NDArray[Any], matrix: npt.NDArray[np.float64], out: npt.NDArray[Any]
 ) -> dict[str, Callable[[], object]]:
     linear, offset = np.ascontiguousarray(matrix[:3, :3].T, points.dtype), matrix[:3, 3].astype(points.dtype)

@@ -8,10 +8,16 @@ from ...errors import ArgumentError, SizeWarning
 from .. import argument_types as types
 from .. import files
 from .. import options as groups
-from ..arguments_from_options import choose_device, compose_transforms, picture_arguments, require_drawing_options
+from ..arguments_from_options import (
+    choose_device,
+    collect_picture_arguments,
+    compose_transforms,
+    require_drawing_options,
+)
 from ..layer_option import parse_layer
+from ..option_errors import name_options_in_errors
 from ..paths import expand_globs
-from ..read_layers import name_options_in_errors, read_layers
+from ..read_layers import read_layers
 
 DEFAULT_FRAMES = 100
 
@@ -82,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
 
     paths = expand_globs(options.models)
     layers = read_layers(options, paths, compose_transforms(options))
-    arguments = picture_arguments(options, layers, choose_device(options)) | {"fps": options.fps}
+    arguments = collect_picture_arguments(options, layers, choose_device(options)) | {"fps": options.fps}
     with warnings.catch_warnings(record=True) as caught, name_options_in_errors(options, paths):
         warnings.simplefilter("always", SizeWarning)
         if options.matrices is None:

@@ -10,12 +10,18 @@ from ..._core.types import Float64Array
 from .. import argument_types as types
 from .. import exit_codes, files, references
 from .. import options as groups
-from ..arguments_from_options import choose_device, compose_transforms, picture_arguments, require_drawing_options
+from ..arguments_from_options import (
+    choose_device,
+    collect_picture_arguments,
+    compose_transforms,
+    require_drawing_options,
+)
 from ..exit_codes import DEVICE_FAILED, MISMATCH, NO_ADAPTER, WRONG_INPUT
 from ..layer_option import parse_layer
+from ..option_errors import name_options_in_errors
 from ..outputs import PlannedPicture, plan_outputs
 from ..paths import expand_globs
-from ..read_layers import name_options_in_errors, read_layers
+from ..read_layers import read_layers
 
 if TYPE_CHECKING:
     from ...gpu.device import Device
@@ -172,7 +178,7 @@ def _draw(
     """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
     layers = read_layers(options, picture.models, world_from_model)
     with name_options_in_errors(options, picture.models):
-        return _find_renderer(picture.file_type)(layers, **picture_arguments(options, layers, device))
+        return _find_renderer(picture.file_type)(layers, **collect_picture_arguments(options, layers, device))
 
 
 def _find_renderer(file_type: str) -> Callable[..., Any]:

@@ -4,10 +4,16 @@ import argparse
 
 from ...viewer.key_bindings import HELP
 from .. import options as groups
-from ..arguments_from_options import choose_device, compose_transforms, picture_arguments, require_drawing_options
+from ..arguments_from_options import (
+    choose_device,
+    collect_picture_arguments,
+    compose_transforms,
+    require_drawing_options,
+)
 from ..layer_option import parse_layer
+from ..option_errors import name_options_in_errors
 from ..paths import expand_globs
-from ..read_layers import name_options_in_errors, read_layers
+from ..read_layers import read_layers
 
 KEYS = "".join(f"  {key:<19}{effect}\n" for key, effect in HELP)
 
@@ -45,6 +51,6 @@ def run(options: argparse.Namespace) -> int:
         view(
             layers,
             up=options.up if options.camera_view_up is None else None,
-            **picture_arguments(options, layers, choose_device(options)),
+            **collect_picture_arguments(options, layers, choose_device(options)),
         )
     return 0

@@ -1,0 +1,41 @@
+"""Errors of the library, with the files and the options that they are about."""
+
+import contextlib
+from argparse import Namespace
+from collections.abc import Iterator, Sequence
+
+from .._core.error_context import prefixed
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from .paths import describe_files
+
+# The options behind arguments of the library that the library alone can check.
+OPTIONS_OF_ARGUMENTS = {
+    "background": "--no-background",
+    "edge_colors": "--edge-colors",
+    "edges": "--edges",
+    "face_colors": "--face-colors",
+    "fill": "--fill",
+    "fps": "--fps",
+    "path": "-o",
+    "scalars": "--scalars",
+    "size": "--resolution",
+    "vertex_colors": "--vertex-colors",
+}
+
+
+@contextlib.contextmanager
+def name_options_in_errors(options: Namespace, paths: Sequence[str]) -> Iterator[None]:
+    """Prefix errors about models with the names of their files, and errors about arguments with the options.
+
+    With --layer, errors name their model already.
+    """
+    try:
+        yield
+    except MeshError as error:
+        if options.extra_layers:
+            raise
+        raise prefixed(error, describe_files(paths)) from error.__cause__
+    except (ArgumentError, ArgumentTypeError) as error:
+        if error.argument not in OPTIONS_OF_ARGUMENTS:
+            raise
+        raise prefixed(error, OPTIONS_OF_ARGUMENTS[error.argument]) from error.__cause__
