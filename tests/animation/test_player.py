@@ -47,7 +47,7 @@ def canvas(browser: Browser) -> npt.NDArray[np.uint8]:
     return browser.screenshot()[top : top + height, left : left + width]
 
 
-def drawn(animation: gx.Animation, k: int) -> npt.NDArray[np.uint8]:
+def draw(animation: gx.Animation, k: int) -> npt.NDArray[np.uint8]:
     return np.asarray(animation.frame(k), np.uint8)
 
 
@@ -56,7 +56,7 @@ def press(browser: Browser, *keys: str, on: str = "body") -> None:
 
 
 def test_it_begins_with_the_first_frame_at_rest(player: Browser, animation: gx.Animation) -> None:
-    assert np.array_equal(canvas(player), drawn(animation, 0))
+    assert np.array_equal(canvas(player), draw(animation, 0))
     assert not player.evaluate(PLAYING)
     assert player.evaluate("document.getElementById('number').textContent").split() == ["1", "/", "12"]
     assert player.console_messages() == []
@@ -72,7 +72,7 @@ def test_a_click_on_play_changes_the_picture_until_the_next(player: Browser, ani
     shown = player.evaluate(SHOWN)
     after = canvas(player)
     assert not np.array_equal(after, before)
-    assert np.array_equal(after, drawn(animation, shown))
+    assert np.array_equal(after, draw(animation, shown))
     player.driver.execute_async_script("setTimeout(arguments[0], 300)")
     assert player.evaluate(SHOWN) == shown
     assert player.console_messages() == []
@@ -82,7 +82,7 @@ def test_every_frame_is_there_to_the_last_bit(player: Browser, animation: gx.Ani
     for k in range(1, N_FRAMES):
         player.click("#forward")
         player.wait_for(f"{SHOWN} === {k}")
-        assert np.array_equal(canvas(player), drawn(animation, k))
+        assert np.array_equal(canvas(player), draw(animation, k))
 
 
 def test_steps_go_round_and_stop_it(player: Browser) -> None:
@@ -101,7 +101,7 @@ def test_steps_go_round_and_stop_it(player: Browser) -> None:
 def test_the_slider_shows_the_frame_that_it_is_moved_to(player: Browser, animation: gx.Animation) -> None:
     press(player, Keys.END, on="#slider")
     player.wait_for(f"{SHOWN} === {N_FRAMES - 1}")
-    assert np.array_equal(canvas(player), drawn(animation, -1))
+    assert np.array_equal(canvas(player), draw(animation, -1))
     press(player, Keys.ARROW_LEFT, Keys.ARROW_LEFT, on="#slider")
     player.wait_for(f"{SHOWN} === {N_FRAMES - 3}")
     assert player.evaluate("document.getElementById('slider').getAttribute('aria-valuetext')") == "frame 10 of 12"
@@ -179,7 +179,7 @@ def test_transparent_pictures_let_the_page_through(browser: Browser, tmp_path: P
     browser.click("#forward")
     browser.wait_for(f"{SHOWN} === 1")
     pixels = canvas(browser)
-    alpha = drawn(thin, 1)[..., 3]
+    alpha = draw(thin, 1)[..., 3]
     assert (pixels[alpha == 0] == (0, 128, 0, 255)).all()
     assert (pixels[alpha == 255] == (0, 0, 0, 255)).all()
     assert (alpha == 255).any()
@@ -229,9 +229,9 @@ def test_a_notebook_shows_several_apart(browser: Browser, animation: gx.Animatio
     pixels = browser.screenshot()
     left, top = round(frames[0].rect["x"]), round(frames[0].rect["y"])
     assert frames[0].rect["width"] == 480
-    assert np.array_equal(pixels[top : top + 150, left + 140 : left + 340], drawn(animation, 0))
+    assert np.array_equal(pixels[top : top + 150, left + 140 : left + 340], draw(animation, 0))
     left, top = round(frames[1].rect["x"]), round(frames[1].rect["y"])
-    assert np.array_equal(pixels[top : top + 100, left + 90 : left + 390], drawn(other, 1))
+    assert np.array_equal(pixels[top : top + 100, left + 90 : left + 390], draw(other, 1))
     assert browser.console_messages() == []
 
 

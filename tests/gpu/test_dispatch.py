@@ -23,7 +23,7 @@ LOOKS: list[dict[str, Any]] = [
 ]
 
 
-def drawn(device: Device, **look: Any) -> bytes:
+def draw(device: Device, **look: Any) -> bytes:
     """Return the pixels of a cube."""
     return gx.render_array(samples.cube(), device=device, **{"camera": CAMERA, "size": (64, 48), **look}).tobytes()
 
@@ -61,17 +61,17 @@ def test_pictures_are_the_same_whatever_was_bound_and_sent_before(device: Device
         expected = []
         for look in LOOKS:
             fresh.bind_groups.clear()
-            expected.append(drawn(fresh, **look))
+            expected.append(draw(fresh, **look))
     for order in np.random.default_rng(1).permuted(np.tile(np.arange(len(LOOKS)), (4, 1)), axis=1):
         for k in order.tolist():
-            assert drawn(device, **LOOKS[k]) == expected[k]
+            assert draw(device, **LOOKS[k]) == expected[k]
 
 
 def test_no_more_than_a_number_of_groups_is_kept(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    expected = [drawn(device, **look) for look in LOOKS]
+    expected = [draw(device, **look) for look in LOOKS]
     device.bind_groups.clear()
     monkeypatch.setattr(dispatch, "MAX_BIND_GROUPS", 3)
-    assert [drawn(device, **look) for look in LOOKS] == expected
+    assert [draw(device, **look) for look in LOOKS] == expected
     assert len(device.bind_groups) == 3
 
 

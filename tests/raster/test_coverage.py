@@ -25,7 +25,7 @@ def lines(line_width: float) -> tuple[Array, Array]:
     return middles - halves, middles + halves
 
 
-def drawn(a: Array, b: Array, line_width: float) -> Array:
+def draw(a: Array, b: Array, line_width: float) -> Array:
     """Draw each line in a cell of its own; return the cells' alpha (k, CELL, CELL) from 0 to 1."""
     side = CELLS_A_SIDE * CELL
     corners = CELL * np.array([(i % CELLS_A_SIDE, i // CELLS_A_SIDE) for i in range(len(a))])
@@ -48,7 +48,7 @@ def test_every_pixel_is_lit_by_how_much_of_it_the_line_covers(line_width: float)
     starts, ends = lines(line_width)
     pixel_y, pixel_x = np.mgrid[:CELL, :CELL] + 0.5
     errors_beside, errors_at_ends = [], []
-    for a, b, got in zip(starts, ends, drawn(starts, ends, line_width), strict=True):
+    for a, b, got in zip(starts, ends, draw(starts, ends, line_width), strict=True):
         exact = capsule_areas(a, b, line_width, (CELL, CELL))
         error = np.abs(got - exact)
         length = float(np.hypot(*(b - a)))
@@ -71,18 +71,18 @@ def test_every_pixel_is_lit_by_how_much_of_it_the_line_covers(line_width: float)
 def test_the_ink_of_a_line_is_its_area(line_width: float, angle: float) -> None:
     half = 20.0 * np.array([np.cos(angle), np.sin(angle)])
     middle = np.array([24.3, 23.6])
-    ink = drawn((middle - half)[np.newaxis], (middle + half)[np.newaxis], line_width)[0].sum()
+    ink = draw((middle - half)[np.newaxis], (middle + half)[np.newaxis], line_width)[0].sum()
     area = 40.0 * line_width + np.pi / 4 * line_width**2
     assert abs(ink - area) <= 0.02 * area + 0.2  # the second term: eight bits a pixel
 
 
 def test_a_line_without_length_is_a_round_dot() -> None:
     center = np.array([20.2, 27.7])
-    dot = drawn(center[np.newaxis], center[np.newaxis], 10.0)[0]
+    dot = draw(center[np.newaxis], center[np.newaxis], 10.0)[0]
     assert abs(dot.sum() - np.pi * 25) < 0.5
     assert np.abs(dot - capsule_areas(center, center, 10.0, (CELL, CELL))).max() <= 16 / 255
 
 
 def test_a_line_looks_the_same_from_both_ends() -> None:
     starts, ends = lines(1.5)
-    assert np.abs(drawn(starts, ends, 1.5) - drawn(ends, starts, 1.5)).max() <= 2 / 255
+    assert np.abs(draw(starts, ends, 1.5) - draw(ends, starts, 1.5)).max() <= 2 / 255

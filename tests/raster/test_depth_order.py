@@ -29,7 +29,7 @@ CAMERAS = {
 }
 
 
-def drawn(
+def draw(
     mesh: Mesh, colors: list[tuple[int, int, int, int]], camera: Camera | None, by: str = "edge", **style: Any
 ) -> npt.NDArray[np.uint8]:
     """Draw a mesh whose edges share no point, in a colour an edge (0 to 255)."""
@@ -51,7 +51,7 @@ def cross(z: float) -> Mesh:
 @pytest.mark.parametrize("z", [-0.4, 0.3])
 def test_of_two_lines_that_cross_the_nearer_lies_over_the_other(style: str, camera: str, z: float) -> None:
     for order in ([RED, BLUE], [BLUE, RED]):
-        picture = drawn(cross(z), order, CAMERAS[camera], **STYLES[style])
+        picture = draw(cross(z), order, CAMERAS[camera], **STYLES[style])
         assert tuple(picture[50, 50]) == order[z > 0]
         assert tuple(picture[50, 20]) == order[0]
         assert tuple(picture[20, 50]) == order[1]
@@ -61,7 +61,7 @@ def test_of_two_lines_that_cross_the_nearer_lies_over_the_other(style: str, came
 def test_a_line_may_pass_before_one_and_behind_another(style: str) -> None:
     points = [(-1, 0, -0.5), (1, 0, 0.5), (-0.6, -1, 0), (-0.6, 1, 0), (0.6, -1, 0), (0.6, 1, 0)]
     mesh = Mesh(points, [(0, 1), (2, 3), (4, 5)])
-    picture = drawn(mesh, [RED, BLUE, BLUE], CAMERAS["parallel"], **STYLES[style])
+    picture = draw(mesh, [RED, BLUE, BLUE], CAMERAS["parallel"], **STYLES[style])
     left, right = (round(50.5 + side * 0.6 * 50.5 / (5 * np.tan(np.pi / 12)) - 0.5) for side in (-1, 1))
     assert tuple(picture[50, left]) == BLUE
     assert tuple(picture[50, right]) == RED
@@ -69,7 +69,7 @@ def test_a_line_may_pass_before_one_and_behind_another(style: str) -> None:
 
 @pytest.mark.parametrize("style", STYLES)
 def test_at_one_distance_the_later_line_lies_over_the_other(style: str) -> None:
-    picture = drawn(cross(0.0), [RED, BLUE], CAMERAS["parallel"], **STYLES[style])
+    picture = draw(cross(0.0), [RED, BLUE], CAMERAS["parallel"], **STYLES[style])
     assert tuple(picture[50, 50]) == BLUE
 
 

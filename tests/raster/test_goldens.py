@@ -76,14 +76,14 @@ STYLED: dict[str, tuple[Any, dict[str, Any]]] = {
 ALL: dict[str, tuple[Any, dict[str, Any]]] = {**PICTURES, **STYLED}
 
 
-def drawn(name: str, mesh: Mesh | None = None) -> Pixels:
+def draw(name: str, mesh: Mesh | None = None) -> Pixels:
     own, style = ALL[name]
     return gx.render_array(mesh or own, size=SIZE, **style)
 
 
 @pytest.mark.parametrize("name", ALL)
 def test_the_picture_is_the_golden_one(name: str, assert_golden: Callable[[Pixels, str], None]) -> None:
-    assert_golden(drawn(name), name)
+    assert_golden(draw(name), name)
 
 
 def test_every_golden_is_still_drawn() -> None:
@@ -120,7 +120,7 @@ CHANGES: dict[str, Callable[[Pixels], Pixels]] = {
 @pytest.mark.parametrize("change", CHANGES)
 @pytest.mark.parametrize("name", ALL)
 def test_a_changed_picture_fails(name: str, change: str, goldens: Goldens) -> None:
-    picture = drawn(name)
+    picture = draw(name)
     keep(goldens, picture)
     goldens.check(picture, "picture")
     with pytest.raises(AssertionError, match=r"^picture\.png differs by more than 1/255 in \d+ pixels of 43200, "):
@@ -133,14 +133,14 @@ def test_a_changed_picture_fails(name: str, change: str, goldens: Goldens) -> No
 def test_a_lost_edge_fails(name: str, lost: int, goldens: Goldens) -> None:
     mesh, _ = PICTURES[name]
     lost_last = np.roll(mesh.edges, -lost - 1, axis=0)  # the colours of the others stay
-    keep(goldens, drawn(name, Mesh(mesh.positions, lost_last)))
+    keep(goldens, draw(name, Mesh(mesh.positions, lost_last)))
     with pytest.raises(AssertionError, match=r"^picture\.png differs by more than 1/255 in "):
-        goldens.check(drawn(name, Mesh(mesh.positions, lost_last[:-1])), "picture")
+        goldens.check(draw(name, Mesh(mesh.positions, lost_last[:-1])), "picture")
 
 
 @pytest.mark.parametrize("name", PICTURES)
 def test_a_picture_that_is_rounded_otherwise_everywhere_passes(name: str, goldens: Goldens) -> None:
-    picture = drawn(name)
+    picture = draw(name)
     keep(goldens, picture)
     noise = np.random.default_rng(0).integers(-1, 2, picture.shape)
     other = np.clip(picture + noise, 0, 255).astype(np.uint8)
@@ -171,7 +171,7 @@ def test_a_change_too_faint_to_see_but_everywhere_fails(goldens: Goldens) -> Non
 
 
 def test_a_missing_golden_fails_and_another_size_does(goldens: Goldens) -> None:
-    picture = drawn("cube_in_thin_lines")
+    picture = draw("cube_in_thin_lines")
     with pytest.raises(AssertionError, match=r"^there is no golden picture\.png\. "):
         goldens.check(picture, "picture")
     assert (np.asarray(Image.open(goldens.output / "picture.actual.png")) == picture).all()
@@ -222,7 +222,7 @@ def test_failures_of_the_suite_go_where_git_ignores_them_and_ci_keeps_them(suite
 
 
 def test_updating_writes_only_what_differs_and_only_at_home(goldens: Goldens) -> None:
-    picture = drawn("cube_in_thin_lines")
+    picture = draw("cube_in_thin_lines")
     keep(goldens, picture)
     file = goldens.folder / "picture.png"
     before = file.read_bytes()

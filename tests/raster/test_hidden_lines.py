@@ -13,7 +13,7 @@ from gpu_xform.vector.edge_visibility import split_edges_by_visibility
 from tests.support.projection import clip_to_pixels
 from tests.support.reference_visibility import MIN_PART, clip_to_view, visible_intervals
 from tests.support.solids import (
-    centered,
+    center,
     concatenate,
     interlocking,
     l_prism,
@@ -193,11 +193,11 @@ SAMPLES = {
     "snub dodecahedron": samples.snub_dodecahedron(),
     "icosphere": samples.icosphere(3),
     "torus": samples.torus(24, 13),
-    "L": centered(l_prism()),
-    "star": centered(star_prism()),
+    "L": center(l_prism()),
+    "star": center(star_prism()),
     "boxes": concatenate(*interlocking()),
     "plates": thin_plates(),
-    "stairs": centered(staircase(), 0.5),
+    "stairs": center(staircase(), 0.5),
 }
 DEGREE = np.pi / 180
 

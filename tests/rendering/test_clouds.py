@@ -26,7 +26,7 @@ class Foreign:
         return np.array(self.array, dtype, copy=copy)
 
 
-def drawn(model: Any, **style: Any) -> npt.NDArray[np.uint8]:
+def draw(model: Any, **style: Any) -> npt.NDArray[np.uint8]:
     return gx.render_array(model, size=SIZE, **style)
 
 
@@ -43,15 +43,15 @@ def drawn(model: Any, **style: Any) -> npt.NDArray[np.uint8]:
 )
 def test_an_array_is_drawn_as_the_mesh_of_its_points(array: Any) -> None:
     style: dict[str, Any] = {"scalars": POINTS[:, 2], "transform": gx.rotate_y(0.5), "point_size": 3.0}
-    expected = drawn(gx.Mesh(POINTS), **style)
+    expected = draw(gx.Mesh(POINTS), **style)
     assert (expected[..., :3] < 200).any()
-    assert np.array_equal(drawn(array, **style), expected)
-    assert np.array_equal(drawn(gx.Layer(array, **style)), expected)
+    assert np.array_equal(draw(array, **style), expected)
+    assert np.array_equal(draw(gx.Layer(array, **style)), expected)
 
 
 def test_integers_and_single_precision_are_points_too() -> None:
     for points in (np.arange(30).reshape(10, 3) % 7, POINTS.astype(np.float32)):
-        assert np.array_equal(drawn(points), drawn(gx.Mesh(points.astype(np.float64))))
+        assert np.array_equal(draw(points), draw(gx.Mesh(points.astype(np.float64))))
 
 
 def test_a_layer_makes_one_mesh_of_its_array_and_keeps_it() -> None:
@@ -63,8 +63,8 @@ def test_a_layer_makes_one_mesh_of_its_array_and_keeps_it() -> None:
 
 def test_an_array_stands_among_other_models() -> None:
     cloud, cube = gx.Mesh(POINTS), gx.samples.cube()
-    assert np.array_equal(drawn([POINTS, cube]), drawn([cloud, cube]))
-    assert np.array_equal(drawn([POINTS, POINTS + 1]), drawn([cloud, gx.Mesh(POINTS + 1)]))
+    assert np.array_equal(draw([POINTS, cube]), draw([cloud, cube]))
+    assert np.array_equal(draw([POINTS, POINTS + 1]), draw([cloud, gx.Mesh(POINTS + 1)]))
     assert gx.render_svg(POINTS, size=SIZE) == gx.render_svg(cloud, size=SIZE)
 
 
@@ -78,7 +78,7 @@ def test_a_scene_shows_an_array_that_its_nodes_share() -> None:
     shown = scene(POINTS)
     assert len(shown.layers()) == 1
     assert repr(shown).splitlines()[1:] == ["  'left': <array (40, 3)>", "  'right': <array (40, 3)>"]
-    assert np.array_equal(drawn(shown), drawn(scene(gx.Mesh(POINTS))))
+    assert np.array_equal(draw(shown), draw(scene(gx.Mesh(POINTS))))
     moves: Any = [{"right": gx.translate(k, 0, 0)} for k in range(2)]
     moving = gx.animate(shown, moves, size=SIZE)
     expected = gx.animate(scene(gx.Mesh(POINTS)), moves, size=SIZE)
@@ -119,7 +119,7 @@ def test_an_array_that_is_no_cloud_is_refused(array: Any, error: type[Exception]
 
 def test_a_text_of_numpys_own_is_a_path_still(tmp_path: Path) -> None:
     gx.save_mesh(gx.Mesh(POINTS), tmp_path / "cloud.npy")
-    assert np.array_equal(drawn(np.str_(tmp_path / "cloud.npy")), drawn(POINTS))
+    assert np.array_equal(draw(np.str_(tmp_path / "cloud.npy")), draw(POINTS))
 
 
 def test_the_command_draws_and_converts_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -127,7 +127,7 @@ def test_the_command_draws_and_converts_arrays(tmp_path: Path, monkeypatch: pyte
     np.save("cloud.npy", POINTS)
     assert main(["render", "cloud.npy", "-o", "cloud.png", "--scalars", "z", "--resolution", "60x50"]) == 0
     with Image.open("cloud.png") as picture:
-        assert np.array_equal(np.asarray(picture), drawn(POINTS, scalars=POINTS[:, 2]))
+        assert np.array_equal(np.asarray(picture), draw(POINTS, scalars=POINTS[:, 2]))
     steps = ["--scale", "2", "--translate", "1,2,3"]
     assert main(["transform", "cloud.npy", "moved.ply", *steps]) == 0
     assert main(["transform", "cloud.npy", "moved.npy", *steps]) == 0

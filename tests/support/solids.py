@@ -64,7 +64,7 @@ def staircase(n: int = 5) -> Mesh:
     return prism(outline, 2.2)
 
 
-def centered(mesh: Mesh, size: float = 1.0) -> Mesh:
+def center(mesh: Mesh, size: float = 1.0) -> Mesh:
     """Return a mesh scaled, with the centre of its bounds at 0."""
     return mesh.transformed(chain(translate(*-mesh.center), scale(size)))
 

@@ -24,7 +24,7 @@ from gpu_xform import (
 from gpu_xform.geometry.edges import edge_faces, face_normals
 from tests.support.projection import clip_to_pixels
 from tests.support.reference_visibility import MIN_PART, clip_to_view, gaps, visible_intervals
-from tests.support.solids import box, centered, concatenate, interlocking, l_prism, staircase, star_prism, thin_plates
+from tests.support.solids import box, center, concatenate, interlocking, l_prism, staircase, star_prism, thin_plates
 from tests.support.types import Array
 
 FROM_ABOVE = orthographic(-10, 10, -10, 10, -10, 10)  # the xy-plane, seen against z
@@ -228,11 +228,11 @@ def assert_as_rays_say(mesh: Mesh, eye: Array, *, orthographic_view: bool, near:
 
 EYES = {"askew": (4.1, 2.7, 5.3), "below": (-1.3, -4.9, 3.1), "grazing": (6.0, 0.06, 0.11), "close": (1.3, 0.9, 1.2)}
 CONCAVE = {
-    "L": centered(l_prism()),
+    "L": center(l_prism()),
     "star": star_prism(),
     "boxes": concatenate(*interlocking()),
     "plates": thin_plates(),
-    "stairs": centered(staircase(), 0.5),
+    "stairs": center(staircase(), 0.5),
     "torus": samples.torus(13, 8),
     "house in a box": concatenate(samples.house(), box((0.2, -0.4, -2), (0.6, 0.3, 2))),
 }

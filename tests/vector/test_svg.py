@@ -44,7 +44,7 @@ def lines(path: ET.Element) -> list[list[tuple[float, float]]]:
     return [list(zip(line[::2], line[1::2], strict=True)) for line in numbers]
 
 
-def drawn(element: ET.Element) -> npt.NDArray[np.float64]:
+def find_segments(element: ET.Element) -> npt.NDArray[np.float64]:
     """Return the segments of all paths, sorted, whichever way they run."""
     segments = [sorted(pair) for path in element for line in lines(path) for pair in pairwise(line)]
     return np.array(sorted(segments)).reshape(-1, 4)
@@ -81,7 +81,7 @@ def test_every_segment_is_there_to_a_hundredth_of_a_pixel(
         groups = root.findall(f".//{SVG}g[@class='{name}']")
         assert len(groups) == (len(expected) > 0)
         for element in groups:
-            np.testing.assert_array_equal(drawn(element), np.array(expected).reshape(-1, 4))
+            np.testing.assert_array_equal(find_segments(element), np.array(expected).reshape(-1, 4))
 
 
 def test_styles_are_on_the_groups() -> None:
