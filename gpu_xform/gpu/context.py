@@ -87,18 +87,18 @@ class CommandEncoder:
         """Fill the first `n_bytes` of `buffer` with zeros."""
         self.handle.clear_buffer(buffer.handle, 0, n_bytes)
 
-    def begin_compute_pass(self, label: str) -> wgpu.GPUComputePassEncoder:
+    def begin_compute_pass(self) -> wgpu.GPUComputePassEncoder:
         """Return wgpu's encoder of one pass; `end_compute_pass` takes it back."""
         writes = None
         for observer in self._context.observers:
             writes = writes or observer.timestamp_writes()
-        return self.handle.begin_compute_pass(label=label, timestamp_writes=writes)
+        return self.handle.begin_compute_pass(timestamp_writes=writes)
 
-    def end_compute_pass(self, compute: wgpu.GPUComputePassEncoder) -> None:
-        """End a pass of one dispatch."""
+    def end_compute_pass(self, compute: wgpu.GPUComputePassEncoder, label: str) -> None:
+        """End a pass of one dispatch; `label` is its pipeline's."""
         compute.end()
         for observer in self._context.observers:
-            observer.end_dispatch(self, compute.label)
+            observer.end_dispatch(self, label)
 
     def flush(self) -> None:
         """Submit what has been encoded so far: for observers, which may split a submission."""
@@ -113,7 +113,7 @@ class CommandEncoder:
         for buffer in self._used:
             buffer.require_submittable(self._context)
         with translate_wgpu_errors("record the commands", self._label, *[each.label for each in self._used]):
-            commands = self.handle.finish(label=self._label)
+            commands = self.handle.finish()
         self._context.handle.queue.submit([commands])
 
 
