@@ -26,19 +26,19 @@ def build_layers(prepared: PreparedFrame) -> list[VectorLayer]:
         prepared.device, draw_list.drawables, prepared.view, _max_span_px, find_visible=len(draw_list.palette) > 0
     )
     layer_of, visible_triangles = {}, {}
-    for number, drawable, visible in zip(draw_list.layer_indices, draw_list.drawables, is_visible, strict=True):
-        layer_of.update({id(lines): number for lines in drawable.lines})
+    for index, drawable, visible in zip(draw_list.layer_indices, draw_list.drawables, is_visible, strict=True):
+        layer_of.update({id(lines): index for lines in drawable.lines})
         if drawable.faces is not None:
-            visible_triangles[number] = visible
+            visible_triangles[index] = visible
     fills = collect_fills(prepared, visible_triangles)
     parts = [fill for instances in fills.values() for fill in instances]
     polygons = sort_fills(parts, background) if parts else None
     is_of_first = list(fills) == [0]
     layers = [] if polygons is None or is_of_first else [_build_layer("faces", 1.0, [], polygons)]
-    for number, (layer, source) in enumerate(zip(prepared.layers, prepared.sources, strict=True)):
-        own = [split for split in splits if layer_of[id(split.batch.lines)] == number]
+    for index, (layer, source) in enumerate(zip(prepared.layers, prepared.sources, strict=True)):
+        own = [split for split in splits if layer_of[id(split.batch.lines)] == index]
         line_width = layer.line_width if layer.antialias else 1.0
-        layers.append(_build_layer(source.name, line_width, own, polygons if is_of_first and number == 0 else None))
+        layers.append(_build_layer(source.name, line_width, own, polygons if is_of_first and index == 0 else None))
     return layers
 
 

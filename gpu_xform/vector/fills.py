@@ -43,8 +43,8 @@ def collect_fills(prepared: PreparedFrame, is_visible: Mapping[int, BoolArray]) 
     view = prepared.view
     if len(prepared.draw_list.palette) == 0:
         return fills
-    for number in sorted(is_visible, key=lambda number: prepared.layers[number].fill is not None):
-        layer, source, depth_cue = prepared.layers[number], prepared.sources[number], prepared.depth_cues[number]
+    for index in sorted(is_visible, key=lambda index: prepared.layers[index].fill is not None):
+        layer, source, depth_cue = prepared.layers[index], prepared.sources[index], prepared.depth_cues[index]
         if layer.fill is not None:
             colors = fill_colors(layer, source.n_faces) * (1.0, 1.0, 1.0, layer.alpha)
         elif prepared.background[3] == 1.0:
@@ -55,9 +55,9 @@ def collect_fills(prepared: PreparedFrame, is_visible: Mapping[int, BoolArray]) 
             continue
         triangulation = cache(source.triangles)
         matrices = view.clip_from_world @ normalize_w(layer.world_from_model)
-        fills[number] = [
+        fills[index] = [
             _fill_instance(source.mesh, triangulation, matrix, view.size, visible, colors, depth_cue)
-            for matrix, visible in zip(matrices, is_visible[number], strict=True)
+            for matrix, visible in zip(matrices, is_visible[index], strict=True)
         ]
     return fills
 
