@@ -11,6 +11,7 @@ from gpu_xform.gpu.context import MAPPABLE, WANTED_FEATURES, GpuContext
 from gpu_xform.gpu.device import Device, default_device
 from tests.support.browser import Browser
 from tests.support.goldens import FAILURES, FOLDER, Goldens, driver_of
+from tests.support.markers import mark_by_fixtures
 from tests.support.types import Pixels
 from tests.support.xvfb import Screen
 
@@ -26,12 +27,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--update-goldens", action="store_true", help="write the golden pictures that differ, and fail")
 
 
-@pytest.hookimpl(tryfirst=True)
+@pytest.hookimpl(tryfirst=True)  # before `-m` selects
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that use the browser or the screen, before `-m` selects."""
-    for item in items:
-        for fixture in {"browser", "screen"}.intersection(getattr(item, "fixturenames", ())):
-            item.add_marker(fixture)
+    mark_by_fixtures(items)
 
 
 @pytest.fixture

@@ -38,7 +38,7 @@ OLD_TEST_MODULES = """
 OLD_PYTHON: dict[str, dict[str, str]] = {
     "class": {
         "": """
-            Clip Drawn Painted Pairs Plan Pool Residents Shape Shaped
+            Ball Clip Drawn Finish Given Look Painted Pairs Plan Pool Residents Shape Shaped
             Shaper Strokes Subject
         """,
         "compute": "Points",
@@ -48,14 +48,14 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "function": {
         "": """
-            about around begun by_face called chained chosen
+            about apply apply_in_place around backdrop begun by_face called chained chosen
             circles clipped computed direction embedded encoded extremes fans finite following further
-            hides hundredths is_cycle kind knotted let_go levels
-            listed looking lost_by_distance matching meant members
-            naming nanoseconds_a_tick needs_distance octets of_circles
-            of_crossing opened outermost outline painted
-            pixel_depth planned posed products reach_through reached related require_one_aim rounded_up saver
-            say scaling shaped staged strays strips taken together turn_up
+            hides hundredths image in_picture is_cycle kind knotted let_go levels
+            listed looking lost_by_distance mapped mapped_once matching max_rows meant members
+            mind_interrupts naming nanoseconds_a_tick needs_distance next_ground octets of_circles
+            of_crossing one_by_one opened other_fill outermost outline packed padded painted picked
+            pixel_depth pixels planned posed products reach_through reached related require_one_aim rounded_up saver
+            say scaling shaped staged staged_once strays strips taken together turn_up
             uninterrupted unpacked unscaled untangled unusual whole_number with_depth
             words
         """,
@@ -65,23 +65,24 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
             downloaded forget is_clear
             meant recording resident strays suits
         """,
-        "gpu": "pixels take",
+        "gpu": "padded pixels take",
         "gpu/buffer_pool.py": "get",
         "raster": "pixels take",
         "vector/painters": "chosen cross",
     },
     "constant": {
         "": """
-            ALIKE AT_ONCE Codes Cue FAR FEW GO_BACK GRID Height NEAR
-            NEARLY NOTHING Octets POINTS_A_PIXEL RIM ROOM UNIT_CORNERS
-
+            ALIKE AT_ONCE Codes Cue FACE_CYCLE FAR FARTHEST FEW GO_BACK GRID Height NEAR
+            NEARLY NOTHING Octets POINTS_A_PIXEL RIM ROOM TURN_A_HEIGHT UNIT_CORNERS
+            ZOOM_A_NOTCH
         """,
+        "compute": "ROWS_AT_ONCE",
         "vector/painters": "FIRST LEVEL SECOND",
     },
     "field": {
         "": """
-            AN_EDGE A_POINT ONE are_dots are_outlines color_places cue
-            holds hull is_clear one_for_each pixel_depth shaped stays strength
+            AN_EDGE AS_IT_IS A_POINT DIVIDED_BY_W NORMALIZED ONE are_dots are_outlines color_places cue
+            ground holds hull is_clear one_for_each picks pixel_depth shaped shares stays strength
 
         """,
         "compute": "n_rows",
@@ -91,8 +92,8 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "parameter": {
         "": """
-            backdrop color_places first_mark further knife knives marks shares stays
-            strength ways_back
+            backdrop color_places first_mark further ground knife knives marks picks shares stays
+            strength way_back ways_back
         """,
         "animation": "after",
         "compute": "n_rows",
@@ -183,7 +184,6 @@ def test_an_old_shader_file_is_gone(stem: str) -> None:
     assert not list(WGSL.rglob(f"{stem}.wgsl"))
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("file", PYTHON_FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
 def test_no_old_name_is_defined_in_python(file: Path) -> None:
     place = file.relative_to(PACKAGE).as_posix()

@@ -110,7 +110,7 @@ def test_shear() -> None:
     np.testing.assert_array_equal(planar.shear(xy=2, yx=3), [[1, 2, 0], [3, 1, 0], [0, 0, 1]])
 
 
-def test_homogeneous_carries_a_matrix_along() -> None:
+def test_homogeneous_embeds_a_matrix() -> None:
     np.testing.assert_array_equal(planar.homogeneous([[1, 2], [3, 4]]), [[1, 2, 0], [3, 4, 0], [0, 0, 1]])
 
 

@@ -1,4 +1,4 @@
-"""What is shipped: the wheel works where the source tree is out of sight, and both archives hold what they should."""
+"""The wheel and the source archive: they hold what they should, and the wheel works without the source tree."""
 
 import json
 import subprocess

@@ -28,7 +28,7 @@ def animation(frame: int) -> Array:
 
 
 @pytest.mark.parametrize("frame", range(100))
-def test_l4_the_animation_turns_by_the_inverse_of_r_y(frame: int) -> None:
+def test_l4_the_animation_rotates_by_the_inverse_of_r_y(frame: int) -> None:
     angle = 2.0 * math.pi * frame / 100.0
     np.testing.assert_allclose(matrices.rotate_y(-angle), matrices.homogeneous(animation(frame)), rtol=0, atol=1e-15)
     np.testing.assert_allclose(
@@ -51,7 +51,7 @@ def test_l5_translation(x: float, y: float, z: float, h: float, k: float, m: flo
     np.testing.assert_array_equal(matrix @ [x, y, z, 1.0], [x + h, y + k, z + m, 1.0])
 
 
-def test_l5_a_3x3_is_carried_along() -> None:
+def test_l5_a_3x3_is_embedded_in_a_4x4() -> None:
     a = np.arange(1.0, 10.0).reshape(3, 3)
     carried = matrices.homogeneous(a)
     np.testing.assert_array_equal(carried @ [2.0, 3.0, 5.0, 1.0], [*(a @ [2.0, 3.0, 5.0]), 1.0])
@@ -116,7 +116,7 @@ def test_l7_eye_image_and_point_lie_on_one_line(x: float, y: float, z: float, d:
     np.testing.assert_allclose(np.cross(to_point, to_seen), 0.0, atol=1e-9 * float(np.linalg.norm(to_seen)))
 
 
-def test_l7_the_cube_animation_composes_perspective_and_turning() -> None:
+def test_l7_the_cube_animation_composes_perspective_and_rotation() -> None:
     frame = 7
     p = np.array([[1.0, 0, 0, 0], [0, 1.0, 0, 0], [0, 0, 0, 0], [0, 0, -1.0 / 8, 1]])
     lecture = p @ matrices.homogeneous(animation(frame))
@@ -124,7 +124,7 @@ def test_l7_the_cube_animation_composes_perspective_and_turning() -> None:
     np.testing.assert_allclose(ours, lecture, rtol=0, atol=1e-15)
 
 
-def test_l8_scale_turn_move() -> None:
+def test_l8_scale_rotate_translate() -> None:
     s, r, t = planar.scale(0.3), planar.rotate(90, degrees=True), planar.translate(-0.5, 2)
     np.testing.assert_array_equal(s, [[0.3, 0, 0], [0, 0.3, 0], [0, 0, 1]])
     np.testing.assert_array_equal(r, [[0, -1, 0], [1, 0, 0], [0, 0, 1]])
@@ -141,7 +141,7 @@ def test_l8_the_triangle_goes_where_the_lecture_draws_it() -> None:
     np.testing.assert_allclose(moved, expected, rtol=0, atol=1e-15)
 
 
-def test_l8_projecting_and_turning_do_not_commute() -> None:
+def test_l8_projecting_and_rotating_do_not_commute() -> None:
     p, r = planar.project_onto((0, 1)), planar.rotate(30, degrees=True)
     c, s = math.cos(math.pi / 6), math.sin(math.pi / 6)
     np.testing.assert_allclose(p @ r, np.array([[c, -s, 0], [0, 0, 0], [0, 0, 1]]), atol=1e-15)

@@ -1,4 +1,4 @@
-"""The homework moves as it says: nothing slips, sinks or leaves its axis."""
+"""The homework's animation: nothing slips, sinks or leaves its axis."""
 
 import importlib.util
 import re
@@ -77,7 +77,7 @@ def test_nothing_sinks_into_the_ground_and_nothing_collides() -> None:
     assert in_world("ground", 0)[:, 1] == pytest.approx(work.GROUND)
 
 
-def test_the_house_turns_once_about_its_own_axis() -> None:
+def test_the_house_rotates_once_about_its_own_axis() -> None:
     axis = np.array([[0, -1, 0, 1], [0, 1, 0, 1]]).T
     first = work.world_from_house(0)
     for frame in FRAMES:

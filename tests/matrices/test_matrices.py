@@ -208,7 +208,7 @@ def test_shear_adds_to_the_first_axis_the_second() -> None:
     np.testing.assert_array_equal(shear(xy=2) @ point(1, 10, 100), (21, 10, 100, 1))
 
 
-def test_homogeneous_carries_a_matrix_along() -> None:
+def test_homogeneous_embeds_a_matrix() -> None:
     np.testing.assert_array_equal(
         homogeneous([[1, 2, 3], [4, 5, 6], [7, 8, 9]]), [[1, 2, 3, 0], [4, 5, 6, 0], [7, 8, 9, 0], [0, 0, 0, 1]]
     )

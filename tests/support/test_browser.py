@@ -1,4 +1,4 @@
-"""The browser of the tests shows what a page paints, pixel by pixel, and does what a hand would."""
+"""The browser of the tests: it shows what a page paints, pixel by pixel, and clicks as a mouse does."""
 
 from pathlib import Path
 

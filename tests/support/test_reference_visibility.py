@@ -109,7 +109,7 @@ def test_parts_are_measured_in_the_picture_and_not_in_space() -> None:
     assert_seen(mesh, (0, 1), eye_at_0, [(0, 0.6), (0.8, 1)])
 
 
-def test_edges_are_cut_at_the_sides_of_the_view() -> None:
+def test_edges_are_clipped_to_the_view() -> None:
     camera = perspective(90, 1, 1, 10)
     mesh = concatenate(
         segment((-30, 0, -6), (3, 0, -6)), segment((0, 0.5, 5), (0, 0.5, -30)), segment((0, 9, -3), (1, 9, -3))
