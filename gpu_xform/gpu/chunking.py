@@ -36,7 +36,7 @@ class DispatchPlan:
         max_components: int = 0,
         max_bytes: int = MAX_PART_BYTES,
     ) -> "DispatchPlan":
-        """DispatchPlan `n_points` of `n_components` numbers: chunks as large as bindings and dispatches may be.
+        """Plan `n_points` of `n_components` numbers: chunks as large as bindings and dispatches may be.
 
         max_components : numbers per point in the widest array that is bound beside the points
         max_bytes : of a chunk
@@ -61,9 +61,9 @@ class DispatchPlan:
         return self.n_components * self.dtype.itemsize
 
     @property
-    def precision(self) -> str:
-        """How the shader files name the number type."""
-        return precision_name(self.dtype)
+    def number_type(self) -> str:
+        """What WGSL files call the number type: "f32" or "f64"."""
+        return name_number_type(self.dtype)
 
     def n_workgroups(self, n_points: int) -> int:
         """Return how many workgroups take `n_points`, four per invocation."""
@@ -72,7 +72,7 @@ class DispatchPlan:
     def pipeline(self, stage: str, **constants: float) -> ComputePipeline:
         """Return the pipeline of `stage` for points of this number type and dimension."""
         constants |= {"workgroup_size": self.workgroup_size, "n_components": self.n_components}
-        return self.device.pipelines.compute(stage, self.precision, **constants)
+        return self.device.pipelines.compute(stage, self.number_type, **constants)
 
     def chunks(self, n_points: int) -> Iterator[slice]:
         """Cut `n_points` into consecutive slices."""
@@ -90,8 +90,8 @@ def count_workgroups(device: Device, n: int) -> int:
     return max(1, min(-(-n // choose_workgroup_size(device)), device.limits.max_workgroups))
 
 
-def precision_name(dtype: np.dtype[Any]) -> str:
-    """Return how the shader files name a number type."""
+def name_number_type(dtype: np.dtype[Any]) -> str:
+    """Return what WGSL files call a number type."""
     return "f64" if dtype == np.float64 else "f32"
 
 

@@ -1,4 +1,4 @@
-"""Stacks of matrices, and matrices that each point picks or blends for itself."""
+"""Stacks of matrices, and matrices that each point indexes or blends for itself."""
 
 from typing import Any
 
@@ -85,7 +85,9 @@ def test_an_empty_stack_gives_an_empty_result() -> None:
 
 
 @given(st.integers(1, 9), st.integers(1, 40), st.sampled_from([2, 3]), st.sampled_from(DTYPES), st.randoms())
-def test_each_point_picks_its_own_matrix(k: int, n: int, columns: int, dtype: npt.DTypeLike, random: Any) -> None:
+def test_each_point_takes_the_matrix_that_its_index_names(
+    k: int, n: int, columns: int, dtype: npt.DTypeLike, random: Any
+) -> None:
     matrices, points = stack(k, columns + 1), some_points(n, dtype, columns)
     index = [random.randrange(k) for _ in range(n)]
     result = gx.transform_points(points, matrices, index=index)
@@ -161,7 +163,7 @@ def test_lengths_that_cannot_be_squared_are_normalized_and_zero_stays_zero(dtype
     assert np.allclose(unit, np.array([[0, 0, 0], [0.6, 0, 0.8], [0, 1, 0]]), atol=1e-6)
 
 
-def test_projections_are_batched_and_picked_too() -> None:
+def test_projections_are_batched_and_indexed_too() -> None:
     points = some_points(20, np.float64) * 0.01
     cameras = np.array([gx.perspective_from_eye(5) @ gx.rotate_y(angle) for angle in (0.1, 0.5, 2)])
     result = gx.project_points(points, cameras)

@@ -13,7 +13,7 @@ from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.shaders import Pipelines
 
 CAMERA = Camera.window((-2, 2), (-2, 2))
-LOOKS: list[dict[str, Any]] = [
+STYLES: list[dict[str, Any]] = [
     {"color": "face"},
     {"hidden": "dash", "line_width": 3.0},
     {"fill": "gold", "color": "face", "line_width": 5.0},
@@ -23,9 +23,9 @@ LOOKS: list[dict[str, Any]] = [
 ]
 
 
-def draw(device: Device, **look: Any) -> bytes:
+def draw(device: Device, **style: Any) -> bytes:
     """Return the pixels of a cube."""
-    return gx.render_array(samples.cube(), device=device, **{"camera": CAMERA, "size": (64, 48), **look}).tobytes()
+    return gx.render_array(samples.cube(), device=device, **{"camera": CAMERA, "size": (64, 48), **style}).tobytes()
 
 
 @pytest.fixture
@@ -59,19 +59,19 @@ def test_a_frame_like_the_last_binds_nothing_and_sends_its_matrix_alone(device: 
 def test_pictures_are_the_same_whatever_was_bound_and_sent_before(device: Device) -> None:
     with Device() as fresh:
         expected = []
-        for look in LOOKS:
+        for style in STYLES:
             fresh.bind_groups.clear()
-            expected.append(draw(fresh, **look))
-    for order in np.random.default_rng(1).permuted(np.tile(np.arange(len(LOOKS)), (4, 1)), axis=1):
+            expected.append(draw(fresh, **style))
+    for order in np.random.default_rng(1).permuted(np.tile(np.arange(len(STYLES)), (4, 1)), axis=1):
         for k in order.tolist():
-            assert draw(device, **LOOKS[k]) == expected[k]
+            assert draw(device, **STYLES[k]) == expected[k]
 
 
 def test_no_more_than_a_number_of_groups_is_kept(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    expected = [draw(device, **look) for look in LOOKS]
+    expected = [draw(device, **style) for style in STYLES]
     device.bind_groups.clear()
     monkeypatch.setattr(dispatch, "MAX_BIND_GROUPS", 3)
-    assert [draw(device, **look) for look in LOOKS] == expected
+    assert [draw(device, **style) for style in STYLES] == expected
     assert len(device.bind_groups) == 3
 
 

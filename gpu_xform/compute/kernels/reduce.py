@@ -51,12 +51,12 @@ def reduce_points(
             dispatch(encoder, pipeline, bindings, n_workgroups)
         n_partials = min(n_invocations, n_points)
         with partials.map_read(n_partials * partial_bytes) as view:
-            rows = view.view(plan.dtype).reshape(n_partials, 3, 4).astype(np.float64)
+            partial = view.view(plan.dtype).reshape(n_partials, 3, 4).astype(np.float64)
     axes = slice(plan.n_components)
-    poison = np.where(rows[:, :, 3].sum(axis=0) > 0, np.nan, 0.0)[axes]
+    poison = np.where(partial[:, :, 3].sum(axis=0) > 0, np.nan, 0.0)[axes]
     return Reduction(
-        rows[:, 0, axes].min(axis=0) + poison,
-        rows[:, 1, axes].max(axis=0) + poison,
-        rows[:, 2, axes].sum(axis=0) + poison,
+        partial[:, 0, axes].min(axis=0) + poison,
+        partial[:, 1, axes].max(axis=0) + poison,
+        partial[:, 2, axes].sum(axis=0) + poison,
         n_points,
     )

@@ -9,7 +9,7 @@ from ...drawing.draw_list import Drawable
 from ...drawing.limits import CLIP_POSITION_BYTES
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import Buffer
-from ...gpu.chunking import POINTS_PER_INVOCATION, align_points, choose_workgroup_size, precision_name
+from ...gpu.chunking import POINTS_PER_INVOCATION, align_points, choose_workgroup_size, name_number_type
 from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import Binding, dispatch
@@ -83,7 +83,7 @@ class Projection:
         """Record a dispatch per drawable."""
         size = choose_workgroup_size(self._device)
         for projected, bindings in zip(self.shapes, self._bindings, strict=True):
-            number_type = precision_name(projected.drawable.points.dtype)
+            number_type = name_number_type(projected.drawable.points.dtype)
             pipeline = self._device.pipelines.compute("vertex_transform", number_type, workgroup_size=size)
             n_workgroups = -(-projected.stride // (POINTS_PER_INVOCATION * size))
             bound = self._device.bind_groups.bind(pipeline, **bindings)
