@@ -17,7 +17,7 @@ from .geometry.scene import Scene
 from .matrices import rotate, translate
 
 _PHI = (1.0 + math.sqrt(5.0)) / 2.0
-_MOST_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
+_MAX_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
 
 
 def cube() -> Mesh:
@@ -28,7 +28,7 @@ def cube() -> Mesh:
 
 def house() -> Mesh:
     """Return a house in [-1, 1]^3, 10 points: walls, a gable roof along z, y up; the front (z = 1) is a pentagon."""
-    return _prism([(-1.0, -1.0), (1.0, -1.0), (1.0, 0.25), (0.0, 1.0), (-1.0, 0.25)], -1.0, 1.0)
+    return _make_prism([(-1.0, -1.0), (1.0, -1.0), (1.0, 0.25), (0.0, 1.0), (-1.0, 0.25)], -1.0, 1.0)
 
 
 def snub_dodecahedron() -> Mesh:
@@ -41,7 +41,7 @@ def snub_dodecahedron() -> Mesh:
     root = math.sqrt((_PHI / 2.0) ** 2 - (2.0 / 3.0) ** 3)
     xi = math.cbrt(_PHI / 2.0 + root) + math.cbrt(_PHI / 2.0 - root)
     seed = np.array([2.0 * (xi - 1.0 / xi), 2.0, 2.0 * (xi * _PHI + _PHI**2 + _PHI / xi)])
-    return _convex(_icosahedral_rotations() @ seed)
+    return _make_convex(_generate_icosahedral_rotations() @ seed)
 
 
 def icosphere(n: int) -> Mesh:
@@ -49,9 +49,9 @@ def icosphere(n: int) -> Mesh:
 
     Raises ArgumentError unless 0 <= n <= 12.
     """
-    n = _count(n, "n", 0, _MOST_SUBDIVISIONS)
+    n = _as_count(n, "n", 0, _MAX_SUBDIVISIONS)
     signs = [(a, b) for a in (-_PHI, _PHI) for b in (-1.0, 1.0)]
-    ico = _convex(np.array([np.roll((0.0, a, b), turn) for turn in range(3) for a, b in signs]))
+    ico = _make_convex(np.array([np.roll((0.0, a, b), turn) for turn in range(3) for a, b in signs]))
     points = ico.positions / np.linalg.norm(ico.positions, axis=1, keepdims=True)
     triangles = np.asarray(ico.faces)
     for _ in range(n):
@@ -64,7 +64,7 @@ def grid(n: int) -> Mesh:
 
     Raises ArgumentError unless n >= 1.
     """
-    n = _count(n, "n", 1)
+    n = _as_count(n, "n", 1)
     steps = np.linspace(-1.0, 1.0, n + 1)
     y, x = np.meshgrid(steps, steps, indexing="ij")
     corner = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
@@ -77,7 +77,7 @@ def torus(n: int, m: int) -> Mesh:
 
     Raises ArgumentError unless n >= 3 and m >= 3.
     """
-    n, m = _count(n, "n", 3), _count(m, "m", 3)
+    n, m = _as_count(n, "n", 3), _as_count(m, "m", 3)
     ring, tube = np.meshgrid(np.arange(n) * (2 * np.pi / n), np.arange(m) * (2 * np.pi / m), indexing="ij")
     radius = 1.0 + 0.4 * np.cos(tube)
     points = np.stack([radius * np.cos(ring), radius * np.sin(ring), 0.4 * np.sin(tube)], axis=-1)
@@ -99,21 +99,21 @@ def robot_arm() -> Scene:
     # What turns lies between two plates of what it turns in.
     inside, plates = (-0.14, 0.14), ((-0.3, -0.16), (0.16, 0.3))
     arm = Scene()
-    base = arm.add(_prism([(-1.0, 0.0), (1.0, 0.0), (1.0, 0.3), (-1.0, 0.3)], -1.0, 1.0), name="base")
+    base = arm.add(_make_prism([(-1.0, 0.0), (1.0, 0.0), (1.0, 0.3), (-1.0, 0.3)], -1.0, 1.0), name="base")
     for plate in plates:
-        base.show(_prism([(-0.3, 0.3), (0.3, 0.3), *np.add(above, (0.0, 0.9))], *plate))
+        base.show(_make_prism([(-0.3, 0.3), (0.3, 0.3), *np.add(above, (0.0, 0.9))], *plate))
     upper_arm = arm.add(name="upper arm", parent=base, transform=translate(0.0, 0.9, 0.0))
-    upper_arm.show(_prism([*below, *np.add(above, (0.0, 2.0))], *inside))
+    upper_arm.show(_make_prism([*below, *np.add(above, (0.0, 2.0))], *inside))
     forearm = arm.add(name="forearm", parent=upper_arm, transform=translate(0.0, 2.0, 0.0))
     for plate in plates:
-        forearm.show(_prism([*below, *np.add(above, (0.0, 1.6))], *plate))
+        forearm.show(_make_prism([*below, *np.add(above, (0.0, 1.6))], *plate))
     hand = arm.add(name="hand", parent=forearm, transform=translate(0.0, 1.6, 0.0))
     right = [(0.3, 0.4), (0.45, 0.5), (0.45, 1.1), (0.3, 1.1), (0.3, 0.6)]
-    hand.show(_prism([*below, *right, *((-x, y) for x, y in reversed(right))], *inside))
+    hand.show(_make_prism([*below, *right, *((-x, y) for x, y in reversed(right))], *inside))
     return arm
 
 
-def _prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Mesh:
+def _make_prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Mesh:
     """Return the solid from z = `low` to `high` whose ends are the polygon `profile` (n, 2), counter-clockwise."""
     n = len(profile)
     points = [(x, y, z) for z in (high, low) for x, y in np.asarray(profile)]
@@ -121,7 +121,7 @@ def _prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Mesh:
     return Mesh(points, [range(n), range(2 * n - 1, n - 1, -1), *sides])
 
 
-def _count(value: int, name: str, least: int, most: int | None = None) -> int:
+def _as_count(value: int, name: str, least: int, most: int | None = None) -> int:
     """Return `value` as an int within its bounds."""
     count = as_int(value, name)
     if count < least or (most is not None and count > most):
@@ -130,7 +130,7 @@ def _count(value: int, name: str, least: int, most: int | None = None) -> int:
     return count
 
 
-def _icosahedral_rotations() -> Float64Array:
+def _generate_icosahedral_rotations() -> Float64Array:
     """Return the rotations that carry the icosahedron with corners (0, +-phi, +-1), ... to itself: (60, 3, 3)."""
     # A fifth of a turn about the corner (0, phi, 1), and a third about (1, 1, 1).
     fifth = rotate((0.0, _PHI, 1.0), math.tau / 5)[:3, :3]
@@ -143,7 +143,7 @@ def _icosahedral_rotations() -> Float64Array:
     return np.array(group)
 
 
-def _convex(points: Float64Array) -> Mesh:
+def _make_convex(points: Float64Array) -> Mesh:
     """Return the convex polyhedron around 0 of these points, whose edges are their least distances, scaled to 1."""
     gaps = np.linalg.norm(points[:, None] - points[None, :], axis=2)
     np.fill_diagonal(gaps, np.inf)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from .._core.error_context import prefix_errors
 from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError, MeshError
-from ..geometry.edges import edge_parts
+from ..geometry.edges import list_edge_parts
 from ..gpu.buffers import Buffer
 from ..gpu.device import Device
 from ..gpu.layouts import CANDIDATE
@@ -150,7 +150,7 @@ class _LayerBuilder:
         edges, source = self._layer.edges, self._source
         if edges is None or source.mesh is None:
             return f"model must have edges to draw, got {source.n_points} points and {source.n_faces} faces"
-        names = [repr(str(part)) if isinstance(part, str) else "an array" for part in edge_parts(edges)]
+        names = [repr(str(part)) if isinstance(part, str) else "an array" for part in list_edge_parts(edges)]
         subject = f"{' and '.join(names) or 'an array'} choose{'s' if len(names) < 2 else ''}"
         reason = ""
         if "'feature'" in names:

@@ -13,16 +13,16 @@ from .._core.types import Float64Array, IndexArray
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError
 from ..geometry.edges import (
-    edge_faces,
-    edge_parts,
-    index_pairs,
-    is_one_array,
-    may_show,
-    plane_normals,
+    as_index_pairs,
+    compute_plane_normals,
+    find_edge_faces,
+    is_drawable,
+    is_single_array,
+    list_edge_parts,
     resolve_edges,
-    without_silhouette,
+    split_silhouette,
 )
-from ..geometry.mesh import Mesh, pair_keys
+from ..geometry.mesh import Mesh, pack_pairs
 from ..geometry.triangulation import triangulate
 from ..gpu.device import Device
 from ..gpu.device_points import DevicePoints, pad_points
@@ -144,7 +144,7 @@ class MeshSource:
         """Return the mesh's own edges if `layer.edges` is None, and in the order of the faces for colours by face."""
         mesh, edges, angle = self.mesh, layer.edges, layer.feature_angle
         if colors_by_face(layer):
-            if edges is not None and any(not isinstance(part, str) or part != "all" for part in edge_parts(edges)):
+            if edges is not None and any(not isinstance(part, str) or part != "all" for part in list_edge_parts(edges)):
                 raise ArgumentError.expecting("edges", "be 'all' if each face has its own colour", repr(edges))
             # A shared edge has the colour of its last face: drawn once per face, it would mix both and be heavier.
             return EdgeSource(
@@ -155,7 +155,7 @@ class MeshSource:
             )
         if edges is None:
             return EdgeSource(lambda: mesh.edges, None, len(mesh.edges), "edges")
-        rest, _ = without_silhouette(edges)
+        rest, _ = split_silhouette(edges)
         if rest is None:
             return EdgeSource(lambda: np.empty((0, 2), np.int64), None, len(mesh.edges), "no edges")
 
@@ -164,7 +164,7 @@ class MeshSource:
 
         if isinstance(rest, str):
             return EdgeSource(find, self._edge_indices, len(mesh.edges), ("edges", rest, angle))
-        if is_one_array(edges):
+        if is_single_array(edges):
             return EdgeSource(find, None, len(find()), None)
         return EdgeSource(find, self._edge_indices, len(mesh.edges), None)
 
@@ -172,22 +172,22 @@ class MeshSource:
         """Return the edges that are not drawn in every view, from which `extract_silhouette` chooses."""
         if layer.edges is None or colors_by_face(layer):
             return None
-        rest, has_silhouette = without_silhouette(layer.edges)
+        rest, has_silhouette = split_silhouette(layer.edges)
         if not has_silhouette:
             return None
         mesh, angle = self.mesh, layer.feature_angle
 
         def find() -> npt.NDArray[np.void]:
-            found = edge_faces(mesh)
-            left = may_show(mesh, found)
+            found = find_edge_faces(mesh)
+            left = is_drawable(mesh, found)
             if rest is not None:
                 drawn = resolve_edges(mesh, rest, angle)
-                left = ~np.isin(pair_keys(*found.edges.T), pair_keys(*drawn.T))
+                left = ~np.isin(pack_pairs(*found.edges.T), pack_pairs(*drawn.T))
             candidates = np.zeros(int(left.sum()), CANDIDATE)
             candidates["edge"] = found.edges[left]
             between_two = (found.n_faces == 2) & ~found.segments
             candidates["faces"] = np.where(between_two[:, None], found.faces, NO_FACE)[left]
-            candidates["is_turned"] = found.turned[left]
+            candidates["is_turned"] = found.inconsistent_winding[left]
             return candidates
 
         key = ("silhouette", rest, angle) if rest is None or isinstance(rest, str) else None
@@ -233,14 +233,14 @@ class MeshSource:
 
     def _planes(self) -> npt.NDArray[np.float32]:
         """Return the normal and the offset of each face, in the frame of the points on a device."""
-        normals = plane_normals(self.mesh, lambda: edge_faces(self.mesh))
+        normals = compute_plane_normals(self.mesh, lambda: find_edge_faces(self.mesh))
         a_corner = self.mesh.indices[self.mesh.offsets[:-1]]
         offsets = -np.einsum("ij,ij->i", normals, self._in_unit_cube()[a_corner])
         return np.column_stack([normals, offsets]).astype(np.float32)
 
     def _edge_indices(self, pairs: IndexArray) -> IndexArray:
         """Return the index in `mesh.edges` of each of `pairs`."""
-        known, keys = pair_keys(*self.mesh.edges.T), pair_keys(*pairs.T)
+        known, keys = pack_pairs(*self.mesh.edges.T), pack_pairs(*pairs.T)
         indices = np.searchsorted(known, keys)
         unknown = np.flatnonzero(~np.isin(keys, known))
         if len(unknown):
@@ -273,7 +273,7 @@ class BufferSource:
             raise ArgumentError("colours by face need a model with faces, got a PointBuffer")
         if layer.edges is None:
             return EdgeSource(lambda: np.empty((0, 2), np.int64), None, 0, None)
-        parts = edge_parts(layer.edges)
+        parts = list_edge_parts(layer.edges)
         named = next((part for part in parts if isinstance(part, str)), None)
         if named is not None:
             raise ArgumentError(
@@ -281,7 +281,7 @@ class BufferSource:
                 argument="edges",
                 expected="be an array for a PointBuffer",
             )
-        pairs = np.concatenate([index_pairs(part, self.n_points) for part in parts])
+        pairs = np.concatenate([as_index_pairs(part, self.n_points) for part in parts])
         if len(pairs) == 0:
             raise ArgumentError.expecting("edges", "hold at least one pair of points", "none")
         return EdgeSource(lambda: pairs, None, len(pairs), None)

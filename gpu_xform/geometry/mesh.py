@@ -1,4 +1,4 @@
-"""Meshes: positions and polygons of any size, held flat so that a million faces cost a few arrays."""
+"""Polygon meshes: positions, and faces of any size in flat arrays."""
 
 from collections.abc import Sequence
 from functools import cached_property
@@ -17,56 +17,87 @@ from .triangulation import triangulate
 FacesLike: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike]
 
 _Array = TypeVar("_Array", bound=npt.NDArray[Any])
-_MOST_POINTS = 2**32 - 1  # a pair of indices is packed into one uint64
+_MAX_POINTS = 2**32 - 1  # `pack_pairs` puts two indices into one uint64
 
 
 @public
 class Mesh:
     """An immutable mesh: points, and faces that are polygons of three or more corners or segments of two.
 
-    positions : (n, 3) float64, finite
-    faces : (f, k) integers, or a list of index lists of any sizes >= 2, or () for a point cloud
+    Every array that a mesh returns is read-only.
 
-    Both are copied; every array that a mesh hands out is read-only.
-    Raises MeshError for a wrong shape, a coordinate that is not finite, an index that is not an integer in 0..n-1.
+    Parameters
+    ----------
+    positions : (n, 3) numbers
+        The points; copied, and finite.
+    faces : (f, k) integers, or a sequence of sequences of two or more integers
+        The corners of each face, as indices of points; copied. Without faces, the mesh is a point cloud.
+
+    Raises
+    ------
+    MeshError
+        For a wrong shape, a coordinate that is not finite, or an index that is not an integer in 0..n-1, such as
+        "face 1 names point 4, outside 0..3 (4 points)".
     """
 
     __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, positions: npt.ArrayLike, faces: FacesLike = ()) -> None:
-        offsets, indices = _flatten(faces)
-        self._set(_checked_positions(positions), offsets, indices)
+        offsets, indices = _flatten_faces(faces)
+        self._set(_validate_positions(positions), offsets, indices)
 
     @classmethod
     def from_offsets(cls, positions: npt.ArrayLike, offsets: npt.ArrayLike, indices: npt.ArrayLike) -> "Mesh":
         """Return the mesh whose face i has the corners `indices[offsets[i]:offsets[i + 1]]`.
 
-        positions : (n, 3) float64
-        offsets : (f + 1,) int64, from 0 to len(indices)
-        indices : (c,) int64
+        Parameters
+        ----------
+        positions : (n, 3) numbers
+            The points; copied, and finite.
+        offsets : (f + 1,) integers
+            Where each face starts in `indices`, from 0 to len(indices); copied.
+        indices : (c,) integers
+            The corners of all faces, one face after another; copied.
 
-        Raises MeshError as Mesh does, and where the offsets do not fit the indices.
+        Returns
+        -------
+        Mesh
+
+        Raises
+        ------
+        MeshError
+            As `Mesh` does, and if the offsets do not fit the indices.
         """
         mesh = cls.__new__(cls)
         mesh._set(
-            _checked_positions(positions),
-            np.array(_integers(offsets, "offsets", 1)),
-            np.array(_integers(indices, "indices", 1)),
+            _validate_positions(positions),
+            np.array(_as_integers(offsets, "offsets", 1)),
+            np.array(_as_integers(indices, "indices", 1)),
         )
         return mesh
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> "Mesh":
-        """Return the vertices and triangles of a `trimesh.Trimesh`."""
+        """Return a mesh of the vertices and triangles of a `trimesh.Trimesh`.
+
+        Parameters
+        ----------
+        mesh : trimesh.Trimesh
+            Its arrays are copied.
+
+        Returns
+        -------
+        Mesh
+        """
         return cls(mesh.vertices, np.asarray(mesh.faces))
 
     def _set(self, positions: Float64Array, offsets: IndexArray, indices: IndexArray) -> None:
-        """Check the indices, take the three arrays over and close them to writing."""
-        _check_offsets(offsets, len(indices))
-        _check_indices(indices, offsets, len(positions))
-        self._positions = _read_only(positions)
-        self._offsets = _read_only(offsets)
-        self._indices = _read_only(indices)
+        """Validate the indices, and take over the three arrays as read-only ones."""
+        _require_offsets(offsets, len(indices))
+        _require_indices(indices, offsets, len(positions))
+        self._positions = _freeze(positions)
+        self._offsets = _freeze(offsets)
+        self._indices = _freeze(indices)
 
     @property
     def positions(self) -> Float64Array:
@@ -95,9 +126,9 @@ class Mesh:
 
     @cached_property
     def faces(self) -> IndexArray | tuple[IndexArray, ...]:
-        """The faces: (f, k) int64 where all have k corners, else a tuple of (k_i,) int64; () where there are none.
+        """The faces: (f, k) int64 if all have k corners, else a tuple of (k_i,) int64; () if there are none.
 
-        Either way `len`, `[i]` and iteration give one array a face, and `Mesh(positions, mesh.faces)` takes it back.
+        Either way, `len`, `[i]` and iteration give one array per face, and `Mesh(positions, mesh.faces)` accepts it.
         """
         sizes = np.diff(self._offsets)
         if len(sizes) == 0:
@@ -107,89 +138,113 @@ class Mesh:
         return tuple(np.split(self._indices, self._offsets[1:-1]))
 
     @cached_property
-    def _outline(self) -> tuple[IndexArray, IndexArray]:
-        """The outline edges (h, 2) and the face of each (h,)."""
+    def _half_edges(self) -> tuple[IndexArray, IndexArray]:
+        """The directed edges of all faces (h, 2), and the face of each (h,)."""
         starts, ends = self._offsets[:-1], self._offsets[1:]
-        following = np.roll(self._indices, -1)
-        following[ends - 1] = self._indices[starts]
-        edges = np.stack([self._indices, following], axis=1)
+        next_corners = np.roll(self._indices, -1)
+        next_corners[ends - 1] = self._indices[starts]
+        edges = np.stack([self._indices, next_corners], axis=1)
         sizes = np.diff(self._offsets)
         owners = np.repeat(np.arange(self.n_faces), sizes)
-        way_back = ends[sizes == 2] - 1
-        if len(way_back):
-            edges, owners = np.delete(edges, way_back, axis=0), np.delete(owners, way_back)
-        return _read_only(edges), _read_only(owners)
+        reverse = ends[sizes == 2] - 1  # a segment has one edge, not two
+        if len(reverse):
+            edges, owners = np.delete(edges, reverse, axis=0), np.delete(owners, reverse)
+        return _freeze(edges), _freeze(owners)
 
     @property
     def face_edges(self) -> IndexArray:
-        """The outline of every face, in the order of the faces: (h, 2) int64, directed.
+        """The directed edges of every face, in the order of the faces: (h, 2) int64.
 
         A polygon of k corners gives its k edges (c0, c1), (c1, c2), ..., (ck-1, c0); a segment gives (c0, c1) alone.
-        An edge that two faces share appears for each of them. `face_edge_faces` says whose each is.
+        An edge that two faces share appears once for each; `face_edge_faces` holds the face of each row.
         """
-        return self._outline[0]
+        return self._half_edges[0]
 
     @property
     def face_edge_faces(self) -> IndexArray:
-        """The face that each row of `face_edges` belongs to: (h,) int64, ascending."""
-        return self._outline[1]
+        """The face of each row of `face_edges`: (h,) int64, ascending."""
+        return self._half_edges[1]
 
     @cached_property
     def last_face_edges(self) -> IndexArray:
-        """The rows of `face_edges` whose two points no later row joins, either way: (m,) int64, ascending."""
-        _, from_last = np.unique(pair_keys(*self.face_edges[::-1].T), return_index=True)
-        return _read_only(np.sort(len(self.face_edges) - 1 - from_last))
+        """The last row of `face_edges` for each edge, in either direction: (m,) int64, ascending."""
+        _, from_last = np.unique(pack_pairs(*self.face_edges[::-1].T), return_index=True)
+        return _freeze(np.sort(len(self.face_edges) - 1 - from_last))
 
     @cached_property
     def edges(self) -> IndexArray:
-        """Every pair of points joined by an outline, once: (m, 2) int64, lower index first, sorted.
+        """The edges of all faces, each once: (m, 2) int64, lower index first, sorted.
 
-        A corner repeated in a row joins a point to itself; such pairs are left out.
+        An edge from a point to itself, as a corner repeated in succession makes it, is left out.
         """
         start, end = self.face_edges.T
-        keys = pair_keys(start, end)[start != end]
+        keys = pack_pairs(start, end)[start != end]
         keys.sort()
         keys = keys[np.diff(keys, prepend=keys[:1] - np.uint64(1)) != 0]
-        return _read_only(np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.int64))
+        return _freeze(unpack_pairs(keys))
 
     @cached_property
     def bounds(self) -> Float64Array:
         """The smallest and the largest coordinates over all points: (2, 3) float64.
 
-        Raises MeshError for a mesh without points.
+        Raises
+        ------
+        MeshError
+            "a mesh without points has no bounds".
         """
         if self.n_points == 0:
             raise MeshError("a mesh without points has no bounds")
         corners: Float64Array = np.stack([self._positions.min(axis=0), self._positions.max(axis=0)])
-        return _read_only(corners)
+        return _freeze(corners)
 
     @cached_property
     def center(self) -> Float64Array:
-        """The middle of `bounds`: (3,) float64."""
-        middle: Float64Array = 0.5 * self.bounds[0] + 0.5 * self.bounds[1]
-        return _read_only(middle)
+        """The centre of `bounds`: (3,) float64.
+
+        Raises
+        ------
+        MeshError
+            "a mesh without points has no bounds".
+        """
+        center: Float64Array = 0.5 * self.bounds[0] + 0.5 * self.bounds[1]
+        return _freeze(center)
 
     def transformed(self, matrix: MatrixLike) -> "Mesh":
         """Return the mesh with every point p at `matrix @ (p, 1)`; the faces stay as they are, mirrored or not.
 
-        matrix : (4, 4), last row (0, 0, 0, 1), or an object with `as_matrix()`
+        Parameters
+        ----------
+        matrix : (4, 4) numbers, or an object with `as_matrix()`
+            An affine matrix for column vectors, with the last row (0, 0, 0, 1).
 
-        Raises ArgumentError for another shape or last row, MeshError where a coordinate overflows.
+        Returns
+        -------
+        Mesh
+
+        Raises
+        ------
+        ArgumentError
+            For another shape or last row.
+        MeshError
+            If a coordinate overflows.
         """
         m = as_square_matrix(matrix, "matrix", 4)
         require_affine(m, "matrix")
         with np.errstate(over="ignore", invalid="ignore"):
             positions = self._positions @ m[:3, :3].T + m[:3, 3]
         mesh = Mesh.__new__(Mesh)
-        mesh._positions = _read_only(_checked_positions(positions))
+        mesh._positions = _freeze(_validate_positions(positions))
         mesh._offsets, mesh._indices = self._offsets, self._indices
         return mesh
 
     def to_trimesh(self) -> Any:
-        """Return a `trimesh.Trimesh` of the same points.
+        """Return a `trimesh.Trimesh` of the same points, with the polygons as triangles.
 
-        Polygons become triangles, concave ones too, as `triangulate` cuts them; segments are left out,
-        because a Trimesh holds none.
+        Concave polygons are triangulated correctly. Segments are left out, because a Trimesh cannot hold them.
+
+        Returns
+        -------
+        trimesh.Trimesh
         """
         import trimesh
 
@@ -212,18 +267,23 @@ class Mesh:
         return f"<Mesh: {self.n_points} points, {self.n_faces} faces>"
 
 
-def pair_keys(a: IndexArray, b: IndexArray) -> npt.NDArray[np.uint64]:
-    """Return one number a pair, the same both ways round, that sorts as the pair with its lower index first."""
+def pack_pairs(a: IndexArray, b: IndexArray) -> npt.NDArray[np.uint64]:
+    """Return one key per unordered pair of indices, which sorts as the pair with its lower index first: (n,)."""
     low, high = np.minimum(a, b).astype(np.uint64), np.maximum(a, b).astype(np.uint64)
     return (low << np.uint64(32)) | high
 
 
-def _read_only(array: _Array) -> _Array:
+def unpack_pairs(keys: npt.NDArray[np.uint64]) -> IndexArray:
+    """Return the pairs that `pack_pairs` made keys of, the lower index first: (n, 2)."""
+    return np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.int64)
+
+
+def _freeze(array: _Array) -> _Array:
     array.flags.writeable = False
     return array
 
 
-def _checked_positions(positions: npt.ArrayLike) -> Float64Array:
+def _validate_positions(positions: npt.ArrayLike) -> Float64Array:
     """Return a new (n, 3) float64 array of `positions`."""
     try:
         array = np.asarray(positions)
@@ -235,20 +295,20 @@ def _checked_positions(positions: npt.ArrayLike) -> Float64Array:
         raise MeshError(f"positions must have shape (n, 3), got {array.shape}")
     if array.dtype.kind not in "fiu":
         raise MeshError(f"positions must hold real numbers, got dtype {array.dtype}")
-    if len(array) > _MOST_POINTS:
-        raise MeshError(f"a mesh holds at most {_MOST_POINTS} points, got {len(array)}")
+    if len(array) > _MAX_POINTS:
+        raise MeshError(f"a mesh holds at most {_MAX_POINTS} points, got {len(array)}")
     result = np.array(array, dtype=np.float64, order="C")
     if not np.isfinite(result).all():
         raise MeshError(f"positions must be finite, got {describe_first_non_finite(result)}")
     return result
 
 
-def _flatten(faces: FacesLike) -> tuple[IndexArray, IndexArray]:
-    """Return (offsets, indices) of faces given as a rectangle or as a list of lists."""
+def _flatten_faces(faces: FacesLike) -> tuple[IndexArray, IndexArray]:
+    """Return (offsets, indices) of faces given as an array (f, k) or as a list of lists."""
     if isinstance(faces, np.ndarray):
         if faces.size == 0 and faces.ndim < 2:
             return np.zeros(1, np.int64), np.zeros(0, np.int64)
-        rectangle = _integers(faces, "faces", 2)
+        rectangle = _as_integers(faces, "faces", 2)
         count, size = rectangle.shape
         return np.arange(count + 1) * size, np.array(rectangle).ravel()
     try:
@@ -259,11 +319,11 @@ def _flatten(faces: FacesLike) -> tuple[IndexArray, IndexArray]:
         raise MeshError(f"faces must be lists of indices: {error}") from None
     offsets = np.zeros(len(rows) + 1, np.int64)
     np.cumsum(sizes, out=offsets[1:])
-    return offsets, _integers(flat, "indices", 1)
+    return offsets, _as_integers(flat, "indices", 1)
 
 
-def _integers(values: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
-    """Return `values` as int64 of `ndim` dimensions, not necessarily a copy."""
+def _as_integers(values: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
+    """Return `values` as int64 with `ndim` dimensions, not necessarily copied."""
     try:
         array = np.asarray(values)
     except ValueError as error:
@@ -279,8 +339,8 @@ def _integers(values: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
     return array.astype(np.int64, copy=False)
 
 
-def _check_offsets(offsets: IndexArray, n_indices: int) -> None:
-    """Raise MeshError unless the offsets cut `n_indices` corners into faces of two or more."""
+def _require_offsets(offsets: IndexArray, n_indices: int) -> None:
+    """Raise MeshError unless the offsets split `n_indices` corners into faces of two or more."""
     if len(offsets) == 0 or offsets[0] != 0 or offsets[-1] != n_indices:
         ends = "nothing" if len(offsets) == 0 else f"{offsets[0]} to {offsets[-1]}"
         raise MeshError(f"offsets must run from 0 to {n_indices}, the number of indices, got {ends}")
@@ -290,7 +350,7 @@ def _check_offsets(offsets: IndexArray, n_indices: int) -> None:
         raise MeshError(f"face {face} has {sizes[face]} corners, a face needs at least 2")
 
 
-def _check_indices(indices: IndexArray, offsets: IndexArray, n_points: int) -> None:
+def _require_indices(indices: IndexArray, offsets: IndexArray, n_points: int) -> None:
     """Raise MeshError unless every index names a point."""
     if len(indices) == 0 or (indices.min() >= 0 and indices.max() < n_points):
         return

@@ -31,7 +31,7 @@ class PointsOnDevice(Protocol):
 
 SceneModel: TypeAlias = Mesh | npt.NDArray[Any] | PointsOnDevice | StrPath
 
-_LINES_IN_REPR = 40
+_MAX_REPR_LINES = 40
 
 
 class Shown(NamedTuple):
@@ -83,7 +83,7 @@ class Node:
     @transform.setter
     def transform(self, matrix: MatrixLike) -> None:
         """Put another matrix in its place."""
-        self._transform = _local(matrix, "transform")
+        self._transform = _as_local_matrix(matrix, "transform")
 
     @property
     def models(self) -> tuple[Shown, ...]:
@@ -97,7 +97,7 @@ class Node:
         self._models = (*self._models, Shown(model, style))
 
     def __repr__(self) -> str:
-        return f"<Node {_summary(self)}>"
+        return f"<Node {_summarize(self)}>"
 
 
 @public
@@ -131,7 +131,7 @@ class Scene:
         """
         name = self._new_name(name)
         above = None if parent is None else self._node(parent, "parent").name
-        node = Node(name, above, _local(np.eye(4) if transform is None else transform, "transform"))
+        node = Node(name, above, _as_local_matrix(np.eye(4) if transform is None else transform, "transform"))
         if model is not None:
             node.show(model, **style)
         elif style:
@@ -163,7 +163,7 @@ class Scene:
         with np.errstate(over="ignore", invalid="ignore"):
             for below in reversed(path[:-1]):
                 product = product @ below.transform
-        return _finite_world(product, path[0])
+        return _require_finite_world(product, path[0])
 
     def posed(self, poses: Mapping[str, MatrixLike]) -> "Scene":
         """Return a scene of the same models, where the matrix of each node that `poses` names is another.
@@ -177,7 +177,7 @@ class Scene:
         for name, matrix in poses.items():
             if name not in posed:
                 raise ArgumentError.expecting("poses", "name nodes of this scene", repr(name))
-            posed._nodes[name]._transform = _local(matrix, f"poses[{name!r}]")
+            posed._nodes[name]._transform = _as_local_matrix(matrix, f"poses[{name!r}]")
         return posed
 
     def with_models(self, change: Callable[[Any], Any]) -> "Scene":
@@ -198,14 +198,14 @@ class Scene:
             for node in self:
                 worlds[node.name] = worlds[node.parent] @ node.transform
                 for shown in node.models:
-                    *_, places = found.setdefault(_key(shown), (node, shown, []))
-                    places.append(_finite_world(worlds[node.name], node))
+                    *_, places = found.setdefault(_make_key(shown), (node, shown, []))
+                    places.append(_require_finite_world(worlds[node.name], node))
         return [Instances(node.name, *shown, np.stack(places)) for node, shown, places in found.values()]
 
     def _new_name(self, name: object) -> str:
         """Return `name`, or one that is free; raise an error for one that is taken."""
         if name is None:
-            return unused_name("node", len(self) + 1, self._nodes)
+            return make_unused_name("node", len(self) + 1, self._nodes)
         if not isinstance(name, str):
             raise ArgumentTypeError.expecting("name", "be a text", repr(name))
         if not name:
@@ -257,37 +257,37 @@ class Scene:
         depths: dict[str | None, int] = {None: 0}
         lines = [f"<Scene: {len(self)} nodes>"]
         for node in self:
-            if len(lines) == _LINES_IN_REPR:
+            if len(lines) == _MAX_REPR_LINES:
                 lines.append(f"  ... and {len(self) - len(lines) + 1} more")
                 break
             depths[node.name] = depths[node.parent] + 1
-            lines.append("  " * depths[node.name] + _summary(node))
+            lines.append("  " * depths[node.name] + _summarize(node))
         return "\n".join(lines)
 
 
-def unused_name(stem: str, number: int, used: Container[str]) -> str:
+def make_unused_name(stem: str, number: int, used: Container[str]) -> str:
     """Return "stem number", or with the next number whose name is not in `used`."""
     while f"{stem} {number}" in used:
         number += 1
     return f"{stem} {number}"
 
 
-def _finite_world(matrix: Float64Array, node: Node) -> Float64Array:
+def _require_finite_world(matrix: Float64Array, node: Node) -> Float64Array:
     return require_finite(matrix, f"the world matrix of {node.name!r}")
 
 
-def _local(matrix: MatrixLike, argument: str) -> Float64Array:
+def _as_local_matrix(matrix: MatrixLike, argument: str) -> Float64Array:
     local = as_square_matrix(matrix, argument, 4)
     local.flags.writeable = False
     return local
 
 
-def _key(shown: Shown) -> tuple[Any, ...]:
+def _make_key(shown: Shown) -> tuple[Any, ...]:
     """Return what two models share that are drawn alike: the model, and for every keyword its value."""
-    return _identity(shown.model), frozenset((name, _identity(value)) for name, value in shown.style.items())
+    return _make_identity(shown.model), frozenset((name, _make_identity(value)) for name, value in shown.style.items())
 
 
-def _identity(value: Any) -> Any:
+def _make_identity(value: Any) -> Any:
     """Return a key that equal texts and numbers share, and of meshes, arrays and lists only what is one object."""
     try:
         hash(value)
@@ -296,10 +296,10 @@ def _identity(value: Any) -> Any:
     return value
 
 
-def _described(model: object) -> str:
+def _describe(model: object) -> str:
     return f"<array {model.shape}>" if isinstance(model, np.ndarray) else repr(model)
 
 
-def _summary(node: Node) -> str:
-    models = ", ".join(_described(shown.model) for shown in node.models)
+def _summarize(node: Node) -> str:
+    models = ", ".join(_describe(shown.model) for shown in node.models)
     return f"{node.name!r}: {models}" if models else repr(node.name)

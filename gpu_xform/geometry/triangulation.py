@@ -6,8 +6,8 @@ import numpy as np
 
 from .._core.types import Float64Array, IndexArray
 
-# What rounding may turn over: a fan's triangle of less than this part of its polygon's area.
-_NEGLIGIBLE = 1e-9
+# Of its polygon's area: a fan triangle this small may be reversed by rounding alone.
+_MAX_REVERSED_AREA = 1e-9
 
 
 def triangulate(positions: Float64Array, offsets: IndexArray, indices: IndexArray) -> tuple[IndexArray, IndexArray]:
@@ -15,19 +15,18 @@ def triangulate(positions: Float64Array, offsets: IndexArray, indices: IndexArra
 
     positions, offsets, indices : as in `Mesh`
 
-    corners : (t, 3) int64, turning the way their polygon turns
-    faces : (t,) int64, ascending
+    Returns corners (t, 3) int64, wound as their polygon is, and faces (t,) int64, ascending.
 
-    Segments give none. A polygon that a fan around one of its corners covers, as every convex one, gives k - 2
-    triangles: around its first corner, or around its most reflex one. Any other is cut by ears (`mapbox_earcut`) in the
-    plane of its Newell normal; a corner where it does not turn may then be in no triangle. What leaves no ears, because
-    it has no area, is made a fan, so that no polygon is lost.
+    Segments give no triangles. If a fan around one corner covers a polygon, as for every convex one, the polygon gives
+    k - 2 triangles around its first corner, or around its most reflex one. Any other polygon is triangulated by ear
+    clipping (`mapbox_earcut`) in the plane of its Newell normal; a collinear corner may then be in no triangle. A
+    polygon without area has no ears; it becomes a fan, so that no polygon is lost.
     """
     corners, faces = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)]
-    for owners, polygons in polygons_by_size(offsets, indices):
-        made, which = _cut(positions, polygons)
-        corners.append(made)
-        faces.append(owners[which])
+    for owners, polygons in group_by_size(offsets, indices):
+        triangles, rows = _triangulate_equal_sizes(positions, polygons)
+        corners.append(triangles)
+        faces.append(owners[rows])
     all_corners, all_faces = np.concatenate(corners), np.concatenate(faces)
     if (all_faces[1:] < all_faces[:-1]).any():
         order = np.argsort(all_faces, kind="stable")
@@ -35,8 +34,8 @@ def triangulate(positions: Float64Array, offsets: IndexArray, indices: IndexArra
     return all_corners, all_faces
 
 
-def polygons_by_size(offsets: IndexArray, indices: IndexArray) -> Iterator[tuple[IndexArray, IndexArray]]:
-    """Yield the faces (f,) of each size k >= 3 that occurs, with their corners (f, k)."""
+def group_by_size(offsets: IndexArray, indices: IndexArray) -> Iterator[tuple[IndexArray, IndexArray]]:
+    """Yield, for each size k >= 3 that occurs, the faces of k corners (f,) and their corners (f, k)."""
     sizes = np.diff(offsets)
     for k in np.flatnonzero(np.bincount(sizes)).tolist():
         if k > 2:
@@ -47,33 +46,33 @@ def polygons_by_size(offsets: IndexArray, indices: IndexArray) -> Iterator[tuple
                 yield faces, indices[offsets[faces, None] + np.arange(k)]
 
 
-def unit_normals(positions: Float64Array, polygons: IndexArray, negligible: float = 0.0) -> Float64Array:
-    """Return the Newell normals of polygons (f, k), of length 1, or zero for one without area: (f, 3).
+def compute_unit_normals(positions: Float64Array, polygons: IndexArray, negligible: float = 0.0) -> Float64Array:
+    """Return the unit Newell normals of polygons (f, k), zero for a polygon without area: (f, 3).
 
-    negligible : part of the square of a polygon's extent, about; less area counts for none
+    negligible : area that counts as none, as a fraction of about the square of a polygon's extent
     """
-    normals: Float64Array = np.ascontiguousarray(_normals(_shapes(positions, polygons), negligible).T)
+    normals: Float64Array = np.ascontiguousarray(_compute_normals(_normalize_sizes(positions, polygons), negligible).T)
     return normals
 
 
-def _shapes(positions: Float64Array, polygons: IndexArray) -> Float64Array:
-    """Return polygons (f, k) as their corners less the first, each brought to a size of about 1: (3, k, f).
+def _normalize_sizes(positions: Float64Array, polygons: IndexArray) -> Float64Array:
+    """Return the corners of polygons (f, k) relative to the first, each polygon scaled to about 1: (3, k, f).
 
-    The faces run along the last axis, because NumPy is slow at short ones.
+    The faces lie along the last axis, because NumPy is slow along short axes.
     """
     points = np.empty((3, *polygons.T.shape))
     for component, values in zip(points, positions.T, strict=True):
         np.take(values, polygons.T, out=component)
-    points *= 0.5  # the difference of two finite numbers may be infinite, that of their halves is not
+    points *= 0.5  # halves, whose difference cannot overflow
     points -= points[:, :1].copy()
     size = np.maximum(points.max(axis=(0, 1)), -points.min(axis=(0, 1)))
-    exponent = np.frexp(size)[1]  # a power of two, so that nothing is rounded
+    exponent = np.frexp(size)[1]  # a power of two, which rounds nothing
     points *= np.ldexp(1.0, -np.maximum(exponent, -1000))
     return points
 
 
-def _normals(points: Float64Array, negligible: float = 0.0) -> Float64Array:
-    """Return the sum of p_i x p_(i+1) (Newell), of length 1 or zero, for polygons (3, k, f) with p_0 = 0: (3, f)."""
+def _compute_normals(points: Float64Array, negligible: float = 0.0) -> Float64Array:
+    """Return the unit Newell normals, sums of p_i x p_(i+1), of polygons (3, k, f) with p_0 = 0: (3, f)."""
     x, y, z = points[:, 1:]
     normals = np.empty((3, points.shape[2]))
     for i, (a, b) in enumerate(((y, z), (z, x), (x, y))):
@@ -85,9 +84,9 @@ def _normals(points: Float64Array, negligible: float = 0.0) -> Float64Array:
     return normals
 
 
-def _flattened(points: Float64Array) -> Float64Array:
-    """Return polygons (3, k, f) as seen against their normals, so that they turn counter-clockwise: (2, k, f)."""
-    x, y, z = _normals(points)
+def _project_to_planes(points: Float64Array) -> Float64Array:
+    """Return polygons (3, k, f) projected along their normals, counter-clockwise: (2, k, f)."""
+    x, y, z = _compute_normals(points)
     # Duff et al., Building an Orthonormal Basis, Revisited (2017)
     sign = np.copysign(1.0, z)
     a = -1.0 / (sign + z)
@@ -100,51 +99,52 @@ def _flattened(points: Float64Array) -> Float64Array:
     return flat
 
 
-def _cut(positions: Float64Array, polygons: IndexArray) -> tuple[IndexArray, IndexArray]:
-    """Return polygons (f, k) as triangles (t, 3), and the row of each (t,)."""
+def _triangulate_equal_sizes(positions: Float64Array, polygons: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """Return triangles (t, 3) of polygons (f, k), and the row of the polygon of each (t,)."""
     f, k = polygons.shape
     if k == 3:
         return polygons, np.arange(f)
-    flat = _flattened(_shapes(positions, polygons))
+    flat = _project_to_planes(_normalize_sizes(positions, polygons))
     along = np.roll(flat, -1, axis=1) - flat
-    turns = _area(np.roll(along, 1, axis=1), along)
-    # The fan around the one reflex corner of a polygon covers it: no simple quad is left over.
+    turns = _cross(np.roll(along, 1, axis=1), along)
+    # A fan around a polygon's only reflex corner covers it, so every simple quad becomes a fan.
     hub = np.where(turns.min(axis=0) < 0.0, turns.argmin(axis=0), 0)
     around = (hub + np.arange(k)[:, None]) % k if hub.any() else np.arange(k)[:, None]
     fan = np.take_along_axis(flat, around[None], axis=1)
     spokes = fan[:, 1:] - fan[:, :1]
-    areas = _area(spokes[:, :-1], spokes[:, 1:])
-    by_fan = areas.min(axis=0) >= -_NEGLIGIBLE * np.abs(areas.sum(axis=0))
+    areas = _cross(spokes[:, :-1], spokes[:, 1:])
+    by_fan = areas.min(axis=0) >= -_MAX_REVERSED_AREA * np.abs(areas.sum(axis=0))
 
-    corners = np.take_along_axis(polygons, around.T, axis=1)[by_fan][:, _fan(k)]
+    corners = np.take_along_axis(polygons, around.T, axis=1)[by_fan][:, _make_fan(k)]
     rows = np.repeat(np.flatnonzero(by_fan), k - 2)
     others = np.flatnonzero(~by_fan)
     if len(others) == 0:
         return corners.reshape(-1, 3), rows
-    ears, of = _by_ears(flat[..., others])
-    return np.concatenate([corners.reshape(-1, 3), polygons[others[of, None], ears]]), np.append(rows, others[of])
+    ears, owners = _clip_ears(flat[..., others])
+    clipped = polygons[others[owners, None], ears]
+    return np.concatenate([corners.reshape(-1, 3), clipped]), np.append(rows, others[owners])
 
 
-def _fan(k: int) -> IndexArray:
-    """Return the triangles around the first of k corners: (k - 2, 3)."""
+def _make_fan(k: int) -> IndexArray:
+    """Return the triangles of a fan around the first of k corners: (k - 2, 3)."""
     i = np.arange(1, k - 1)
     return np.stack([np.zeros_like(i), i, i + 1], axis=1)
 
 
-def _by_ears(flat: Float64Array) -> tuple[IndexArray, IndexArray]:
-    """Return plane polygons (2, k, f) as triangles of their corners 0..k-1 (t, 3), and the polygon of each (t,)."""
+def _clip_ears(flat: Float64Array) -> tuple[IndexArray, IndexArray]:
+    """Return triangles (t, 3) of the corners 0..k-1 of plane polygons (2, k, f), and the polygon of each (t,)."""
     from mapbox_earcut import triangulate_float64
 
     polygons = np.ascontiguousarray(flat.transpose(2, 1, 0))
     ring = np.array([flat.shape[1]], np.uint32)
-    cuts = [triangulate_float64(polygon, ring) for polygon in polygons]
-    fan = _fan(flat.shape[1]).astype(np.uint32).ravel()
-    cuts = [cut if len(cut) else fan for cut in cuts]
-    of = np.repeat(np.arange(len(cuts)), [len(cut) // 3 for cut in cuts])
-    return np.concatenate(cuts).astype(np.int64).reshape(-1, 3), of
+    ears = [triangulate_float64(polygon, ring) for polygon in polygons]
+    fan = _make_fan(flat.shape[1]).astype(np.uint32).ravel()
+    ears = [corners if len(corners) else fan for corners in ears]
+    owners = np.repeat(np.arange(len(ears)), [len(corners) // 3 for corners in ears])
+    return np.concatenate(ears).astype(np.int64).reshape(-1, 3), owners
 
 
-def _area(a: Float64Array, b: Float64Array) -> Float64Array:
-    """Return twice the signed area between plane vectors (2, ...)."""
-    area: Float64Array = a[0] * b[1] - a[1] * b[0]
-    return area
+def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
+    """Return the cross product of plane vectors (2, ...): twice the signed area of their triangle."""
+    product: Float64Array = a[0] * b[1] - a[1] * b[0]
+    return product

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from gpu_xform import samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
-from gpu_xform.geometry.edges import edge_faces, face_normals, resolve_edges, without_silhouette
+from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces, resolve_edges, split_silhouette
 from gpu_xform.geometry.mesh import Mesh
 from gpu_xform.matrices import chain, rotate, rotate_x, rotate_y, rotate_z, translate
 from tests.support.meshes import triangles_of
@@ -98,9 +98,9 @@ def test_a_grid_is_bounded_by_its_rim(n: int) -> None:
 def test_closed_solids_have_no_rim_and_a_hole_shows_its_own(make: Any) -> None:
     for mesh in (samples.torus(5, 4), samples.icosphere(2), samples.snub_dodecahedron()):
         assert len(resolve_edges(make(mesh), "boundary")) == 0
-        found = edge_faces(make(mesh))
+        found = find_edge_faces(make(mesh))
         assert (found.n_faces == 2).all()
-        assert not found.turned.any()
+        assert not found.inconsistent_winding.any()
         assert len(found.edges) == len(mesh.edges)
     sphere = samples.icosphere(3)
     around = np.flatnonzero((np.asarray(sphere.faces) == 20).any(axis=1))
@@ -191,7 +191,7 @@ def test_edge_faces_are_what_a_plain_walk_finds(data: st.DataObject) -> None:
     positions = data.draw(st.lists(st.tuples(coordinate, coordinate, st.just(0.0)), min_size=n, max_size=n))
     faces = data.draw(st.lists(st.lists(st.integers(0, n - 1), min_size=2, max_size=5), max_size=8))
     mesh = Mesh(positions, faces)
-    found = edge_faces(mesh)
+    found = find_edge_faces(mesh)
     rows = [
         (tuple(edge), pair, n_faces, turned, segment)
         for edge, pair, n_faces, turned, segment in zip(*(column.tolist() for column in found), strict=True)
@@ -204,7 +204,7 @@ def test_edge_faces_are_what_a_plain_walk_finds(data: st.DataObject) -> None:
 def test_segments_are_features_and_have_no_faces() -> None:
     mesh = Mesh(samples.cube().positions, [*samples.cube().faces, (7, 0), (0, 1)])
     assert resolve_edges(mesh, "feature", 91).tolist() == [[0, 1], [0, 7]]
-    found = edge_faces(mesh)
+    found = find_edge_faces(mesh)
     assert len(found.edges) == 13
     assert found.faces[found.edges.tolist().index([0, 7])].tolist() == [-1, -1]
     assert len(resolve_edges(mesh, "boundary")) == 0
@@ -264,7 +264,7 @@ def test_the_bridge_to_a_hole_is_neither_feature_nor_rim() -> None:
     mesh = Mesh(np.concatenate([outer, hole]), [(0, 1, 2, 3, 0, 4, 5, 6, 7, 4)])
     assert len(resolve_edges(mesh, "boundary")) == len(resolve_edges(mesh, "feature", 0)) == 8
     assert [0, 4] not in resolve_edges(mesh, "boundary").tolist()
-    assert [0, 4] in edge_faces(mesh).edges.tolist()
+    assert [0, 4] in find_edge_faces(mesh).edges.tolist()
 
 
 def test_normals_are_newells_of_length_one() -> None:
@@ -272,22 +272,22 @@ def test_normals_are_newells_of_length_one() -> None:
         [*SQUARE, (0, 0, 1), (2, 0, 0)], [(0, 1, 2, 3), (3, 2, 1, 0), (0, 4, 1), (0, 1), (0, 1, 5), (0, 0, 0, 0)]
     )
     expected = [[0, 0, 1], [0, 0, -1], [0, 1, 0], [0, 0, 0], [0, 0, 0], [0, 0, 0]]
-    assert face_normals(mesh).tolist() == expected
+    assert compute_face_normals(mesh).tolist() == expected
     solid = samples.snub_dodecahedron()
-    normals = face_normals(solid)
+    normals = compute_face_normals(solid)
     assert np.linalg.norm(normals, axis=1) == pytest.approx(1.0, rel=1e-15)
     for face, normal in zip(solid.faces, normals, strict=True):
         corners = solid.positions[face]
         assert corners @ normal == pytest.approx(float(corners.mean(axis=0) @ normal), rel=1e-14)
         assert corners[0] @ normal > 0.0
-    assert face_normals(Mesh([])).shape == (0, 3)
+    assert compute_face_normals(Mesh([])).shape == (0, 3)
 
 
 @pytest.mark.parametrize("mesh", [Mesh([]), Mesh(SQUARE), Mesh(SQUARE, [(0, 0)]), Mesh(SQUARE, [(1, 1, 1)])])
 def test_meshes_without_edges_have_none_to_draw(mesh: Mesh) -> None:
     for name in ("all", "feature", "boundary"):
         assert resolve_edges(mesh, name).shape == (0, 2)
-    assert [len(column) for column in edge_faces(mesh)] == [0] * 5
+    assert [len(column) for column in find_edge_faces(mesh)] == [0] * 5
 
 
 def test_names_stand_for_their_edges() -> None:
@@ -319,15 +319,15 @@ def test_sets_combine_to_each_edge_once_in_order() -> None:
 
 
 def test_the_silhouette_is_taken_out_for_each_view_to_find() -> None:
-    assert without_silhouette("silhouette") == (None, True)
-    assert without_silhouette("feature") == ("feature", False)
-    assert without_silhouette(["silhouette", "boundary"]) == ("boundary", True)
-    assert without_silhouette(iter(["feature", "silhouette", "boundary"])) == (["feature", "boundary"], True)
+    assert split_silhouette("silhouette") == (None, True)
+    assert split_silhouette("feature") == ("feature", False)
+    assert split_silhouette(["silhouette", "boundary"]) == ("boundary", True)
+    assert split_silhouette(iter(["feature", "silhouette", "boundary"])) == (["feature", "boundary"], True)
     pairs = np.array([(0, 1), (2, 1)])
-    rest, found = without_silhouette([pairs, "silhouette"])
+    rest, found = split_silhouette([pairs, "silhouette"])
     assert rest is pairs
     assert found
-    assert without_silhouette([[0, 1], [1, 2]]) == ([[0, 1], [1, 2]], False)
+    assert split_silhouette([[0, 1], [1, 2]]) == ([[0, 1], [1, 2]], False)
 
 
 @pytest.mark.parametrize(

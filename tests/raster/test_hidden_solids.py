@@ -5,7 +5,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
-from gpu_xform.geometry.edges import edge_faces, face_normals
+from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces
 from gpu_xform.gpu.buffers import INDIRECT
 from gpu_xform.gpu.device import Device
 from tests.support.projection import world_to_pixels
@@ -42,9 +42,9 @@ def test_an_edge_of_a_convex_solid_is_seen_where_one_of_its_faces_looks_at_the_e
     mesh = CONVEX[name].transformed(matrices.chain(TURN, matrices.scale(1.45 / radius)))
     camera, eye = VIEWS[view]
     corner = mesh.positions[mesh.indices[mesh.offsets[:-1]]]
-    normals = face_normals(mesh)
+    normals = compute_face_normals(mesh)
     looks = normals @ eye[:3] - eye[3] * np.einsum("ij,ij->i", normals, corner)
-    found = edge_faces(mesh)
+    found = find_edge_faces(mesh)
     is_seen = (looks[found.faces] > 0).any(axis=1)
     ends = world_to_pixels(mesh.positions, camera, SIZE)[found.edges]
     dark = gx.render_array(mesh, camera=camera, size=SIZE, hidden="remove")

@@ -8,8 +8,8 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.drawing.enums import HiddenStyle
-from gpu_xform.geometry.edges import edge_faces, face_normals, resolve_edges
-from gpu_xform.geometry.mesh import pair_keys
+from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces, resolve_edges
+from gpu_xform.geometry.mesh import pack_pairs
 from tests.support.solids import star_prism
 from tests.support.types import Array
 
@@ -53,13 +53,13 @@ TRANSFORMS = {
 
 def seen_edge_on(mesh: Mesh, eye: Array) -> Array:
     """Return the edges between a face that looks at the eye (4,) and one that looks away, and the rims: (m, 2)."""
-    found = edge_faces(mesh)
-    normals = face_normals(mesh)
+    found = find_edge_faces(mesh)
+    normals = compute_face_normals(mesh)
     corner = mesh.positions[mesh.indices[mesh.offsets[:-1]]]
     looks = normals @ eye[:3] - eye[3] * np.einsum("ij,ij->i", normals, corner) > 0.0
     one, other = looks[found.faces].T
     between_two = found.n_faces == 2
-    chosen: Array = found.edges[~between_two | ((one != other) ^ found.turned)]
+    chosen: Array = found.edges[~between_two | ((one != other) ^ found.inconsistent_winding)]
     return chosen
 
 
@@ -84,7 +84,7 @@ def test_edges_that_are_chosen_twice_are_drawn_once(name: str, other: str) -> No
     options: dict[str, Any] = {"camera": camera, "size": SIZE, "alpha": 0.5, "feature_angle": 20.0}
     drawn = resolve_edges(mesh, other, 20.0)
     also = seen_edge_on(mesh, eye)
-    also = also[~np.isin(pair_keys(*also.T), pair_keys(*drawn.T))]
+    also = also[~np.isin(pack_pairs(*also.T), pack_pairs(*drawn.T))]
     shown = gx.render_array(mesh, edges=["silhouette", other], **options)
     layers = [Layer(mesh, edges=part, alpha=0.5) for part in (drawn, also) if len(part)]
     apart = gx.render_array(layers, camera=camera, size=SIZE)
@@ -161,7 +161,7 @@ def sphere_of_triangles(n: int) -> Mesh:
 def test_poles_made_of_faces_without_area_have_no_silhouette_of_their_own(turn: float, camera: str) -> None:
     ball = sphere_of_triangles(12)
     whole = np.linalg.norm(np.diff(ball.positions[ball.faces], axis=1), axis=2).min(axis=1) > 1e-9
-    whole &= face_normals(ball, 1e-9).any(axis=1)
+    whole &= compute_face_normals(ball, 1e-9).any(axis=1)
     without = Mesh(ball.positions, np.asarray(ball.faces)[whole])  # the triangles at the poles meet there by places
     options: dict[str, Any] = {"camera": CAMERAS[camera][0], "size": SIZE, "transform": matrices.rotate_x(turn)}
     expected = gx.render_array(without, edges="silhouette", **options)

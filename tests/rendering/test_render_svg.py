@@ -14,7 +14,7 @@ import gpu_xform as gx
 from gpu_xform.drawing.layer import Style
 from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.errors import ArgumentError
-from gpu_xform.geometry.edges import edge_faces, face_normals
+from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces
 from gpu_xform.gpu.device import Device, default_device
 from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import VectorLayer
@@ -166,8 +166,8 @@ def test_a_pdf_shows_what_the_pixels_show(name: str) -> None:
 
 @pytest.mark.parametrize("mesh", [CUBE, HOUSE, BALL], ids=["cube", "house", "ball"])
 def test_of_a_convex_solid_the_edges_of_faces_that_look_at_the_eye_are_there(mesh: gx.Mesh) -> None:
-    found = edge_faces(mesh)
-    normals = face_normals(mesh)
+    found = find_edge_faces(mesh)
+    normals = compute_face_normals(mesh)
     corners = mesh.positions[mesh.indices[mesh.offsets[:-1]]]
     looks = np.einsum("ij,ij->i", normals, np.array((3, 2.2, 6)) - corners) > 0
     visible = looks[found.faces].any(axis=1)

@@ -21,7 +21,7 @@ from gpu_xform import (
     scale,
     translate,
 )
-from gpu_xform.geometry.edges import edge_faces, face_normals
+from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces
 from tests.support.projection import clip_to_pixels
 from tests.support.reference_visibility import MIN_PART, clip_to_view, gaps, visible_intervals
 from tests.support.solids import box, center, concatenate, interlocking, l_prism, staircase, star_prism, thin_plates
@@ -167,9 +167,9 @@ def test_an_edge_of_a_convex_solid_is_seen_where_one_of_its_faces_looks_at_the_e
     eye = np.array([2.3, -3.1, 6.7])
     camera = Camera.look_at(eye, (0, 0, 0), fov_y=50, orthographic=orthographic_view)
     clip_from_model = camera.clip_from_world(1.3)
-    found = edge_faces(solid)
+    found = find_edge_faces(solid)
     towards = eye - (0.0 if orthographic_view else solid.positions[[face[0] for face in solid.faces]])
-    lit = np.einsum("ij,ij->i", face_normals(solid), np.broadcast_to(towards, (solid.n_faces, 3))) > 0.0
+    lit = np.einsum("ij,ij->i", compute_face_normals(solid), np.broadcast_to(towards, (solid.n_faces, 3))) > 0.0
     expected = lit[found.faces].any(axis=1)
     seen = visible_intervals(solid, found.edges, clip_from_model)
     assert 0.3 < expected.mean() < 0.8
@@ -186,7 +186,7 @@ def free_view(mesh: Mesh, points: Array, eye: Array, parallel: bool, near: float
     forward = -eye / np.linalg.norm(eye)
     free = np.ones(len(points), np.bool_)
     away = np.broadcast_to(100.0 * forward, points.shape) if parallel else points - eye
-    for face, normal in zip(mesh.faces, face_normals(mesh), strict=True):
+    for face, normal in zip(mesh.faces, compute_face_normals(mesh), strict=True):
         corners = mesh.positions[face]
         with np.errstate(divide="ignore", invalid="ignore"):
             back = ((points - corners[0]) @ normal) / (away @ normal)  # from the point to the eye it is 0 to 1
