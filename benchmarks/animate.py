@@ -25,7 +25,7 @@ from PIL import Image
 import gpu_xform as gx
 
 COMPARED = (0, 7, 13)  # frames
-MOST_ASTRAY = 0.02  # of the lit pixels; a lossy format lights a few beside its lines
+MAX_ASTRAY_PART = 0.02  # of the lit pixels; a lossy format lights a few beside its lines
 
 
 def frames(path: Path) -> list[Pixels]:
@@ -66,9 +66,9 @@ class Studio:
         for name, path in self.paths.items():
             made = frames(path)
             for k in COMPARED:
-                if off(expected[k], made[k]) > MOST_ASTRAY:
+                if off(expected[k], made[k]) > MAX_ASTRAY_PART:
                     raise SystemExit(f"{name}, frame {k}: {100 * off(expected[k], made[k]):.2g} % is off: not compared")
-                if off(expected[k], made[k + 1]) <= MOST_ASTRAY:
+                if off(expected[k], made[k + 1]) <= MAX_ASTRAY_PART:
                     raise SystemExit(f"{name}: its frame {k + 1} would pass for frame {k}")
 
     def medians(self, mesh: gx.Mesh, rounds: int) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""Side-by-side timing: every contender in turn, round after round, so that the machine's moods fall on all alike."""
+"""Side-by-side timing: contenders take turns, round after round, so that noise of the machine affects all equally."""
 
 import gc
 import os

@@ -1,4 +1,4 @@
-"""Two movies, made by this library and by its peers: a sphere as MP4, and the lecture's ball as GIF."""
+"""Two movies, made by this library and by its peers: a sphere as MP4, and a ball of 92 faces as GIF."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path

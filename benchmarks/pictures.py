@@ -1,4 +1,4 @@
-"""Whether two pictures of black lines on white show the same lines."""
+"""Comparison of pictures of black lines on white: whether they show the same lines."""
 
 import itertools
 
@@ -7,8 +7,8 @@ import numpy.typing as npt
 
 Pixels = npt.NDArray[np.uint8]
 
-MOST_ASTRAY = 1e-3
-MOST_INK = 1.5
+MAX_ASTRAY_PART = 1e-3
+MAX_COVERAGE_RATIO = 1.5
 
 
 def lit(picture: Pixels) -> npt.NDArray[np.bool_]:
@@ -27,23 +27,23 @@ def astray(picture: Pixels, other: Pixels) -> float:
 
 
 def difference(ours: Pixels, theirs: Pixels, width_ratio: float = 1.0) -> str | None:
-    """Return in words why two pictures do not show the same lines; None where they do.
+    """Return why two pictures do not show the same lines, as text; None if they do.
 
-    width_ratio : how many times as wide as our lines theirs are
+    width_ratio : the width of their lines over the width of ours
     """
     if theirs.shape[:2] != ours.shape[:2]:
         return f"it draws {theirs.shape[1]} x {theirs.shape[0]} pixels"
     if not (lit(ours).any() and lit(theirs).any()):
         return "nothing is drawn"
     lacking, added = astray(ours, theirs), astray(theirs, ours)
-    if max(lacking, added) > MOST_ASTRAY:
+    if max(lacking, added) > MAX_ASTRAY_PART:
         return f"{100 * lacking:.2g} % of our lit pixels are far from theirs, {100 * added:.2g} % of theirs from ours"
-    ink = float((255.0 - theirs[..., :3]).sum() / (255.0 - ours[..., :3]).sum())
-    if not 1 / MOST_INK <= ink / width_ratio <= MOST_INK:
-        return f"it takes {ink:.2f} of our ink"
+    coverage = float((255.0 - theirs[..., :3]).sum() / (255.0 - ours[..., :3]).sum())
+    if not 1 / MAX_COVERAGE_RATIO <= coverage / width_ratio <= MAX_COVERAGE_RATIO:
+        return f"it covers {coverage:.2f} times as much as we do"
     return None
 
 
 def n_shades(picture: Pixels) -> int:
-    """Return how many different greys there are: two where lines are not anti-aliased."""
+    """Return the number of different greys: two if lines are not anti-aliased."""
     return len(np.unique(picture[..., :3].sum(axis=2, dtype=np.uint16)))

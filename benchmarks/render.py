@@ -104,7 +104,7 @@ def set_up(n: int, workers: dict[str, Worker], comparisons: list[Comparison]) ->
 
 
 def frames(comparisons: list[Comparison], sizes: list[int], rounds: int) -> dict[tuple[Comparison, int], Row]:
-    """Time a frame of icospheres of these sizes by all that can be compared."""
+    """Time one frame of icospheres of these sizes with every renderer."""
     names = dict.fromkeys(name for each in comparisons for name in (each.ours, each.theirs))
     workers = {name: Worker(RENDERERS[name]) for name in names}
     comparisons = set_up(COARSE, workers, comparisons)
@@ -120,7 +120,7 @@ def frames(comparisons: list[Comparison], sizes: list[int], rounds: int) -> dict
 
 
 def scaling(rows: dict[tuple[Comparison, int], Row]) -> list[str]:
-    """Return how the time of a frame grows with the number of edges."""
+    """Return how the time per frame grows with the number of edges."""
     seconds: dict[str, dict[int, float]] = {}
     for (each, n), row in rows.items():
         seconds.setdefault(each.ours, {})[n] = row.ours

@@ -1,6 +1,6 @@
 """One wireframe, drawn by this library and by its peers: black on white, with one camera.
 
-Each function sets up a scene that stays as it is between frames, and is handed a mesh to do so.
+Each function takes a mesh, and sets up a scene that does not change between frames.
 """
 
 import re
@@ -21,7 +21,7 @@ CAMERA = gx.Camera.look_at(EYE, TARGET, UP, fov_y=FOV_Y)
 
 
 class Scene(NamedTuple):
-    """What draws a frame and reads it back, (SIDE, SIDE, 3 or 4) uint8, and the name of what it is drawn on."""
+    """A function that draws a frame and reads it back, (SIDE, SIDE, 3 or 4) uint8; the name of its device."""
 
     frame: Callable[[], Pixels]
     drawn_on: str

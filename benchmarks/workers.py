@@ -1,4 +1,4 @@
-"""Renderers in processes of their own, where what one loads or starts cannot touch another."""
+"""Renderers in separate processes, so that none affects another by what it loads or starts."""
 
 import multiprocessing
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""The main job on real input: three pictures, and a bulk transform with its throughput."""
+"""Demonstration: three pictures, and the throughput of a bulk transform."""
 
 import statistics
 import time
@@ -13,7 +13,7 @@ N_POINTS = 4_000_000
 
 
 def draw(folder: Path, device: gx.Device) -> list[Path]:
-    """Draw the lecture's ball, from a model file, by face colours; and the cube and the house in perspective."""
+    """Draw a ball of 92 faces from a model file, in colours per face, and the cube and the house in perspective."""
     folder.mkdir(exist_ok=True)
     model = folder / "snub_dodecahedron.obj"
     gx.save_mesh(gx.samples.snub_dodecahedron(), model)
@@ -34,7 +34,7 @@ def draw(folder: Path, device: gx.Device) -> list[Path]:
 
 
 def measure(device: gx.Device) -> float:
-    """Return millions of points a second, from array to array, the median of seven runs; the result is checked."""
+    """Return millions of points per second, from array to array, the median of seven runs; check the result."""
     rng = np.random.default_rng(0)
     points = rng.standard_normal((N_POINTS, 3), dtype=np.float32)
     matrix = gx.chain(gx.scale(0.3), gx.rotate_z(90, degrees=True), gx.translate(-0.5, 2, 0))
@@ -51,7 +51,7 @@ def measure(device: gx.Device) -> float:
 
 
 def main() -> None:
-    """Draw, measure, and say what was written."""
+    """Draw, measure, and print what was written."""
     device = gx.Device()
     for path in draw(Path("demo"), device):
         print(f"wrote {path}")

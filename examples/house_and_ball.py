@@ -1,7 +1,7 @@
-"""The lecture's homework: a house turns about its own axis, and a ball rolls by in front of it without slipping.
+"""The lecture's homework: a house rotates about its own axis, and a ball rolls by in front of it without slipping.
 
-The eye is at (0, 0, 100), the picture lies in the xy-plane, and all that moves is placed by composed matrices alone.
-The page with a player needs nothing more; the MP4 needs the extra `video`: `pip install '.[video]'`.
+The eye is at (0, 0, 100), the picture lies in the xy-plane, and composed matrices alone place everything that moves.
+The page with a player needs no extra; the MP4 needs the extra `video`: `pip install '.[video]'`.
 """
 
 from pathlib import Path

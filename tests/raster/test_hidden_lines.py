@@ -28,7 +28,7 @@ SIZE = (900, 700)
 LINE_WIDTH = 1.5
 APART = 3.0  # pixels from a line to what it does not touch
 MARGIN = 3  # pixels added around a picture
-MOST_WRONG = 0.005  # of the length of all edges in the picture
+MAX_WRONG = 0.005  # of the length of all edges in the picture
 FULL = 0.7  # of a line's ink; the least where it is not eaten
 
 
@@ -381,10 +381,10 @@ def test_nothing_visible_is_eaten_and_nothing_hidden_leaks(name: str, view: str)
     mesh = SAMPLES[name]
     camera = VIEWS[view](mesh)
     ends, visible = seen(mesh, matrix(camera))
-    assert sum(wrong_length(ends, visible_spans(mesh, camera, ends), visible, near=1.0)) <= MOST_WRONG
+    assert sum(wrong_length(ends, visible_spans(mesh, camera, ends), visible, near=1.0)) <= MAX_WRONG
     picture = gx.render_array(mesh, camera=camera, size=SIZE, hidden="remove", line_width=LINE_WIDTH)
     judged = judge_picture(picture, ends, visible)
-    assert sum(judged.wrong) <= MOST_WRONG
+    assert sum(judged.wrong) <= MAX_WRONG
     assert judged.part > 0.25
 
 
@@ -394,7 +394,7 @@ def test_in_a_large_picture_nothing_need_be_forgiven(name: str) -> None:
     mesh, size = SAMPLES[name], (3000, 2400)
     camera = Camera.fit(mesh)
     ends, visible = seen(mesh, matrix(camera, size), size)
-    assert sum(wrong_length(ends, visible_spans(mesh, camera, ends, size), visible)) <= MOST_WRONG
+    assert sum(wrong_length(ends, visible_spans(mesh, camera, ends, size), visible)) <= MAX_WRONG
 
 
 def test_a_picture_of_several_tiles_is_as_right_as_one() -> None:
@@ -402,7 +402,7 @@ def test_a_picture_of_several_tiles_is_as_right_as_one() -> None:
     camera = Camera.fit(mesh)
     picture = gx.render_array(mesh, camera=camera, size=size, hidden="remove", line_width=LINE_WIDTH)
     judged = judge_picture(picture, *seen(mesh, matrix(camera, size), size))
-    assert sum(judged.wrong) <= MOST_WRONG
+    assert sum(judged.wrong) <= MAX_WRONG
     assert judged.part > 0.9
 
 
@@ -437,7 +437,7 @@ def test_however_lines_are_drawn(name: str, view: str, style: str) -> None:
             mesh, camera=camera, size=SIZE, hidden="remove", line_width=LINE_WIDTH, edge_colors=black
         )
     judged = judge_picture(picture, *seen(mesh, matrix(camera)), line_width=1.0 if style == "thin" else LINE_WIDTH)
-    assert sum(judged.wrong) <= MOST_WRONG
+    assert sum(judged.wrong) <= MAX_WRONG
     assert judged.part > 0.6
 
 
@@ -452,7 +452,7 @@ def test_the_cameras_of_lectures_look_along_z_at_turned_models(name: str, camera
         clip_from_world[2, 2] = -0.1
     picture = gx.render_array(mesh, transform=turn, camera=camera, size=SIZE, hidden="remove", line_width=LINE_WIDTH)
     judged = judge_picture(picture, *seen(mesh, clip_from_world @ turn))
-    assert sum(judged.wrong) <= MOST_WRONG
+    assert sum(judged.wrong) <= MAX_WRONG
     assert judged.part > 0.6
 
 
@@ -461,5 +461,5 @@ def test_models_hide_one_another() -> None:
     camera = Camera.fit(concatenate(one, other))
     picture = gx.render_array([one, other], camera=camera, size=SIZE, hidden="remove", line_width=LINE_WIDTH)
     judged = judge_picture(picture, *seen(concatenate(one, other), matrix(camera)))
-    assert sum(judged.wrong) <= MOST_WRONG
+    assert sum(judged.wrong) <= MAX_WRONG
     assert judged.part > 0.6
