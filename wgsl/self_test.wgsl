@@ -1,11 +1,11 @@
-// What a driver must get right before its results are believed: long loops, and where a struct's members lie.
-struct Sixteen {
+// What a driver must get right before its results are believed: long loops, and where the members of a struct lie.
+struct SelfTest {
     entries: mat4x4<f32>,
     scalar: f32,
     count: u32,
 }
 
-@group(0) @binding(0) var<uniform> given: Sixteen;
+@group(0) @binding(0) var<uniform> given: SelfTest;
 @group(0) @binding(1) var<storage, read_write> seen: array<f32>;
 
 @compute @workgroup_size(1)

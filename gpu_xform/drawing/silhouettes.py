@@ -23,7 +23,7 @@ def extract_silhouette(
     The caller releases the result.
     """
     edges = Buffer(device.context, EDGE_BYTES * n_candidates, label="silhouette: edges")
-    struct = np.zeros((), layouts.VIEW)
+    struct = np.zeros((), layouts.SILHOUETTE_VIEW)
     struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero if the eye sees all the model as one line
     struct["n_candidates"] = n_candidates
     pipeline = device.pipelines.compute("extract_silhouette", workgroup_size=choose_workgroup_size(device))

@@ -20,7 +20,7 @@ class View:
 def ndc_to_pixels(ndc: Float64Array, size: tuple[int, int]) -> Float64Array:
     """Return x and y (..., 2) in pixels, from the picture's top left corner, of points (..., 2 or more) in NDC.
 
-    It is the viewport transform of WebGPU; `to_pixels` of the shaders is the same.
+    It is the viewport transform of WebGPU; `clip_to_pixels` of the shaders is the same.
     """
     pixels: Float64Array = (ndc[..., :2] * (0.5, -0.5) + 0.5) * size
     return pixels

@@ -27,7 +27,7 @@ TRANSFORM = {
     ),
 }
 
-SIXTEEN = np.dtype(
+SELF_TEST = np.dtype(
     {
         "names": ["entries", "scalar", "count"],
         "formats": [("<f4", (4, 4)), "<f4", "<u4"],
@@ -36,6 +36,8 @@ SIXTEEN = np.dtype(
     }
 )
 
+VERTEX_TRANSFORM = np.dtype([("n_packets", "<u4")])
+
 TILE = np.dtype(
     [
         ("size", "<f4", (2,)),
@@ -43,15 +45,20 @@ TILE = np.dtype(
         ("extent", "<i4", (2,)),
         ("depth_origin", "<i4", (2,)),
         ("depth_extent", "<i4", (2,)),
-        ("pixel_depth", "<f4", (2,)),
+        ("depth_slope_per_pixel", "<f4", (2,)),
         ("background", "<f4", (4,)),
     ]
 )
 
-STYLE = np.dtype(
+DEPTH_CUE = np.dtype([("depth_scale", "<f4"), ("distance_scale", "<f4"), ("offset", "<f4"), ("amount", "<f4")])
+
+LINE_STYLE = np.dtype(
     {
-        "names": ["cue", "color", "line_width", "strength", "n_edges", "n_points", "edge_bits", "log2_lanes"],
-        "formats": [("<f4", (4,)), ("<f4", (4,)), "<f4", "<f4", "<u4", "<u4", "<u4", "<u4"],
+        "names": [
+            *("depth_cue", "color", "line_width", "opacity"),
+            *("n_edges", "instance_stride", "edge_bits", "log2_lanes"),
+        ],
+        "formats": [DEPTH_CUE, ("<f4", (4,)), "<f4", "<f4", "<u4", "<u4", "<u4", "<u4"],
         "offsets": [0, 16, 32, 36, 40, 44, 48, 52],
         "itemsize": 64,
     }
@@ -59,8 +66,8 @@ STYLE = np.dtype(
 
 FACES = np.dtype(
     {
-        "names": ["cue", "n_triangles", "n_points", "first_mark", "is_marking"],
-        "formats": [("<f4", (4,)), "<u4", "<u4", "<u4", "<u4"],
+        "names": ["depth_cue", "n_triangles", "instance_stride", "first_id", "writes_visibility"],
+        "formats": [DEPTH_CUE, "<u4", "<u4", "<u4", "<u4"],
         "offsets": [0, 16, 20, 24, 28],
         "itemsize": 32,
     }
@@ -68,15 +75,17 @@ FACES = np.dtype(
 
 CANDIDATE = np.dtype([("edge", "<u4", (2,)), ("faces", "<u4", (2,)), ("is_turned", "<u4"), ("padding", "<u4")])
 
-VIEW = np.dtype(
+SILHOUETTE_VIEW = np.dtype(
     {"names": ["eye", "n_candidates"], "formats": [("<f4", (4,)), "<u4"], "offsets": [0, 16], "itemsize": 32}
 )
 
-PIECE = np.dtype(
+COUNT_OR_WRITE = np.dtype([("is_writing", "<u4"), ("first", "<u4")])
+
+SPAN = np.dtype(
     {
-        "names": ["ends", "edge", "is_hidden", "along", "start", "farness"],
-        "formats": [("<f4", (4,)), "<u4", "<u4", ("<f4", (2,)), "<f4", "<f4"],
-        "offsets": [0, 16, 20, 24, 32, 36],
+        "names": ["ends", "edge", "is_hidden", "t_clip", "opacity", "start_px", "normalized_depth"],
+        "formats": [("<f4", (4,)), "<u4", "<u4", "<f4", "<f4", "<f4", "<f4"],
+        "offsets": [0, 16, 20, 24, 28, 32, 36],
         "itemsize": 48,
     }
 )

@@ -62,7 +62,8 @@ def _build_layer(name: str, line_width: float, splits: Sequence[SplitEdges], pol
         is_hidden = split.spans["is_hidden"] == 1
         drawn = np.flatnonzero(~is_hidden | (lines.hidden in {Hidden.DASH, Hidden.FADE}))
         if lines.color_mode is not ColorMode.UNIFORM:
-            drawn = drawn[np.argsort(-split.spans["farness"][drawn], kind="stable")]  # nearer ones over farther ones
+            # Nearer spans lie over farther ones.
+            drawn = drawn[np.argsort(-split.spans["normalized_depth"][drawn], kind="stable")]
         spans, is_hidden = split.spans[drawn], is_hidden[drawn]
         span_colors = _span_colors(split, spans)
         if lines.hidden is Hidden.FADE:
@@ -74,7 +75,7 @@ def _build_layer(name: str, line_width: float, splits: Sequence[SplitEdges], pol
             continue
         segments.append(spans["ends"])
         hidden.append(is_hidden)
-        starts.append(spans["start"])
+        starts.append(spans["start_px"])
         colors.append(span_colors)
     return VectorLayer(
         name=name,
@@ -99,9 +100,9 @@ def _span_colors(split: SplitEdges, spans: npt.NDArray[np.void]) -> Float64Array
         colors = _unpack_rgba8(split.colors[index])
     else:
         first, second = split.edges[index].T
-        share = spans["along"][:, :1].astype(np.float64)
+        share = spans["t_clip"][:, np.newaxis].astype(np.float64)
         colors = _interpolate(_unpack_rgba8(split.colors[first]), _unpack_rgba8(split.colors[second]), share)
-    colors[:, 3] *= np.clip(spans["along"][:, 1], 0.0, 1.0)
+    colors[:, 3] *= np.clip(spans["opacity"], 0.0, 1.0)
     return colors
 
 

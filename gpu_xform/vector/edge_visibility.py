@@ -17,11 +17,18 @@ from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.device import Device
 from ..gpu.dispatch import Binding, dispatch
-from ..gpu.layouts import PIECE
-from ..raster.compute.line_batches import Batch, batches, strength_constants, style_struct
+from ..gpu.layouts import COUNT_OR_WRITE, SPAN
+from ..raster.compute.binding_limits import split_to_binding_limits
+from ..raster.compute.line_batches import (
+    LineBatch,
+    line_bindings,
+    line_style_struct,
+    opacity_constants,
+    split_batches,
+)
 from ..raster.compute.tile_struct import Tile, tile_struct
-from ..raster.compute.triangles import FacePass
-from ..raster.compute.vertex_stage import Projection, in_bindings
+from ..raster.compute.triangles import TriangleStage
+from ..raster.compute.vertex_stage import VertexStage
 from ..raster.tiles import Region
 
 MARGIN_PX = 2  # around the picture, for which depths are known
@@ -32,12 +39,12 @@ POOL_OWNER = "edge visibility"
 class SplitEdges(NamedTuple):
     """One batch of lines, its edges split into spans.
 
-    spans : `layouts.PIECE` (s,), in the order of the edges
+    spans : `layouts.SPAN` (s,), in the order of the edges
     edges : (n_edges, 2) uint32 of the batch
     colors : packed, one per edge or per point; empty if all edges have one colour
     """
 
-    batch: Batch
+    batch: LineBatch
     spans: npt.NDArray[np.void]
     edges: npt.NDArray[np.uint32]
     colors: npt.NDArray[np.uint32]
@@ -60,30 +67,26 @@ def split_edges_by_visibility(
     """
     tile = Tile(Region((0, 0), view.size), MARGIN_PX)
     with device.lock:
-        parts = [list(in_bindings(device, drawable)) for drawable in drawables]
-        projection = Projection(device, [part for own_parts in parts for part in own_parts])
-        faces = FacePass(device, projection.shapes, math.prod(tile.depth_region.extent), numbered=find_visible)
-        line_batches = batches(device, projection.shapes)
+        parts = [list(split_to_binding_limits(device, drawable)) for drawable in drawables]
+        vertices = VertexStage(device, [part for own_parts in parts for part in own_parts])
+        n_depths = math.prod(tile.depth_region.extent)
+        triangles = TriangleStage(device, vertices.projected, n_depths, write_ids=find_visible)
+        line_batches = split_batches(device, vertices.projected)
         (tile_part,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(tile, view)])
-        styles = uniforms.upload(device, POOL_OWNER, "styles", [style_struct(batch) for batch in line_batches])
-        used = tile_part.buffer, *projection.buffers, *faces.buffers
+        styles = uniforms.upload(device, POOL_OWNER, "styles", [line_style_struct(batch) for batch in line_batches])
+        used = tile_part.buffer, *vertices.buffers, *triangles.buffers
         with device.encode_commands(*used, label="depth prepass") as encoder:
-            projection.record(encoder)
-            faces.lay(encoder, tile_part)
+            vertices.record(encoder)
+            triangles.depth_prepass(encoder, tile_part)
         results = []
         for batch, style in zip(line_batches, styles, strict=True):
-            buffers: dict[str, Buffer | Binding] = {
-                "tile": tile_part,
-                "style": style,
-                "projected": batch.shape.positions,
-                "edges": batch.edges,
-                "face_depths": faces.depths,
-            }
-            constants = strength_constants(batch, nothing_hides=faces.is_empty) | {"longest": max_span_px(batch.lines)}
+            buffers = line_bindings(batch, tile_part, style, triangles.face_depths)
+            constants = opacity_constants(batch, nothing_hides=triangles.is_empty)
+            constants["max_span_px"] = max_span_px(batch.lines)
             spans = _find_spans(device, batch, buffers, constants)
             colors = _read_back(batch.colors) if batch.colors else np.empty(0, np.uint32)
             results.append(SplitEdges(batch, spans, _read_back(batch.edges).reshape(-1, 2), colors))
-        is_visible = iter(faces.seen(projection.shapes))
+        is_visible = iter(triangles.visible_triangles(vertices.projected))
         return results, [np.vstack(list(islice(is_visible, len(own_parts)))) for own_parts in parts]
 
 
@@ -94,20 +97,20 @@ def _read_back(part: Binding) -> npt.NDArray[np.uint32]:
 
 
 def _find_spans(
-    device: Device, batch: Batch, buffers: Mapping[str, Buffer | Binding], constants: Mapping[str, float]
+    device: Device, batch: LineBatch, buffers: Mapping[str, Buffer | Binding], constants: Mapping[str, float]
 ) -> npt.NDArray[np.void]:
     """Return the spans of a batch: counted in a first dispatch, and written in as many as the bindings need."""
-    n_edges = batch.n_edges * batch.shape.n_instances
-    grid = count_workgroups(device, batch.n_edges), batch.shape.n_instances
+    n_edges = batch.n_instance_edges
+    grid = count_workgroups(device, batch.n_edges), batch.projected.n_instances
     pipeline = device.pipelines.compute(
         "split_edges_by_visibility", workgroup_size=choose_workgroup_size(device), **constants
     )
 
     def run(counts: Buffer, spans: Buffer, first: int | None) -> None:
         """Count the spans of each edge; or write those from `first` on, whose offsets are in `counts`."""
-        turn = np.array([first is not None, first or 0, 0, 0], np.uint32)
-        (uniform,) = uniforms.upload(device, POOL_OWNER, "turn", [turn])
-        bound = {**buffers, "counts": counts, "pieces": spans, "turn": uniform}
+        struct = np.array((first is not None, first or 0), COUNT_OR_WRITE)
+        (uniform,) = uniforms.upload(device, POOL_OWNER, "count or write", [struct])
+        bound = {**buffers, "span_counts": counts, "spans": spans, "count_or_write": uniform}
         used = [part.buffer if isinstance(part, Binding) else part for part in bound.values()]
         with device.encode_commands(*used, label="edge visibility") as encoder:
             dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, **bound), *grid)
@@ -115,21 +118,21 @@ def _find_spans(
     with contextlib.ExitStack() as stack:
         counts = Buffer(device.context, 4 * n_edges, label="edge visibility: counts")
         stack.callback(counts.release)
-        no_spans = Buffer(device.context, PIECE.itemsize, label="edge visibility: no spans")
+        no_spans = Buffer(device.context, SPAN.itemsize, label="edge visibility: no spans")
         stack.callback(no_spans.release)
         run(counts, no_spans, None)
         with counts.map_read(4 * n_edges) as view:
             n_spans = view.view(np.uint32).astype(np.int64)
-        result = np.empty(int(n_spans.sum()), PIECE)
+        result = np.empty(int(n_spans.sum()), SPAN)
         if len(result) == 0:
             return result
         counts.upload((np.cumsum(n_spans) - n_spans).astype(np.uint32))
-        max_spans = min(len(result), max(1, device.limits.max_bound_bytes // PIECE.itemsize))
-        spans = Buffer(device.context, PIECE.itemsize * max_spans, label="edge visibility: spans")
+        max_spans = min(len(result), max(1, device.limits.max_bound_bytes // SPAN.itemsize))
+        spans = Buffer(device.context, SPAN.itemsize * max_spans, label="edge visibility: spans")
         stack.callback(spans.release)
         for first in range(0, len(result), max_spans):
             part = result[first : first + max_spans]
             run(counts, spans, first)
             with spans.map_read(part.nbytes) as view:
-                part[:] = view.view(PIECE)
+                part[:] = view.view(SPAN)
         return result

@@ -12,7 +12,7 @@ from gpu_xform.drawing.draw_list import Drawable, Faces, Lines
 from gpu_xform.drawing.enums import HiddenStyle
 from gpu_xform.drawing.layer import Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-from gpu_xform.raster.compute.vertex_stage import in_bindings
+from gpu_xform.raster.compute.binding_limits import split_to_binding_limits
 from tests.support.types import DeviceFactory
 
 CUBE = samples.cube()
@@ -233,7 +233,7 @@ def test_instances_are_split_so_that_points_and_a_number_per_face_or_edge_fit_bi
         faces = Faces(stored.buffer, n_triangles) if n_triangles else None
         lines = (Lines(stored.buffer, 1, 1.0), Lines(stored.buffer, n_edges, 1.0))
         matrices_of_many = np.random.default_rng(1).normal(size=(100, 4, 4))
-        parts = list(in_bindings(small, Drawable(stored, matrices_of_many, faces, lines)))
+        parts = list(split_to_binding_limits(small, Drawable(stored, matrices_of_many, faces, lines)))
     assert np.array_equal(np.concatenate([part.clip_from_points for part in parts]), matrices_of_many)
     largest = max(len(part.clip_from_points) for part in parts)
     per_instance = max(16 * n_points, 4 * n_triangles, 4 * n_edges)

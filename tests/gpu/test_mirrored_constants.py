@@ -1,48 +1,100 @@
 """What is written both in Python and in WGSL is the same in both."""
 
-from enum import IntEnum
+import re
 
 import pytest
 
 from gpu_xform.compute.kernels.job import Epilogue
+from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
 from gpu_xform.drawing.enums import ColorMode, Hidden
-from gpu_xform.raster.compute.triangles import LEFT_BITS
+from gpu_xform.drawing.geometry_source import NO_FACE
+from gpu_xform.gpu.self_test import MAX_ITERATIONS
+from gpu_xform.raster.compute.triangles import OPACITY_BITS
 from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
 from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WIDTH_PX
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
-from tests.support.wgsl import constants, source
+from tests.support.wgsl import FOLDER, STAGES
+
+ENUMERATIONS = {"HIDDEN": Hidden, "COLOR": ColorMode, "EPILOGUE": Epilogue}
+
+TWINS = {
+    **{f"{prefix}_{member.name}": member for prefix, enumeration in ENUMERATIONS.items() for member in enumeration},
+    "COPLANAR_FACTOR": 1.0 + DEPTH_RTOL,
+    "DASH_OFF_WIDTHS": DASH_OFF_WIDTHS,
+    "DASH_ON_WIDTHS": DASH_ON_WIDTHS,
+    "HIDDEN_FADE_ALPHA": HIDDEN_FADE_ALPHA,
+    "MATRICES_PER_DISPATCH": MATRICES_PER_DISPATCH,
+    "MAX_ROUNDS": MAX_ITERATIONS,
+    "MIN_DASH_WIDTH_PX": MIN_DASH_WIDTH_PX,
+    "NO_FACE": NO_FACE,
+    "OPACITY_BITS": OPACITY_BITS,
+}
+
+WGSL_ALONE = {
+    "CONSERVATIVE_MARGIN_PX": "only the shaders rasterise triangles",
+    "DEPTH_BIAS_PX": "only the shaders test depths",
+    "MAX_BANDS": "the shaders choose their own grid",
+    "MAX_SMALL_TRIANGLE_PX": "the shaders choose their own grid",
+    "MAX_WORKGROUPS": "the shaders choose their own grid; the number is WebGPU's",
+    "MIN_SEEN_OPACITY": "half a step of the eight bits that shaders pack",
+    "MIN_WORKGROUPS": "the shaders choose their own grid",
+    "NO_POINT": "one shader writes it for others to read",
+    "OPACITY_STEPS": "shaders pack and unpack it",
+    "OPAQUE_ABSORBANCE": "shaders write and read absorbance",
+    "PIXELS_PER_BAND": "the shaders choose their own grid",
+    "SATURATED_ABSORBANCE": "shaders write and read absorbance",
+    "SILHOUETTE_PROBE_PX": "only the shaders look up depths; the margin of tiles has room for it",
+}
 
 
-def test_passes_name_bits_of_marks_as_the_shaders_do() -> None:
-    assert constants("composite_triangles")["LEFT_BITS"] == f"{LEFT_BITS}u"
+def written_constants() -> list[tuple[str, str]]:
+    """Return the name and the text of every constant of every WGSL file."""
+    texts = [file.read_text("utf-8") for file in sorted(FOLDER.rglob("*.wgsl"))]
+    return [found for text in texts for found in re.findall(r"^const (\w+)(?:: \w+)? = (.+?);", text, re.MULTILINE)]
 
 
-def test_vector_pictures_fade_and_dash_as_the_shaders_do() -> None:
-    there = constants("accumulate_lines")
-    assert float(there["PALE"]) == HIDDEN_FADE_ALPHA
-    assert there["DASH"] == f"vec2({DASH_ON_WIDTHS}, {DASH_OFF_WIDTHS})"
-    assert f"DASH * max(style.line_width, {MIN_DASH_WIDTH_PX});" in source("accumulate_lines").code
+def value(text: str) -> float:
+    """Return the number that a constant expression of WGSL stands for: literals and sums or quotients of them."""
+    literals = re.findall(r"0x[0-9a-f]+u?|[\d.]+(?:e-?\d+)?[uif]?|[-+/]", text)
+    assert "".join(literals) == text.replace(" ", "")
+    numbers = [
+        float(int(literal.rstrip("u"), 16)) if literal.startswith("0x") else float(literal.rstrip("uif"))
+        for literal in literals[::2]
+    ]
+    result = numbers[0]
+    for operator, number in zip(literals[1::2], numbers[1:], strict=True):
+        result = {"+": result + number, "-": result - number, "/": result / number}[operator]
+    return result
 
 
-def test_what_is_level_in_vector_pictures_is_so_in_the_shaders() -> None:
-    assert constants("depth_small_triangles")["NEARLY"] == f"1.0 + {DEPTH_RTOL:.0e}".replace("e-0", "e-")
+def test_constant_expressions_of_wgsl_are_read() -> None:
+    assert [value(text) for text in ("8", "0xffu", "1.5", "1e-6", "1.0 + 1e-6", "0.5 / 255.0", "8u")] == [
+        *(8.0, 255.0, 1.5, 1e-6, 1.0 + 1e-6, 0.5 / 255.0, 8.0)
+    ]
+
+
+def test_every_constant_of_the_shaders_has_a_twin_or_a_reason_to_have_none() -> None:
+    assert {name for name, _ in written_constants()} == set(TWINS) | set(WGSL_ALONE)
+    assert not set(TWINS) & set(WGSL_ALONE)
+
+
+@pytest.mark.parametrize(("name", "text"), written_constants())
+def test_constants_are_the_same_in_both(name: str, text: str) -> None:
+    if name in TWINS:
+        assert value(text) == float(TWINS[name])
+
+
+def test_no_two_files_mean_different_things_by_one_constant() -> None:
+    texts = dict(written_constants())
+    assert all(texts[name] == text for name, text in written_constants())
 
 
 @pytest.mark.parametrize(
-    ("stage", "names"),
-    [
-        ("accumulate_lines", {f"HIDDEN_{member.name}": member for member in Hidden}),
-        ("accumulate_colored_lines", {f"COLOR_{member.name}": member for member in ColorMode}),
-        (
-            "transform_points",
-            {
-                "EPILOGUE_NONE": Epilogue.NONE,
-                "EPILOGUE_PERSPECTIVE_DIVIDE": Epilogue.PERSPECTIVE_DIVIDE,
-                "EPILOGUE_NORMALIZE": Epilogue.NORMALIZE,
-            },
-        ),
-    ],
+    ("constant", "enumeration"), [("hidden", Hidden), ("color_mode", ColorMode), ("epilogue", Epilogue)]
 )
-def test_numbers_that_stand_for_names_are_the_shaders_own(stage: str, names: dict[str, IntEnum]) -> None:
-    there = constants(stage)
-    assert {name: there[name] for name in names} == {name: f"{member.value}u" for name, member in names.items()}
+def test_the_table_of_stages_has_every_member_of_an_enumeration(
+    constant: str, enumeration: type[Hidden | ColorMode | Epilogue]
+) -> None:
+    values = [stage.values[constant] for stage in STAGES.values() if constant in stage.overrides.get("u32", ())]
+    assert values
+    assert all(found == tuple(enumeration) for found in values)

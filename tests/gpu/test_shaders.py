@@ -40,17 +40,17 @@ def test_every_stage_compiles_for_every_combination_of_its_constants(
         assert pipeline.bindings == source(stage, number_type).bindings
 
 
-@pytest.mark.parametrize("wrong", ["cue.y * true", "cue.y * ;", "cue.y * width"])
+@pytest.mark.parametrize("wrong", ["cue.distance_scale * true", "cue.distance_scale * ;", "cue.distance_scale * width"])
 def test_a_shader_that_does_not_compile_names_the_file_and_line_where_it_is_wrong(
     wrong: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = copy_with(tmp_path, "shared/depth_cue.wgsl", "cue.y * w", wrong)
+    folder = copy_with(tmp_path, "shared/depth_cue.wgsl", "cue.distance_scale * w", wrong)
     lines = (folder / "shared" / "depth_cue.wgsl").read_text("utf-8").splitlines()
     [number] = [number for number, line in enumerate(lines, 1) if wrong in line]
     monkeypatch.setenv("GPU_XFORM_WGSL", str(folder))
     message = rf"^shared/depth_cue\.wgsl:{number} does not compile on Device\("
     with Device() as other:
-        for stage in ("accumulate_colored_lines", "depth_small_triangles"):
+        for stage in ("accumulate_lines", "depth_small_triangles"):
             with pytest.raises(ShaderError, match=message) as seen:
                 other.pipelines.module(stage)
             assert "┌─ shared/depth_cue.wgsl:" in str(seen.value)

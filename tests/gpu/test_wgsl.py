@@ -4,9 +4,11 @@ import re
 from pathlib import Path
 
 import pytest
+import wgpu
 
 from gpu_xform.errors import ShaderError
 from gpu_xform.gpu import wgsl
+from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.wgsl import Origin, Sources
 from tests.support.wgsl import FOLDER, STAGES, VARIANTS, source
 
@@ -41,6 +43,45 @@ def test_every_shared_file_is_imported(name: str) -> None:
     assert importers
 
 
+def entry_names(text: str) -> list[str]:
+    """Return the names that a shared file says its entry declares."""
+    found = re.search(r"^// Entry declares: (.*?)\.$", text, re.MULTILINE | re.DOTALL)
+    return re.findall(r"\w+", found[1]) if found else []
+
+
+@pytest.mark.parametrize("name", SHARED)
+def test_shared_files_bind_nothing_and_have_no_constants_of_the_hosts(name: str) -> None:
+    text = (FOLDER / "shared" / f"{name}.wgsl").read_text("utf-8")
+    assert not re.search(r"^(@|override|var)", text, re.MULTILINE)
+
+
+@pytest.mark.parametrize("name", SHARED)
+def test_shared_files_have_no_free_names_but_those_that_they_say_their_entry_declares(
+    name: str, device: Device
+) -> None:
+    """WGSL passes no storage buffer to a function: what reads one names it, and says so in the file's first lines."""
+    file = f"shared/{name}.wgsl"
+    names = entry_names((FOLDER / file).read_text("utf-8"))
+    number_type = "f64" if name.endswith("f64") else "f32"
+    stages = [stage for stage in STAGES if any(origin.file == file for origin in source(stage).origins)]
+    entries = [(FOLDER / STAGES[stage].file).read_text("utf-8") for stage in stages]
+    declarations = {
+        own: re.findall(rf"^(?:@.* var<.*> |override ){own}:.*;", entry, re.MULTILINE)
+        for entry in entries
+        for own in names
+    }
+    assert all(len(found) == 1 for found in declarations.values())
+    for entry in entries:
+        assert all(re.search(rf"^(?:@.* var<.*> |override ){own}:", entry, re.MULTILINE) for own in names)
+    code = wgsl.resolve(FOLDER, file, number_type).code
+    own_lines = {own: line for own, [line] in declarations.items()}
+    compiles = device.context.handle.create_shader_module
+    compiles(code="\n".join([*own_lines.values(), code]))
+    for own in names:
+        with pytest.raises(wgpu.GPUError, match=own):
+            compiles(code="\n".join([line for other, line in own_lines.items() if other != own] + [code]))
+
+
 @pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
 def test_every_line_reaches_the_device_as_it_stands_in_its_file(stage: str, number_type: str | None) -> None:
     resolved = source(stage, number_type)
@@ -59,7 +100,7 @@ def test_only_buffers_are_written_at_an_index(stage: str, number_type: str | Non
     """The compiler that Direct3D 12 has by default knows no other l-value with an index, such as a vector."""
     code = source(stage, number_type).code
     buffers = set(re.findall(r"var<storage, read_write> (\w+):", code))
-    assert set(re.findall(r"(\w+)\[[^\]]*\](?:\+\+|--| [-+*/]?= )", code)) <= buffers
+    assert set(re.findall(r"(?<![\w.])(\w+)(?:\.\w+)*\[.*\](?:\+\+|--| [-+*/]?= )", code)) <= buffers
 
 
 @pytest.fixture

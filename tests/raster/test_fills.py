@@ -238,10 +238,10 @@ def test_each_instance_and_each_layer_pales_as_far_as_it_is_away_and_asked_to() 
     assert shown[20, 30].tolist() == pytest.approx([255, 102, 102, 255], abs=1)
 
 
-def test_more_colours_than_marks_can_tell_apart_cannot_pale(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(face_pass, "MOST_CUED_COLORS", 5)
+def test_more_colours_than_the_visibility_buffer_tells_apart_cannot_fade(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(face_pass, "MAX_CUED_COLORS", 5)
     cube = samples.cube()
-    with pytest.raises(ArgumentError, match=r"^fill must have at most 5 colours where depth_cue pales them, got 6$"):
+    with pytest.raises(ArgumentError, match=r"^fill must have at most 5 colours if depth_cue fades them, got 6$"):
         gx.render_array(cube, fill="face", depth_cue=0.5, size=SIZE)
     gx.render_array(cube, fill="face", size=SIZE)
     gx.render_array(cube, fill="red", depth_cue=0.5, size=SIZE)

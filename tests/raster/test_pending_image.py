@@ -10,7 +10,7 @@ from gpu_xform.drawing.prepare import Frame
 from gpu_xform.gpu.device import Device
 from gpu_xform.raster.base import PendingImage
 from gpu_xform.raster.compute import rasterizer
-from gpu_xform.raster.compute.render_target import Target
+from gpu_xform.raster.compute.render_target import RenderTarget
 from gpu_xform.rendering.raster import begin_render
 
 STYLES: dict[str, dict[str, Any]] = {
@@ -120,7 +120,7 @@ def test_a_picture_that_fails_releases_its_memory(
     options: dict[str, Any], monkeypatch: pytest.MonkeyPatch, stage: str, n_before: int
 ) -> None:
     monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", 32)
-    owner, name = (rasterizer, "_collect") if stage == "collected" else (Target, "leave")
+    owner, name = (rasterizer, "_collect") if stage == "collected" else (RenderTarget, "resolve")
     whole, calls = getattr(owner, name), []
 
     def sometimes(*args: Any) -> Any:

@@ -1,12 +1,12 @@
-// Edges between a face that looks at the eye and one that looks away; the others become edges of no point.
+// Silhouettes: edges between a face that looks at the eye and one that looks away; the others become edges of no point.
 struct Candidate {
     edge: vec2<u32>,
-    faces: vec2<u32>, // the second NO_FACE where the edge is drawn in every view
+    faces: vec2<u32>, // the second NO_FACE if the edge is drawn in every view
     is_turned: u32, // the two faces are wound against each other
     padding: u32,
 }
 
-struct View {
+struct SilhouetteView {
     eye: vec4<f32>, // in the points' frame, homogeneous
     n_candidates: u32,
 }
@@ -14,17 +14,18 @@ struct View {
 const NO_FACE = 0xffffffffu;
 const NO_POINT = 0xffffffffu;
 
-@group(0) @binding(0) var<uniform> view: View;
+@group(0) @binding(0) var<uniform> view: SilhouetteView;
 @group(0) @binding(1) var<storage, read> candidates: array<Candidate>;
-@group(0) @binding(2) var<storage, read> planes: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read> planes: array<vec4<f32>>; // of the faces
 @group(0) @binding(3) var<storage, read_write> edges: array<vec2<u32>>;
+
 override workgroup_size: u32;
 
 fn looks_at_eye(face: u32) -> bool {
     return dot(planes[face], view.eye) > 0.0;
 }
 
-fn choose(index: u32) {
+fn extract(index: u32) {
     let candidate = candidates[index];
     var is_drawn = candidate.faces.y == NO_FACE;
     if !is_drawn {
@@ -35,8 +36,8 @@ fn choose(index: u32) {
 }
 
 @compute @workgroup_size(workgroup_size)
-fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>) {
-    for (var index = invocation.x; index < view.n_candidates; index += n_groups.x * workgroup_size) {
-        choose(index);
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
+    for (var index = invocation.x; index < view.n_candidates; index += n_workgroups.x * workgroup_size) {
+        extract(index);
     }
 }

@@ -1,12 +1,131 @@
-// Anti-aliased lines of one colour. Where they overlap, their order does not matter: what shines through all is the product
-// of what shines through each.
-#import line_coverage_loop
-#import accumulate_absorbance
+// Anti-aliased lines to the absorbance of pixels, in which the order of lines does not matter. Of lines of several colours,
+// each pixel keeps the depth keys of its nearest edges as well: a k-buffer, which says in what colours light is absorbed.
+// Bavoil et al., "Multi-fragment effects on the GPU using the k-buffer", 2007.
+#import absorbance
+#import coverage
+#import dda
+#import depth_key
+#import edge_color
+#import edge_depth
+#import line_opacity
+#import line_style
+#import load_segment
+#import tile
 
-fn opacity_at(_index: u32, _line: Segment, _t: f32) -> f32 {
-    return style.color.a;
+struct TouchedPixels {
+    n: atomic<u32>,
+    indices: array<u32>, // of the tile's pixels
 }
 
-fn take(place: u32, alpha: f32, _edge: u32, _line: Segment, _t: f32) {
-    lay_ink(place, alpha);
+const SATURATED_ABSORBANCE = 0x80000000u; // far from the largest number, as others add at the same time
+
+@group(0) @binding(0) var<uniform> tile: Tile;
+@group(0) @binding(1) var<uniform> style: LineStyle;
+@group(0) @binding(2) var<storage, read> clip_positions: array<vec4<f32>>; // reversed-Z
+@group(0) @binding(3) var<storage, read> edges: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
+@group(0) @binding(5) var<storage, read> colors: array<u32>; // as color_mode says, straight alpha
+@group(0) @binding(6) var<storage, read_write> absorbance: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> touched_pixels: TouchedPixels;
+@group(0) @binding(8) var<storage, read_write> k_buffer: array<atomic<u32>>; // k depth keys per pixel, the nearest first
+
+override workgroup_size: u32;
+override hidden: u32; // one of HIDDEN_*
+override is_silhouette: bool;
+override has_depth_cue: bool;
+override color_mode: u32; // one of COLOR_*; COLOR_UNIFORM leaves the k-buffer as it is
+override has_transparency: bool; // some of the colours are not opaque
+override k: u32; // 2 or 4
+override is_wide: bool; // opacity is asked for each pixel across a line, not once per column
+override absorbance_steps_per_e: f32;
+override min_transmittance: f32; // of a line in a pixel
+override is_listed: bool; // the touched pixels are few: what comes next goes through their list, not through all pixels
+override may_overflow: bool; // there are so many lines that all through one pixel could be more than it holds
+
+fn color_alpha_at(index: u32, line: Segment, t: f32) -> f32 {
+    if color_mode == COLOR_UNIFORM {
+        return style.color.a;
+    }
+    if !has_transparency {
+        return 1.0;
+    }
+    return color_at(index, line, t).a;
+}
+
+// Keys come in any order: of those that come to a slot, all but the largest go on from it.
+fn insert_key(slot: u32, key: u32) -> u32 {
+    if key == 0u {
+        return 0u;
+    }
+    return min(key, atomicMax(&k_buffer[slot], key));
+}
+
+fn accumulate_absorbance(pixel: u32, alpha: f32) {
+    let amount = absorbance_of(alpha, min_transmittance, absorbance_steps_per_e);
+    let before = atomicAdd(&absorbance[pixel], amount);
+    if is_listed && before == 0u && amount > 0u {
+        touched_pixels.indices[atomicAdd(&touched_pixels.n, 1u)] = pixel;
+    }
+    if may_overflow && before > SATURATED_ABSORBANCE {
+        atomicStore(&absorbance[pixel], opaque_absorbance(absorbance_steps_per_e));
+    }
+}
+
+fn emit_fragment(pixel: u32, alpha: f32, edge: u32, line: Segment, t: f32) {
+    accumulate_absorbance(pixel, alpha);
+    if color_mode == COLOR_UNIFORM {
+        return;
+    }
+    let slots = k * pixel;
+    let key = depth_key(normalized_depth_at(line, t, style.depth_cue), edge, style.edge_bits);
+    let third = insert_key(slots + 1u, insert_key(slots, key)); // no loop: a driver ends long ones
+    if k == 4u {
+        insert_key(slots + 3u, insert_key(slots + 2u, third));
+    }
+}
+
+// Every so many-th column of an edge, as one of several invocations takes them.
+fn rasterize(index: u32, instance: u32, lane: u32) {
+    let half_width = 0.5 * style.line_width;
+    let line = load_segment(index, instance, half_width + 1.0);
+    if !line.is_valid {
+        return;
+    }
+    let axis = major_axis(line);
+    let offset = edge_offset(axis, half_width);
+    let bounds = bounds_in_tile(axis, tile);
+    let first = max(i32(floor(axis.start.x - half_width)), bounds.x);
+    let last = min(i32(floor(axis.start.x + axis.length_major + half_width)), bounds.y);
+    for (var x = first + i32(lane); x <= last; x += 1 << style.log2_lanes) {
+        var opacity = 0.0;
+        if !is_wide {
+            let t = t_at_column(axis, x);
+            opacity = color_alpha_at(index, line, t) * opacity_at(line, t);
+            if hidden != HIDDEN_SHOW && opacity <= 0.0 {
+                continue;
+            }
+        }
+        let spans = column_spans(axis, half_width, offset, x);
+        let rows = row_range(spans);
+        let highest = min(rows.y, bounds.w);
+        for (var y = max(rows.x, bounds.z); y <= highest; y++) {
+            let pixel = pixel_at(axis, x, y);
+            let t = t_at_pixel(line, pixel);
+            if is_wide {
+                opacity = color_alpha_at(index, line, t) * opacity_at(line, t);
+            }
+            let alpha = opacity * coverage(spans, y);
+            if alpha > 0.0 {
+                emit_fragment(pixel_index(tile, pixel), alpha, instance * style.n_edges + index, line, t);
+            }
+        }
+    }
+}
+
+@compute @workgroup_size(workgroup_size)
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
+    let n = style.n_edges << style.log2_lanes;
+    for (var i = invocation.x; i < n; i += n_workgroups.x * workgroup_size) {
+        rasterize(i >> style.log2_lanes, invocation.y, i & ((1u << style.log2_lanes) - 1u));
+    }
 }

@@ -1,22 +1,44 @@
-// Depths of large triangles: workgroups go through bands of the box around one, a block of pixels at a time.
-#import triangle_setup
+// Depths, or visibility, of large triangles: a workgroup takes a band of the bounding box of one, a block of pixels at a
+// time.
+#import depth_prepass
 
-@group(0) @binding(7) var<storage, read> large: array<u32>; // workgroups (x, y, z), how many, and which
+struct LargeTriangles {
+    n_workgroups: u32, // three counts, as dispatch_workgroups_indirect reads them
+    n_bands: u32,
+    n_layers: u32,
+    n_triangles: u32,
+    indices: array<u32>,
+}
+
+@group(0) @binding(0) var<uniform> tile: Tile;
+@group(0) @binding(1) var<uniform> faces: Faces;
+@group(0) @binding(2) var<storage, read> clip_positions: array<vec4<f32>>; // reversed-Z
+@group(0) @binding(3) var<storage, read> triangles: array<u32>; // three points each
+@group(0) @binding(4) var<storage, read_write> face_depths: array<atomic<u32>>; // the nearest, as a float's bits
+@group(0) @binding(5) var<storage, read_write> visibility: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read> color_indices: array<u32>; // one per triangle, or one for all
+@group(0) @binding(7) var<storage, read> large_triangles: LargeTriangles; // from depth_small_triangles.wgsl
+
+override workgroup_size: u32;
+override writes_ids: bool; // the visibility buffer holds ids of triangles, not indices of their colours
+override has_depth_cue: bool;
 
 @compute @workgroup_size(workgroup_size)
 fn main(
-    @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(num_workgroups) n_groups: vec3<u32>,
+    @builtin(workgroup_id) workgroup: vec3<u32>,
+    @builtin(num_workgroups) n_workgroups: vec3<u32>,
     @builtin(local_invocation_index) member: u32,
 ) {
-    for (var i = group.x; i < large[3]; i += n_groups.x) {
-        let index = large[i + 4u];
-        let face = triangle(index);
-        let step = vec2<i32>(block() * vec2(1u, n_groups.y));
-        let start = face.low + vec2<i32>(vec2(member % block().x, group.y * block().y + member / block().x));
-        for (var y = start.y; y <= face.high.y; y += step.y) {
-            for (var x = start.x; x <= face.high.x; x += step.x) {
-                touch_pixel(face, index, vec2(x, y));
+    let block = block_size(workgroup_size);
+    let step = vec2<i32>(block * vec2(1u, n_workgroups.y));
+    let offset = vec2<i32>(vec2(member % block.x, workgroup.y * block.y + member / block.x));
+    for (var i = workgroup.x; i < large_triangles.n_triangles; i += n_workgroups.x) {
+        let index = large_triangles.indices[i];
+        let triangle = load_triangle(index);
+        let start = triangle.bbox_min + offset;
+        for (var y = start.y; y <= triangle.bbox_max.y; y += step.y) {
+            for (var x = start.x; x <= triangle.bbox_max.x; x += step.x) {
+                rasterize_pixel(triangle, index, vec2(x, y));
             }
         }
     }

@@ -1,51 +1,70 @@
-// Depths of small triangles, one an invocation; large ones are left to `lay_large_faces`.
-#import triangle_setup
+// Depths, or visibility, of small triangles, one per invocation; large ones are left to depth_large_triangles.wgsl.
+#import depth_prepass
 
-@group(0) @binding(7) var<storage, read_write> large: array<atomic<u32>>; // workgroups (x, y, z), how many, and which
+struct LargeTriangles {
+    n_workgroups: atomic<u32>, // three counts, as dispatch_workgroups_indirect reads them
+    n_bands: atomic<u32>,
+    n_layers: atomic<u32>,
+    n_triangles: atomic<u32>,
+    indices: array<u32>,
+}
 
-const LARGE = 256; // pixels of the box around
-const BAND = 8192u; // pixels; a workgroup's own start costs about as much as a tenth of that
-const LEAST_GROUPS = 64u; // side by side, where there are as many triangles
-const MOST_GROUPS = 65535u; // that WebGPU lets a dispatch have
-const MOST_ROUNDS = 32768u; // of an invocation: lavapipe stops loops after twice as many, without a word
+const MAX_SMALL_TRIANGLE_PX = 256; // in the bounding box
+const PIXELS_PER_BAND = 8192u; // a workgroup's own start costs about as much as a tenth of that
+const MIN_WORKGROUPS = 64u; // side by side, if there are as many triangles
+const MAX_WORKGROUPS = 65535u; // that WebGPU lets a dispatch have
+const MAX_ROUNDS = 32768u; // per invocation: lavapipe stops loops after twice as many, without a word
+
+@group(0) @binding(0) var<uniform> tile: Tile;
+@group(0) @binding(1) var<uniform> faces: Faces;
+@group(0) @binding(2) var<storage, read> clip_positions: array<vec4<f32>>; // reversed-Z
+@group(0) @binding(3) var<storage, read> triangles: array<u32>; // three points each
+@group(0) @binding(4) var<storage, read_write> face_depths: array<atomic<u32>>; // the nearest, as a float's bits
+@group(0) @binding(5) var<storage, read_write> visibility: array<atomic<u32>>;
+@group(0) @binding(6) var<storage, read> color_indices: array<u32>; // one per triangle, or one for all
+@group(0) @binding(7) var<storage, read_write> large_triangles: LargeTriangles;
+
+override workgroup_size: u32;
+override writes_ids: bool; // the visibility buffer holds ids of triangles, not indices of their colours
+override has_depth_cue: bool;
 
 // How many workgroups take `n` large triangles, each of which may be as large as the tile.
-fn groups_of(n: u32) -> u32 {
-    let extent = vec2<u32>(tile.depth_extent);
-    let blocks = extent / block() + 2u;
-    let rounds = blocks.x * (blocks.y / MOST_BANDS + 1u) + 1u;
-    let together = max(MOST_ROUNDS / rounds, 1u);
-    return min(max(min(n, LEAST_GROUPS), (n + together - 1u) / together), MOST_GROUPS);
+fn count_workgroups(n: u32) -> u32 {
+    let blocks = vec2<u32>(tile.depth_extent) / block_size(workgroup_size) + 2u;
+    let rounds = blocks.x * (blocks.y / MAX_BANDS + 1u) + 1u;
+    let triangles_per_workgroup = max(MAX_ROUNDS / rounds, 1u);
+    let needed = (n + triangles_per_workgroup - 1u) / triangles_per_workgroup;
+    return min(max(min(n, MIN_WORKGROUPS), needed), MAX_WORKGROUPS);
 }
 
-fn leave(index: u32, n_pixels: i32) {
-    let place = atomicAdd(&large[3], 1u);
-    atomicStore(&large[4u + place], index);
-    atomicMax(&large[0], groups_of(place + 1u));
-    atomicMax(&large[1], clamp(u32(n_pixels) / BAND, 1u, MOST_BANDS));
-    atomicStore(&large[2], 1u);
+fn defer_large(index: u32, n_pixels: i32) {
+    let place = atomicAdd(&large_triangles.n_triangles, 1u);
+    large_triangles.indices[place] = index;
+    atomicMax(&large_triangles.n_workgroups, count_workgroups(place + 1u));
+    atomicMax(&large_triangles.n_bands, clamp(u32(n_pixels) / PIXELS_PER_BAND, 1u, MAX_BANDS));
+    atomicStore(&large_triangles.n_layers, 1u);
 }
 
-fn lay(index: u32) {
-    let face = triangle(index);
-    if !face.exists {
+fn rasterize_small(index: u32) {
+    let triangle = load_triangle(index);
+    if !triangle.is_valid {
         return;
     }
-    let extent = face.high - face.low + 1;
-    if extent.x * extent.y > LARGE {
-        leave(index, extent.x * extent.y);
+    let extent = triangle.bbox_max - triangle.bbox_min + 1;
+    if extent.x * extent.y > MAX_SMALL_TRIANGLE_PX {
+        defer_large(index, extent.x * extent.y);
         return;
     }
-    for (var y = face.low.y; y <= face.high.y; y++) {
-        for (var x = face.low.x; x <= face.high.x; x++) {
-            touch_pixel(face, index, vec2(x, y));
+    for (var y = triangle.bbox_min.y; y <= triangle.bbox_max.y; y++) {
+        for (var x = triangle.bbox_min.x; x <= triangle.bbox_max.x; x++) {
+            rasterize_pixel(triangle, index, vec2(x, y));
         }
     }
 }
 
 @compute @workgroup_size(workgroup_size)
-fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_groups: vec3<u32>) {
-    for (var i = invocation.x; i < faces.n_triangles; i += n_groups.x * workgroup_size) {
-        lay(invocation.y * faces.n_triangles + i);
+fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
+    for (var i = invocation.x; i < faces.n_triangles; i += n_workgroups.x * workgroup_size) {
+        rasterize_small(invocation.y * faces.n_triangles + i);
     }
 }

@@ -1,49 +1,47 @@
-// How much of a pixel lies under a line: the pixel is a unit square, the line a capsule.
+// Coverage: how much of a pixel lies under a line. The pixel is a unit square, the line a capsule.
 #import dda
 
-override is_wide: bool; // what holds of a line is asked for each pixel across, not once for each step along
-
-// Straight outwards from the line, its rim lies this far to the left above, to the right below.
-fn rim_lean(way: Walk, half_width: f32) -> f32 {
-    return half_width * way.slope * inverseSqrt(1.0 + way.slope * way.slope);
+// Straight outwards from the line, the capsule's edge lies this far to the left above, to the right below.
+fn edge_offset(axis: MajorAxis, half_width: f32) -> f32 {
+    return half_width * axis.slope * inverseSqrt(1.0 + axis.slope * axis.slope);
 }
 
-// A step of a walk, cut into four strips most nearly across the line, and where the capsule's rim cuts them off.
-struct Strips {
+// A column, cut into four strips most nearly across the line, and where the capsule's edge cuts them off.
+struct ColumnSpans {
     bottom: vec4<f32>, // across
     top: vec4<f32>,
-    width: f32, // of each; 0 where the capsule has ended
+    width: f32, // of each strip; 0 if the capsule has ended
 }
 
-fn strips_at(way: Walk, half_width: f32, lean: f32, x: i32) -> Strips {
-    let left = f32(x) - way.start.x;
+fn column_spans(axis: MajorAxis, half_width: f32, offset: f32, x: i32) -> ColumnSpans {
+    let left = f32(x) - axis.start.x;
     let first = max(left, -half_width);
-    let last = min(left + 1.0, way.run + half_width);
+    let last = min(left + 1.0, axis.length_major + half_width);
     let width = 0.25 * max(last - first, 0.0);
     let at = first + width * vec4(0.5, 1.5, 2.5, 3.5);
-    // The points of the line whose circles touch the rim above and below `at`.
-    let foot_above = clamp(at + lean, vec4(0.0), vec4(way.run));
-    let foot_below = clamp(at - lean, vec4(0.0), vec4(way.run));
-    let top = way.start.y + way.slope * foot_above + rise(half_width, at - foot_above);
-    let bottom = way.start.y + way.slope * foot_below - rise(half_width, at - foot_below);
-    return Strips(bottom, top, width);
+    // The points of the line whose circles touch the edge above and below `at`.
+    let center_above = clamp(at + offset, vec4(0.0), vec4(axis.length_major));
+    let center_below = clamp(at - offset, vec4(0.0), vec4(axis.length_major));
+    let top = axis.start.y + axis.slope * center_above + circle_height(half_width, at - center_above);
+    let bottom = axis.start.y + axis.slope * center_below - circle_height(half_width, at - center_below);
+    return ColumnSpans(bottom, top, width);
 }
 
-// How far a circle's rim lies from its middle's height, at some distance from its middle.
-fn rise(radius: f32, distance: vec4<f32>) -> vec4<f32> {
+// How high a circle's edge lies over the height of its centre, at some distance from the centre.
+fn circle_height(radius: f32, distance: vec4<f32>) -> vec4<f32> {
     return sqrt(max(radius * radius - distance * distance, vec4(0.0)));
 }
 
-// The first and the last pixel of a step that the capsule touches.
-fn rows_of(strips: Strips) -> vec2<i32> {
-    let bottom = min(strips.bottom.xy, strips.bottom.zw);
-    let top = max(strips.top.xy, strips.top.zw);
+// The first and the last pixel of a column that the capsule touches.
+fn row_range(spans: ColumnSpans) -> vec2<i32> {
+    let bottom = min(spans.bottom.xy, spans.bottom.zw);
+    let top = max(spans.top.xy, spans.top.zw);
     return vec2(i32(floor(min(bottom.x, bottom.y))), i32(floor(max(top.x, top.y))));
 }
 
-// The part of the pixel `y` across under the capsule: within a twenty-fifth everywhere and a hundredth beside the line.
-fn coverage(strips: Strips, y: i32) -> f32 {
+// The part of the pixel `y` of a column under the capsule: within 1/25 everywhere, and 1/100 beside the line.
+fn coverage(spans: ColumnSpans, y: i32) -> f32 {
     let row = vec4(f32(y));
-    let heights = max(min(strips.top, row + 1.0) - max(strips.bottom, row), vec4(0.0));
-    return strips.width * (heights.x + heights.y + heights.z + heights.w);
+    let heights = max(min(spans.top, row + 1.0) - max(spans.bottom, row), vec4(0.0));
+    return spans.width * (heights.x + heights.y + heights.z + heights.w);
 }

@@ -1,57 +1,30 @@
-// A triangle in the picture, by homogeneous edge functions: nothing is cut at the eye's plane, and pixels are the same
-// however the picture is tiled. Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997.
+// Triangle setup by homogeneous edge functions: nothing is clipped at the eye's plane, and pixels are the same whatever
+// tiles the picture is split into. Olano and Greer, "Triangle scan conversion using 2D homogeneous coordinates", 1997.
 #import tile
-#import depth_cue
-#import visibility
-#import uniform_flag
 
-struct Faces {
-    cue: vec4<f32>, // what distance leaves of their colours, as in depth_cue.wgsl
-    n_triangles: u32,
-    n_points: u32, // of one instance in `projected`, padding included
-    first_mark: u32,
-    is_marking: u32, // the second time round, when all depths are known
-}
-
-@group(0) @binding(1) var<uniform> faces: Faces;
-@group(0) @binding(2) var<storage, read> projected: array<vec4<f32>>; // clip space, depth 1 at the near plane
-@group(0) @binding(3) var<storage, read> triangles: array<u32>; // three points each
-@group(0) @binding(4) var<storage, read_write> face_depths: array<atomic<u32>>; // the nearest, as a float's bits
-@group(0) @binding(5) var<storage, read_write> face_marks: array<atomic<u32>>; // as in visibility.wgsl
-@group(0) @binding(6) var<storage, read> triangle_colors: array<u32>; // the colour's place, one a triangle or one for all
-override numbered: bool; // marks are the triangles' numbers, not their colours' places
-override workgroup_size: u32;
-
-const MOST_BANDS = 16u; // of a large triangle, that workgroups go through side by side
-const RIM = 0.01; // pixels by which a triangle is larger, so that none falls between two
-const NEARLY = 1.0 + 1e-6; // faces in one plane are rounded apart
-const BIAS = 0.25; // of a pixel's width along the view: for other faces about a corner
+const CONSERVATIVE_MARGIN_PX = 0.01; // by which a triangle is larger, so that no pixel falls between two
+const DEPTH_BIAS_PX = 0.25; // of a pixel's width along the view: for other faces about a corner
 
 struct Triangle {
-    inside: mat3x3<f32>, // columns: each edge's function of (x, y, 1) less `anchor`
-    rim: vec3<f32>,
-    depth: vec3<f32>,
-    bias: f32,
-    unsure: vec3<f32>, // of the depth, times w, at each corner
-    anchor: vec2<i32>,
-    low: vec2<i32>, // pixels
-    high: vec2<i32>,
-    exists: bool,
+    edge_functions: mat3x3<f32>, // columns: each edge's function of (x, y, 1) less `origin`
+    conservative_margin: vec3<f32>, // of the edge functions
+    depth: vec3<f32>, // its coefficients of (x, y, 1) less `origin`
+    depth_bias: f32,
+    depth_error: vec3<f32>, // times w, at each corner
+    origin: vec2<i32>,
+    bbox_min: vec2<i32>, // pixels
+    bbox_max: vec2<i32>,
+    is_valid: bool,
 }
 
-// How many pixels across and down a workgroup takes at once.
-fn block() -> vec2<u32> {
-    let width = min(workgroup_size, 16u);
-    return vec2(width, workgroup_size / width);
+// Clip space to homogeneous pixels: x and y times w, and w.
+fn homogeneous_pixels(clip: vec4<f32>, size: vec2<f32>) -> vec3<f32> {
+    return vec3((clip.xy * vec2(0.5, -0.5) + 0.5 * clip.w) * size, clip.w);
 }
 
-fn in_picture(clip: vec4<f32>) -> vec3<f32> {
-    return vec3((clip.xy * vec2(0.5, -0.5) + 0.5 * clip.w) * tile.size, clip.w);
-}
-
-// Whether what reaches behind the eye lies before the near plane, or beside the tile by a pixel. Else it may be seen
-// anywhere: a hull of what its corners are in the picture is not known. The columns are their x, y and w.
-fn is_elsewhere(corners: mat3x3<f32>, depth: vec3<f32>) -> bool {
+// Whether a triangle that reaches behind the eye lies before the near plane, or beside the tile by a pixel. Else it may be
+// seen anywhere: its corners do not bound it. The columns are the x, y and w of the corners.
+fn is_outside_tile(corners: mat3x3<f32>, depth: vec3<f32>, tile: Tile) -> bool {
     let x = corners[0];
     let y = corners[1];
     let w = corners[2];
@@ -62,84 +35,85 @@ fn is_elsewhere(corners: mat3x3<f32>, depth: vec3<f32>) -> bool {
         || all(y < first.y * w) || all(y > last.y * w);
 }
 
-fn triangle(index: u32) -> Triangle {
-    var out: Triangle;
-    let corner = 3u * (index % faces.n_triangles);
-    let first = faces.n_points * (index / faces.n_triangles);
-    let a = projected[first + triangles[corner]];
-    let b = projected[first + triangles[corner + 1u]];
-    let c = projected[first + triangles[corner + 2u]];
+// The triangle between three points in clip space, where it may touch pixels whose depths are known.
+fn setup_triangle(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, tile: Tile) -> Triangle {
+    var triangle: Triangle;
     let w = vec3(a.w, b.w, c.w);
     if all(w <= vec3(0.0)) {
-        return out;
+        return triangle;
     }
-    out.low = tile.depth_origin;
-    out.high = tile.depth_origin + tile.depth_extent - 1;
+    let a_pixels = homogeneous_pixels(a, tile.size);
+    let b_pixels = homogeneous_pixels(b, tile.size);
+    let c_pixels = homogeneous_pixels(c, tile.size);
+    let z = vec3(a.z, b.z, c.z);
+    triangle.bbox_min = tile.depth_origin;
+    triangle.bbox_max = tile.depth_origin + tile.depth_extent - 1;
     if all(w > vec3(0.0)) {
-        let p = to_pixels(a);
-        let q = to_pixels(b);
-        let r = to_pixels(c);
-        // Only pixels whose middle lies in the triangle are touched.
-        let lowest = ceil(min(min(p, q), r) - 0.5 - RIM);
-        let highest = floor(max(max(p, q), r) - 0.5 + RIM);
-        // Beside the picture too: there lies the axis of a wide line whose rim is seen.
-        let first = vec2<f32>(out.low);
-        let last = vec2<f32>(out.high);
-        out.anchor = vec2<i32>(clamp(lowest, vec2(-1.0), tile.size));
-        out.low = vec2<i32>(clamp(lowest, first, last + 1.0));
-        out.high = vec2<i32>(clamp(highest, first - 1.0, last));
-    } else if is_elsewhere(transpose(mat3x3(in_picture(a), in_picture(b), in_picture(c))), vec3(a.z, b.z, c.z)) {
-        return out;
+        let p = clip_to_pixels(a, tile.size);
+        let q = clip_to_pixels(b, tile.size);
+        let r = clip_to_pixels(c, tile.size);
+        // Only pixels whose centre lies in the triangle are touched.
+        let lowest = ceil(min(min(p, q), r) - 0.5 - CONSERVATIVE_MARGIN_PX);
+        let highest = floor(max(max(p, q), r) - 0.5 + CONSERVATIVE_MARGIN_PX);
+        // Beside the picture too: there lies the axis of a wide line whose edge is seen.
+        let first = vec2<f32>(triangle.bbox_min);
+        let last = vec2<f32>(triangle.bbox_max);
+        triangle.origin = vec2<i32>(clamp(lowest, vec2(-1.0), tile.size));
+        triangle.bbox_min = vec2<i32>(clamp(lowest, first, last + 1.0));
+        triangle.bbox_max = vec2<i32>(clamp(highest, first - 1.0, last));
+    } else if is_outside_tile(transpose(mat3x3(a_pixels, b_pixels, c_pixels)), z, tile) {
+        return triangle;
     }
-    if any(out.high < out.low) {
-        return out;
+    if any(triangle.bbox_max < triangle.bbox_min) {
+        return triangle;
     }
     // Relative to a pixel close by, because single precision squares coordinates here.
-    let anchor = vec3(vec2<f32>(out.anchor), 0.0);
-    let u = in_picture(a) - anchor * a.w;
-    let v = in_picture(b) - anchor * b.w;
-    let t = in_picture(c) - anchor * c.w;
-    let inside = mat3x3(cross(v, t), cross(t, u), cross(u, v));
-    let volume = dot(u, inside[0]);
-    if volume == 0.0 {
-        return out;
+    let origin = vec3(vec2<f32>(triangle.origin), 0.0);
+    let u = a_pixels - origin * a.w;
+    let v = b_pixels - origin * b.w;
+    let t = c_pixels - origin * c.w;
+    let adjugate = mat3x3(cross(v, t), cross(t, u), cross(u, v));
+    let determinant = dot(u, adjugate[0]);
+    if determinant == 0.0 {
+        return triangle;
     }
-    out.inside = inside * (1.0 / volume);
-    out.rim = RIM * vec3(length(out.inside[0].xy), length(out.inside[1].xy), length(out.inside[2].xy));
+    triangle.edge_functions = adjugate * (1.0 / determinant);
+    let slopes = vec3(
+        length(triangle.edge_functions[0].xy),
+        length(triangle.edge_functions[1].xy),
+        length(triangle.edge_functions[2].xy),
+    );
+    triangle.conservative_margin = CONSERVATIVE_MARGIN_PX * slopes;
     // In a slender triangle what rounding leaves of a small difference counts for its whole length: taken off once.
     let corners = mat3x3(u, v, t);
-    let z = vec3(a.z, b.z, c.z);
-    let rough = out.inside * z;
-    out.depth = rough + out.inside * (z - rough * corners);
-    out.unsure = abs(z - out.depth * corners);
-    // A line is tested up to half a pixel beside the pixel's middle.
-    out.bias = 0.5 * (abs(out.depth.x) + abs(out.depth.y));
-    out.exists = true;
-    return out;
+    let rough = triangle.edge_functions * z;
+    triangle.depth = rough + triangle.edge_functions * (z - rough * corners);
+    triangle.depth_error = abs(z - triangle.depth * corners);
+    // A line is tested up to half a pixel beside the pixel's centre.
+    triangle.depth_bias = 0.5 * (abs(triangle.depth.x) + abs(triangle.depth.y));
+    triangle.is_valid = true;
+    return triangle;
 }
 
-fn touch_pixel(face: Triangle, index: u32, pixel: vec2<i32>) {
-    let middle = vec3(vec2<f32>(pixel - face.anchor) + 0.5, 1.0);
-    let depth = dot(face.depth, middle);
-    let shares = middle * face.inside; // of the corners, divided by w
-    if any(shares < -face.rim) || depth < 0.0 || depth > 1.0 {
-        return;
+// What a triangle leaves in a pixel.
+struct TriangleFragment {
+    is_covered: bool,
+    depth: f32,
+    biased_depth: f32, // behind the triangle by all that its depth may be off
+    weights: vec3<f32>, // of the corners, divided by w
+}
+
+fn triangle_fragment(triangle: Triangle, pixel: vec2<i32>, depth_slope_per_pixel: vec2<f32>) -> TriangleFragment {
+    var fragment: TriangleFragment;
+    let center = vec3(vec2<f32>(pixel - triangle.origin) + 0.5, 1.0);
+    fragment.depth = dot(triangle.depth, center);
+    fragment.weights = center * triangle.edge_functions;
+    if any(fragment.weights < -triangle.conservative_margin) || fragment.depth < 0.0 || fragment.depth > 1.0 {
+        return fragment;
     }
-    let slot = depth_index(pixel);
-    let bias = face.bias + dot(abs(shares), face.unsure) + BIAS * (tile.pixel_depth.x * depth + tile.pixel_depth.y);
-    let pushed = max(depth - bias, 0.0);
-    if !is_asked(faces.is_marking, index) {
-        atomicMax(&face_depths[slot], bitcast<u32>(pushed));
-        return;
-    }
-    if pushed * NEARLY < bitcast<f32>(atomicLoad(&face_depths[slot])) {
-        return;
-    }
-    if numbered {
-        atomicMax(&face_marks[slot], faces.first_mark + index + 1u);
-    } else {
-        let color = triangle_colors[min(index % faces.n_triangles, arrayLength(&triangle_colors) - 1u)];
-        let left = 1.0 - faces.cue.w * farness(faces.cue, depth, 1.0 / (shares.x + shares.y + shares.z));
-        atomicMax(&face_marks[slot], mark_of(faces.first_mark + color + 1u, left));
-    }
+    let slope = depth_slope_per_pixel.x * fragment.depth + depth_slope_per_pixel.y;
+    let bias = triangle.depth_bias + dot(abs(fragment.weights), triangle.depth_error) + DEPTH_BIAS_PX * slope;
+    fragment.biased_depth = max(fragment.depth - bias, 0.0);
+    fragment.is_covered = true;
+    return fragment;
 }

@@ -1,17 +1,16 @@
-// What a face leaves in a pixel: its colour's place, from 1, and, where distance pales faces, how much of it is left.
-override is_cued: bool;
+// Visibility: what a face leaves in a pixel of the visibility buffer. It is an id, counted from 1, or, if a depth cue fades
+// the faces, a colour's index, counted from 1, beside the opacity that the cue leaves.
+const OPACITY_STEPS = 255.0;
+const OPACITY_BITS = 8u;
 
-const LEFT_STEPS = 255.0;
-const LEFT_BITS = 8u;
-
-fn mark_of(place: u32, left: f32) -> u32 {
-    return select(place, (place << LEFT_BITS) | u32(left * LEFT_STEPS + 0.5), is_cued);
+fn pack_visibility(color_id: u32, opacity: f32) -> u32 {
+    return (color_id << OPACITY_BITS) | u32(opacity * OPACITY_STEPS + 0.5);
 }
 
-fn place_of(mark: u32) -> u32 {
-    return select(mark, mark >> LEFT_BITS, is_cued);
+fn unpack_color_id(visibility: u32) -> u32 {
+    return visibility >> OPACITY_BITS;
 }
 
-fn left_of(mark: u32) -> f32 {
-    return select(1.0, f32(mark & ((1u << LEFT_BITS) - 1u)) / LEFT_STEPS, is_cued);
+fn unpack_opacity(visibility: u32) -> f32 {
+    return f32(visibility & ((1u << OPACITY_BITS) - 1u)) / OPACITY_STEPS;
 }

@@ -1,4 +1,4 @@
-"""Lines of projected shapes, cut into what one binding holds."""
+"""Batches of lines: slices that fit in one storage-buffer binding, and the constants and uniforms of each."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,89 +17,109 @@ from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import Binding, dispatch
 from ..tiles import TILE_SIDE_PX
-from .vertex_stage import Projected
+from .vertex_stage import ProjectedDrawable
 
 COLOR_BYTES = 4
-MOST_PIXELS = 1 << 15  # that an invocation goes through: lavapipe ends loops after twice as many, and says nothing
-LEAST_EDGE_BITS = 8
-INVOCATIONS = 2048  # that keep all processors of a device busy
-GROUP = 64  # edges whose bindings begin where any adapter lets them
+MAX_PIXELS_PER_INVOCATION = 1 << 15  # lavapipe ends loops after twice as many, and says nothing
+MIN_EDGE_BITS = 8
+BUSY_INVOCATIONS = 2048  # that keep all processors of a device busy
+MIN_COLUMNS_PER_INVOCATION = 8
+EDGE_ALIGNMENT = 64  # edges: a binding that begins at a multiple begins where any adapter lets it
 
 Bindings: TypeAlias = dict[str, Buffer | Binding]
 
 
 @dataclass(frozen=True)
-class Batch:
-    """Lines whose edges, and whose colours where each has its own, are what one binding holds."""
+class LineBatch:
+    """A slice of lines whose edges, and whose colours if each edge has its own, fit in one binding."""
 
-    shape: Projected
+    projected: ProjectedDrawable
     lines: Lines
     n_edges: int
     edges: Binding
     colors: Binding | None
 
+    @property
+    def n_instance_edges(self) -> int:
+        """The number of edges of all instances."""
+        return self.n_edges * self.projected.n_instances
 
-def batches(device: Device, shapes: Sequence[Projected]) -> list[Batch]:
-    """Return what is drawn, in order."""
-    return [batch for shape in shapes for lines in shape.drawable.lines for batch in _cut(device, shape, lines)]
+
+def split_batches(device: Device, projected: Sequence[ProjectedDrawable]) -> list[LineBatch]:
+    """Return the lines of all drawables in the order in which they are drawn."""
+    return [batch for each in projected for lines in each.drawable.lines for batch in _split(device, each, lines)]
 
 
-def _cut(device: Device, shape: Projected, lines: Lines) -> Iterator[Batch]:
-    most = max(device.limits.max_bound_bytes // EDGE_BYTES // GROUP, 1) * GROUP
-    for start in range(0, lines.n_edges, most):
-        n_edges = min(most, lines.n_edges - start)
+def _split(device: Device, projected: ProjectedDrawable, lines: Lines) -> Iterator[LineBatch]:
+    max_edges = max(device.limits.max_bound_bytes // EDGE_BYTES // EDGE_ALIGNMENT, 1) * EDGE_ALIGNMENT
+    for start in range(0, lines.n_edges, max_edges):
+        n_edges = min(max_edges, lines.n_edges - start)
         colors = None
         if lines.colors is not None:
             colors = Binding(lines.colors, 0, lines.colors.n_bytes)
             if lines.color_mode is ColorMode.PER_EDGE:
                 colors = Binding(lines.colors, start * COLOR_BYTES, n_edges * COLOR_BYTES)
         edges = Binding(lines.edges, start * EDGE_BYTES, n_edges * EDGE_BYTES)
-        yield Batch(shape, lines, n_edges, edges, colors)
+        yield LineBatch(projected, lines, n_edges, edges, colors)
 
 
-def style_struct(batch: Batch) -> npt.NDArray[np.void]:
+def line_style_struct(batch: LineBatch) -> npt.NDArray[np.void]:
     """Return the WGSL struct of a batch."""
     lines = batch.lines
-    struct = np.zeros((), layouts.STYLE)
-    struct["cue"] = lines.depth_cue
+    struct = np.zeros((), layouts.LINE_STYLE)
+    struct["depth_cue"] = lines.depth_cue
     struct["color"] = lines.color
     struct["line_width"] = 1.0 if lines.line_width is None else lines.line_width
-    struct["strength"] = lines.opacity
+    struct["opacity"] = lines.opacity
     struct["n_edges"] = batch.n_edges
-    struct["n_points"] = batch.shape.stride
-    n_edges = batch.n_edges * batch.shape.n_instances  # counted from 1
-    struct["edge_bits"] = max(n_edges.bit_length(), LEAST_EDGE_BITS)
+    struct["instance_stride"] = batch.projected.instance_stride
+    struct["edge_bits"] = max(batch.n_instance_edges.bit_length(), MIN_EDGE_BITS)  # edges are counted from 1
     struct["log2_lanes"] = log2_lanes(batch)
     return struct
 
 
-def log2_lanes(batch: Batch) -> int:
+def log2_lanes(batch: LineBatch) -> int:
     """Return how many invocations share an edge, as a power of two: enough for short loops, and for all processors."""
     lines = batch.lines
     width = math.ceil((lines.line_width or 1.0) * math.sqrt(2.0)) + 2
-    longest = width if lines.are_points else TILE_SIDE_PX
-    needed = longest * min(width, TILE_SIDE_PX) / MOST_PIXELS
-    wanted = min(INVOCATIONS / (batch.n_edges * batch.shape.n_instances), longest / 8)
+    max_columns = width if lines.are_points else TILE_SIDE_PX
+    needed = max_columns * min(width, TILE_SIDE_PX) / MAX_PIXELS_PER_INVOCATION
+    wanted = min(BUSY_INVOCATIONS / batch.n_instance_edges, max_columns / MIN_COLUMNS_PER_INVOCATION)
     return max(0, math.ceil(math.log2(max(needed, wanted))))
 
 
-def strength_constants(batch: Batch, *, nothing_hides: bool) -> dict[str, float]:
-    """Return what strength.wgsl is compiled for."""
-    hidden = Hidden.SHOW if nothing_hides else batch.lines.hidden
-    return {"hidden": hidden, "is_cued": batch.lines.depth_cue.amount > 0.0, "is_outline": batch.lines.are_silhouettes}
+def opacity_constants(batch: LineBatch, *, nothing_hides: bool) -> dict[str, float]:
+    """Return the `override` constants of line_opacity.wgsl."""
+    lines = batch.lines
+    return {
+        "hidden": Hidden.SHOW if nothing_hides else lines.hidden,
+        "is_silhouette": lines.are_silhouettes,
+        "has_depth_cue": lines.depth_cue.amount > 0.0,
+    }
 
 
-def over_edges(
+def line_bindings(batch: LineBatch, tile: Binding, style: Binding, face_depths: Buffer) -> Bindings:
+    """Return the bindings that every stage has which reads the edges of a batch."""
+    return {
+        "tile": tile,
+        "style": style,
+        "clip_positions": batch.projected.clip_positions,
+        "edges": batch.edges,
+        "face_depths": face_depths,
+    }
+
+
+def dispatch_over_edges(
     device: Device,
     encoder: CommandEncoder,
     stage: str,
-    batch: Batch,
+    batch: LineBatch,
     bindings: Bindings,
     n_lanes: int,
     /,
     **constants: float,
 ) -> None:
-    """Record a stage that goes through the edges of a batch, an edge an invocation, or `n_lanes`."""
+    """Record a stage that iterates over the edges of a batch, with `n_lanes` invocations per edge."""
     pipeline = device.pipelines.compute(stage, workgroup_size=choose_workgroup_size(device), **constants)
-    grid = count_workgroups(device, batch.n_edges * n_lanes), batch.shape.n_instances
+    grid = count_workgroups(device, batch.n_edges * n_lanes), batch.projected.n_instances
     dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, **bindings), *grid)

@@ -1,7 +1,7 @@
-"""Edges to pixels: ink where they are anti-aliased, marks where each pixel is on or off."""
+"""Lines: anti-aliased ones by the absorbance they add to pixels, aliased ones by the nearest edge of each pixel."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from typing import NamedTuple
 
@@ -14,185 +14,169 @@ from ...gpu.device import Device
 from ...gpu.dispatch import Binding
 from .line_batches import (
     COLOR_BYTES,
-    Batch,
     Bindings,
-    batches,
+    LineBatch,
+    dispatch_over_edges,
+    line_bindings,
+    line_style_struct,
     log2_lanes,
-    over_edges,
-    strength_constants,
-    style_struct,
+    opacity_constants,
+    split_batches,
 )
-from .render_target import POOL_OWNER, Target
-from .triangles import FacePass
-from .vertex_stage import Projected
+from .render_target import POOL_OWNER, RenderTarget
+from .triangles import TriangleStage
+from .vertex_stage import ProjectedDrawable
 
-# Ink is counted in steps for a factor of e. Where the sum of all edges could be more than 32 bits hold, which must be
-# watched, coarser steps are tried first: they make a dense opaque model a twentieth faster, and the coarsest are off by
-# 5/255 at most, and a hundredth of one on average, where two million edges were compared with the finest.
-INK_STEPS = (2048, 1024, 512, 256)
-LEAST_LIGHT = 4e-4  # that an edge lets through, for ink: a fifth of what eight bits show
-MOST_LISTED = 16384  # edges whose pixels are so few that a list of them is gone through faster than all
-NARROW = 8.0  # pixels; in wider lines it shows what is told by steps along them
+# If the sum of all edges could be more than 32 bits hold, which must be watched, coarser steps are tried first: they
+# make a dense opaque model a twentieth faster. The coarsest are off by 5/255 at most, and by a hundredth of one on
+# average, as two million edges were compared with the finest.
+ABSORBANCE_STEPS_PER_E = (2048, 1024, 512, 256)
+MIN_TRANSMITTANCE = 4e-4  # of an edge in a pixel: a fifth of what eight bits show
+MAX_EDGES_FOR_PIXEL_LIST = 16384  # up to here the pixels are so few that a list of them is faster than a scan of all
+MAX_NARROW_WIDTH_PX = 8.0  # in wider lines it shows if opacity goes by columns
 
 
 class _Part(NamedTuple):
-    """A batch; where it, its style and the depths are bound; what its shaders are compiled for."""
+    """A batch, the bindings of the stages that read its edges, and the constants of its opacity."""
 
-    batch: Batch
+    batch: LineBatch
     bindings: Bindings
     constants: dict[str, float]
 
 
-class LinePass:
+class LineStage:
     """The lines of one picture, in their order, drawn tile by tile of at most `extent` = (width, height) pixels."""
 
-    def __init__(self, device: Device, shapes: Sequence[Projected], faces: FacePass, extent: tuple[int, int]) -> None:
+    def __init__(
+        self,
+        device: Device,
+        projected: Sequence[ProjectedDrawable],
+        triangles: TriangleStage,
+        extent: tuple[int, int],
+    ) -> None:
         self._device = device
-        self._batches = batches(device, shapes)
-        self._styles = uniforms.upload(device, POOL_OWNER, "styles", [style_struct(batch) for batch in self._batches])
-        self._constants = [strength_constants(batch, nothing_hides=faces.is_empty) for batch in self._batches]
-        self._depths = faces.depths
+        self._batches = split_batches(device, projected)
+        structs = [line_style_struct(batch) for batch in self._batches]
+        self._styles = uniforms.upload(device, POOL_OWNER, "line styles", structs)
+        self._constants = [opacity_constants(batch, nothing_hides=triangles.is_empty) for batch in self._batches]
+        self._face_depths = triangles.face_depths
         n_pixels = extent[0] * extent[1]
-        self._ink: Buffer = device.pool.scratch(POOL_OWNER, "ink", 4 * n_pixels)
-        n_keys = max((_n_keys(batch) for batch in self._batches if _is_colored(batch.lines)), default=0)
-        self._inked: Buffer = device.pool.scratch(POOL_OWNER, "inked pixels", 4 * n_pixels + 4)
-        self._nearest: Buffer = device.pool.scratch(POOL_OWNER, "nearest edges", max(4 * n_keys * n_pixels, 4))
-        self._no_colors: Buffer = device.pool.scratch(POOL_OWNER, "no colours", COLOR_BYTES)
+        k = max((_k_buffer_depth(batch) for batch in self._batches if _has_k_buffer(batch.lines)), default=0)
+        pool = device.pool
+        self._per_pixel: Buffer = pool.scratch(POOL_OWNER, "absorbance or depth keys", 4 * n_pixels)
+        self._touched_pixels: Buffer = pool.scratch(POOL_OWNER, "touched pixels", 4 * n_pixels + 4)
+        self._k_buffer: Buffer = pool.scratch(POOL_OWNER, "k-buffer", max(4 * k * n_pixels, 4))
+        self._no_colors: Buffer = pool.scratch(POOL_OWNER, "no colours", COLOR_BYTES)
 
     @property
     def buffers(self) -> list[Buffer]:
-        """All that a submission of these passes uses."""
-        own = [
-            self._depths,
-            self._ink,
-            self._inked,
-            self._nearest,
-            self._no_colors,
-            *(part.buffer for part in self._styles),
-        ]
+        """All that a submission of these stages uses."""
+        own = [self._face_depths, self._per_pixel, self._touched_pixels, self._k_buffer, self._no_colors]
+        own += [part.buffer for part in self._styles]
         for batch in self._batches:
-            own += [batch.shape.positions, batch.edges.buffer, *([batch.colors.buffer] if batch.colors else [])]
+            own += [batch.projected.clip_positions, batch.edges.buffer]
+            own += [batch.colors.buffer] if batch.colors else []
         return own
 
-    def draw(self, encoder: CommandEncoder, target: Target, tile: Binding) -> None:
+    def draw(self, encoder: CommandEncoder, target: RenderTarget, tile: Binding) -> None:
         """Record all lines, each over what is there."""
-        for _, alike in groupby(self._parts(tile), key=lambda part: id(part.batch.lines)):
-            parts = list(alike)
+        for _, group in groupby(self._parts(tile), key=lambda part: id(part.batch.lines)):
+            parts = list(group)
             lines = parts[0].batch.lines
             if lines.line_width is None:
-                self._draw_thin(encoder, target, parts)
+                self._draw_aliased(encoder, target, parts)
             elif lines.colors is None:
-                self._draw_ink(encoder, target, parts)
+                self._draw_antialiased(encoder, target, parts)
             else:
-                self._draw_colored(encoder, target, parts)
+                # Depth keys name edges of one batch: nearer edges lie over farther ones of their batch, later batches
+                # over earlier ones.
+                for part in parts:
+                    self._draw_antialiased(encoder, target, [part])
 
-    def _parts(self, tile: Binding) -> list[_Part]:
-        return [
-            _Part(batch, self._inputs(tile, style, batch), constants)
-            for batch, style, constants in zip(self._batches, self._styles, self._constants, strict=True)
-        ]
+    def _parts(self, tile: Binding) -> Iterator[_Part]:
+        for batch, style, constants in zip(self._batches, self._styles, self._constants, strict=True):
+            yield _Part(batch, line_bindings(batch, tile, style, self._face_depths), constants)
 
-    def _inputs(self, tile: Binding, style: Binding, batch: Batch) -> Bindings:
-        return {
-            "tile": tile,
-            "style": style,
-            "projected": batch.shape.positions,
-            "edges": batch.edges,
-            "face_depths": self._depths,
+    def _draw_aliased(self, encoder: CommandEncoder, target: RenderTarget, parts: Sequence[_Part]) -> None:
+        for batch, bindings, opacity in parts:
+            keyed: Bindings = {**bindings, "depth_keys": self._per_pixel}
+            constants = {**opacity, "is_uniform_style": _is_uniform_style(batch.lines)}
+            encoder.clear_buffer(self._per_pixel, target.n_bytes)
+            dispatch_over_edges(self._device, encoder, "rasterize_aliased_lines", batch, keyed, 1, **constants)
+            keyed["colors"] = self._colors(batch)
+            constants["color_mode"] = batch.lines.color_mode
+            target.composite(encoder, "composite_aliased_lines", keyed, **constants)
+
+    def _draw_antialiased(self, encoder: CommandEncoder, target: RenderTarget, parts: Sequence[_Part]) -> None:
+        """Record parts of one colour, or one part of several colours."""
+        lines = parts[0].batch.lines
+        n_edges = sum(part.batch.n_instance_edges for part in parts)
+        steps_per_e, may_overflow = _choose_absorbance_steps(lines, n_edges)
+        constants: dict[str, float] = {
+            "absorbance_steps_per_e": steps_per_e,
+            "is_listed": n_edges <= MAX_EDGES_FOR_PIXEL_LIST,
         }
+        encoder.clear_buffer(self._per_pixel, target.n_bytes)
+        encoder.clear_buffer(self._touched_pixels, 4)
+        if _has_k_buffer(lines):
+            encoder.clear_buffer(self._k_buffer, _k_buffer_depth(parts[0].batch) * target.n_bytes)
+        for part in parts:
+            self._accumulate(encoder, part, may_overflow=may_overflow, **constants)
+        self._composite(encoder, target, parts[0], constants)
 
-    def _draw_ink(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
-        n_edges = sum(batch.n_edges * batch.shape.n_instances for batch, _, _ in parts)
-        looks = self._begin_ink(encoder, target, parts[0].batch.lines, n_edges)
-        inked: Bindings = {"ink": self._ink, "inked": self._inked}
-        for batch, bindings, constants in parts:
-            self._go_along(encoder, "accumulate_lines", batch, bindings | inked, {**constants, **looks})
-        inked |= {name: parts[0].bindings[name] for name in ("tile", "style")}
-        self._end_ink(encoder, target, "composite_lines", inked, looks)
-
-    def _draw_thin(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
-        for batch, bindings, constants in parts:
-            marked = bindings | {"marks": self._ink}
-            looks = {**constants, "is_plain": _is_plain(batch.lines)}
-            encoder.clear_buffer(self._ink, target.n_bytes)
-            over_edges(self._device, encoder, "rasterize_aliased_lines", batch, marked, 1, **looks)
-            colored = {**looks, "color_mode": batch.lines.color_mode}
-            target.blend(encoder, "composite_aliased_lines", marked | {"colors": self._colors(batch)}, **colored)
-
-    def _draw_colored(self, encoder: CommandEncoder, target: Target, parts: Sequence[_Part]) -> None:
-        # Keys name edges of one batch: nearer ones lie over farther ones in each, later batches over earlier ones.
-        for batch, bindings, constants in parts:
-            lines = batch.lines
-            looks = self._begin_ink(encoder, target, lines, batch.n_edges * batch.shape.n_instances)
-            looks |= constants | {"color_mode": lines.color_mode, "is_wide": _is_wide(lines), "n_keys": _n_keys(batch)}
-            inked = bindings | {
-                "ink": self._ink,
-                "inked": self._inked,
-                "nearest": self._nearest,
-                "colors": self._colors(batch),
-            }
-            encoder.clear_buffer(self._nearest, _n_keys(batch) * target.n_bytes)
-            self._go_along(
-                encoder, "accumulate_colored_lines", batch, inked, looks | {"is_clear": lines.has_transparency}
-            )
-            self._end_ink(encoder, target, "composite_colored_lines", inked, looks)
-
-    def _begin_ink(self, encoder: CommandEncoder, target: Target, lines: Lines, n_edges: int) -> dict[str, float]:
-        """Record that there is no ink, and return what the shaders are compiled for that lay it and blend it."""
-        encoder.clear_buffer(self._ink, target.n_bytes)
-        encoder.clear_buffer(self._inked, 4)
-        ink_steps, may_overflow = _ink_steps(lines, n_edges)
-        return {"ink_steps": ink_steps, "may_overflow": may_overflow, "is_listed": n_edges <= MOST_LISTED}
-
-    @staticmethod
-    def _end_ink(
-        encoder: CommandEncoder, target: Target, stage: str, bindings: Bindings, looks: dict[str, float]
-    ) -> None:
-        """Record what blends the ink into the picture."""
-        own = {name: value for name, value in looks.items() if name != "may_overflow"}
-        blend = target.blend_listed if looks["is_listed"] else target.blend
-        blend(encoder, stage, bindings, **own)
-
-    def _go_along(
-        self,
-        encoder: CommandEncoder,
-        stage: str,
-        batch: Batch,
-        bindings: Bindings,
-        looks: dict[str, float],
-    ) -> None:
-        """Record a stage that lays ink."""
+    def _accumulate(self, encoder: CommandEncoder, part: _Part, **constants: float) -> None:
+        batch, bindings, opacity = part
+        accumulated = {**bindings, **self._absorbance, "colors": self._colors(batch), "k_buffer": self._k_buffer}
+        constants |= {**opacity, **_color_constants(batch), "min_transmittance": MIN_TRANSMITTANCE}
+        constants["has_transparency"] = batch.lines.has_transparency
         n_lanes = 1 << log2_lanes(batch)
-        own = {"least_light": LEAST_LIGHT, "is_wide": _is_wide(batch.lines)}
-        over_edges(self._device, encoder, stage, batch, bindings, n_lanes, **looks | own)
+        dispatch_over_edges(self._device, encoder, "accumulate_lines", batch, accumulated, n_lanes, **constants)
 
-    def _colors(self, batch: Batch) -> Binding:
+    def _composite(
+        self, encoder: CommandEncoder, target: RenderTarget, part: _Part, constants: dict[str, float]
+    ) -> None:
+        batch, bindings, opacity = part
+        composite = target.composite_listed if constants["is_listed"] else target.composite
+        if _has_k_buffer(batch.lines):
+            colored = {**bindings, **self._absorbance, "colors": self._colors(batch), "k_buffer": self._k_buffer}
+            composite(encoder, "composite_colored_lines", colored, **constants, **opacity, **_color_constants(batch))
+        else:
+            uncolored = {"tile": bindings["tile"], "style": bindings["style"], **self._absorbance}
+            composite(encoder, "composite_lines", uncolored, **constants)
+
+    @property
+    def _absorbance(self) -> Bindings:
+        return {"absorbance": self._per_pixel, "touched_pixels": self._touched_pixels}
+
+    def _colors(self, batch: LineBatch) -> Binding:
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)
 
 
-def _ink_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:
-    """Return how fine ink is, and whether so many edges through one pixel could be more than 32 bits hold."""
-    covered = min(1.0, 1.5 * (lines.line_width or 1.0))  # of a pixel, whose diagonal is 1.41
-    most = -math.log(max(1.0 - lines.color[3] * lines.opacity * covered, LEAST_LIGHT))
-    fitting = (steps for steps in INK_STEPS if n_edges * (most * steps + 1.0) < 2**32)
+def _choose_absorbance_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:
+    """Return how fine absorbance is, and whether so many edges through one pixel could be more than 32 bits hold."""
+    coverage = min(1.0, 1.5 * (lines.line_width or 1.0))  # of a pixel, whose diagonal is 1.41
+    absorbance = -math.log(max(1.0 - lines.color[3] * lines.opacity * coverage, MIN_TRANSMITTANCE))
+    fitting = (steps for steps in ABSORBANCE_STEPS_PER_E if n_edges * (absorbance * steps + 1.0) < 2**32)
     steps = next(fitting, None)
-    return (INK_STEPS[0], True) if steps is None else (steps, False)
+    return (ABSORBANCE_STEPS_PER_E[0], True) if steps is None else (steps, False)
 
 
-def _is_plain(lines: Lines) -> bool:
-    """Say whether every pixel that is drawn has the same colour and strength."""
+def _is_uniform_style(lines: Lines) -> bool:
+    """Say whether every pixel that is drawn has the same colour and opacity."""
     return lines.colors is None and lines.depth_cue.amount == 0.0 and lines.hidden in {Hidden.SHOW, Hidden.REMOVE}
 
 
-def _is_colored(lines: Lines) -> bool:
+def _has_k_buffer(lines: Lines) -> bool:
     """Say whether lines are anti-aliased, and of several colours."""
     return lines.line_width is not None and lines.colors is not None
 
 
-def _n_keys(batch: Batch) -> int:
-    """Return how many edges a pixel tells apart: more than two hardly show where edges are many."""
-    return 4 if batch.n_edges * batch.shape.n_instances <= MOST_LISTED else 2
+def _k_buffer_depth(batch: LineBatch) -> int:
+    """Return how many edges a pixel tells apart: more than two hardly show if edges are many."""
+    return 4 if batch.n_instance_edges <= MAX_EDGES_FOR_PIXEL_LIST else 2
 
 
-def _is_wide(lines: Lines) -> bool:
-    return (lines.line_width or 1.0) > NARROW
+def _color_constants(batch: LineBatch) -> dict[str, float]:
+    """Return the `override` constants that say what colours a batch has, and how finely its opacity is sampled."""
+    is_wide = (batch.lines.line_width or 1.0) > MAX_NARROW_WIDTH_PX
+    return {"color_mode": batch.lines.color_mode, "k": _k_buffer_depth(batch), "is_wide": is_wide}

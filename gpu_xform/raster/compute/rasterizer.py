@@ -20,11 +20,12 @@ from ...imaging.image import Pixels, unpremultiply
 from ..base import PendingImage
 from ..screen_bounds import screen_bounds
 from ..tiles import TILE_SIDE_PX, Region, split_into_tiles
-from .lines import LinePass
-from .render_target import POOL_OWNER, Target
+from .binding_limits import split_to_binding_limits
+from .lines import LineStage
+from .render_target import POOL_OWNER, RenderTarget
 from .tile_struct import Tile, tile_struct
-from .triangles import FacePass
-from .vertex_stage import Projection, in_bindings
+from .triangles import TriangleStage
+from .vertex_stage import VertexStage
 
 MAX_DEPTH_MARGIN_PX = 256
 
@@ -32,12 +33,12 @@ MAX_DEPTH_MARGIN_PX = 256
 class ComputePendingImage:
     """A picture whose last tile is drawn, or being drawn, by compute shaders."""
 
-    def __init__(self, device: Device, pixels: Pixels, is_opaque: bool, last: Region, target: Target) -> None:
+    def __init__(self, device: Device, pixels: Pixels, is_opaque: bool, last: Region, target: RenderTarget) -> None:
         self.device = device
         self._pixels = pixels
         self._is_opaque = is_opaque
         self._last = last
-        self._target: Target | None = target
+        self._target: RenderTarget | None = target
 
     def result(self) -> Pixels:
         """Return (height, width, 4), straight alpha, once all is drawn."""
@@ -55,7 +56,7 @@ class ComputePendingImage:
     def wait(self) -> None:
         """Wait until all is drawn."""
         if self._target is not None:
-            self._target.arrive()
+            self._target.wait()
 
 
 class ComputeRasterizer:
@@ -82,43 +83,44 @@ class ComputeRasterizer:
                 palette = Buffer(device.context, draw_list.palette.nbytes, label="raster: palette")
                 stack.callback(palette.release)
                 palette.upload(draw_list.palette)
-            projection = Projection(device, [part for drawable in drawables for part in in_bindings(device, drawable)])
-            faces = FacePass(device, projection.shapes, n_depths, palette)
-            lines = LinePass(device, projection.shapes, faces, tiles[0].region.extent)
-            common = [*projection.buffers, *faces.buffers, *lines.buffers]
+            parts = [part for drawable in drawables for part in split_to_binding_limits(device, drawable)]
+            vertices = VertexStage(device, parts)
+            triangles = TriangleStage(device, vertices.projected, n_depths, palette)
+            lines = LineStage(device, vertices.projected, triangles, tiles[0].region.extent)
+            common = [*vertices.buffers, *triangles.buffers, *lines.buffers]
 
             @defer_sigint()
-            def draw_tile(tile: Tile, wait: Callable[[], None]) -> Target:
+            def draw_tile(tile: Tile, wait: Callable[[], None]) -> RenderTarget:
                 (struct,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(tile, view, clear_color)])
-                target = Target(device, tile.region.extent, struct)
+                target = RenderTarget(device, tile.region.extent, struct)
                 unread.callback(_cancel, target)
                 with device.encode_commands(*target.buffers, *common, label="raster tile") as encoder:
                     if tile is tiles[0]:
-                        projection.record(encoder)
-                    faces.lay(encoder, struct)
-                    faces.paint(encoder, target, struct)
+                        vertices.record(encoder)
+                    triangles.depth_prepass(encoder, struct)
+                    triangles.composite(encoder, target, struct)
                     lines.draw(encoder, target, struct)
-                    target.leave(encoder)
+                    target.resolve(encoder)
                     wait()
                 return target
 
             is_overlapping = overlap_with is not None and overlap_with.device is device
             target = draw_tile(tiles[0], overlap_with.wait if overlap_with and is_overlapping else lambda: None)
             for last, tile in pairwise(tiles):
-                next_target = draw_tile(tile, target.arrive)
+                next_target = draw_tile(tile, target.wait)
                 _collect(pixels, is_opaque, last.region, target)  # while the next tile is drawn
                 target = next_target
             unread.pop_all()
         return ComputePendingImage(device, pixels, is_opaque, tiles[-1].region, target)
 
 
-def _cancel(target: Target) -> None:
+def _cancel(target: RenderTarget) -> None:
     with contextlib.suppress(DeviceError):  # of a device that is closed or lost, which is what has stopped the drawing
-        target.give_up()
+        target.cancel()
 
 
-def _collect(pixels: Pixels, is_opaque: bool, tile: Region, target: Target) -> None:
-    with target.arrived() as own:
+def _collect(pixels: Pixels, is_opaque: bool, tile: Region, target: RenderTarget) -> None:
+    with target.map_pixels() as own:
         pixels[tile.slices] = own if is_opaque else unpremultiply(own)
 
 

@@ -1,4 +1,4 @@
-"""Triangles to depths, and to marks of which is nearest: what hides lines, and what is painted."""
+"""Triangles: the depth prepass, which hides lines, and the visibility buffer, which filled faces are taken from."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -17,71 +17,78 @@ from ...gpu.chunking import choose_workgroup_size, count_workgroups
 from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import Binding, dispatch
-from .render_target import POOL_OWNER, Target
-from .vertex_stage import HEAD_BYTES, Projected
+from .render_target import POOL_OWNER, RenderTarget
+from .vertex_stage import ProjectedDrawable
 
-PLACE_BYTES = 4
-GROUP = 64  # triangles whose bindings begin where any adapter lets them
-LEFT_BITS = 8  # of a mark, where distance pales faces; as in mark.wgsl
-MOST_CUED_COLORS = (1 << (32 - LEFT_BITS)) - 1
+INDEX_BYTES = 4
+HEAD_BYTES = 16  # of the list of large triangles: three counts of workgroups, and that of the triangles
+TRIANGLE_ALIGNMENT = 64  # triangles: a binding that begins at a multiple begins where any adapter lets it
+OPACITY_BITS = 8  # of a pixel of the visibility buffer, if a depth cue fades faces
+MAX_CUED_COLORS = (1 << (32 - OPACITY_BITS)) - 1
 
 
 @dataclass(frozen=True)
-class _Batch:
-    """Triangles that one binding holds."""
+class _TriangleBatch:
+    """A slice of triangles that fits in one storage-buffer binding."""
 
-    shape: Projected
+    projected: ProjectedDrawable
     n_triangles: int
     triangles: Binding
     color_indices: Binding | None
-    first_mark: int
+    first_id: int
     depth_cue: DepthCue
 
-    def struct(self, *, is_marking: bool) -> npt.NDArray[np.void]:
-        fields = (self.depth_cue, self.n_triangles, self.shape.stride, self.first_mark, is_marking)
-        return np.array(fields, layouts.FACES)
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.projected.n_instances, self.n_triangles
+
+    def struct(self, *, writes_visibility: bool) -> npt.NDArray[np.void]:
+        stride = self.projected.instance_stride
+        return np.array((self.depth_cue, self.n_triangles, stride, self.first_id, writes_visibility), layouts.FACES)
 
 
-class FacePass:
+class TriangleStage:
     """The faces of one picture.
 
-    palette : of the colours that some are painted in
-    numbered : marks tell which triangles of all are the nearest, not which colours of some
-    depths : a float's bits a pixel of the tile and the margin around it; 0 where there is no face
+    palette : the colours of filled faces
+    write_ids : whether the visibility buffer tells which triangles are the nearest, and not in which colours
+    face_depths : the bits of a float per pixel of the tile and the margin around it; 0 if there is no face
     """
 
     def __init__(
         self,
         device: Device,
-        shapes: Sequence[Projected],
+        projected: Sequence[ProjectedDrawable],
         n_depths: int,
         palette: Buffer | None = None,
         *,
-        numbered: bool = False,
+        write_ids: bool = False,
     ) -> None:
         self._device = device
-        self._batches = [batch for shape in shapes for batch in _cut(device, shape)]
-        self._numbered = numbered
-        if numbered:
-            self._batches = _numbered(self._batches)
+        self._batches = [batch for each in projected for batch in _split(device, each)]
+        self._write_ids = write_ids
+        if write_ids:
+            self._batches = _with_consecutive_ids(self._batches)
         self._palette = palette if self._batches else None
-        self._is_marked = self._palette is not None or (numbered and bool(self._batches))
-        self._is_cued = not numbered and any(
+        self._has_visibility = self._palette is not None or (write_ids and bool(self._batches))
+        self._has_depth_cue = not write_ids and any(
             batch.color_indices and batch.depth_cue.amount > 0.0 for batch in self._batches
         )
-        if self._is_cued and palette and palette.n_bytes // 4 > MOST_CUED_COLORS:
+        if self._has_depth_cue and palette and palette.n_bytes // 4 > MAX_CUED_COLORS:
             raise ArgumentError(
-                f"fill must have at most {MOST_CUED_COLORS:,} colours where depth_cue pales them, "
+                f"fill must have at most {MAX_CUED_COLORS:,} colours if depth_cue fades them, "
                 f"got {palette.n_bytes // 4:,}"
             )
         self._n_depths = n_depths
         pool = device.pool
-        self.depths: Buffer = pool.scratch(POOL_OWNER, "face depths", 4 * n_depths if self._batches else 4)
-        self._marks: Buffer = pool.scratch(POOL_OWNER, "face marks", 4 * n_depths if self._is_marked else 4)
-        self._no_places = pool.scratch(POOL_OWNER, "no places", PLACE_BYTES)
-        most = max((batch.n_triangles * batch.shape.n_instances for batch in self._batches), default=0)
-        self._large = pool.scratch(POOL_OWNER, "large triangles", HEAD_BYTES + 4 * most, INDIRECT)
-        structs = [batch.struct(is_marking=again) for again in (False, True) for batch in self._batches]
+        self.face_depths: Buffer = pool.scratch(POOL_OWNER, "face depths", 4 * n_depths if self._batches else 4)
+        self._visibility = pool.scratch(POOL_OWNER, "visibility", 4 * n_depths if self._has_visibility else 4)
+        self._no_color_indices = pool.scratch(POOL_OWNER, "no colour indices", INDEX_BYTES)
+        max_triangles = max((math.prod(batch.shape) for batch in self._batches), default=0)
+        n_large_bytes = HEAD_BYTES + INDEX_BYTES * max_triangles
+        self._large_triangles = pool.scratch(POOL_OWNER, "large triangles", n_large_bytes, INDIRECT)
+        passes = (False, True)
+        structs = [batch.struct(writes_visibility=visibility) for visibility in passes for batch in self._batches]
         self._structs = uniforms.upload(device, POOL_OWNER, "faces", structs)
 
     @property
@@ -91,90 +98,99 @@ class FacePass:
 
     @property
     def buffers(self) -> list[Buffer]:
-        """All that a submission of these passes uses."""
-        own = [self.depths, self._marks, self._no_places, self._large, *(part.buffer for part in self._structs)]
+        """All that a submission of these stages uses."""
+        own = [self.face_depths, self._visibility, self._no_color_indices, self._large_triangles]
+        own += [part.buffer for part in self._structs]
         own += [self._palette] if self._palette else []
         for batch in self._batches:
-            own += [batch.shape.positions, batch.triangles.buffer]
+            own += [batch.projected.clip_positions, batch.triangles.buffer]
             own += [batch.color_indices.buffer] if batch.color_indices else []
         return own
 
-    def lay(self, encoder: CommandEncoder, tile: Binding) -> None:
-        """Record the depths of all faces, then the marks of those that are painted."""
+    def depth_prepass(self, encoder: CommandEncoder, tile: Binding) -> None:
+        """Record the depths of all faces, then, if anything reads it, the visibility buffer."""
         if self.is_empty:
             return
-        encoder.clear_buffer(self.depths, 4 * self._n_depths)
-        self._go_through(encoder, tile, again=False)
-        if self._is_marked:
-            encoder.clear_buffer(self._marks, 4 * self._n_depths)
-            self._go_through(encoder, tile, again=True)
+        encoder.clear_buffer(self.face_depths, 4 * self._n_depths)
+        self._record(encoder, tile, writes_visibility=False)
+        if self._has_visibility:
+            encoder.clear_buffer(self._visibility, 4 * self._n_depths)
+            self._record(encoder, tile, writes_visibility=True)
 
-    def _go_through(self, encoder: CommandEncoder, tile: Binding, *, again: bool) -> None:
+    def composite(self, encoder: CommandEncoder, target: RenderTarget, tile: Binding) -> None:
+        """Record the filled faces, if there are any."""
+        if self._palette:
+            bindings: dict[str, Buffer | Binding] = {
+                "tile": tile,
+                "visibility": self._visibility,
+                "palette": self._palette,
+            }
+            target.composite(encoder, "composite_triangles", bindings, has_depth_cue=self._has_depth_cue)
+
+    def visible_triangles(self, projected: Sequence[ProjectedDrawable]) -> list[npt.NDArray[np.bool_]]:
+        """Return which triangles of each drawable are the nearest in some pixel: (n_instances, n_triangles).
+
+        Only with `write_ids`, after the depth prepass has run.
+        """
+        is_visible = np.zeros(1 + sum(math.prod(batch.shape) for batch in self._batches), np.bool_)
+        if self._has_visibility:
+            with self._visibility.map_read(4 * self._n_depths) as view:
+                is_visible[view.view(np.uint32)] = True
+        found: dict[int, list[npt.NDArray[np.bool_]]] = {id(each): [] for each in projected}
+        for batch in self._batches:
+            first = 1 + batch.first_id
+            found[id(batch.projected)].append(is_visible[first : first + math.prod(batch.shape)].reshape(batch.shape))
+        return [np.hstack([np.empty((each.n_instances, 0), np.bool_), *found[id(each)]]) for each in projected]
+
+    def _record(self, encoder: CommandEncoder, tile: Binding, *, writes_visibility: bool) -> None:
         # The same pipelines both times: others might round otherwise, and no face would be as near as the nearest.
         constants = {
             "workgroup_size": choose_workgroup_size(self._device),
-            "numbered": self._numbered,
-            "is_cued": self._is_cued,
+            "writes_ids": self._write_ids,
+            "has_depth_cue": self._has_depth_cue,
         }
-        small_ones = self._device.pipelines.compute("depth_small_triangles", **constants)
-        large_ones = self._device.pipelines.compute("depth_large_triangles", **constants)
-        structs = self._structs[len(self._batches) :] if again else self._structs[: len(self._batches)]
+        small = self._device.pipelines.compute("depth_small_triangles", **constants)
+        large = self._device.pipelines.compute("depth_large_triangles", **constants)
+        bind = self._device.bind_groups.bind
+        structs = self._structs[len(self._batches) :] if writes_visibility else self._structs[: len(self._batches)]
         for batch, struct in zip(self._batches, structs, strict=True):
-            if again and not self._numbered and batch.color_indices is None:
+            if writes_visibility and not self._write_ids and batch.color_indices is None:
                 continue
             bindings: dict[str, Buffer | Binding] = {
                 "tile": tile,
                 "faces": struct,
-                "projected": batch.shape.positions,
+                "clip_positions": batch.projected.clip_positions,
                 "triangles": batch.triangles,
-                "face_depths": self.depths,
-                "face_marks": self._marks,
-                "triangle_colors": batch.color_indices or self._no_places,
-                "large": self._large,
+                "face_depths": self.face_depths,
+                "visibility": self._visibility,
+                "color_indices": batch.color_indices or self._no_color_indices,
+                "large_triangles": self._large_triangles,
             }
-            encoder.clear_buffer(self._large, HEAD_BYTES)
-            grid = count_workgroups(self._device, batch.n_triangles), batch.shape.n_instances
-            dispatch(encoder, small_ones, self._device.bind_groups.bind(small_ones, **bindings), *grid)
-            dispatch(encoder, large_ones, self._device.bind_groups.bind(large_ones, **bindings), self._large)
-
-    def seen(self, shapes: Sequence[Projected]) -> list[npt.NDArray[np.bool_]]:
-        """Return which triangles of each shape have marks, where they are numbered: (n_instances, n_triangles)."""
-        sizes = [(batch.shape.n_instances, batch.n_triangles) for batch in self._batches]
-        marked = np.zeros(1 + sum(map(math.prod, sizes)), np.bool_)
-        if self._is_marked:
-            with self._marks.map_read(4 * self._n_depths) as view:
-                marked[view.view(np.uint32)] = True
-        found: dict[int, list[npt.NDArray[np.bool_]]] = {id(shape): [] for shape in shapes}
-        for batch, size in zip(self._batches, sizes, strict=True):
-            first = 1 + batch.first_mark
-            found[id(batch.shape)].append(marked[first : first + math.prod(size)].reshape(size))
-        return [np.hstack([np.empty((shape.n_instances, 0), np.bool_), *found[id(shape)]]) for shape in shapes]
-
-    def paint(self, encoder: CommandEncoder, target: Target, tile: Binding) -> None:
-        """Record the painted faces, if there are any."""
-        if self._palette:
-            bindings: dict[str, Buffer | Binding] = {"tile": tile, "face_marks": self._marks, "colors": self._palette}
-            target.blend(encoder, "composite_triangles", bindings, is_cued=self._is_cued)
+            encoder.clear_buffer(self._large_triangles, HEAD_BYTES)
+            grid = count_workgroups(self._device, batch.n_triangles), batch.projected.n_instances
+            dispatch(encoder, small, bind(small, **bindings), *grid)
+            dispatch(encoder, large, bind(large, **bindings), self._large_triangles)
 
 
-def _numbered(batches: Sequence[_Batch]) -> list[_Batch]:
-    """Return batches whose marks follow one another, those that are painted last: of two in one plane, these win."""
+def _with_consecutive_ids(batches: Sequence[_TriangleBatch]) -> list[_TriangleBatch]:
+    """Return batches whose ids follow one another, those of filled faces last: of two in one plane, these win."""
     ordered = sorted(batches, key=lambda batch: batch.color_indices is not None)
-    firsts = accumulate((batch.n_triangles * batch.shape.n_instances for batch in ordered), initial=0)
-    return [replace(batch, first_mark=first) for batch, first in zip(ordered, firsts, strict=False)]
+    first_ids = accumulate((math.prod(batch.shape) for batch in ordered), initial=0)
+    return [replace(batch, first_id=first_id) for batch, first_id in zip(ordered, first_ids, strict=False)]
 
 
-def _cut(device: Device, shape: Projected) -> Iterator[_Batch]:
-    faces = shape.drawable.faces
+def _split(device: Device, projected: ProjectedDrawable) -> Iterator[_TriangleBatch]:
+    faces = projected.drawable.faces
     if faces is None:
         return
-    most = max(device.limits.max_bound_bytes // TRIANGLE_BYTES // GROUP, 1) * GROUP
-    for start in range(0, faces.n_triangles, most):
-        n_triangles = min(most, faces.n_triangles - start)
-        places = None
+    max_bytes = device.limits.max_bound_bytes
+    max_triangles = max(max_bytes // TRIANGLE_BYTES // TRIANGLE_ALIGNMENT, 1) * TRIANGLE_ALIGNMENT
+    for start in range(0, faces.n_triangles, max_triangles):
+        n_triangles = min(max_triangles, faces.n_triangles - start)
+        color_indices = None
         if faces.color_indices is not None:
-            is_one = faces.color_indices.n_bytes == PLACE_BYTES
-            first, n_places = (0, 1) if is_one else (start, n_triangles)
-            places = Binding(faces.color_indices, first * PLACE_BYTES, n_places * PLACE_BYTES)
+            is_one = faces.color_indices.n_bytes == INDEX_BYTES
+            first, n_indices = (0, 1) if is_one else (start, n_triangles)
+            color_indices = Binding(faces.color_indices, first * INDEX_BYTES, n_indices * INDEX_BYTES)
         triangles = Binding(faces.triangles, start * TRIANGLE_BYTES, n_triangles * TRIANGLE_BYTES)
-        yield _Batch(shape, n_triangles, triangles, places, faces.first_color, faces.depth_cue)
+        yield _TriangleBatch(projected, n_triangles, triangles, color_indices, faces.first_color, faces.depth_cue)

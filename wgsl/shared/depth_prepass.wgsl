@@ -1,0 +1,67 @@
+// Triangles to depths, and, when all depths are known, to the visibility buffer. Both times through the same pipelines:
+// others might round otherwise, and no face would be as near as the nearest.
+// Entry declares: tile, faces, clip_positions, triangles, face_depths, visibility, color_indices, writes_ids,
+//     has_depth_cue.
+#import depth_cue
+#import tile
+#import triangle_setup
+#import uniform_flag
+#import visibility
+
+struct Faces {
+    depth_cue: DepthCue,
+    n_triangles: u32, // of each instance
+    instance_stride: u32, // points from one instance to the next in the clip positions
+    first_id: u32, // of a triangle's ids or of its colours' indices, whichever the visibility buffer holds
+    writes_visibility: u32, // the second time, when all depths are known
+}
+
+const COPLANAR_FACTOR = 1.0 + 1e-6; // faces in one plane are rounded apart
+const MAX_BANDS = 16u; // of a large triangle, that workgroups take side by side
+
+// How many pixels across and down a workgroup takes at once.
+fn block_size(workgroup_size: u32) -> vec2<u32> {
+    let width = min(workgroup_size, 16u);
+    return vec2(width, workgroup_size / width);
+}
+
+// The triangle with an index over all instances.
+fn load_triangle(index: u32) -> Triangle {
+    let corner = 3u * (index % faces.n_triangles);
+    let first = faces.instance_stride * (index / faces.n_triangles);
+    return setup_triangle(
+        clip_positions[first + triangles[corner]],
+        clip_positions[first + triangles[corner + 1u]],
+        clip_positions[first + triangles[corner + 2u]],
+        tile,
+    );
+}
+
+fn rasterize_pixel(triangle: Triangle, index: u32, pixel: vec2<i32>) {
+    let fragment = triangle_fragment(triangle, pixel, tile.depth_slope_per_pixel);
+    if !fragment.is_covered {
+        return;
+    }
+    let slot = depth_index(tile, pixel);
+    if !is_set(faces.writes_visibility, index) {
+        atomicMax(&face_depths[slot], bitcast<u32>(fragment.biased_depth));
+        return;
+    }
+    if fragment.biased_depth * COPLANAR_FACTOR < bitcast<f32>(atomicLoad(&face_depths[slot])) {
+        return;
+    }
+    if writes_ids {
+        atomicMax(&visibility[slot], faces.first_id + index + 1u);
+        return;
+    }
+    let color_index = color_indices[min(index % faces.n_triangles, arrayLength(&color_indices) - 1u)];
+    let color_id = faces.first_id + color_index + 1u;
+    if !has_depth_cue {
+        atomicMax(&visibility[slot], color_id);
+        return;
+    }
+    let cue = faces.depth_cue;
+    let w = 1.0 / (fragment.weights.x + fragment.weights.y + fragment.weights.z);
+    let opacity = 1.0 - cue.amount * normalized_depth(cue, fragment.depth, w);
+    atomicMax(&visibility[slot], pack_visibility(color_id, opacity));
+}
