@@ -1,6 +1,6 @@
 """Homogeneous 3x3 matrices for R^2, in float64 and for column vectors: `target = M @ source`.
 
-`chain`, `inverse` and `explain` of `gpu_xform.matrices` take these as they take 4x4.
+`chain`, `inverse` and `explain` of `gpu_xform.matrices` accept these as they accept 4x4 matrices.
 """
 
 import numpy as np
@@ -14,50 +14,163 @@ __all__ = ["homogeneous", "identity", "project_onto", "reflect", "rotate", "scal
 
 
 def identity() -> Float64Array:
-    """Return the 3x3 identity."""
+    """Return the 3x3 identity.
+
+    Returns
+    -------
+    (3, 3) float64
+    """
     return np.eye(3)
 
 
 def scale(x: float, y: float | None = None) -> Float64Array:
-    """Return diag(x, y, 1); one number scales both axes."""
+    """Return the scaling diag(x, y, 1).
+
+    Parameters
+    ----------
+    x, y : float
+        The factor along each axis; `x` alone scales both axes.
+
+    Returns
+    -------
+    (3, 3) float64
+
+    Raises
+    ------
+    ArgumentError
+        If a factor is not finite.
+    """
     return _affine.make_scaling(x=x, y=x if y is None else y)
 
 
 def translate(x: float, y: float) -> Float64Array:
-    """Return [[1, 0, x], [0, 1, y], [0, 0, 1]]: points (w = 1) move, vectors (w = 0) do not."""
+    """Return the translation [[1, 0, x], [0, 1, y], [0, 0, 1]]: points (w = 1) move, vectors (w = 0) do not.
+
+    Parameters
+    ----------
+    x, y : float
+        The offset along each axis.
+
+    Returns
+    -------
+    (3, 3) float64
+
+    Raises
+    ------
+    ArgumentError
+        If an offset is not finite.
+    """
     return _affine.make_translation(x=x, y=y)
 
 
 def rotate(angle: float, *, point: npt.ArrayLike | None = None, degrees: bool = False) -> Float64Array:
-    """Return the rotation [[c, -s], [s, c]] by `angle`, counter-clockwise, about `point` (2,) or the origin.
+    """Return the rotation [[c, -s], [s, c]] about a point, counter-clockwise.
 
-    Radians; with `degrees=True`, multiples of 90 are exact.
+    Parameters
+    ----------
+    angle : float
+        In radians.
+    point : (2,) numbers, optional
+        The centre; the origin by default.
+    degrees : bool
+        Take the angle in degrees; multiples of 90 are then exact.
+
+    Returns
+    -------
+    (3, 3) float64
+
+    Raises
+    ------
+    ArgumentError
+        For a point of another shape, or a number that is not finite.
     """
     return _affine.about_point(point, _affine.make_rotation(2, 0, 1, angle, degrees=degrees))
 
 
 def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Float64Array:
-    """Return the reflection I - 2 n n^T over the line at right angles to `normal` (2,), through `point` or the origin.
+    """Return the reflection I - 2 n n^T over a line with the unit normal n.
 
-    `normal` may have any length but 0. Over the line y = x: `reflect((1, -1))`.
+    Over the line y = x: `reflect((1, -1))`.
+
+    Parameters
+    ----------
+    normal : (2,) numbers
+        Perpendicular to the line, of any length but 0.
+    point : (2,) numbers, optional
+        A point of the line; the origin by default.
+
+    Returns
+    -------
+    (3, 3) float64
+
+    Raises
+    ------
+    ArgumentError
+        For another shape, a number that is not finite, or a normal of length 0.
     """
     return _affine.about_point(point, _affine.make_reflection(normal, 2))
 
 
 def shear(*, xy: float = 0.0, yx: float = 0.0) -> Float64Array:
-    """Return the shear [[1, xy], [yx, 1]]: x gains `xy` times y, y gains `yx` times x."""
+    """Return the shear [[1, xy], [yx, 1]], embedded in a 3x3.
+
+    Parameters
+    ----------
+    xy, yx : float
+        The second axis, times this factor, is added to the first: x gains `xy` times y.
+
+    Returns
+    -------
+    (3, 3) float64
+
+    Raises
+    ------
+    ArgumentError
+        If a factor is not finite.
+    """
     return _affine.make_shearing(2, xy=xy, yx=yx)
 
 
 def project_onto(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Float64Array:
-    """Return the orthogonal projection I - n n^T onto the line at right angles to `normal` (2,), through `point`.
+    """Return the orthogonal projection I - n n^T onto a line with the unit normal n.
 
-    `normal` may have any length but 0; without `point` the line goes through the origin. Onto the x axis:
-    `project_onto((0, 1))`.
+    Onto the x-axis: `project_onto((0, 1))`.
+
+    Parameters
+    ----------
+    normal : (2,) numbers
+        Perpendicular to the line, of any length but 0.
+    point : (2,) numbers, optional
+        A point of the line; the origin by default.
+
+    Returns
+    -------
+    (3, 3) float64
+        A singular matrix.
+
+    Raises
+    ------
+    ArgumentError
+        For another shape, a number that is not finite, or a normal of length 0.
     """
     return _affine.about_point(point, _affine.make_projection(normal, 2))
 
 
 def homogeneous(a: MatrixLike) -> Float64Array:
-    """Return the 2x2 matrix `a` carried along in a 3x3: [[a, 0], [0, 1]]."""
+    """Return a linear map of the plane embedded in a homogeneous matrix: [[a, 0], [0, 1]].
+
+    Parameters
+    ----------
+    a : (2, 2) numbers
+        The linear map.
+
+    Returns
+    -------
+    (3, 3) float64
+
+    Raises
+    ------
+    ArgumentError
+        For another shape, or a number that is not finite.
+    """
     return _affine.about_point(None, as_square_matrix(a, "a", 2))

@@ -1,6 +1,6 @@
-"""Meshes to draw and to test with, computed from their geometry, and a scene of such.
+"""Sample models for pictures and tests: meshes computed from their geometry, and a scene of meshes.
 
-All are oriented: counter-clockwise from outside.
+All faces are counter-clockwise as seen from outside.
 """
 
 import math
@@ -21,23 +21,39 @@ _MAX_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
 
 
 def cube() -> Mesh:
-    """Return the cube [-1, 1]^3: 8 points, 6 quads."""
+    """Return the cube [-1, 1]^3: 8 points, 6 quads.
+
+    Returns
+    -------
+    Mesh
+    """
     corners = [(x, y, z) for z in (-1, 1) for y in (-1, 1) for x in (-1, 1)]
     return Mesh(corners, [(0, 2, 3, 1), (4, 5, 7, 6), (0, 1, 5, 4), (2, 6, 7, 3), (0, 4, 6, 2), (1, 3, 7, 5)])
 
 
 def house() -> Mesh:
-    """Return a house in [-1, 1]^3, 10 points: walls, a gable roof along z, y up; the front (z = 1) is a pentagon."""
+    """Return a house in [-1, 1]^3 with a gable roof along z: 10 points, 5 quads, and a pentagon at the front and back.
+
+    y points up, and the front is at z = 1.
+
+    Returns
+    -------
+    Mesh
+    """
     return _make_prism([(-1.0, -1.0), (1.0, -1.0), (1.0, 0.25), (0.0, 1.0), (-1.0, 0.25)], -1.0, 1.0)
 
 
 def snub_dodecahedron() -> Mesh:
-    """Return the snub dodecahedron of edge length 1: 60 points, 150 edges, 80 triangles and 12 pentagons.
+    """Return the snub dodecahedron with edges of length 1: 60 points, 150 edges, 80 triangles and 12 pentagons.
 
-    The points are the images of one under the 60 rotations of the icosahedron. With xi the real root of
-    xi^3 - 2 xi = phi, that one is (2 alpha, 2, 2 beta), alpha = xi - 1/xi, beta = xi phi + phi^2 + phi/xi.
+    The points are the images of one point under the 60 rotations of the icosahedron. With xi the real root of
+    xi^3 - 2 xi = phi, that point is (2 alpha, 2, 2 beta), alpha = xi - 1/xi, beta = xi phi + phi^2 + phi/xi.
+
+    Returns
+    -------
+    Mesh
     """
-    # Cardano: x^3 = 2 x + phi.
+    # Cardano's formula for x^3 = 2 x + phi.
     root = math.sqrt((_PHI / 2.0) ** 2 - (2.0 / 3.0) ** 3)
     xi = math.cbrt(_PHI / 2.0 + root) + math.cbrt(_PHI / 2.0 - root)
     seed = np.array([2.0 * (xi - 1.0 / xi), 2.0, 2.0 * (xi * _PHI + _PHI**2 + _PHI / xi)])
@@ -45,13 +61,25 @@ def snub_dodecahedron() -> Mesh:
 
 
 def icosphere(n: int) -> Mesh:
-    """Return the unit sphere as an icosahedron subdivided n times: 10 * 4^n + 2 points, 20 * 4^n triangles.
+    """Return the unit sphere as a subdivided icosahedron: 10 * 4^n + 2 points, 20 * 4^n triangles.
 
-    Raises ArgumentError unless 0 <= n <= 12.
+    Parameters
+    ----------
+    n : int
+        The number of subdivisions, 0..12.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be in 0..12, got 13".
     """
     n = _as_count(n, "n", 0, _MAX_SUBDIVISIONS)
     signs = [(a, b) for a in (-_PHI, _PHI) for b in (-1.0, 1.0)]
-    ico = _make_convex(np.array([np.roll((0.0, a, b), turn) for turn in range(3) for a, b in signs]))
+    ico = _make_convex(np.array([np.roll((0.0, a, b), shift) for shift in range(3) for a, b in signs]))
     points = ico.positions / np.linalg.norm(ico.positions, axis=1, keepdims=True)
     triangles = np.asarray(ico.faces)
     for _ in range(n):
@@ -60,9 +88,21 @@ def icosphere(n: int) -> Mesh:
 
 
 def grid(n: int) -> Mesh:
-    """Return [-1, 1]^2 in the xy-plane cut into n x n quads that face +z: (n + 1)^2 points.
+    """Return the square [-1, 1]^2 in the xy-plane as n x n quads that face +z: (n + 1)^2 points.
 
-    Raises ArgumentError unless n >= 1.
+    Parameters
+    ----------
+    n : int
+        The number of quads along each side, at least 1.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 1, got 0".
     """
     n = _as_count(n, "n", 1)
     steps = np.linspace(-1.0, 1.0, n + 1)
@@ -73,9 +113,23 @@ def grid(n: int) -> Mesh:
 
 
 def torus(n: int, m: int) -> Mesh:
-    """Return a torus about the z-axis, ring radius 1, tube radius 0.4: n quads around the ring, m around the tube.
+    """Return a torus about the z-axis of ring radius 1 and tube radius 0.4: n * m points and quads.
 
-    Raises ArgumentError unless n >= 3 and m >= 3.
+    Parameters
+    ----------
+    n : int
+        The number of quads around the ring, at least 3.
+    m : int
+        The number of quads around the tube, at least 3.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 3, got 2".
     """
     n, m = _as_count(n, "n", 3), _as_count(m, "m", 3)
     ring, tube = np.meshgrid(np.arange(n) * (2 * np.pi / n), np.arange(m) * (2 * np.pi / m), indexing="ij")
@@ -88,15 +142,20 @@ def torus(n: int, m: int) -> Mesh:
 
 
 def robot_arm() -> Scene:
-    """Return a robot arm that stands on the xz-plane: "base" > "upper arm" > "forearm" > "hand", straight up along y.
+    """Return a robot arm that stands on the xz-plane, straight up along y.
 
-    Every part turns about the z-axis of its own frame: `arm["forearm"].transform @ rotate_z(angle)` bends the elbow.
-    The shoulder is at y = 0.9, the elbow at 2.9, the wrist at 4.5.
+    "base" is the parent of "upper arm", that of "forearm", and that of "hand". Each part rotates about the z-axis of
+    its own frame: `arm["forearm"].transform @ rotate_z(angle)` bends the elbow. The shoulder is at y = 0.9, the elbow
+    at 2.9, the wrist at 4.5.
+
+    Returns
+    -------
+    Scene
     """
     half_turn = np.linspace(0.0, math.pi, 7)
     above = 0.3 * np.column_stack([np.cos(half_turn), np.sin(half_turn)])
     below = -above
-    # What turns lies between two plates of what it turns in.
+    # Each moving part lies between two plates of its parent.
     inside, plates = (-0.14, 0.14), ((-0.3, -0.16), (0.16, 0.3))
     arm = Scene()
     base = arm.add(_make_prism([(-1.0, 0.0), (1.0, 0.0), (1.0, 0.3), (-1.0, 0.3)], -1.0, 1.0), name="base")
@@ -114,25 +173,25 @@ def robot_arm() -> Scene:
 
 
 def _make_prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Mesh:
-    """Return the solid from z = `low` to `high` whose ends are the polygon `profile` (n, 2), counter-clockwise."""
+    """Return the prism from z = `low` to `high` whose ends are the polygon `profile` (n, 2), counter-clockwise."""
     n = len(profile)
     points = [(x, y, z) for z in (high, low) for x, y in np.asarray(profile)]
     sides = [(i, i + n, (i + 1) % n + n, (i + 1) % n) for i in range(n)]
     return Mesh(points, [range(n), range(2 * n - 1, n - 1, -1), *sides])
 
 
-def _as_count(value: int, name: str, least: int, most: int | None = None) -> int:
-    """Return `value` as an int within its bounds."""
+def _as_count(value: int, name: str, minimum: int, maximum: int | None = None) -> int:
+    """Return `value` as an int from `minimum` to `maximum`."""
     count = as_int(value, name)
-    if count < least or (most is not None and count > most):
-        bounds = f"at least {least}" if most is None else f"in {least}..{most}"
+    if count < minimum or (maximum is not None and count > maximum):
+        bounds = f"at least {minimum}" if maximum is None else f"in {minimum}..{maximum}"
         raise ArgumentError.expecting(name, f"be {bounds}", count)
     return count
 
 
 def _generate_icosahedral_rotations() -> Float64Array:
-    """Return the rotations that carry the icosahedron with corners (0, +-phi, +-1), ... to itself: (60, 3, 3)."""
-    # A fifth of a turn about the corner (0, phi, 1), and a third about (1, 1, 1).
+    """Return the rotations that map the icosahedron with corners (0, +-phi, +-1), ... onto itself: (60, 3, 3)."""
+    # A fifth of a revolution about the corner (0, phi, 1), and a third about (1, 1, 1).
     fifth = rotate((0.0, _PHI, 1.0), math.tau / 5)[:3, :3]
     third = np.roll(np.eye(3), 1, axis=0)
     group = [np.eye(3)]
@@ -144,38 +203,38 @@ def _generate_icosahedral_rotations() -> Float64Array:
 
 
 def _make_convex(points: Float64Array) -> Mesh:
-    """Return the convex polyhedron around 0 of these points, whose edges are their least distances, scaled to 1."""
+    """Return the convex polyhedron around 0 with these points, scaled so that its edges, the least distances, are 1."""
     gaps = np.linalg.norm(points[:, None] - points[None, :], axis=2)
     np.fill_diagonal(gaps, np.inf)
     edge = gaps.min()
-    # For each point, its neighbours counter-clockwise as seen from outside.
-    turn: list[list[int]] = []
+    # Of each point, counter-clockwise as seen from outside.
+    neighbours: list[list[int]] = []
     for point, row in zip(points, gaps, strict=True):
         near = np.flatnonzero(row < edge * (1.0 + 1e-9))
         right = np.cross(point, points[near[0]])
         right /= np.linalg.norm(right)
         up = np.cross(point / np.linalg.norm(point), right)
-        turn.append(near[np.argsort(np.arctan2(points[near] @ up, points[near] @ right))].tolist())
-    # Walk each face with the outside on the left: on arriving at b from a, leave by the neighbour before a.
+        neighbours.append(near[np.argsort(np.arctan2(points[near] @ up, points[near] @ right))].tolist())
+    # Follow each face with the outside on the left: from a to b, and then to the neighbour of b before a.
     faces, seen = [], set()
-    for start in [(a, b) for a, around in enumerate(turn) for b in around]:
+    for start in [(a, b) for a, around in enumerate(neighbours) for b in around]:
         face, (a, b) = [], start
         while (a, b) not in seen:
             seen.add((a, b))
             face.append(a)
-            a, b = b, turn[b][turn[b].index(a) - 1]
+            a, b = b, neighbours[b][neighbours[b].index(a) - 1]
         if face:
             faces.append(face)
     return Mesh(points / edge, faces)
 
 
 def _subdivide(points: Float64Array, triangles: IndexArray) -> tuple[Float64Array, IndexArray]:
-    """Cut each triangle of a closed mesh on the unit sphere into four."""
+    """Divide each triangle of a closed mesh on the unit sphere into four."""
     ends = np.sort(np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2), axis=2)
     keys, which = np.unique(ends[..., 0] << 32 | ends[..., 1], return_inverse=True)
-    middles = points[keys >> 32] + points[keys & 0xFFFFFFFF]
-    middles /= np.linalg.norm(middles, axis=1, keepdims=True)
+    midpoints = points[keys >> 32] + points[keys & 0xFFFFFFFF]
+    midpoints /= np.linalg.norm(midpoints, axis=1, keepdims=True)
     a, b, c = triangles.T
     ab, bc, ca = (which.reshape(-1, 3) + len(points)).T
     fours = np.stack([a, ab, ca, b, bc, ab, c, ca, bc, ab, bc, ca], axis=1).reshape(-1, 3)
-    return np.concatenate([points, middles]), fours
+    return np.concatenate([points, midpoints]), fours

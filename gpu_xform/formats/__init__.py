@@ -1,4 +1,4 @@
-"""Model files: one module a format, each turning bytes into a mesh or a mesh into bytes.
+"""Model files: one module per format, with a reader of bytes, a writer of bytes, or both.
 
 Reading order: _concatenate, _text, _trimesh, npy, obj, off, ply, stl, vrml_syntax, vrml, gltf_meshes, gltf_nodes,
 gltf, glb, threemf, registry.

@@ -1,4 +1,4 @@
-"""From a file's name to its reader or writer."""
+"""The registry of file formats: the reader or writer for a file's suffix."""
 
 import os
 from collections.abc import Callable, Collection
@@ -13,8 +13,7 @@ from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
-from . import glb, gltf, npy, obj, off, ply, stl, vrml
-from . import threemf as zipped
+from . import glb, gltf, npy, obj, off, ply, stl, threemf, vrml
 
 Model = TypeVar("Model", Mesh, Scene)
 
@@ -22,10 +21,10 @@ Reader: TypeAlias = Callable[[bytes], Mesh]
 Writer: TypeAlias = Callable[[Mesh, BinaryIO], None]
 PathOrFile: TypeAlias = StrPath | BinaryIO
 
-_NAMELESS = "<file>"
+_UNNAMED = "<file>"
 
 READERS: dict[str, Reader] = {
-    "3mf": zipped.read,
+    "3mf": threemf.read,
     "glb": glb.read,
     "gltf": gltf.read,
     "npy": npy.read,
@@ -49,13 +48,31 @@ WRITERS: dict[str, Writer] = {
 
 @public
 def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
-    """Return the mesh in a model file, its polygons unsplit.
+    """Read a mesh from a model file; polygons are not split into triangles.
 
-    source : a path, or a binary file object
-    file_type : "obj", ".OBJ", ...; from the file's name where not given
+    Parameters
+    ----------
+    source : path or binary file object
+        OBJ, OFF, PLY, STL, VRML (also compressed), GLB, glTF, 3MF (with the extra `3mf`), or an array of points (NPY).
+    file_type : str, optional
+        "obj", ".OBJ", ...; by default, the suffix of the file's name.
 
-    Raises MeshError, which names the file and what is wrong with it, for an unknown type or malformed content;
-    ArgumentError for a nameless file object without `file_type`; OSError from the operating system unchanged.
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    MeshError
+        For an unknown type or malformed content; the message names the file, the line or byte, and what is wrong.
+    MissingExtraError
+        If the extra that the format needs is not installed.
+    ArgumentError
+        For a nameless file object without `file_type`.
+    ArgumentTypeError
+        If `source` is neither a path nor a binary file object.
+    OSError
+        If the file cannot be read.
     """
     name, kind = _identify(source, file_type, READERS)
     mesh = _read(source, name, partial(gltf.read, folder=_folder(source)) if kind == "gltf" else READERS[kind])
@@ -66,14 +83,35 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
 
 @public
 def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
-    """Return the scene in a model file.
+    """Read a scene from a model file.
 
-    source : a path, or a binary file object
-    file_type : "glb", ".GLTF", ...; from the file's name where not given
+    GLB and glTF keep their nodes, and a mesh that several nodes show is one object. If an earlier node has the same
+    name, a node gets a number, such as "wheel 2"; node 7, if it has no name, becomes "node 7". A file of any other
+    format becomes one node.
 
-    GLB and glTF keep their nodes, and a mesh that several nodes show is one. A node of a name that one before it has
-    gets a number, such as "wheel 2", and node 7 without a name is "node 7". Any other file becomes one node.
-    Raises as `load_mesh` does.
+    Parameters
+    ----------
+    source : path or binary file object
+        Of any format that `load_mesh` reads.
+    file_type : str, optional
+        "glb", ".GLTF", ...; by default, the suffix of the file's name.
+
+    Returns
+    -------
+    Scene
+
+    Raises
+    ------
+    MeshError
+        For an unknown type or malformed content; the message names the file, the line or byte, and what is wrong.
+    MissingExtraError
+        If the extra that the format needs is not installed.
+    ArgumentError
+        For a nameless file object without `file_type`.
+    ArgumentTypeError
+        If `source` is neither a path nor a binary file object.
+    OSError
+        If the file cannot be read.
     """
     name, kind = _identify(source, file_type, READERS)
     if kind == "glb":
@@ -81,7 +119,7 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     if kind == "gltf":
         return _read(source, name, partial(gltf.read_scene, folder=_folder(source)))
     scene = Scene()
-    scene.add(load_mesh(source, file_type=kind), name=None if name == _NAMELESS else Path(name).stem)
+    scene.add(load_mesh(source, file_type=kind), name=None if name == _UNNAMED else Path(name).stem)
     return scene
 
 
@@ -89,13 +127,28 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
 def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -> None:
     """Write a mesh to a model file; a path gets the whole file or is left untouched.
 
-    target : a path, or a binary file object
-    file_type : "obj", ".OBJ", ...; from the file's name where not given
+    OBJ, OFF and PLY keep polygons and every bit of the coordinates. STL and GLB hold triangles and float32. NPY holds
+    an array of points, and no faces.
 
-    OBJ, OFF and PLY keep polygons and every bit of the coordinates; STL and GLB hold triangles and float32; NPY
-    holds an array of points, and no faces.
-    Raises MeshError for an unknown type and for a mesh that the format cannot hold; ArgumentError for a nameless file
-    object without `file_type`; OSError from the operating system unchanged.
+    Parameters
+    ----------
+    mesh : Mesh
+        At least one point.
+    target : path or binary file object
+        Where to write.
+    file_type : str, optional
+        "glb", "npy", "obj", "off", "ply" or "stl"; by default, the suffix of the file's name.
+
+    Raises
+    ------
+    MeshError
+        For an unknown type, and for a mesh that the format cannot hold.
+    ArgumentError
+        For a nameless file object without `file_type`.
+    ArgumentTypeError
+        If `target` is neither a path nor a binary file object.
+    OSError
+        If the file cannot be written.
     """
     name, kind = _identify(target, file_type, WRITERS)
     with prefix_errors(name):
@@ -109,7 +162,7 @@ def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -
 
 
 def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Model:
-    """Return what `reader` makes of a file; errors in the file name it."""
+    """Return what `reader` makes of a file; the messages of errors begin with its name."""
     data = Path(source).read_bytes() if isinstance(source, str | os.PathLike) else source.read()
     if not isinstance(data, bytes | bytearray | memoryview):
         message = f"source must be a binary file, its read() gave {type(data).__name__}"
@@ -121,12 +174,12 @@ def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Mo
 
 
 def _folder(source: PathOrFile) -> Path | None:
-    """Return where other files of the model may lie."""
+    """Return the folder in which further files of the model may lie."""
     return Path(source).parent if isinstance(source, str | os.PathLike) else None
 
 
 def _identify(source: PathOrFile, file_type: str | None, known: Collection[str]) -> tuple[str, str]:
-    """Return a name for messages and a member of `known`."""
+    """Return the file's name for messages, and its type, a member of `known`."""
     path = source if isinstance(source, str | os.PathLike) else getattr(source, "name", None)
     name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
     if name is None and not hasattr(source, "read") and not hasattr(source, "write"):
@@ -140,5 +193,5 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
     if kind not in known:
         got = repr(kind) if kind else "no suffix"
-        raise MeshError(f"{name or _NAMELESS}: the type must be one of {', '.join(sorted(known))}, got {got}")
-    return name or _NAMELESS, kind
+        raise MeshError(f"{name or _UNNAMED}: the type must be one of {', '.join(sorted(known))}, got {got}")
+    return name or _UNNAMED, kind

@@ -1,4 +1,4 @@
-"""Scenes: a tree of named nodes, each placed in its parent by a matrix, and the models that they show."""
+"""Scenes: trees of named nodes with a matrix each, and the models that the nodes show."""
 
 import copy
 from collections import defaultdict
@@ -17,7 +17,7 @@ from .mesh import Mesh
 
 
 class PointsOnDevice(Protocol):
-    """What a scene knows of a `PointBuffer`, whose folder comes after this one."""
+    """The part of a `PointBuffer` that scenes use; its folder comes after this one."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -25,7 +25,7 @@ class PointsOnDevice(Protocol):
         ...
 
     def device_points(self) -> Any:
-        """Return the points as the device has them."""
+        """Return the points on the device."""
         ...
 
 
@@ -35,26 +35,28 @@ _MAX_REPR_LINES = 40
 
 
 class Shown(NamedTuple):
-    """A model, and how it is drawn."""
+    """A model, and its style: keywords of `render`."""
 
     model: Any
     style: Mapping[str, Any]
-    """The keywords of `render` that say how."""
 
 
 class Instances(NamedTuple):
-    """A model wherever it is shown in one style."""
+    """All instances of a model that have the same style.
+
+    node : the name of the first node that shows the model
+    style : keywords of `render`
+    transform : (k, 4, 4), from the model to the world, one per instance
+    """
 
     node: str
-    """The name of the first node that shows it."""
     model: Any
     style: Mapping[str, Any]
     transform: Float64Array
-    """(k, 4, 4): from the model to the world, once for each place."""
 
 
 class Node:
-    """A place in a scene, made by `Scene.add`: a name, a matrix and any number of models."""
+    """A node of a scene: a name, a matrix, and any number of models. `Scene.add` makes it."""
 
     def __init__(self, name: str, parent: str | None, transform: Float64Array) -> None:
         self._name = name
@@ -64,34 +66,52 @@ class Node:
 
     @property
     def name(self) -> str:
-        """The name, of which the scene has one."""
+        """The name, unique in the scene."""
         return self._name
 
     @property
     def parent(self) -> str | None:
-        """The name of the node that this one is placed in; None for the world. `Scene.move` changes it."""
+        """The name of the parent node; None for the world. `Scene.move` changes it."""
         return self._parent
 
     @property
     def transform(self) -> Float64Array:
-        """The matrix from this node to its parent: (4, 4) float64, read-only; to change it, assign another.
+        """The matrix from this node to its parent: (4, 4) float64, read-only.
 
-        An object with `as_matrix()` is taken as well. ArgumentError is raised for another shape, a NaN, an infinity.
+        To change it, assign another matrix, or an object with `as_matrix()`.
+
+        Raises
+        ------
+        ArgumentError
+            If another shape, or a matrix with numbers that are not finite, is assigned.
         """
         return self._transform
 
     @transform.setter
     def transform(self, matrix: MatrixLike) -> None:
-        """Put another matrix in its place."""
+        """Replace the matrix."""
         self._transform = _as_local_matrix(matrix, "transform")
 
     @property
     def models(self) -> tuple[Shown, ...]:
-        """The models, each with its style, in the order in which they were given."""
+        """The models with their styles, in the order of the calls of `show`."""
         return self._models
 
     def show(self, model: SceneModel, **style: Any) -> None:
-        """Show one more model here, drawn in the style that keywords of `render` describe."""
+        """Add a model to this node.
+
+        Parameters
+        ----------
+        model : Mesh, (n, 3) array of points, PointBuffer, or path of a model file
+            The model, in the coordinates of this node.
+        **style
+            Keywords of `render` that say how the model is drawn.
+
+        Raises
+        ------
+        ArgumentError
+            If `transform` is among the keywords: the node has one already.
+        """
         if "transform" in style:
             raise ArgumentError.expecting("transform", "be that of a node", reason="a model stands where its node is")
         self._models = (*self._models, Shown(model, style))
@@ -102,11 +122,10 @@ class Node:
 
 @public
 class Scene:
-    """A tree of named nodes. The world matrix of a node is the product of all matrices from the world down to it.
+    """A tree of named nodes. A node's world matrix is the product of the matrices from the world down to the node.
 
-    A model shown by several nodes is one model: it is uploaded once, and drawn in each place.
-    Iteration gives the nodes depth first, each before what is placed in it.
-    Raises ArgumentError for an unknown name, for a name given twice, and for a node placed within itself.
+    `scene["name"]` is a node, `len` is the number of nodes, and iteration gives the nodes depth first, each before its
+    children. A model that several nodes show is uploaded once, and drawn once per node.
     """
 
     def __init__(self) -> None:
@@ -123,11 +142,29 @@ class Scene:
     ) -> Node:
         """Add a node, and return it.
 
-        model : what it shows; nothing by default, to carry other nodes. `Node.show` adds more
-        name : "node 1", "node 2", ... by default
-        parent : the node that it is placed in, or its name; the world by default
-        transform : (4, 4), from the node to its parent; the identity by default
-        style : keywords of `render` that say how the model is drawn
+        Parameters
+        ----------
+        model : Mesh, (n, 3) array of points, PointBuffer, or path of a model file, optional
+            What the node shows. A node without a model can carry other nodes. `Node.show` adds more models.
+        name : str, optional
+            Unique in the scene; "node 1", "node 2", ... by default.
+        parent : Node or str, optional
+            The parent node or its name; the world by default.
+        transform : (4, 4) numbers, or an object with `as_matrix()`, optional
+            From the node to its parent; the identity by default.
+        **style
+            Keywords of `render` that say how the model is drawn.
+
+        Returns
+        -------
+        Node
+
+        Raises
+        ------
+        ArgumentError
+            For a name that is taken, an unknown parent, an invalid matrix, or a style without a model.
+        ArgumentTypeError
+            If the name is not a string.
         """
         name = self._new_name(name)
         above = None if parent is None else self._node(parent, "parent").name
@@ -140,7 +177,20 @@ class Scene:
         return node
 
     def move(self, node: str | Node, parent: str | Node | None) -> None:
-        """Place a node, with all that is in it, in another parent, or with None in the world; its matrix stays."""
+        """Move a node, with its descendants, to another parent; its matrix does not change.
+
+        Parameters
+        ----------
+        node : Node or str
+            The node or its name.
+        parent : Node, str or None
+            The new parent or its name; None for the world.
+
+        Raises
+        ------
+        ArgumentError
+            For an unknown node, or a parent that is the node itself or one of its descendants.
+        """
         moved = self._node(node, "node")
         target = None if parent is None else self._node(parent, "parent")
         if target is not None and moved in self._path(target):
@@ -148,16 +198,42 @@ class Scene:
         moved._parent = None if target is None else target.name
 
     def remove(self, node: str | Node) -> None:
-        """Remove a node and all that is in it."""
-        doomed = {self._node(node, "node").name}
+        """Remove a node and its descendants.
+
+        Parameters
+        ----------
+        node : Node or str
+            The node or its name.
+
+        Raises
+        ------
+        ArgumentError
+            For an unknown node.
+        """
+        removed = {self._node(node, "node").name}
         for below in self:
-            if below.parent in doomed:
-                doomed.add(below.name)
-        for name in doomed:
+            if below.parent in removed:
+                removed.add(below.name)
+        for name in removed:
             del self._nodes[name]
 
     def world(self, node: str | Node) -> Float64Array:
-        """Return the matrix from a node to the world: (4, 4) float64."""
+        """Return the matrix from a node to the world.
+
+        Parameters
+        ----------
+        node : Node or str
+            The node or its name.
+
+        Returns
+        -------
+        (4, 4) float64
+
+        Raises
+        ------
+        ArgumentError
+            For an unknown node, or if the product overflows.
+        """
         path = self._path(self._node(node, "node"))
         product = path[-1].transform
         with np.errstate(over="ignore", invalid="ignore"):
@@ -166,9 +242,23 @@ class Scene:
         return _require_finite_world(product, path[0])
 
     def posed(self, poses: Mapping[str, MatrixLike]) -> "Scene":
-        """Return a scene of the same models, where the matrix of each node that `poses` names is another.
+        """Return a scene of the same models, with other matrices for some nodes.
 
-        poses : from a node's name to its (4, 4) matrix in its parent
+        Parameters
+        ----------
+        poses : dict of str to (4, 4) numbers, or to objects with `as_matrix()`
+            The new matrix, from the node to its parent, by the node's name.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ArgumentError
+            For an unknown name or an invalid matrix.
+        ArgumentTypeError
+            If `poses` is not a mapping.
         """
         if not isinstance(poses, Mapping):
             raise ArgumentTypeError.expecting("poses", "map names to matrices", type(poses).__name__)
@@ -181,16 +271,37 @@ class Scene:
         return posed
 
     def with_models(self, change: Callable[[Any], Any]) -> "Scene":
-        """Return a scene of the same nodes, where `change` gives the model in place of each."""
+        """Return a scene of the same nodes, with every model replaced.
+
+        Parameters
+        ----------
+        change : callable
+            Takes a model, and returns the model to show instead.
+
+        Returns
+        -------
+        Scene
+        """
         changed = self.posed({})
         for node in changed:
             node._models = tuple(Shown(change(shown.model), shown.style) for shown in node._models)
         return changed
 
     def layers(self) -> list[Instances]:
-        """Return each model once for every style that it is shown in, with the places where it is.
+        """Return the instances of all models, grouped by model and style, in the order of their first appearance.
 
-        They come in the order in which they first appear. Models and arrays are the same where they are one object.
+        Models and arrays are the same if they are one object.
+
+        Returns
+        -------
+        list of Instances
+            Each with the name of the first `node`, the `model`, its `style`, and `transform` (k, 4, 4), from the model
+            to the world, one matrix per instance.
+
+        Raises
+        ------
+        ArgumentError
+            If a world matrix overflows.
         """
         worlds: dict[str | None, Float64Array] = {None: np.eye(4)}
         found: dict[Any, tuple[Node, Shown, list[Float64Array]]] = {}
@@ -198,12 +309,12 @@ class Scene:
             for node in self:
                 worlds[node.name] = worlds[node.parent] @ node.transform
                 for shown in node.models:
-                    *_, places = found.setdefault(_make_key(shown), (node, shown, []))
-                    places.append(_require_finite_world(worlds[node.name], node))
-        return [Instances(node.name, *shown, np.stack(places)) for node, shown, places in found.values()]
+                    *_, matrices = found.setdefault(_make_key(shown), (node, shown, []))
+                    matrices.append(_require_finite_world(worlds[node.name], node))
+        return [Instances(node.name, *shown, np.stack(matrices)) for node, shown, matrices in found.values()]
 
     def _new_name(self, name: object) -> str:
-        """Return `name`, or one that is free; raise an error for one that is taken."""
+        """Return `name`, or an unused one for None; raise an error for a name that is taken."""
         if name is None:
             return make_unused_name("node", len(self) + 1, self._nodes)
         if not isinstance(name, str):
@@ -219,7 +330,7 @@ class Scene:
         return name
 
     def _node(self, which: str | Node, argument: str) -> Node:
-        """Return the node that is meant, or raise an error that names the argument."""
+        """Return the node that an argument means, or raise an error that names the argument."""
         node = self._nodes.get(which) if isinstance(which, str) else which
         if not isinstance(node, Node) or node not in self:
             raise ArgumentError.expecting(argument, "be a node of this scene, or its name", repr(which))
@@ -266,7 +377,7 @@ class Scene:
 
 
 def make_unused_name(stem: str, number: int, used: Container[str]) -> str:
-    """Return "stem number", or with the next number whose name is not in `used`."""
+    """Return "STEM NUMBER", with the first number from `number` on that makes a name not in `used`."""
     while f"{stem} {number}" in used:
         number += 1
     return f"{stem} {number}"
@@ -283,12 +394,12 @@ def _as_local_matrix(matrix: MatrixLike, argument: str) -> Float64Array:
 
 
 def _make_key(shown: Shown) -> tuple[Any, ...]:
-    """Return what two models share that are drawn alike: the model, and for every keyword its value."""
+    """Return a key of the model and its style: what has the same key is drawn as instances of one model."""
     return _make_identity(shown.model), frozenset((name, _make_identity(value)) for name, value in shown.style.items())
 
 
 def _make_identity(value: Any) -> Any:
-    """Return a key that equal texts and numbers share, and of meshes, arrays and lists only what is one object."""
+    """Return a key that is the same for equal texts and numbers, and otherwise for one object alone."""
     try:
         hash(value)
     except TypeError:

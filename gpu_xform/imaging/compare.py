@@ -1,4 +1,4 @@
-"""How far a picture is from the one it should be."""
+"""Comparison of a picture with a reference, pixel by pixel."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -21,10 +21,14 @@ DARKER_COLOR, LIGHTER_COLOR = (208, 0, 0, 255), (0, 80, 255, 255)
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Difference:
-    """What sets a picture apart from its reference, in units of a channel, 0..255.
+    """The difference of a picture from its reference, in units of a channel, 0..255.
 
-    picture, reference : (height, width, 4) uint8, the colours multiplied by alpha
-    threshold : by how much a pixel may differ in its worst channel and count as equal
+    Attributes
+    ----------
+    picture, reference : (height, width, 4) uint8
+        The pixels, with colours multiplied by alpha.
+    threshold : float
+        A pixel counts as equal if its worst channel differs by no more.
     """
 
     picture: Pixels
@@ -34,8 +38,8 @@ class Difference:
     @cached_property
     def by_channel(self) -> Pixels:
         """The absolute difference in every channel of every pixel: (height, width, 4) uint8."""
-        darker_of_two: Pixels = np.minimum(self.picture, self.reference)
-        return np.maximum(self.picture, self.reference) - darker_of_two
+        minimum: Pixels = np.minimum(self.picture, self.reference)
+        return np.maximum(self.picture, self.reference) - minimum
 
     @cached_property
     def by_pixel(self) -> Pixels:
@@ -60,16 +64,21 @@ class Difference:
 
     @property
     def largest_at(self) -> tuple[int, int]:
-        """Where the largest difference is, the first of several: the pixel (x, y), (0, 0) at the top left."""
+        """The first pixel (x, y) with the largest difference; (0, 0) is at the top left."""
         y, x = np.unravel_index(self.by_pixel.argmax(), self.by_pixel.shape)
         return int(x), int(y)
 
     def image(self) -> "Image":
-        """Return the reference, pale, with the pixels in colour that differ by more than the threshold.
+        """Return the reference, faded, with the pixels that differ by more than the threshold in colour.
 
-        They are red where the picture is darker than the reference, both on white, and blue where it is not.
+        A pixel is red if the picture is darker than the reference, both composited on white, and blue otherwise.
+
+        Returns
+        -------
+        PIL.Image.Image
+            Mode RGBA.
         """
-        brightness, expected = _composite_on_white(self.picture), _composite_on_white(self.reference)
+        brightness, expected = _compute_brightness_on_white(self.picture), _compute_brightness_on_white(self.reference)
         different = self.by_pixel > self.threshold
         shown = np.full_like(self.picture, 255)
         shown[..., :3] = (191 + expected / 4)[..., np.newaxis]
@@ -88,28 +97,44 @@ class Difference:
 
 @public
 def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float = DEFAULT_THRESHOLD) -> Difference:
-    """Compare two pictures of one size, pixel by pixel.
+    """Compare two pictures of the same size, pixel by pixel.
 
-    Colours are multiplied by alpha before: what a transparent pixel would show does not count.
+    Colours are multiplied by alpha first, so the colour of a transparent pixel does not count.
 
-    picture, reference : Pillow images, (height, width, 3 or 4) uint8 arrays with straight alpha, or paths of PNG files
-    threshold : by how much of 255 a pixel may differ in its worst channel and count as equal
+    Parameters
+    ----------
+    picture, reference : Pillow image, (height, width, 3 or 4) uint8 array with straight alpha, or path of a PNG file
+        The pictures to compare.
+    threshold : float
+        A pixel counts as equal if its worst channel differs by no more, of 255.
 
-    Raises `ArgumentError` for different sizes and for what is no picture; a missing file as `OSError`.
+    Returns
+    -------
+    Difference
+        The number of pixels that differ, by how much and where, and an image of the difference.
+
+    Raises
+    ------
+    ArgumentError
+        If the sizes differ, or if a file or array is not a picture.
+    ArgumentTypeError
+        For an array of another type than uint8.
+    OSError
+        If a file cannot be read.
     """
     threshold = as_float(threshold, "threshold")
     if not 0.0 <= threshold <= 255.0:
         raise ArgumentError.expecting("threshold", "be from 0 to 255", f"{threshold:g}")
-    one, other = to_pixels(picture, "picture"), to_pixels(reference, "reference")
-    if one.size == 0:
+    actual, expected = to_pixels(picture, "picture"), to_pixels(reference, "reference")
+    if actual.size == 0:
         raise ArgumentError.expecting("picture", "have pixels", "none")
-    if one.shape != other.shape:
-        sizes = [f"{shape[1]} x {shape[0]}" for shape in (one.shape, other.shape)]
+    if actual.shape != expected.shape:
+        sizes = [f"{shape[1]} x {shape[0]}" for shape in (actual.shape, expected.shape)]
         raise ArgumentError.expecting("reference", f"have the size of the picture, {sizes[0]}", sizes[1])
-    return Difference(premultiply(one), premultiply(other), threshold)
+    return Difference(premultiply(actual), premultiply(expected), threshold)
 
 
-def _composite_on_white(pixels: Pixels) -> npt.NDArray[np.float64]:
-    """Return the brightness, 0..255, of premultiplied pixels (height, width, 4) on a white ground."""
+def _compute_brightness_on_white(pixels: Pixels) -> npt.NDArray[np.float64]:
+    """Return the brightness, 0..255, of premultiplied pixels (height, width, 4) on a white background."""
     brightness: npt.NDArray[np.float64] = 255.0 - pixels[..., 3] + pixels[..., :3].mean(axis=2)
     return brightness

@@ -1,7 +1,8 @@
 """Homogeneous 4x4 matrices for R^3, in float64 and for column vectors: `target = M @ source`.
 
-A point carries w = 1, a vector w = 0. What takes a matrix also takes anything with `as_matrix()`, such as SciPy's
-`Rotation`. Arguments that make no matrix raise `ArgumentError` or `ArgumentTypeError`, which name the argument.
+A point has w = 1, a vector w = 0. An object with `as_matrix()`, such as SciPy's `Rotation`, can be passed for any
+matrix. Invalid arguments raise `ArgumentError`, or `ArgumentTypeError` if they hold no real numbers; the message names
+the argument.
 
 Reading order: _affine, _elementary, _viewing, _composition, _explanation.
 """

@@ -1,4 +1,4 @@
-"""What R^2 and R^3 share: homogeneous matrices of size n + 1, built from what they do in n dimensions."""
+"""Homogeneous matrices of size n + 1 for both R^2 and R^3, built from their linear part."""
 
 import math
 
@@ -11,7 +11,7 @@ from ..errors import ArgumentError
 
 
 def require_finite(matrix: Float64Array, what: str) -> Float64Array:
-    """Return `matrix` with +0 for every -0; where an entry has overflowed, raise an error that names `what`."""
+    """Return `matrix` with +0 for every -0; raise an error that names `what` if an entry has overflowed."""
     if not np.isfinite(matrix).all():
         raise ArgumentError.expecting(what, "stay within float64's range", describe_first_non_finite(matrix))
     return matrix + 0.0
@@ -20,8 +20,8 @@ def require_finite(matrix: Float64Array, what: str) -> Float64Array:
 def cos_sin(angle: float, *, degrees: bool) -> tuple[float, float]:
     """Return the cosine and the sine of `angle`; in degrees they are exact at every multiple of 90.
 
-    Degrees are reduced to a number of quarter turns and a rest in [-45, 45], without rounding, before they become
-    radians.
+    Degrees are reduced, without rounding, to a number of quarter turns and a rest in [-45, 45] before they are
+    converted to radians.
     """
     angle = as_float(angle, "angle")
     if not degrees:
@@ -36,7 +36,7 @@ def cos_sin(angle: float, *, degrees: bool) -> tuple[float, float]:
 def about_point(point: npt.ArrayLike | None, linear: Float64Array) -> Float64Array:
     """Return the matrix that acts as the n x n matrix A about the fixed `point` p: [[A, p - A p], [0, 1]].
 
-    Without a point the origin stays fixed, and A is carried along.
+    Without a point, the origin stays fixed: A is embedded.
     """
     n = len(linear)
     matrix = np.eye(n + 1)
@@ -49,23 +49,23 @@ def about_point(point: npt.ArrayLike | None, linear: Float64Array) -> Float64Arr
 
 
 def make_scaling(**factors: float) -> Float64Array:
-    """Return diag(factors..., 1); the keywords are the names for errors."""
+    """Return diag(factors..., 1); errors name the keywords."""
     return np.diag([*(as_float(factor, name) for name, factor in factors.items()), 1.0])
 
 
 def make_translation(**offsets: float) -> Float64Array:
-    """Return [[I, offsets], [0, 1]]; the keywords are the names for errors."""
+    """Return [[I, offsets], [0, 1]]; errors name the keywords."""
     matrix = np.eye(len(offsets) + 1)
     matrix[:-1, -1] = [as_float(offset, name) for name, offset in offsets.items()]
     return matrix
 
 
 def make_shearing(n: int, **factors: float) -> Float64Array:
-    """Return the homogeneous matrix where, for a keyword `xy`, x gains that factor times y."""
+    """Return the homogeneous shear where x gains, for a keyword `xy`, that factor times y."""
     matrix = np.eye(n + 1)
     for name, factor in factors.items():
-        gains, source = ("xyz".index(axis) for axis in name)
-        matrix[gains, source] = as_float(factor, name)
+        target, source = ("xyz".index(axis) for axis in name)
+        matrix[target, source] = as_float(factor, name)
     return matrix
 
 
@@ -80,13 +80,13 @@ def make_rotation(n: int, first: int, second: int, angle: float, *, degrees: boo
 
 
 def make_projection(normal: npt.ArrayLike, n: int) -> Float64Array:
-    """Return the n x n orthogonal projection I - v v^T / (v . v), onto all that is at right angles to v.
+    """Return the n x n orthogonal projection I - v v^T / (v . v) along v, the normal.
 
-    Its diagonal is summed from the other components' squares: 1 - v_i^2 would cancel, and a projection along almost
-    an axis would no longer look singular.
+    Its diagonal is summed from the squares of the other components: 1 - v_i^2 would cancel, and a projection along
+    almost an axis would not be singular.
     """
     v = as_nonzero_vector(normal, "normal", n)
-    v[v * v < np.finfo(np.float64).tiny] = 0.0  # next to the largest component these are nothing
+    v[v * v < np.finfo(np.float64).tiny] = 0.0  # negligible beside the largest component
     squares = v * v
     linear = -np.outer(v, v)
     np.fill_diagonal(linear, (1.0 - np.eye(n)) @ squares)
@@ -95,5 +95,5 @@ def make_projection(normal: npt.ArrayLike, n: int) -> Float64Array:
 
 
 def make_reflection(normal: npt.ArrayLike, n: int) -> Float64Array:
-    """Return the n x n reflection I - 2 v v^T / (v . v), which turns v round."""
+    """Return the n x n reflection I - 2 v v^T / (v . v), which reverses v, the normal."""
     return 2.0 * make_projection(normal, n) - np.eye(n)

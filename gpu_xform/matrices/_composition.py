@@ -1,4 +1,4 @@
-"""Matrices from matrices: their product, their inverse, and an affine matrix taken apart."""
+"""Products, inverses and the decomposition of matrices."""
 
 from typing import NamedTuple
 
@@ -11,12 +11,12 @@ from ..errors import ArgumentError, SingularMatrixError
 from ._affine import require_finite
 from ._elementary import homogeneous, scale, shear, translate
 
-# A matrix counts as singular where it lies as near to one as the roundings of a composition may have moved it.
+# Of the largest singular value: a matrix whose smallest is within the rounding error of a composition is singular.
 SINGULAR_RTOL = 64 * np.finfo(np.float64).eps
 
 
 def as_factors(matrices: tuple[MatrixLike, ...]) -> list[Float64Array]:
-    """Return `matrices` as arrays of one size, 3x3 or 4x4; none at all is an error."""
+    """Return `matrices` as arrays of one size, 3x3 or 4x4; raise an error if there are none."""
     if not matrices:
         raise ArgumentError.expecting("matrices", "hold at least one 3x3 or 4x4 matrix", "none")
     first = as_square_matrix(matrices[0], "matrices[0]", 3, 4)
@@ -26,9 +26,21 @@ def as_factors(matrices: tuple[MatrixLike, ...]) -> list[Float64Array]:
 
 @public
 def chain(*matrices: MatrixLike) -> Float64Array:
-    """Return the one matrix that applies `matrices` in the order given: of a, b and c it is c @ b @ a.
+    """Return the product that applies matrices in the order given: `chain(a, b, c)` is c @ b @ a.
 
-    All are 4x4 or all are 3x3.
+    Parameters
+    ----------
+    *matrices : (4, 4) or (3, 3) numbers, or objects with `as_matrix()`
+        One or more, all of the same size.
+
+    Returns
+    -------
+    (4, 4) or (3, 3) float64
+
+    Raises
+    ------
+    ArgumentError
+        If there are none, if they differ in size, or if the product overflows.
     """
     first, *rest = as_factors(matrices)
     product = first
@@ -40,10 +52,24 @@ def chain(*matrices: MatrixLike) -> Float64Array:
 
 @public
 def inverse(m: MatrixLike) -> Float64Array:
-    """Return the inverse of `m`, 4x4 or 3x3; of an affine matrix it is affine, exactly.
+    """Return the inverse of a matrix; that of an affine matrix is exactly affine.
 
-    SingularMatrixError is raised where `m` has none within rounding, however `m` is scaled: that depends on neither
-    units nor translation, so `scale(1e-12)` has its inverse.
+    Parameters
+    ----------
+    m : (4, 4) or (3, 3) numbers, or an object with `as_matrix()`
+        The matrix to invert.
+
+    Returns
+    -------
+    (4, 4) or (3, 3) float64
+
+    Raises
+    ------
+    SingularMatrixError
+        If `m` is singular within rounding error. That depends on neither units nor translation: `scale(1e-12)` has an
+        inverse.
+    ArgumentError
+        For another shape, a number that is not finite, or an inverse that overflows.
     """
     matrix = as_square_matrix(m, "m", 3, 4)
     n = len(matrix) - 1
@@ -59,22 +85,34 @@ def inverse(m: MatrixLike) -> Float64Array:
 
 
 class Decomposition(NamedTuple):
-    """The parts of an affine matrix in the order scale, shear, rotation, translation.
+    """The parts of an affine matrix, which applies scale, shear, rotation and translation, in this order.
 
     m = translate(*translation) @ homogeneous(rotation) @ shear(xy=, xz=, yz=) @ scale(*scale)
+
+    Attributes
+    ----------
+    translation : (3,) float64
+        The image of the origin.
+    rotation : (3, 3) float64
+        Proper: the determinant is +1.
+    scale : (3,) float64
+        All positive, or one negative if m mirrors.
+    shear : (3,) float64
+        The factors xy, xz, yz of `shear`.
     """
 
     translation: Float64Array
-    """(3,): where the origin goes."""
     rotation: Float64Array
-    """(3, 3): proper, its determinant is +1."""
     scale: Float64Array
-    """(3,): all positive, or one negative where m mirrors."""
     shear: Float64Array
-    """(3,): xy, xz, yz."""
 
     def as_matrix(self) -> Float64Array:
-        """Return the 4x4 matrix that the parts make."""
+        """Return the 4x4 matrix that is composed of the parts.
+
+        Returns
+        -------
+        (4, 4) float64
+        """
         xy, xz, yz = self.shear
         return chain(
             scale(*self.scale), shear(xy=xy, xz=xz, yz=yz), homogeneous(self.rotation), translate(*self.translation)
@@ -83,11 +121,28 @@ class Decomposition(NamedTuple):
 
 @public
 def decompose(m: MatrixLike) -> Decomposition:
-    """Take the affine 4x4 matrix `m` apart into translation, rotation, scale and shear.
+    """Decompose an affine matrix into translation, rotation, scale and shear.
 
     The linear part is factored as Q R, R upper triangular (Thomas, "Decomposing a matrix into simple transformations",
-    Graphics Gems II, 1991). Where `m` mirrors, one axis is flipped in the scale: the one that leaves the rotation
-    nearest to none. SingularMatrixError is raised where columns depend on one another within rounding.
+    Graphics Gems II, 1991). If `m` mirrors, one factor of the scale is negative: that which leaves the rotation
+    closest to the identity.
+
+    Parameters
+    ----------
+    m : (4, 4) numbers, or an object with `as_matrix()`
+        The last row is (0, 0, 0, 1).
+
+    Returns
+    -------
+    Decomposition
+        The parts; `as_matrix()` composes them again.
+
+    Raises
+    ------
+    SingularMatrixError
+        If the columns are linearly dependent within rounding error.
+    ArgumentError
+        For another shape, a number that is not finite, or a matrix that is not affine.
     """
     matrix = as_square_matrix(m, "m", 4)
     if not np.array_equal(matrix[3], (0.0, 0.0, 0.0, 1.0)):
@@ -122,7 +177,7 @@ def _invert(a: Float64Array) -> Float64Array:
 
 
 def _balance(a: Float64Array, axis: int) -> tuple[Float64Array, np.ndarray[tuple[int, ...], np.dtype[np.int32]]]:
-    """Return `a` with the largest entry along `axis` brought into [0.5, 1), and the exponents of 2 divided out."""
+    """Return `a`, divided by powers of 2 so that the largest entry along `axis` is in [0.5, 1), and their exponents."""
     exponents = np.frexp(np.abs(a).max(axis=axis))[1]
     return np.ldexp(a, -np.expand_dims(exponents, axis)), exponents
 

@@ -1,4 +1,4 @@
-"""The affine matrices of R^3 from which others are composed."""
+"""Elementary affine matrices of R^3: scaling, translation, rotation, reflection, shear, projection."""
 
 import numpy as np
 import numpy.typing as npt
@@ -12,13 +12,33 @@ from . import _affine
 
 @public
 def identity() -> Float64Array:
-    """Return the 4x4 identity."""
+    """Return the 4x4 identity.
+
+    Returns
+    -------
+    (4, 4) float64
+    """
     return np.eye(4)
 
 
 @public
 def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Array:
-    """Return diag(x, y, z, 1); one number scales all three axes."""
+    """Return the scaling diag(x, y, z, 1).
+
+    Parameters
+    ----------
+    x, y, z : float
+        The factor along each axis; `x` alone scales all three axes.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If two of the three are given, or a factor is not finite.
+    """
     if y is None and z is None:
         y = z = x
     if y is None or z is None:
@@ -28,35 +48,93 @@ def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Ar
 
 @public
 def translate(x: float, y: float, z: float) -> Float64Array:
-    """Return the translation [[I, (x, y, z)], [0, 1]]: points (w = 1) move, vectors (w = 0) do not."""
+    """Return the translation [[I, (x, y, z)], [0, 1]]: points (w = 1) move, vectors (w = 0) do not.
+
+    Parameters
+    ----------
+    x, y, z : float
+        The offset along each axis.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If an offset is not finite.
+    """
     return _affine.make_translation(x=x, y=y, z=z)
 
 
 @public
 def rotate_x(angle: float, *, degrees: bool = False) -> Float64Array:
-    """Return the rotation [[1, 0, 0], [0, c, -s], [0, s, c]], carried along in a 4x4: y turns towards z.
+    """Return the rotation [[1, 0, 0], [0, c, -s], [0, s, c]] about the x-axis, embedded in a 4x4: y turns towards z.
 
-    Radians; with `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking down x towards the origin.
+    Parameters
+    ----------
+    angle : float
+        In radians; counter-clockwise as seen from the positive x-axis towards the origin.
+    degrees : bool
+        Take the angle in degrees; multiples of 90 are then exact.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If `angle` is not finite.
     """
     return _affine.about_point(None, _affine.make_rotation(3, 1, 2, angle, degrees=degrees))
 
 
 @public
 def rotate_y(angle: float, *, degrees: bool = False) -> Float64Array:
-    """Return the rotation [[c, 0, s], [0, 1, 0], [-s, 0, c]], carried along in a 4x4: z turns towards x.
+    """Return the rotation [[c, 0, s], [0, 1, 0], [-s, 0, c]] about the y-axis, embedded in a 4x4: z turns towards x.
 
-    Radians; with `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking down y towards the origin.
-    A camera that circles a model by `angle` sees it turned by the inverse, [[c, 0, -s], [0, 1, 0], [s, 0, c]]: that
-    matrix is `rotate_y(-angle)`.
+    A camera that circles a model by `angle` sees the model rotated by the inverse, [[c, 0, -s], [0, 1, 0], [s, 0, c]],
+    which is `rotate_y(-angle)`.
+
+    Parameters
+    ----------
+    angle : float
+        In radians; counter-clockwise as seen from the positive y-axis towards the origin.
+    degrees : bool
+        Take the angle in degrees; multiples of 90 are then exact.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If `angle` is not finite.
     """
     return _affine.about_point(None, _affine.make_rotation(3, 2, 0, angle, degrees=degrees))
 
 
 @public
 def rotate_z(angle: float, *, degrees: bool = False) -> Float64Array:
-    """Return the rotation [[c, -s, 0], [s, c, 0], [0, 0, 1]], carried along in a 4x4: x turns towards y.
+    """Return the rotation [[c, -s, 0], [s, c, 0], [0, 0, 1]] about the z-axis, embedded in a 4x4: x turns towards y.
 
-    Radians; with `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking down z towards the origin.
+    Parameters
+    ----------
+    angle : float
+        In radians; counter-clockwise as seen from the positive z-axis towards the origin.
+    degrees : bool
+        Take the angle in degrees; multiples of 90 are then exact.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If `angle` is not finite.
     """
     return _affine.about_point(None, _affine.make_rotation(3, 0, 1, angle, degrees=degrees))
 
@@ -65,11 +143,29 @@ def rotate_z(angle: float, *, degrees: bool = False) -> Float64Array:
 def rotate(
     axis: npt.ArrayLike, angle: float, *, point: npt.ArrayLike | None = None, degrees: bool = False
 ) -> Float64Array:
-    """Return the rotation by `angle` about the line along `axis` (3,) through `point` (3,) or the origin.
+    """Return the rotation about a line: c I + s K + (1 - c) k k^T (Rodrigues).
 
-    c I + s K + (1 - c) k k^T, with k the unit axis and K x = k x x its cross product (Rodrigues). Radians; with
-    `degrees=True`, multiples of 90 are exact. Counter-clockwise, looking against `axis`, which may have any length
-    but 0.
+    k is the unit axis, and K x = k x x its cross product.
+
+    Parameters
+    ----------
+    axis : (3,) numbers
+        The direction of the line, of any length but 0.
+    angle : float
+        In radians; counter-clockwise as seen against the axis.
+    point : (3,) numbers, optional
+        A point of the line; the origin by default.
+    degrees : bool
+        Take the angle in degrees; multiples of 90 are then exact.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        For another shape, a number that is not finite, or an axis of length 0.
     """
     k = as_unit_vector(axis, "axis", 3)
     c, s = _affine.cos_sin(angle, degrees=degrees)
@@ -79,9 +175,25 @@ def rotate(
 
 @public
 def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Float64Array:
-    """Return the reflection I - 2 n n^T in the plane at right angles to `normal` (3,), through `point` or the origin.
+    """Return the reflection I - 2 n n^T in a plane with the unit normal n.
 
-    `normal` may have any length but 0. In the xy-plane: `reflect((0, 0, 1))`.
+    In the xy-plane: `reflect((0, 0, 1))`.
+
+    Parameters
+    ----------
+    normal : (3,) numbers
+        Perpendicular to the plane, of any length but 0.
+    point : (3,) numbers, optional
+        A point of the plane; the origin by default.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        For another shape, a number that is not finite, or a normal of length 0.
     """
     return _affine.about_point(point, _affine.make_reflection(normal, 3))
 
@@ -90,25 +202,68 @@ def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Flo
 def shear(
     *, xy: float = 0.0, xz: float = 0.0, yx: float = 0.0, yz: float = 0.0, zx: float = 0.0, zy: float = 0.0
 ) -> Float64Array:
-    """Return the shear [[1, xy, xz], [yx, 1, yz], [zx, zy, 1]], carried along in a 4x4: x gains `xy` times y."""
+    """Return the shear [[1, xy, xz], [yx, 1, yz], [zx, zy, 1]], embedded in a 4x4.
+
+    Parameters
+    ----------
+    xy, xz, yx, yz, zx, zy : float
+        The second axis, times this factor, is added to the first: x gains `xy` times y.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If a factor is not finite.
+    """
     return _affine.make_shearing(3, xy=xy, xz=xz, yx=yx, yz=yz, zx=zx, zy=zy)
 
 
 @public
 def project_onto(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Float64Array:
-    """Return the orthogonal projection I - n n^T onto the plane at right angles to `normal` (3,), through `point`.
+    """Return the orthogonal projection I - n n^T onto a plane with the unit normal n.
 
-    `normal` may have any length but 0; without `point` the plane goes through the origin. Onto the xy-plane:
-    `project_onto((0, 0, 1))`.
+    Onto the xy-plane: `project_onto((0, 0, 1))`.
+
+    Parameters
+    ----------
+    normal : (3,) numbers
+        Perpendicular to the plane, of any length but 0.
+    point : (3,) numbers, optional
+        A point of the plane; the origin by default.
+
+    Returns
+    -------
+    (4, 4) float64
+        A singular matrix.
+
+    Raises
+    ------
+    ArgumentError
+        For another shape, a number that is not finite, or a normal of length 0.
     """
     return _affine.about_point(point, _affine.make_projection(normal, 3))
 
 
 @public
 def homogeneous(a: MatrixLike) -> Float64Array:
-    """Return the 3x3 matrix `a` carried along in a 4x4, or a 2x2 in a 3x3: [[a, 0], [0, 1]].
+    """Return a linear map embedded in a homogeneous matrix: [[a, 0], [0, 1]].
 
-    Of an object with `as_matrix()` it returns the 4x4.
+    Parameters
+    ----------
+    a : (3, 3) or (2, 2) numbers, or an object with `as_matrix()`
+        The linear map. An object with `as_matrix()` may also give a 4x4, which is returned unchanged.
+
+    Returns
+    -------
+    (4, 4) or (3, 3) float64
+
+    Raises
+    ------
+    ArgumentError
+        For another shape, or a number that is not finite.
     """
     if isinstance(a, SupportsAsMatrix):
         return as_square_matrix(a, "a", 4)

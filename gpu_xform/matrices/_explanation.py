@@ -1,4 +1,4 @@
-"""A composition in words and figures, for people who learn from it."""
+"""A composition of matrices explained as text, for people who learn linear algebra."""
 
 import re
 from collections.abc import Iterable
@@ -16,10 +16,26 @@ from ._composition import as_factors, chain
 
 @public
 def explain(*matrices: MatrixLike, point: npt.ArrayLike | None = None) -> str:
-    """Return text with each of `matrices` in the order applied, their product, and where `point` goes on the way.
+    """Return a text with each matrix in the order of application, their product, and the path of a point.
 
-    All are 4x4 or all are 3x3. `point` is (n,), which takes w = 1, or homogeneous (n + 1,); at the end it is divided
-    by w, where w is neither 0 nor 1. Numbers are rounded to six significant digits.
+    Numbers are rounded to six significant digits.
+
+    Parameters
+    ----------
+    *matrices : (4, 4) or (3, 3) numbers, or objects with `as_matrix()`
+        One or more, all of the same size.
+    point : (n,) or (n + 1,) numbers, optional
+        A point in n = 3 or 2 dimensions, with or without w. The text shows it after each step and, if w is neither 0
+        nor 1, divided by w.
+
+    Returns
+    -------
+    str
+
+    Raises
+    ------
+    ArgumentError
+        If there are no matrices, if sizes differ, or if the product or the point overflows.
     """
     steps = as_factors(matrices)
     names = [f"M{i}" for i in range(1, len(steps) + 1)]
@@ -35,19 +51,19 @@ def explain(*matrices: MatrixLike, point: npt.ArrayLike | None = None) -> str:
 
 
 def _trace_point(point: Float64Array, steps: list[Float64Array], names: list[str]) -> list[str]:
-    """Return the lines that show `point` after each step, and after the division by w."""
-    stations = [point]
+    """Return the lines that show `point` after each step, and divided by w."""
+    positions = [point]
     with np.errstate(over="ignore", invalid="ignore"):
         for name, step in zip(names, steps, strict=True):
-            stations.append(require_finite(step @ stations[-1], f"the point after {name}"))
+            positions.append(require_finite(step @ positions[-1], f"the point after {name}"))
     labels = ["given", *(f"after {name}" for name in names)]
-    w = stations[-1][-1]
+    w = positions[-1][-1]
     if w not in (0.0, 1.0):
         with np.errstate(over="ignore"):
-            stations.append(require_finite(stations[-1] / w, "the point divided by w"))
+            positions.append(require_finite(positions[-1] / w, "the point divided by w"))
         labels.append("divided by w")
     width = max(map(len, labels))
-    rows = _format_rows(np.array(stations))
+    rows = _format_rows(np.array(positions))
     lines = [f"{label:{width}}  {row}" for label, row in zip(labels, rows, strict=True)]
     if w == 0.0:
         lines.append("w = 0: a direction, with nothing to divide by")
@@ -64,13 +80,13 @@ def _to_homogeneous(point: npt.ArrayLike, size: int) -> Float64Array:
 
 
 def _format_rows(matrix: Float64Array) -> list[str]:
-    """Return a line of text for each row, the decimal points of each column under one another."""
+    """Return one line of text per row, with the decimal points of each column aligned."""
     columns = [_align(column) for column in matrix.T]
     return [f"[ {'  '.join(cells)} ]" for cells in zip(*columns, strict=True)]
 
 
 def _align(numbers: Iterable[float]) -> list[str]:
-    """Return `numbers` as texts of one width, their decimal points (or exponents, or ends) in one place."""
+    """Return `numbers` as texts of one width, aligned at their decimal points (or exponents, or ends)."""
     texts = [f"{number + 0.0:.6g}" for number in numbers]
     whole_digits = [len(re.split("[.e]", text)[0]) for text in texts]
     indented = [" " * (max(whole_digits) - n) + text for n, text in zip(whole_digits, texts, strict=True)]

@@ -1,4 +1,4 @@
-"""The matrices between a world and its picture: the perspective onto a plane, and WebGPU's clip space."""
+"""Viewing and projection matrices: the perspective onto a plane, and WebGPU's clip space."""
 
 import math
 
@@ -11,16 +11,30 @@ from .._core.types import Float64Array
 from ..errors import ArgumentError
 from ._affine import require_finite
 
-# |sin| of the angle between `up` and the view direction, below which rounding would decide which way is right
+# Of the angle between `up` and the view direction: below it, rounding would decide which direction is right.
 MIN_SIN_OF_UP = 1e-12
 
 
 @public
 def perspective_from_eye(d: float) -> Float64Array:
-    """Return the perspective onto the xy-plane seen from the eye (0, 0, d): (x, y, z, 1) goes to (x, y, 0, 1 - z/d).
+    """Return the perspective onto the xy-plane from the eye (0, 0, d): (x, y, z, 1) becomes (x, y, 0, 1 - z/d).
 
-    The third row is zero and the fourth (0, 0, -1/d, 1): dividing by w gives x* = d x / (d - z). The matrix is
-    singular.
+    The third row is zero and the fourth (0, 0, -1/d, 1); the division by w gives x* = d x / (d - z).
+
+    Parameters
+    ----------
+    d : float
+        The coordinate of the eye on the z-axis, not 0.
+
+    Returns
+    -------
+    (4, 4) float64
+        A singular matrix.
+
+    Raises
+    ------
+    ArgumentError
+        If `d` is 0 or not finite.
     """
     d = as_float(d, "d")
     if d == 0.0:
@@ -32,11 +46,30 @@ def perspective_from_eye(d: float) -> Float64Array:
 
 @public
 def perspective(fov_y: float, aspect: float, near: float, far: float) -> Float64Array:
-    """Return clip_from_view for a field of view of `fov_y` DEGREES from bottom to top, `aspect` = width / height.
+    """Return clip_from_view for a perspective camera.
 
-    The view is right-handed and looks down -z. After the division by w = -z, the frustum between z = -near and
-    z = -far, 0 < near < far, fills x and y in [-1, 1] and z in [0, 1]: near goes to 0, far to 1. With
-    f = cot(fov_y / 2): [[f/aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, a, a near], [0, 0, -1, 0]], a = far / (near - far).
+    The view is right-handed and looks along -z. After the division by w = -z, the frustum between z = -near and
+    z = -far fills x and y in [-1, 1], and depth goes from 0 at the near plane to 1 at the far plane. The matrix is
+    [[f/aspect, 0, 0, 0], [0, f, 0, 0], [0, 0, a, a near], [0, 0, -1, 0]] with f = cot(fov_y / 2) and
+    a = far / (near - far).
+
+    Parameters
+    ----------
+    fov_y : float
+        The field of view from the bottom of the picture to its top, in DEGREES, between 0 and 180.
+    aspect : float
+        The picture's width / height.
+    near, far : float
+        The distances of the clipping planes, 0 < near < far.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If a number is outside its range or not finite.
     """
     fov_y, aspect = as_float(fov_y, "fov_y"), as_float(aspect, "aspect")
     near, far = as_float(near, "near"), as_float(far, "far")
@@ -59,10 +92,27 @@ def perspective(fov_y: float, aspect: float, near: float, far: float) -> Float64
 
 @public
 def orthographic(left: float, right: float, bottom: float, top: float, near: float, far: float) -> Float64Array:
-    """Return clip_from_view for a parallel projection of the box between the six planes.
+    """Return clip_from_view for a parallel projection of the box between six planes.
 
-    The view is right-handed and looks down -z: x from `left` to `right` and y from `bottom` to `top` fill [-1, 1], and
-    z from -near to -far, near < far, fills [0, 1]. Nothing is divided: w stays 1.
+    The view is right-handed and looks along -z. w stays 1, so nothing is divided.
+
+    Parameters
+    ----------
+    left, right : float
+        The limits of x, which become -1 and 1.
+    bottom, top : float
+        The limits of y, which become -1 and 1.
+    near, far : float
+        z = -near becomes 0, and z = -far becomes 1; near < far.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If two limits are equal, if near is not less than far, or if a number is not finite.
     """
     left, right = as_float(left, "left"), as_float(right, "right")
     bottom, top = as_float(bottom, "bottom"), as_float(top, "top")
@@ -86,10 +136,27 @@ def orthographic(left: float, right: float, bottom: float, top: float, near: flo
 
 @public
 def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0, 1.0, 0.0)) -> Float64Array:
-    """Return view_from_world for a camera at `eye` (3,) that looks at `target` (3,), with `up` (3,) upwards.
+    """Return view_from_world for a camera that looks from `eye` to `target`.
 
-    The eye goes to the origin, the target onto the negative z axis, and `up` into the half plane x = 0, y > 0. Lengths
-    stay as they are.
+    The eye moves to the origin, the target onto the negative z-axis, and `up` into the half plane x = 0, y > 0. Lengths
+    do not change.
+
+    Parameters
+    ----------
+    eye, target : (3,) numbers
+        Points of the world.
+    up : (3,) numbers
+        The direction that points up in the picture, not parallel to the view.
+
+    Returns
+    -------
+    (4, 4) float64
+
+    Raises
+    ------
+    ArgumentError
+        If eye and target are equal, if `up` is parallel to the view, or for another shape or a number that is not
+        finite.
     """
     eye, target, up = as_vector(eye, "eye", 3), as_vector(target, "target", 3), as_vector(up, "up", 3)
     if np.array_equal(eye, target):
@@ -118,7 +185,7 @@ def _require_depth_order(near: float, far: float) -> None:
 
 
 def _invert_length(length: float, name: str) -> float:
-    """Return 1 / `length`; it must neither overflow nor, where `length` itself has overflowed, vanish."""
+    """Return 1 / `length`, which must not overflow; nor may `length` have overflowed."""
     if not (math.isfinite(length) and length != 0.0 and math.isfinite(1.0 / length)):
         raise ArgumentError.expecting(name, "have a finite reciprocal", length)
     return 1.0 / length
