@@ -32,8 +32,8 @@ class BindGroupCache:
     def bind(self, pipeline: ComputePipeline, /, **bindings: Buffer | Binding) -> wgpu.GPUBindGroup:
         """Bind whole buffers and parts of them to the variables of a pipeline's WGSL, by name.
 
-        A group whose buffers are all persistent is kept and given again. Raises `ShaderError` for a name that the WGSL
-        does not bind.
+        A group whose buffers are all persistent is kept and given again. Raises `ShaderError` if the names are not
+        those of the WGSL.
         """
         parts = {
             name: part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)
@@ -59,9 +59,9 @@ class BindGroupCache:
         return len(self._groups)
 
     def _create(self, pipeline: ComputePipeline, parts: Mapping[str, Binding]) -> wgpu.GPUBindGroup:
-        unknown = [name for name in parts if name not in pipeline.bindings]
-        if unknown:
-            raise ShaderError(f"{pipeline.label} binds {', '.join(pipeline.bindings)}, got {', '.join(unknown)}")
+        if parts.keys() != pipeline.bindings.keys():
+            expected = ", ".join(pipeline.bindings)
+            raise ShaderError(f"the bindings of {pipeline.label} must be {expected}, got {', '.join(parts) or 'none'}")
         labels = [part.buffer.label for part in parts.values()]
         with translate_wgpu_errors("bind the buffers", pipeline.label, *labels):
             return self._context.handle.create_bind_group(

@@ -7,10 +7,12 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, matrices, samples
+from gpu_xform.errors import ShaderError
 from gpu_xform.gpu import dispatch
-from gpu_xform.gpu.buffers import Buffer
+from gpu_xform.gpu.buffers import STORAGE, UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.shaders import Pipelines
+from tests.support.wgsl import STAGES, VARIANTS, source
 
 CAMERA = Camera.window((-2, 2), (-2, 2))
 STYLES: list[dict[str, Any]] = [
@@ -73,6 +75,41 @@ def test_no_more_than_a_number_of_groups_is_kept(device: Device, monkeypatch: py
     monkeypatch.setattr(dispatch, "MAX_BIND_GROUPS", 3)
     assert [draw(device, **style) for style in STYLES] == expected
     assert len(device.bind_groups) == 3
+
+
+@pytest.mark.parametrize(
+    ("names", "got"),
+    [
+        (["given"], "given"),
+        (["given", "shown"], "given, shown"),
+        (["given", "seen", "shown"], "given, seen, shown"),
+        ([], "none"),
+    ],
+)
+def test_names_that_are_not_the_shaders_are_an_error(names: list[str], got: str, device: Device) -> None:
+    buffers = {name: Buffer(device.context, 80, UNIFORM | STORAGE, label="test") for name in names}
+    message = rf"^the bindings of self_test must be given, seen, got {got}$"
+    with pytest.raises(ShaderError, match=message):
+        device.bind_groups.bind(device.pipelines.compute("self_test"), **buffers)
+    for buffer in buffers.values():
+        buffer.release()
+
+
+@pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
+def test_a_stage_uses_every_binding_that_it_declares(stage: str, number_type: str | None, device: Device) -> None:
+    """The layout of a pipeline holds what its shader uses: it refuses a group with more."""
+    if number_type == "f64" and not device.has_float64:
+        pytest.skip("no double precision")
+    constants = dict.fromkeys((name for names in STAGES[stage].overrides.values() for name in names), 1.0)
+    pipeline = device.pipelines.compute(stage, number_type, **constants)
+    buffers = {
+        name: Buffer(device.context, 4096, usage, label=name)
+        for name in pipeline.bindings
+        for usage in [UNIFORM if f"var<uniform> {name}:" in source(stage, number_type).code else STORAGE]
+    }
+    assert device.bind_groups.bind(pipeline, **dict(reversed(buffers.items())))
+    for buffer in buffers.values():
+        buffer.release()
 
 
 def test_what_comes_and_goes_is_not_kept(device: Device) -> None:

@@ -25,6 +25,10 @@ FLAGS = (
     "--host-resolver-rules=MAP * ~NOTFOUND",  # without a network, pages that need one must fail here too
 )
 
+WEBGPU_FLAGS = (
+    *("--enable-unsafe-webgpu", "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--use-angle=swiftshader"),
+)
+
 POLL = """
 const [milliseconds, done] = arguments, end = performance.now() + milliseconds;
 (function look() {
@@ -39,18 +43,19 @@ class Browser:
     """One window, closed at the end of a `with` block.
 
     driver : Selenium's own, for what no method does
+    webgpu : whether pages can compute on a GPU, by SwiftShader
 
     Everything that the browser writes goes into a temporary folder.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, webgpu: bool = False) -> None:
         chromedriver = shutil.which("chromedriver")
         if chromedriver is None:
             raise RuntimeError(
                 "chromedriver is not installed: 'make browser' installs it with Chromium, or says what to do"
             )
         options = Options()
-        for flag in FLAGS:
+        for flag in FLAGS + (WEBGPU_FLAGS if webgpu else ()):
             options.add_argument(flag)
         options.set_capability("goog:loggingPrefs", {"browser": "WARNING"})
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)
