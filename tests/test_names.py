@@ -38,8 +38,8 @@ OLD_TEST_MODULES = """
 OLD_PYTHON: dict[str, dict[str, str]] = {
     "class": {
         "": """
-            Ball Clip Drawn Finish Given Look Painted Pairs Plan Pool Residents Shape Shaped
-            Shaper Strokes Subject
+            Ball Clip Drawn FacePass Finish Given LinePass Look Painted Pairs Plan Pool Residents Shape Shaped
+            Shaper Strokes Subject Target
         """,
         "compute": "Points",
         "drawing": "Points Stage",
@@ -48,22 +48,23 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "function": {
         "": """
-            about apply apply_in_place around backdrop begun by_face called chained chosen
-            circles clipped computed direction embedded encoded extremes fans finite following further
-            hides hundredths image in_picture is_cycle kind knotted let_go levels
-            listed looking lost_by_distance mapped mapped_once matching max_rows meant members
-            mind_interrupts naming nanoseconds_a_tick needs_distance next_ground octets of_circles
-            of_crossing one_by_one opened other_fill outermost outline packed padded painted picked
+            about angle apply apply_in_place around backdrop batches begun by_face called chained chosen
+            circles clipped computed described direction embedded encoded extremes fans finite following further
+            hides hundredths image in_bindings in_picture is_cycle is_one_array is_plain kind knotted let_go levels
+            listed looking lost_by_distance mapped mapped_once matching max_rows may_show meant members
+            mind_interrupts n_keys naming nanoseconds_a_tick needs_distance next_ground octets of_circles
+            of_crossing one_by_one opened other_fill outermost outline over_edges packed padded painted picked
             pixel_depth pixels planned posed products reach_through reached related require_one_aim rounded_up saver
-            say scaling shaped staged staged_once strays strips taken together turn_up
+            say scaling shaped staged staged_once strays strength_constants strips taken together turn_up
             uninterrupted unpacked unscaled untangled unusual whole_number with_depth
-            words
+            without_silhouette words
         """,
+        "raster": "cut",
     },
     "method": {
         "": """
-            downloaded forget is_clear
-            meant recording resident strays suits
+            arrive arrived begin_ink downloaded draw_ink end_ink forget give_back give_up go_along go_through is_clear
+            lay leave meant outline paint recording resident seen strays suits
         """,
         "gpu": "padded pixels take",
         "gpu/buffer_pool.py": "get",
@@ -72,8 +73,8 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "constant": {
         "": """
-            ALIKE AT_ONCE Codes Cue FACE_CYCLE FAR FARTHEST FEW GO_BACK GRID Height NEAR
-            NEARLY NOTHING Octets POINTS_A_PIXEL RIM ROOM TURN_A_HEIGHT UNIT_CORNERS
+            ALIKE AT_ONCE Codes Cue FACE_CYCLE FAR FARTHEST FEW GO_BACK GRID Height INK_STEPS NARROW NEAR
+            NEARLY NOTHING Octets POINTS_A_PIXEL RIM ROOM SIXTEEN SLIVER TURN_A_HEIGHT UNIT_CORNERS
             ZOOM_A_NOTCH
         """,
         "compute": "ROWS_AT_ONCE",
@@ -81,9 +82,9 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "field": {
         "": """
-            AN_EDGE AS_IT_IS A_POINT DIVIDED_BY_W NORMALIZED ONE are_dots are_outlines color_places cue
-            ground holds hull is_clear one_for_each picks pixel_depth shaped shares stays strength
-
+            AN_EDGE AS_IT_IS A_POINT DIVIDED_BY_W NORMALIZED ONE are_dots are_outlines color_places cue first_mark
+            ground holds hull is_clear marks numbered one_for_each picks pixel_depth shaped shares stays strength
+            turned
         """,
         "compute": "n_rows",
         "drawing": "by_face n_rows role",
@@ -92,7 +93,7 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "parameter": {
         "": """
-            backdrop color_places first_mark further ground knife knives marks picks shares stays
+            again backdrop color_places first_mark further ground knife knives marks numbered picks shares stays
             strength way_back ways_back
         """,
         "animation": "after",
@@ -117,15 +118,18 @@ OLD_WGSL_FILES = """
 OLD_WGSL: dict[str, dict[str, str]] = {
     "name": {
         "": """
-            AS_IT_IS COLOR_AN_EDGE COLOR_A_POINT DIVIDED_BY_W NORMALIZED ONE_COLOR
-            each_mark far_along finish
-            finished first_quad
-            n_rows
-            quad quad_2d
-            undefined untouched
+            AS_IT_IS BAND BESIDE BIAS COLOR_AN_EDGE COLOR_A_POINT DIVIDED_BY_W LARGE NEARLY NORMALIZED ONE_COLOR
+            OPAQUE OVERFULL_INK PALE RIM Strips Turn Walk each_mark exists far_along farness farness_at finish
+            finished first_quad foot ground_at ink ink_of ink_steps inked is_asked is_clear is_elsewhere is_marking
+            large lay lay_ink least_light leave left_of mark_of n_keys n_rows nearest nearness numbered opaque_ink
+            part_at pieces place_of put quad quad_2d rim rim_lean rise rows_of strength strength_at strength_in_sight
+            strips_at take touch_pixel undefined unsure untouched
         """,
     },
-    "member": {},
+    "member": {
+        "Faces": "n_points",
+        "Style": "n_points",
+    },
 }
 
 
