@@ -1,4 +1,4 @@
-"""Several meshes as one."""
+"""Concatenation of meshes."""
 
 from collections.abc import Sequence
 
@@ -7,8 +7,8 @@ import numpy as np
 from ..geometry.mesh import Mesh
 
 
-def joined(meshes: Sequence[Mesh]) -> Mesh:
-    """Return the mesh of all points and faces of `meshes`, one after the other."""
+def concatenate(meshes: Sequence[Mesh]) -> Mesh:
+    """Return one mesh of the points and faces of all `meshes`, in their order."""
     if len(meshes) == 1:
         return meshes[0]
     points_before = np.cumsum([0, *(mesh.n_points for mesh in meshes)])

@@ -1,4 +1,4 @@
-"""Numbers to and from text: in bulk through NumPy, and one word at a time where an error must name its line."""
+"""Numbers to and from text: in bulk with NumPy, and one word at a time for errors that name a line."""
 
 import warnings
 from collections.abc import Callable
@@ -11,23 +11,23 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
 
-_SENTINEL = 4611686018427388027  # an odd number that no file holds, and that float64 rounds to 2**62
-_ROWS_AT_ONCE = 1 << 16
+_SENTINEL = 4611686018427388027  # an odd number that no file is expected to hold; float64 rounds it to 2**62
+_ROWS_PER_WRITE = 1 << 16
 
 
 @overload
-def parse(text: bytes, kind: Literal["float"]) -> Float64Array: ...
+def parse_numbers(text: bytes, kind: Literal["float"]) -> Float64Array: ...
 @overload
-def parse(text: bytes, kind: Literal["int"]) -> IndexArray: ...
-def parse(text: bytes, kind: Literal["float", "int"]) -> npt.NDArray[Any]:
-    """Return the numbers of `text`, which whitespace separates; raise ValueError if it holds anything else.
+def parse_numbers(text: bytes, kind: Literal["int"]) -> IndexArray: ...
+def parse_numbers(text: bytes, kind: Literal["float", "int"]) -> npt.NDArray[Any]:
+    """Return the numbers in `text`, separated by whitespace; raise ValueError if it holds anything else.
 
-    An integer beyond int64 becomes the largest one, a float beyond float64 an infinity.
+    An integer beyond int64 becomes the largest int64, a float beyond float64 an infinity.
     """
     dtype = np.float64 if kind == "float" else np.int64
     if kind == "int" and _has_lone_sign(text):
         raise ValueError("a sign without a number")
-    # NumPy only warns where it stops early, and filters are not safe under threads: the sentinel must come out last.
+    # NumPy merely warns if it stops early, and warning filters are not thread-safe: so the sentinel must come last.
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)
         try:
@@ -40,56 +40,60 @@ def parse(text: bytes, kind: Literal["float", "int"]) -> npt.NDArray[Any]:
 
 
 def _has_lone_sign(text: bytes) -> bool:
-    """Tell whether whitespace follows a sign: NumPy would take the number behind it."""
+    """Return whether whitespace follows a sign: NumPy would accept it with the next number."""
     blanks = [blank for blank in (b" ", b"\n", b"\t", b"\r", b"\v", b"\f") if blank in text]
     signs = [sign for sign in (b"-", b"+") if sign in text]
     return any(sign + blank in text for sign in signs for blank in blanks)
 
 
-def printable(word: bytes | str) -> str:
-    """Quote a piece of a file for an error message, cut to a readable length."""
+def quote(word: bytes | str) -> str:
+    """Return a piece of a file in quotes for an error message, cut to a readable length."""
     text = word.decode("latin-1") if isinstance(word, bytes) else word
     return repr(text if len(text) <= 40 else text[:37] + "...")
 
 
-def number(word: bytes | str, line: int) -> float:
-    """Return the number that a word is; raise MeshError with its line for another word."""
+def parse_float(word: bytes | str, line: int) -> float:
+    """Return a word as a float; raise MeshError with its line if it is not a number."""
     try:
-        if _is_grouped(word):
+        if _has_underscore(word):
             raise ValueError
         return float(word)
     except ValueError:
-        raise MeshError(f"line {line}: expected a number, got {printable(word)}") from None
+        raise MeshError(f"line {line}: expected a number, got {quote(word)}") from None
 
 
-def integer(word: bytes | str, line: int, base: int = 10) -> int:
-    """Return the integer that a word is, held within int64; raise MeshError with its line for another word."""
+def parse_int(word: bytes | str, line: int, base: int = 10) -> int:
+    """Return a word as an integer, clamped to int64; raise MeshError with its line if it is not an integer."""
     try:
-        if _is_grouped(word):
+        if _has_underscore(word):
             raise ValueError
         value = int(word, base)
     except ValueError:
-        raise MeshError(f"line {line}: expected an integer, got {printable(word)}") from None
+        raise MeshError(f"line {line}: expected an integer, got {quote(word)}") from None
     return max(-(2**63), min(value, 2**63 - 1))
 
 
-def _is_grouped(word: bytes | str) -> bool:
-    """Tell whether a word has underscores between digits, as only Python reads them."""
+def _has_underscore(word: bytes | str) -> bool:
+    """Return whether a word has an underscore, which Python alone accepts between digits."""
     return b"_" in word if isinstance(word, bytes) else "_" in word
 
 
 def write_points(file: BinaryIO, template: bytes, mesh: Mesh) -> None:
-    """Write one line a point, with the shortest decimals that give the same float64 back."""
-    for start in range(0, mesh.n_points, _ROWS_AT_ONCE):
-        rows = mesh.positions[start : start + _ROWS_AT_ONCE]
+    """Write one line per point, with the shortest decimals that are read back as the same float64."""
+    for start in range(0, mesh.n_points, _ROWS_PER_WRITE):
+        rows = mesh.positions[start : start + _ROWS_PER_WRITE]
         file.write((template * len(rows)) % tuple(rows.ravel().tolist()))
 
 
 def write_faces(file: BinaryIO, template: Callable[[int], bytes], mesh: Mesh, first: int) -> None:
-    """Write one line a face, its template chosen by its number of corners, its indices counted from `first`."""
+    """Write one line per face.
+
+    template : returns the line for a face of so many corners, with a placeholder for each index
+    first : the index of the first point
+    """
     sizes = np.diff(mesh.offsets)
     templates = {size: template(size) for size in np.unique(sizes).tolist()}
-    for start in range(0, mesh.n_faces, _ROWS_AT_ONCE):
-        end = min(start + _ROWS_AT_ONCE, mesh.n_faces)
+    for start in range(0, mesh.n_faces, _ROWS_PER_WRITE):
+        end = min(start + _ROWS_PER_WRITE, mesh.n_faces)
         corners = mesh.indices[mesh.offsets[start] : mesh.offsets[end]] + first
         file.write(b"".join(map(templates.__getitem__, sizes[start:end].tolist())) % tuple(corners.tolist()))

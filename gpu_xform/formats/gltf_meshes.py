@@ -1,4 +1,4 @@
-"""The meshes of a glTF document: arrays in its buffers, which are not trusted to be there."""
+"""The meshes of a glTF document, read from its buffers with all bounds checked."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,95 +9,95 @@ import numpy.typing as npt
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
-from ._text import printable
+from ._text import quote
 
 _COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 _COLUMNS = {"SCALAR": 1, "VEC3": 3}
 _POINTS, _LINES, _LINE_LOOP, _LINE_STRIP, _TRIANGLES, _TRIANGLE_STRIP, _TRIANGLE_FAN = range(7)
-# Primitives can use one array many times: what they may draw beyond what the file spells out.
-_SPARE_NUMBERS = 1 << 25
+# Primitives can use an array many times: a file may draw so many numbers more than twice its bytes.
+_NUMBER_ALLOWANCE = 1 << 25
 
 Buffers = Sequence[bytes | memoryview]
 
 
-def meshes(document: Any, buffers: Buffers) -> list[list[Mesh]]:
-    """Return for each mesh of the document one Mesh a primitive; those of points, which have no edges, are left out.
+def read_meshes(document: Any, buffers: Buffers) -> list[list[Mesh]]:
+    """Return one Mesh per primitive, for each mesh of the document; primitives of points are left out.
 
-    Raises MeshError where buffers, views, accessors and primitives disagree with one another.
+    Raises MeshError if buffers, views, accessors and primitives contradict each other.
     """
     found: list[list[Mesh]] = []
     n_numbers, n_bytes = 0, sum(map(len, buffers))
     for i, mesh in enumerate(document.get("meshes", [])):
         found.append([])
         for primitive in mesh["primitives"]:
-            mode = whole(primitive, "mode", _TRIANGLES)
+            mode = get_count(primitive, "mode", _TRIANGLES)
             if mode == _POINTS:
                 continue
-            positions = _positions(document, buffers, whole(primitive["attributes"], "POSITION"))
+            positions = _read_positions(document, buffers, get_count(primitive["attributes"], "POSITION"))
             corners = np.arange(len(positions))
             if "indices" in primitive:
-                corners = _corners(document, buffers, whole(primitive, "indices"))
-            faces = _faces(corners, mode, f"mesh {i}")
+                corners = _read_corners(document, buffers, get_count(primitive, "indices"))
+            faces = _assemble_faces(corners, mode, f"mesh {i}")
             n_numbers += positions.size + faces.size
-            if n_numbers > _SPARE_NUMBERS + 2 * n_bytes:
+            if n_numbers > _NUMBER_ALLOWANCE + 2 * n_bytes:
                 raise MeshError(f"its meshes draw {n_numbers} numbers, its buffers have {n_bytes} bytes")
             if len(faces):
                 found[i].append(Mesh(positions, faces))
     return found
 
 
-def whole(holder: Any, key: str, default: int | None = None) -> int:
-    """Return a count, an offset or an index of the document."""
+def get_count(holder: Any, key: str, default: int | None = None) -> int:
+    """Return a count, an offset or an index that `holder` has under `key`."""
     value = holder[key] if default is None else holder.get(key, default)
     if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise MeshError(f"{key} must be an integer of at least 0, got {printable(repr(value))}")
+        raise MeshError(f"{key} must be an integer of at least 0, got {quote(repr(value))}")
     return value
 
 
-def _positions(document: Any, buffers: Buffers, i: int) -> Float64Array:
-    """Return accessor i as points (n, 3); integers that stand for fractions become those (3.6.2.2)."""
-    rows = _rows(document, buffers, i, "VEC3")
+def _read_positions(document: Any, buffers: Buffers, i: int) -> Float64Array:
+    """Return accessor i as points (n, 3); normalized integers become fractions (3.6.2.2)."""
+    rows = _view_rows(document, buffers, i, "VEC3")
     positions = rows.astype(np.float64)
     if document["accessors"][i].get("normalized") and rows.dtype.kind in "iu":
         positions = np.maximum(positions / np.iinfo(rows.dtype).max, -1.0)
     return positions
 
 
-def _corners(document: Any, buffers: Buffers, i: int) -> IndexArray:
+def _read_corners(document: Any, buffers: Buffers, i: int) -> IndexArray:
     """Return accessor i as indices of points (c,)."""
-    rows = _rows(document, buffers, i, "SCALAR")
+    rows = _view_rows(document, buffers, i, "SCALAR")
     if rows.dtype.kind != "u":
         raise MeshError(f"accessor {i} holds indices, which must be unsigned integers, got {rows.dtype.name}")
     return rows[:, 0].astype(np.int64)
 
 
-def _rows(document: Any, buffers: Buffers, i: int, kind: str) -> npt.NDArray[Any]:
-    """Return a view of what accessor i describes, a row for each element; raise MeshError where it is not (3.6.2)."""
+def _view_rows(document: Any, buffers: Buffers, i: int, kind: str) -> npt.NDArray[Any]:
+    """Return a view of accessor i with one row per element; raise MeshError if it does not fit its buffer (3.6.2)."""
     accessor = document["accessors"][i]
     if "bufferView" not in accessor or "sparse" in accessor:
         raise MeshError(f"accessor {i} is sparse or compressed, which cannot be read")
     if accessor["type"] != kind:
-        raise MeshError(f"accessor {i} must be of type {kind}, got {printable(repr(accessor['type']))}")
-    v = whole(accessor, "bufferView")
+        raise MeshError(f"accessor {i} must be of type {kind}, got {quote(repr(accessor['type']))}")
+    v = get_count(accessor, "bufferView")
     view = document["bufferViews"][v]
-    buffer = buffers[whole(view, "buffer")]
-    view_start, view_bytes = whole(view, "byteOffset", 0), whole(view, "byteLength")
+    buffer = buffers[get_count(view, "buffer")]
+    view_start, view_bytes = get_count(view, "byteOffset", 0), get_count(view, "byteLength")
     if view_start + view_bytes > len(buffer):
         raise MeshError(f"buffer view {v} ends at byte {view_start + view_bytes}, the buffer has {len(buffer)}")
     dtype = np.dtype(_COMPONENTS[accessor["componentType"]])
     row_bytes = _COLUMNS[kind] * dtype.itemsize
-    stride = whole(view, "byteStride", row_bytes)
+    stride = get_count(view, "byteStride", row_bytes)
     if stride < row_bytes:
         raise MeshError(f"accessor {i} has rows of {row_bytes} bytes every {stride} bytes")
-    start, count = whole(accessor, "byteOffset", 0), whole(accessor, "count")
+    start, count = get_count(accessor, "byteOffset", 0), get_count(accessor, "count")
     end = start + (stride * (count - 1) + row_bytes if count else 0)
     if end > view_bytes:
         raise MeshError(f"accessor {i} with {count} rows ends at byte {end} of a view of {view_bytes}")
     return np.ndarray((count, _COLUMNS[kind]), dtype, buffer, view_start + start, (stride, dtype.itemsize))
 
 
-def _faces(corners: IndexArray, mode: int, owner: str) -> IndexArray:
-    """Return the triangles (t, 3) or the segments (s, 2) that corners make in a mode of drawing (3.7.2.1)."""
+def _assemble_faces(corners: IndexArray, mode: int, owner: str) -> IndexArray:
+    """Return the triangles (t, 3) or segments (s, 2) that corners form in a primitive mode (3.7.2.1)."""
     first, second, third = corners[:-2], corners[1:-1], corners[2:]
     if mode in (_LINES, _TRIANGLES):
         size = 2 if mode == _LINES else 3
@@ -111,9 +111,9 @@ def _faces(corners: IndexArray, mode: int, owner: str) -> IndexArray:
     if mode == _TRIANGLE_FAN:
         return np.stack([second, third, np.broadcast_to(corners[:1], third.shape)], axis=1)
     if mode == _TRIANGLE_STRIP:
-        turned = np.arange(len(first)) % 2 == 1
-        faces = np.stack([first, np.where(turned, third, second), np.where(turned, second, third)], axis=1)
-        flat = (first == second) | (second == third) | (third == first)  # they join one strip to the next
-        kept: IndexArray = faces[~flat]
+        is_odd = np.arange(len(first)) % 2 == 1
+        faces = np.stack([first, np.where(is_odd, third, second), np.where(is_odd, second, third)], axis=1)
+        degenerate = (first == second) | (second == third) | (third == first)  # they join strips
+        kept: IndexArray = faces[~degenerate]
         return kept
     raise MeshError(f"{owner} must have a mode of at most {_TRIANGLE_FAN}, got {mode}")

@@ -1,4 +1,4 @@
-"""The nodes of a glTF document, as a scene."""
+"""The nodes of a glTF document as a scene."""
 
 import itertools
 from collections.abc import Iterator, Sequence
@@ -11,34 +11,37 @@ from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
-from ._text import printable
-from .gltf_meshes import whole
+from ._text import quote
+from .gltf_meshes import get_count
 
 
-def scene(document: Any, meshes: Sequence[Sequence[Mesh]]) -> Scene:
-    """Return the scene that the document shows first, or, where it lists none, all its nodes.
+def build_scene(document: Any, meshes: Sequence[Sequence[Mesh]]) -> Scene:
+    """Return the default scene of the document, or all its nodes if it lists no scenes.
 
-    Each node shows the one or several of `meshes` that it names. Raises MeshError unless the nodes form trees (3.5.2).
+    meshes : the meshes that each mesh of the document became, one per primitive
+
+    Raises MeshError unless the nodes form trees (3.5.2).
     """
     nodes = document.get("nodes", [])
     if not nodes:
         raise MeshError("it has no nodes")
-    parents = _parents(nodes)
-    names = _names(nodes)
+    parents = _find_parents(nodes)
+    names = _assign_names(nodes)
     found = Scene()
-    for i in _depth_first(nodes, _roots(document, parents)):
+    for i in _traverse(nodes, _find_roots(document, parents)):
         above = parents[i]
         try:
-            node = found.add(name=names[i], parent=None if above is None else names[above], transform=_local(nodes[i]))
+            parent = None if above is None else names[above]
+            node = found.add(name=names[i], parent=parent, transform=_read_matrix(nodes[i]))
         except (ArgumentError, ArgumentTypeError, MeshError) as error:
             raise MeshError(f"node {i}: {error}") from None
-        for mesh in meshes[whole(nodes[i], "mesh")] if "mesh" in nodes[i] else ():
+        for mesh in meshes[get_count(nodes[i], "mesh")] if "mesh" in nodes[i] else ():
             node.show(mesh)
     return found
 
 
-def _parents(nodes: Sequence[Any]) -> list[int | None]:
-    """Return the parent of each node; raise MeshError where one has two, or is in itself."""
+def _find_parents(nodes: Sequence[Any]) -> list[int | None]:
+    """Return the parent of each node; raise MeshError for a node with two parents, or within itself."""
     parents: list[int | None] = [None] * len(nodes)
     for i, node in enumerate(nodes):
         for child in node.get("children", []):
@@ -46,14 +49,14 @@ def _parents(nodes: Sequence[Any]) -> list[int | None]:
                 raise MeshError(f"node {i} has the child {child}, which is no node or has a parent already")
             parents[child] = i
     roots = [i for i, parent in enumerate(parents) if parent is None]
-    n_reached = sum(1 for _ in _depth_first(nodes, roots))
+    n_reached = sum(1 for _ in _traverse(nodes, roots))
     if n_reached < len(nodes):
         raise MeshError(f"{len(nodes) - n_reached} nodes are descendants of themselves")
     return parents
 
 
-def _depth_first(nodes: Sequence[Any], roots: Sequence[int]) -> Iterator[int]:
-    """Yield `roots` and all that is below them, each node after its parent."""
+def _traverse(nodes: Sequence[Any], roots: Sequence[int]) -> Iterator[int]:
+    """Yield `roots` and their descendants, depth first, each node after its parent."""
     waiting = list(reversed(roots))
     while waiting:
         i = waiting.pop()
@@ -61,12 +64,12 @@ def _depth_first(nodes: Sequence[Any], roots: Sequence[int]) -> Iterator[int]:
         waiting.extend(reversed(nodes[i].get("children", [])))
 
 
-def _roots(document: Any, parents: Sequence[int | None]) -> list[int]:
-    """Return the nodes that stand directly in the scene."""
+def _find_roots(document: Any, parents: Sequence[int | None]) -> list[int]:
+    """Return the nodes of the scene that have no parent."""
     scenes = document.get("scenes", [])
     if not scenes:
         return [i for i, parent in enumerate(parents) if parent is None]
-    listed = scenes[whole(document, "scene", 0)].get("nodes", [])
+    listed = scenes[get_count(document, "scene", 0)].get("nodes", [])
     for i in listed:
         if parents[i] is not None:
             raise MeshError(f"the scene lists node {i}, which is in node {parents[i]}")
@@ -75,10 +78,10 @@ def _roots(document: Any, parents: Sequence[int | None]) -> list[int]:
     return list(listed)
 
 
-def _names(nodes: Sequence[Any]) -> list[str]:
-    """Return a name for each node that no other has.
+def _assign_names(nodes: Sequence[Any]) -> list[str]:
+    """Return a unique name for each node.
 
-    The first of a name keeps it; the others become "wheel 2", "wheel 3", ... as far as those are free. Node 7, where it
+    The first node with a name keeps it; the others become "wheel 2", "wheel 3", ... if those are unused. Node 7, if it
     has no name, becomes "node 7".
     """
     given = [node.get("name") for node in nodes]
@@ -87,23 +90,23 @@ def _names(nodes: Sequence[Any]) -> list[str]:
     names: list[str] = []
     for i, name in enumerate(given):
         if name is not None and not isinstance(name, str):
-            raise MeshError(f"node {i}: name must be a text, got {printable(repr(name))}")
+            raise MeshError(f"node {i}: name must be a text, got {quote(repr(name))}")
         if not name or name in used:
             stem = name or f"node {i}"
-            name = next(new for new in variants.setdefault(stem, _variants(stem)) if new not in taken)
+            name = next(new for new in variants.setdefault(stem, _generate_variants(stem)) if new not in taken)
         taken.add(name)
         used.add(name)
         names.append(name)
     return names
 
 
-def _variants(stem: str) -> Iterator[str]:
+def _generate_variants(stem: str) -> Iterator[str]:
     yield stem
     yield from (f"{stem} {number}" for number in itertools.count(2))
 
 
-def _local(node: Any) -> Float64Array:
-    """Return the matrix of a node, given as such or as T R S (3.5.3)."""
+def _read_matrix(node: Any) -> Float64Array:
+    """Return the matrix of a node, which holds the matrix itself or T, R and S (3.5.3)."""
     if "matrix" in node:
         if "translation" in node or "rotation" in node or "scale" in node:
             raise MeshError("it has both a matrix and a translation, rotation or scale")
@@ -112,7 +115,7 @@ def _local(node: Any) -> Float64Array:
         return matrix
     matrix = np.eye(4)
     if "rotation" in node:
-        matrix[:3, :3] = _rotation(node["rotation"])
+        matrix[:3, :3] = _convert_quaternion(node["rotation"])
     if "scale" in node:
         matrix[:3, :3] *= as_vector(node["scale"], "scale", 3)
     if "translation" in node:
@@ -120,7 +123,7 @@ def _local(node: Any) -> Float64Array:
     return matrix
 
 
-def _rotation(quaternion: Any) -> Float64Array:
+def _convert_quaternion(quaternion: Any) -> Float64Array:
     """Return the rotation (3, 3) of a quaternion (x, y, z, w): I + 2 w K + 2 K^2, where K v = (x, y, z) x v."""
     x, y, z, w = as_unit_vector(quaternion, "rotation", 4)
     cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

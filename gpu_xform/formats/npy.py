@@ -1,4 +1,4 @@
-"""NumPy arrays of points (`.npy`): clouds, which have no faces."""
+"""NumPy arrays of points (`.npy`): point clouds, without faces."""
 
 from typing import BinaryIO
 
@@ -8,7 +8,7 @@ from ..geometry.mesh import Mesh
 
 
 def read(data: bytes) -> Mesh:
-    """Return the points of an array (n, 3) of real numbers; raise MeshError for another, or for a damaged file."""
+    """Return the points of an array (n, 3) of real numbers; raise MeshError for another array or a damaged file."""
     try:
         points = read_array(data)
     except ValueError as error:

@@ -1,7 +1,7 @@
-"""Wavefront OBJ: `v`, `f` and `l`; every other statement is passed over.
+"""Wavefront OBJ: `v`, `f` and `l`; every other statement is ignored.
 
-A regular file is read by `_read_regular`, which sees it as a few long runs of numbers. Whatever that cannot be sure of
-goes line by line through `_read_lines`, which accepts the same language and alone reports errors.
+`_read_regular` reads a regular file as a few long runs of numbers. In case of doubt, `_read_lines` reads the file line
+by line: it accepts the same language, and reports all errors.
 """
 
 import math
@@ -14,16 +14,16 @@ import numpy as np
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
-from ._text import number, parse, printable, write_faces, write_points
+from ._text import parse_float, parse_numbers, quote, write_faces, write_points
 
-_LETTER = np.zeros(256, bool)
-_LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
-_BLANK = np.zeros(256, bool)
-_BLANK[[ord(" "), ord("\t")]] = True
+_IS_LETTER = np.zeros(256, bool)
+_IS_LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
+_IS_BLANK = np.zeros(256, bool)
+_IS_BLANK[[ord(" "), ord("\t")]] = True
 
 
 def read(data: bytes) -> Mesh:
-    """Return the mesh of an OBJ file; raise MeshError with the line of whatever is malformed."""
+    """Return the mesh of an OBJ file; raise MeshError with the line of malformed content."""
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     data = data.removeprefix(b"\xef\xbb\xbf")
@@ -31,7 +31,7 @@ def read(data: bytes) -> Mesh:
 
 
 def _read_regular(data: bytes) -> Mesh | None:
-    """Return the mesh of a file of plain `v` and `f` lines, or None where there is any doubt."""
+    """Return the mesh of a file of plain `v` and `f` lines, or None in case of doubt."""
     if b"\\\n" in data or b"\v" in data or b"\f" in data:
         return None
     if not data.endswith(b"\n"):
@@ -39,17 +39,19 @@ def _read_regular(data: bytes) -> Mesh | None:
     byte = np.frombuffer(data, np.uint8)
     starts = np.concatenate([[0], np.flatnonzero(byte == ord("\n")) + 1])
     first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
-    is_point = (first == ord("v")) & _BLANK[second]
-    is_face = (first == ord("f")) & _BLANK[second]
+    is_point = (first == ord("v")) & _IS_BLANK[second]
+    is_face = (first == ord("f")) & _IS_BLANK[second]
     other = ~(is_point | is_face)
     first, second = first[other], second[other]
-    passed = (first == ord("\n")) | (first == ord("#"))
-    passed |= _LETTER[first] & (first != ord("f")) & (first != ord("l")) & ((first != ord("v")) | _LETTER[second])
-    if not passed.all() or not is_point.any():
+    ignored = (first == ord("\n")) | (first == ord("#"))
+    ignored |= (
+        _IS_LETTER[first] & (first != ord("f")) & (first != ord("l")) & ((first != ord("v")) | _IS_LETTER[second])
+    )
+    if not ignored.all() or not is_point.any():
         return None
     try:
-        positions = _regular_points(_select(data, starts, is_point), int(is_point.sum()))
-        offsets, indices = _regular_faces(_select(data, starts, is_face), int(is_face.sum()))
+        positions = _parse_points(_select(data, starts, is_point), int(is_point.sum()))
+        offsets, indices = _parse_faces(_select(data, starts, is_face), int(is_face.sum()))
         if len(indices) and indices.max() >= len(positions):
             return None
     except ValueError:
@@ -57,31 +59,31 @@ def _read_regular(data: bytes) -> Mesh | None:
     return Mesh.from_offsets(positions, offsets, indices)
 
 
-def _select(data: bytes, starts: IndexArray, chosen: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> bytes:
-    """Return the chosen lines of `data`; neighbours are cut out together."""
-    steps = np.diff(chosen.astype(np.int8), prepend=0, append=0)
+def _select(data: bytes, starts: IndexArray, selected: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> bytes:
+    """Return the selected lines of `data`; adjacent lines are copied together."""
+    steps = np.diff(selected.astype(np.int8), prepend=0, append=0)
     begins, ends = starts[steps == 1].tolist(), starts[steps == -1].tolist()
     return b"".join([data[begin:end] for begin, end in zip(begins, ends, strict=True)])
 
 
-def _regular_points(text: bytes, count: int) -> Float64Array:
-    """Return the points of `count` lines with equally many numbers each; raise ValueError for others."""
-    # Each v becomes a NaN: there are as many as rows, and where the other columns are finite they fill the first one.
-    table = parse(text.replace(b"v", b"nan"), "float").reshape(count, -1)
+def _parse_points(text: bytes, count: int) -> Float64Array:
+    """Return the points of `count` lines with equally many numbers each; raise ValueError for other lines."""
+    # Each v becomes a NaN. There are as many as rows, so if all other columns are finite, the NaNs fill the first.
+    table = parse_numbers(text.replace(b"v", b"nan"), "float").reshape(count, -1)
     if table.shape[1] < 4 or not np.isfinite(table[:, 1:]).all():
         raise ValueError("not regular")
     return table[:, 1:4]
 
 
-def _regular_faces(text: bytes, count: int) -> tuple[IndexArray, IndexArray]:
+def _parse_faces(text: bytes, count: int) -> tuple[IndexArray, IndexArray]:
     """Return (offsets, indices) of `count` lines; raise ValueError for relative or malformed indices."""
     if b"-" in text or text.count(b"f") != count or b" /" in text or b"\t/" in text:
         raise ValueError("not regular")
     only_double = b"//" in text
     if only_double:
         text = text.replace(b"//", b"/")
-    # Each f becomes a 0, which no index is, and 1/2/3 becomes 1 -2 -3: positions are positive, the rest is negative.
-    values = parse(text.replace(b"f", b"0").replace(b"/", b" -"), "int")
+    # Each f becomes a 0, which is no index, and 1/2/3 becomes 1 -2 -3: only indices of positions are positive.
+    values = parse_numbers(text.replace(b"f", b"0").replace(b"/", b" -"), "int")
     if b"/" in text:
         rest = values < 0
         too_many = rest[1:] & rest[:-1]
@@ -102,19 +104,19 @@ def _regular_faces(text: bytes, count: int) -> tuple[IndexArray, IndexArray]:
 
 
 def _read_lines(data: bytes) -> Mesh:
-    """Return the mesh of any OBJ file; raise MeshError for the first statement that is not one."""
+    """Return the mesh of any OBJ file; raise MeshError for the first malformed statement."""
     points: list[list[float]] = []
     flat: list[int] = []
     sizes: list[int] = []
     lines: list[int] = []
-    for line, words in _statements(data):
+    for line, words in _split_statements(data):
         keyword = words[0]
         if keyword == b"v":
-            points.append(_point(words, line))
+            points.append(_parse_point(words, line))
         elif keyword in (b"f", b"fo", b"l"):
-            corners = [_index(word, len(points), line) for word in words[1:]]
+            corners = [_parse_index(word, len(points), line) for word in words[1:]]
             if len(corners) < 2:
-                raise MeshError(f"line {line}: {printable(keyword)} needs at least 2 corners, got {len(corners)}")
+                raise MeshError(f"line {line}: {quote(keyword)} needs at least 2 corners, got {len(corners)}")
             if keyword == b"l":
                 pairs = list(pairwise(corners))
                 sizes += [2] * len(pairs)
@@ -124,8 +126,8 @@ def _read_lines(data: bytes) -> Mesh:
                 sizes.append(len(corners))
                 lines.append(line)
                 flat += corners
-        elif not _is_passed_over(keyword):
-            raise MeshError(f"line {line}: expected a statement such as v, f or l, got {printable(keyword)}")
+        elif not _is_ignored(keyword):
+            raise MeshError(f"line {line}: expected a statement such as v, f or l, got {quote(keyword)}")
     if not points:
         raise MeshError("no vertices: an OBJ file needs lines such as 'v 0 0 0'")
     indices = np.array(flat, np.int64)
@@ -138,47 +140,47 @@ def _read_lines(data: bytes) -> Mesh:
     return Mesh.from_offsets(points, offsets, indices)
 
 
-def _statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
-    """Yield (line number, words) of every statement; a backslash at the end of a line joins the next one to it."""
-    pending, begun = b"", 0
+def _split_statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
+    """Yield (line number, words) of every statement; a backslash at the end of a line continues it on the next."""
+    pending, start = b"", 0
     for line, text in enumerate(data.split(b"\n"), 1):
         body, comment, _ = text.partition(b"#")
-        begun = begun or line
+        start = start or line
         if body.endswith(b"\\") and not comment:
             pending += body[:-1] + b" "
             continue
         words = (pending + body).split()
         if words:
-            yield begun, words
-        pending, begun = b"", 0
+            yield start, words
+        pending, start = b"", 0
     if pending.split():
-        yield begun, pending.split()
+        yield start, pending.split()
 
 
-def _is_passed_over(keyword: bytes) -> bool:
-    """Tell whether a statement may be ignored: it starts with a letter, and is not a v, f or l run into its numbers."""
-    return bool(_LETTER[keyword[0]]) and (keyword[:1] not in b"vfl" or bool(_LETTER[keyword[1]]))
+def _is_ignored(keyword: bytes) -> bool:
+    """Return whether a statement may be ignored: it starts with a letter, and is not v, f or l without a blank."""
+    return bool(_IS_LETTER[keyword[0]]) and (keyword[:1] not in b"vfl" or bool(_IS_LETTER[keyword[1]]))
 
 
-def _point(words: list[bytes], line: int) -> list[float]:
-    """Return x, y and z; a weight or a colour may follow."""
+def _parse_point(words: list[bytes], line: int) -> list[float]:
+    """Return x, y and z; a weight or a colour may follow them."""
     if len(words) < 4:
         raise MeshError(f"line {line}: a vertex needs 3 numbers, got {len(words) - 1}")
-    point = [number(word, line) for word in words[1:]][:3]
+    point = [parse_float(word, line) for word in words[1:]][:3]
     if not all(map(math.isfinite, point)):
         raise MeshError(f"line {line}: a coordinate must be finite, got {b' '.join(words[1:4]).decode('latin-1')}")
     return point
 
 
-def _index(word: bytes, n_points: int, line: int) -> int:
-    """Return the point that a, a/b, a//c or a/b/c names, counted from 0; negative ones count back from the last."""
+def _parse_index(word: bytes, n_points: int, line: int) -> int:
+    """Return the point, counted from 0, of a, a/b, a//c or a/b/c; negative indices count back from the last point."""
     parts = word.split(b"/")
     try:
         if len(parts) > 3 or b"_" in word:
             raise ValueError
         value, *_ = [int(part) for i, part in enumerate(parts) if i == 0 or part]
     except ValueError:
-        raise MeshError(f"line {line}: expected an index such as 1, 1/2 or 1/2/3, got {printable(word)}") from None
+        raise MeshError(f"line {line}: expected an index such as 1, 1/2 or 1/2/3, got {quote(word)}") from None
     if value == 0:
         raise MeshError(f"line {line}: index 0 is out of range, OBJ counts from 1")
     if value < -n_points or value > 2**32:
@@ -187,6 +189,6 @@ def _index(word: bytes, n_points: int, line: int) -> int:
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:
-    """Write the points as `v`, the polygons as `f` and the segments as `l`, every number exact."""
+    """Write the points as `v`, the polygons as `f` and the segments as `l`, with every number exact."""
     write_points(file, b"v %a %a %a\n", mesh)
     write_faces(file, lambda size: (b"l" if size == 2 else b"f") + b" %d" * size + b"\n", mesh, first=1)

@@ -1,7 +1,7 @@
-"""OFF, and its variants with normals, colours or texture coordinates behind each vertex (NOFF, COFF, STOFF, ...).
+"""OFF, and its variants with normals, colours or texture coordinates after each vertex (NOFF, COFF, STOFF, ...).
 
-Numbers behind a vertex's first three and behind a face's corners are passed over. As in `obj`, a regular body is read
-in bulk, and any other line by line, which is where errors come from.
+Numbers after the first three of a vertex and after the corners of a face are ignored. As in `obj`, a regular body is
+read in bulk, and any other line by line, which reports all errors.
 """
 
 import math
@@ -14,7 +14,7 @@ import numpy as np
 from .._core.types import IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
-from ._text import integer, number, parse, printable, write_faces, write_points
+from ._text import parse_float, parse_int, parse_numbers, quote, write_faces, write_points
 
 _HEADER = re.compile(rb"(ST)?(C)?(N)?OFF")
 _COMMENT = re.compile(rb"#[^\n]*")
@@ -24,12 +24,12 @@ Rows: TypeAlias = Iterator[tuple[int, list[bytes], int]]
 
 
 def read(data: bytes) -> Mesh:
-    """Return the mesh of an OFF file; raise MeshError with the line of whatever is malformed."""
+    """Return the mesh of an OFF file; raise MeshError with the line of malformed content."""
     data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     if not data.endswith(b"\n"):
         data += b"\n"
-    rows = _rows(data)
-    n_points, n_faces, end = _header(rows)
+    rows = _split_rows(data)
+    n_points, n_faces, end = _parse_header(rows)
     n_lines = data.count(b"\n", end)
     if n_points + n_faces > n_lines:
         raise MeshError(f"declares {n_points} vertices and {n_faces} faces, {n_lines} lines follow")
@@ -39,7 +39,7 @@ def read(data: bytes) -> Mesh:
         return _read_rows(rows, n_points, n_faces)
 
 
-def _rows(data: bytes) -> Rows:
+def _split_rows(data: bytes) -> Rows:
     """Yield (line number, words, end) of every line that is not blank."""
     start, number = 0, 0
     while start < len(data):
@@ -51,11 +51,11 @@ def _rows(data: bytes) -> Rows:
         start = end
 
 
-def _header(rows: Rows) -> tuple[int, int, int]:
-    """Return the numbers of vertices and faces, and where the line with them ends."""
+def _parse_header(rows: Rows) -> tuple[int, int, int]:
+    """Return the numbers of vertices and faces, and the end of their line."""
     line, words, end = next(rows, (1, [], 0))
     if not words or not _HEADER.fullmatch(words[0]):
-        got = printable(b" ".join(words))
+        got = quote(b" ".join(words))
         raise MeshError(f"line {line}: expected OFF, COFF, NOFF, STOFF or the like in three dimensions, got {got}")
     if words[1:2] == [b"BINARY"]:
         raise MeshError(f"line {line}: binary OFF cannot be read")
@@ -64,15 +64,15 @@ def _header(rows: Rows) -> tuple[int, int, int]:
         line, counts, end = next(rows, (line, [], end))
     # The number of edges, the third, is often left out or wrong.
     if not 2 <= len(counts) <= 3 or not all(count.isdigit() for count in counts):
-        got = printable(b" ".join(counts))
+        got = quote(b" ".join(counts))
         raise MeshError(f"line {line}: expected the numbers of vertices, faces and edges, got {got}")
     if max(map(len, counts)) > 18:
-        raise MeshError(f"line {line}: a count of {printable(max(counts, key=len))} is out of range")
+        raise MeshError(f"line {line}: a count of {quote(max(counts, key=len))} is out of range")
     return int(counts[0]), int(counts[1]), end
 
 
 def _read_regular(body: bytes, n_points: int, n_faces: int) -> Mesh:
-    """Return the mesh of a body with rows of integers for faces; raise ValueError where there is any doubt."""
+    """Return the mesh of a body with rows of integers for faces; raise ValueError in case of doubt."""
     if b"#" in body:
         body = _COMMENT.sub(b"", body)
     body = _BLANK_LINES.sub(b"\n", body.lstrip())
@@ -80,17 +80,17 @@ def _read_regular(body: bytes, n_points: int, n_faces: int) -> Mesh:
     if len(ends) != n_points + n_faces or n_points == 0 or b"\v" in body or b"\f" in body:
         raise ValueError("not regular")
     split = int(ends[n_points - 1]) + 1
-    # The ends of lines become values that no other number can be, so that a row of another length cannot hide.
-    table = parse(body[:split].replace(b"\n", b" nan "), "float").reshape(n_points, -1)
+    # Ends of lines become values that no other number can be, so that a row of another length is detected.
+    table = parse_numbers(body[:split].replace(b"\n", b" nan "), "float").reshape(n_points, -1)
     if table.shape[1] < 4 or not np.isnan(table[:, -1]).all() or not np.isfinite(table[:, :-1]).all():
         raise ValueError("not regular")
-    values = parse(body[split:].replace(b"\n", b" -1 "), "int")
-    offsets, indices = _cut_faces(values, np.flatnonzero(values < 0), n_faces)
+    values = parse_numbers(body[split:].replace(b"\n", b" -1 "), "int")
+    offsets, indices = _split_faces(values, np.flatnonzero(values < 0), n_faces)
     return Mesh.from_offsets(table[:, :3], offsets, indices)
 
 
-def _cut_faces(values: IndexArray, ends: IndexArray, n_faces: int) -> tuple[IndexArray, IndexArray]:
-    """Return (offsets, indices) of rows `k i1 ... ik and more`, each ending at a place in `ends`."""
+def _split_faces(values: IndexArray, ends: IndexArray, n_faces: int) -> tuple[IndexArray, IndexArray]:
+    """Return (offsets, indices) of rows `k i1 ... ik and more`; `ends` holds the end of each row in `values`."""
     starts = np.concatenate([[0], ends[:-1] + 1]) if n_faces else np.zeros(0, np.int64)
     lengths = ends - starts
     if len(ends) != n_faces or (lengths == 0).any():
@@ -104,7 +104,7 @@ def _cut_faces(values: IndexArray, ends: IndexArray, n_faces: int) -> tuple[Inde
 
 
 def _read_rows(rows: Rows, n_points: int, n_faces: int) -> Mesh:
-    """Return the mesh of any body; raise MeshError for the first row that is wrong."""
+    """Return the mesh of any body; raise MeshError for the first malformed row."""
     points: list[list[float]] = []
     offsets, flat = [0], []
     line = 1
@@ -113,41 +113,41 @@ def _read_rows(rows: Rows, n_points: int, n_faces: int) -> Mesh:
         if line == 0:
             raise MeshError(f"declares {n_points} vertices and {n_faces} faces, {i} rows follow")
         if i < n_points:
-            points.append(_point(words, line))
+            points.append(_parse_point(words, line))
         else:
-            flat += _corners(words, line, n_points)
+            flat += _parse_corners(words, line, n_points)
             offsets.append(len(flat))
     for line, words, _ in rows:
-        raise MeshError(f"line {line}: expected the end of the file, got {printable(b' '.join(words))}")
+        raise MeshError(f"line {line}: expected the end of the file, got {quote(b' '.join(words))}")
     return Mesh.from_offsets(points, offsets, flat)
 
 
-def _point(words: list[bytes], line: int) -> list[float]:
+def _parse_point(words: list[bytes], line: int) -> list[float]:
     if len(words) < 3:
         raise MeshError(f"line {line}: a vertex needs 3 numbers, got {len(words)}")
-    values = [number(word, line) for word in words]
+    values = [parse_float(word, line) for word in words]
     if not all(map(math.isfinite, values[:3])):
-        raise MeshError(f"line {line}: a number must be finite, got {printable(b' '.join(words))}")
+        raise MeshError(f"line {line}: a number must be finite, got {quote(b' '.join(words))}")
     return values[:3]
 
 
-def _corners(words: list[bytes], line: int, n_points: int) -> list[int]:
-    size = integer(words[0], line)
+def _parse_corners(words: list[bytes], line: int, n_points: int) -> list[int]:
+    size = parse_int(words[0], line)
     if size < 2 or size >= len(words):
         raise MeshError(
             f"line {line}: a face of {size} corners, at least 2, needs as many indices, got {len(words) - 1}"
         )
-    corners = [integer(word, line) for word in words[1 : size + 1]]
+    corners = [parse_int(word, line) for word in words[1 : size + 1]]
     for corner in corners:
         if not 0 <= corner < n_points:
             raise MeshError(f"line {line}: index {corner} is out of range, there are {n_points} vertices")
     for word in words[size + 1 :]:
-        number(word, line)
+        parse_float(word, line)
     return corners
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:
-    """Write the points and the faces, segments as faces of two corners, every number exact."""
+    """Write the points and the faces, with segments as faces of two corners, and every number exact."""
     file.write(b"OFF\n%d %d 0\n" % (mesh.n_points, mesh.n_faces))
     write_points(file, b"%a %a %a\n", mesh)
     write_faces(file, lambda size: b"%d" % size + b" %d" * size + b"\n", mesh, first=0)

@@ -1,6 +1,6 @@
-"""PLY, ASCII and binary: the `vertex`, `face` and `edge` elements; every other element and property is passed over.
+"""PLY, ASCII and binary: the elements `vertex`, `face` and `edge`; other elements and properties are ignored.
 
-An ASCII body is turned into a binary one of float64 first, so that there is one way to read.
+An ASCII body is first converted to a binary one of float64, so that one reader suffices.
 """
 
 import re
@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .._core.types import IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
-from ._text import number, parse, printable
+from ._text import parse_float, parse_numbers, quote
 
 _TYPES = {
     "char": "i1",
@@ -31,14 +31,14 @@ _TYPES |= {"float32": "f4", "float64": "f8"}
 _ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
 _CORNERS = ("vertex_indices", "vertex_index")
 _LINE_END = re.compile(rb"\r\n|\n|\r")
-_LONGEST_HEADER_LINE = 4096
+_MAX_HEADER_LINE_BYTES = 4096
 
 Values: TypeAlias = npt.NDArray[np.number]
 
 
 @dataclass(frozen=True)
 class _Property:
-    """A property: the type of its values and, for a list, the type of its count."""
+    """A property: the type of its values and, for a list, of its count."""
 
     name: str
     dtype: np.dtype[np.number]
@@ -47,7 +47,7 @@ class _Property:
 
 @dataclass(frozen=True)
 class _Element:
-    """An element: how many rows of which properties."""
+    """An element: a number of rows with the same properties."""
 
     name: str
     count: int
@@ -56,7 +56,7 @@ class _Element:
 
 @dataclass(frozen=True)
 class _Column:
-    """The values of a property over all rows, and how many each row has."""
+    """The values of a property in all rows, and the number of values in each row."""
 
     values: Values
     sizes: IndexArray
@@ -65,30 +65,30 @@ class _Column:
 def read(data: bytes) -> Mesh:
     """Return the mesh of a PLY file: faces first, then edges as segments.
 
-    Raises MeshError with the line of the header or the row of the element that is wrong.
+    Raises MeshError with the line of the header, or the row of the element, that is malformed.
     """
-    layout, elements, start, line = _header(data)
+    layout, elements, start, line = _parse_header(data)
     body = data[start:]
     if layout == "ascii":
-        body, elements = _as_binary(body, line, elements)
-    _check_room(elements, len(body))
+        body, elements = _to_binary(body, line, elements)
+    _require_room(elements, len(body))
     columns: dict[str, dict[str, _Column]] = {}
-    place = 0
+    position = 0
     for element in elements:
-        columns[element.name], place = _read_element(body, place, element)
-    if layout == "ascii" and place != len(body):
-        raise MeshError(f"{(len(body) - place) // 8} numbers are left over after the last element")
-    return _mesh(columns)
+        columns[element.name], position = _read_element(body, position, element)
+    if layout == "ascii" and position != len(body):
+        raise MeshError(f"{(len(body) - position) // 8} numbers are left over after the last element")
+    return _build_mesh(columns)
 
 
-def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
-    """Return the format, the elements, where the body starts, and how many lines the header has."""
+def _parse_header(data: bytes) -> tuple[str, list[_Element], int, int]:
+    """Return the format, the elements, the start of the body, and the number of lines of the header."""
     layout = ""
     elements: list[_Element] = []
     start, line = 0, 0
     while True:
         line += 1
-        found = _LINE_END.search(data, start, start + _LONGEST_HEADER_LINE)
+        found = _LINE_END.search(data, start, start + _MAX_HEADER_LINE_BYTES)
         if found is None:
             raise MeshError(f"line {line}: expected a header that ends with end_header, got the end of the file")
         text = data[start : found.start()].decode("latin-1")
@@ -97,7 +97,7 @@ def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
             case ["ply"] if line == 1:
                 pass
             case _ if line == 1:
-                raise MeshError(f"line 1: expected 'ply', got {printable(text)}")
+                raise MeshError(f"line 1: expected 'ply', got {quote(text)}")
             case ["format", name, "1.0"] if name in _ORDERS and not layout:
                 layout = name
             case ["element", name, count] if layout and count.isdecimal() and len(count) < 19:
@@ -105,32 +105,32 @@ def _header(data: bytes) -> tuple[str, list[_Element], int, int]:
                     raise MeshError(f"line {line}: a second element {name}")
                 elements.append(_Element(name, int(count), []))
             case ["property", dtype, name] if elements and dtype in _TYPES:
-                _add(elements[-1], _Property(name, np.dtype(_ORDERS[layout] + _TYPES[dtype]), None), line)
+                _add_property(elements[-1], _Property(name, np.dtype(_ORDERS[layout] + _TYPES[dtype]), None), line)
             case ["property", "list", count, dtype, name] if elements and {count, dtype} <= _TYPES.keys():
                 order = _ORDERS[layout]
                 types = np.dtype(order + _TYPES[dtype]), np.dtype(order + _TYPES[count])
-                _add(elements[-1], _Property(name, *types), line)
+                _add_property(elements[-1], _Property(name, *types), line)
             case ["end_header"] if layout:
                 return layout, elements, start, line
             case [] | ["comment" | "obj_info", *_]:
                 pass
             case _:
-                raise MeshError(f"line {line}: not a statement of a PLY header: {printable(text)}")
+                raise MeshError(f"line {line}: not a statement of a PLY header: {quote(text)}")
 
 
-def _add(element: _Element, added: _Property, line: int) -> None:
+def _add_property(element: _Element, added: _Property, line: int) -> None:
     if any(known.name == added.name for known in element.properties):
         raise MeshError(f"line {line}: a second property {added.name} of {element.name}")
     element.properties.append(added)
 
 
-def _as_binary(body: bytes, line: int, elements: list[_Element]) -> tuple[bytes, list[_Element]]:
-    """Return an ASCII body and its elements with float64 for every type."""
+def _to_binary(body: bytes, line: int, elements: list[_Element]) -> tuple[bytes, list[_Element]]:
+    """Return an ASCII body as binary, and its elements with float64 for every type."""
     try:
-        values = parse(body, "float")
+        values = parse_numbers(body, "float")
     except ValueError:
         words = [(word, i) for i, text in enumerate(_LINE_END.split(body), line + 1) for word in text.split()]
-        values = np.array([number(word, i) for word, i in words])
+        values = np.array([parse_float(word, i) for word, i in words])
     double = np.dtype("<f8")
     same = [
         _Element(e.name, e.count, [_Property(p.name, double, p.count_dtype and double) for p in e.properties])
@@ -139,34 +139,34 @@ def _as_binary(body: bytes, line: int, elements: list[_Element]) -> tuple[bytes,
     return values.astype(double).tobytes(), same
 
 
-def _check_room(elements: list[_Element], n_bytes: int) -> None:
-    """Raise MeshError where the rows declared cannot fit the bytes there are, before anything is allocated."""
+def _require_room(elements: list[_Element], n_bytes: int) -> None:
+    """Raise MeshError if the declared rows cannot fit into the bytes, before anything is allocated."""
     needed = 0
     for element in elements:
-        least = sum((p.count_dtype or p.dtype).itemsize for p in element.properties)
-        needed += element.count * least
-        if element.count and not least:
+        min_row_bytes = sum((p.count_dtype or p.dtype).itemsize for p in element.properties)
+        needed += element.count * min_row_bytes
+        if element.count and not min_row_bytes:
             raise MeshError(f"the element {element.name} has no properties")
         if needed > n_bytes:
             raise MeshError(f"declares {element.count} rows of {element.name}, more than the rest of the file can hold")
 
 
-def _read_element(body: bytes, place: int, element: _Element) -> tuple[dict[str, _Column], int]:
-    """Return the columns of an element that starts at `place`, and where it ends."""
-    return _read_equal_rows(body, place, element) or _read_rows(body, place, element)
+def _read_element(body: bytes, position: int, element: _Element) -> tuple[dict[str, _Column], int]:
+    """Return the columns of an element that starts at `position`, and the end of the element."""
+    return _read_equal_rows(body, position, element) or _read_rows(body, position, element)
 
 
-def _read_equal_rows(body: bytes, place: int, element: _Element) -> tuple[dict[str, _Column], int] | None:
-    """Return what `_read_element` does if every row has lists as long as the first row's, else None."""
+def _read_equal_rows(body: bytes, position: int, element: _Element) -> tuple[dict[str, _Column], int] | None:
+    """Return the same as `_read_element` if the lists are as long in every row as in the first, else None."""
     fields: list[tuple[str, np.dtype[np.number]] | tuple[str, np.dtype[np.number], tuple[int]]] = []
     sizes: list[int] = []
     itemsize = 0
     for i, p in enumerate(element.properties):
         size = 1
         if p.count_dtype:
-            if element.count == 0 or place + itemsize + p.count_dtype.itemsize > len(body):
+            if element.count == 0 or position + itemsize + p.count_dtype.itemsize > len(body):
                 return None
-            count = np.frombuffer(body, p.count_dtype, 1, place + itemsize)[0]
+            count = np.frombuffer(body, p.count_dtype, 1, position + itemsize)[0]
             if not 0 <= count <= len(body) or count % 1 != 0:
                 return None
             size = int(count)
@@ -175,9 +175,9 @@ def _read_equal_rows(body: bytes, place: int, element: _Element) -> tuple[dict[s
         fields.append((f"v{i}", p.dtype, (size,)))
         itemsize += size * p.dtype.itemsize
         sizes.append(size)
-    if place + element.count * itemsize > len(body):
+    if position + element.count * itemsize > len(body):
         return None
-    table = np.frombuffer(body, np.dtype(fields), element.count, place)
+    table = np.frombuffer(body, np.dtype(fields), element.count, position)
     for i, p in enumerate(element.properties):
         if p.count_dtype and not (table[f"n{i}"] == sizes[i]).all():
             return None
@@ -185,11 +185,11 @@ def _read_equal_rows(body: bytes, place: int, element: _Element) -> tuple[dict[s
         p.name: _Column(table[f"v{i}"].ravel(), np.full(element.count, sizes[i]))
         for i, p in enumerate(element.properties)
     }
-    return columns, place + element.count * itemsize
+    return columns, position + element.count * itemsize
 
 
-def _read_rows(body: bytes, place: int, element: _Element) -> tuple[dict[str, _Column], int]:
-    """Return what `_read_element` does, one row after the other: where a row starts depends on those before it."""
+def _read_rows(body: bytes, position: int, element: _Element) -> tuple[dict[str, _Column], int]:
+    """Return the same as `_read_element`, row by row, because the start of a row depends on those before it."""
     starts: list[list[int]] = [[] for _ in element.properties]
     sizes: list[list[int]] = [[] for _ in element.properties]
     unpackers = [
@@ -202,15 +202,15 @@ def _read_rows(body: bytes, place: int, element: _Element) -> tuple[dict[str, _C
             for unpacker, itemsize, row_starts, row_sizes in steps:
                 count = 1
                 if unpacker:
-                    (count,) = unpacker.unpack_from(body, place)
-                    place += unpacker.size
-                    if not count >= 0 or count % 1 != 0:  # a NaN fails the one, an infinity the other
+                    (count,) = unpacker.unpack_from(body, position)
+                    position += unpacker.size
+                    if not count >= 0 or count % 1 != 0:  # a NaN fails the first test, an infinity the second
                         raise MeshError(f"{element.name} {row}: a list cannot have {count} values")
                     count = int(count)
-                row_starts.append(place)
+                row_starts.append(position)
                 row_sizes.append(count)
-                place += count * itemsize
-            if place > len(body):
+                position += count * itemsize
+            if position > len(body):
                 raise EOFError
     except (EOFError, struct.error):
         raise MeshError(f"{element.name} {row}: the file ends within this row, of {element.count} declared") from None
@@ -218,11 +218,11 @@ def _read_rows(body: bytes, place: int, element: _Element) -> tuple[dict[str, _C
     for p, begins, counts in zip(element.properties, starts, sizes, strict=True):
         lengths = np.array(counts, np.int64)
         columns[p.name] = _Column(_gather(body, np.array(begins, np.int64), lengths, p.dtype), lengths)
-    return columns, place
+    return columns, position
 
 
 def _gather(body: bytes, starts: IndexArray, sizes: IndexArray, dtype: np.dtype[np.number]) -> Values:
-    """Return the runs of `sizes` values that lie at `starts`, one behind the other."""
+    """Return the concatenated runs of `sizes` values that start at `starts`."""
     ends = starts + sizes * dtype.itemsize
     gaps = starts - np.concatenate([np.zeros(1, np.int64), ends])[:-1]
     is_value = np.repeat(np.tile([False, True], len(starts)), np.stack([gaps, ends - starts], axis=1).ravel())
@@ -230,11 +230,11 @@ def _gather(body: bytes, starts: IndexArray, sizes: IndexArray, dtype: np.dtype[
     return values
 
 
-def _mesh(columns: dict[str, dict[str, _Column]]) -> Mesh:
-    """Return the mesh of the elements that were read."""
+def _build_mesh(columns: dict[str, dict[str, _Column]]) -> Mesh:
+    """Return the mesh of the elements."""
     if "vertex" not in columns:
         raise MeshError("the header declares no element vertex")
-    positions = np.stack([_scalars(columns, "vertex", axis).astype(np.float64) for axis in "xyz"], axis=1)
+    positions = np.stack([_get_scalars(columns, "vertex", axis).astype(np.float64) for axis in "xyz"], axis=1)
     if not np.isfinite(positions).all():
         row = int(np.argmax(~np.isfinite(positions).all(axis=1)))
         raise MeshError(f"vertex {row}: coordinates must be finite, got {positions[row].tolist()}")
@@ -246,25 +246,25 @@ def _mesh(columns: dict[str, dict[str, _Column]]) -> Mesh:
         if corners is None:
             raise MeshError("the element face has no list vertex_indices or vertex_index")
         sizes.append(corners.sizes)
-        indices.append(_indices(corners.values, "face"))
+        indices.append(_as_indices(corners.values, "face"))
     if "edge" in columns:
-        ends = [_indices(_scalars(columns, "edge", name), "edge") for name in ("vertex1", "vertex2")]
+        ends = [_as_indices(_get_scalars(columns, "edge", name), "edge") for name in ("vertex1", "vertex2")]
         sizes.append(np.full(len(ends[0]), 2))
         indices.append(np.stack(ends, axis=1).ravel())
     offsets = np.concatenate([[0], np.cumsum(np.concatenate([*sizes, np.zeros(0, np.int64)]))])
     return Mesh.from_offsets(positions, offsets, np.concatenate([*indices, np.zeros(0, np.int64)]))
 
 
-def _scalars(columns: dict[str, dict[str, _Column]], element: str, name: str) -> Values:
-    """Return a property with one value a row."""
+def _get_scalars(columns: dict[str, dict[str, _Column]], element: str, name: str) -> Values:
+    """Return a property with one value per row."""
     column = columns[element].get(name)
     if column is None or (column.sizes != 1).any():
         raise MeshError(f"the element {element} has no property {name} of one value")
     return column.values
 
 
-def _indices(values: Values, element: str) -> IndexArray:
-    """Return values as int64; raise MeshError for one that is not an integer."""
+def _as_indices(values: Values, element: str) -> IndexArray:
+    """Return values as int64; raise MeshError for a value that is not an integer."""
     if values.dtype.kind == "f":
         wrong = ~(np.abs(values) < 2**53) | (values != np.floor(values))
         if wrong.any():
@@ -273,7 +273,7 @@ def _indices(values: Values, element: str) -> IndexArray:
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:
-    """Write binary little-endian PLY: float64 points, polygons as faces, segments as edges behind them."""
+    """Write binary little-endian PLY: float64 points, polygons as faces, then segments as edges."""
     sizes = np.diff(mesh.offsets)
     is_segment = sizes == 2
     of_segment = np.repeat(is_segment, sizes)
@@ -287,12 +287,12 @@ def write(mesh: Mesh, file: BinaryIO) -> None:
         header += f"element edge {is_segment.sum()}\nproperty {corner_name} vertex1\nproperty {corner_name} vertex2\n"
     file.write(f"{header}end_header\n".encode())
     file.write(mesh.positions.astype("<f8").tobytes())
-    file.write(_lists(sizes[~is_segment].astype(count_type), corners))
+    file.write(_interleave_lists(sizes[~is_segment].astype(count_type), corners))
     file.write(segments.tobytes())
 
 
-def _lists(sizes: Values, corners: Values) -> bytes:
-    """Return each size followed by as many corners."""
+def _interleave_lists(sizes: Values, corners: Values) -> bytes:
+    """Return each size, followed by as many corners."""
     ends = np.cumsum(sizes.astype(np.int64) * corners.itemsize + sizes.itemsize)
     starts = np.concatenate([np.zeros(1, np.int64), ends])[:-1]
     is_size = np.zeros(sizes.nbytes + corners.nbytes, bool)

@@ -1,4 +1,4 @@
-"""3MF, a ZIP container, through trimesh, lxml and networkx; its uncompressed size is checked first."""
+"""3MF, a ZIP container, read with trimesh, lxml and networkx; its uncompressed size is checked first."""
 
 import zipfile
 from importlib import import_module
@@ -8,14 +8,14 @@ from ..errors import MeshError, MissingExtraError
 from ..geometry.mesh import Mesh
 from . import _trimesh
 
-_MOST_BYTES = 1 << 30
-_MOST_RATIO = 200  # 3MF's XML shrinks to a tenth or less; bombs to a thousandth
+_MAX_UNPACKED_BYTES = 1 << 30
+_MAX_RATIO = 200  # the XML of 3MF is compressed about 10 times, a ZIP bomb 1000 times
 
 
 def read(data: bytes) -> Mesh:
     """Return all triangles.
 
-    Raises MeshError for a container that unpacks to more than 1 GiB or 200 times its size, MissingExtraError where the
+    Raises MeshError for a container that unpacks to more than 1 GiB or 200 times its size, and MissingExtraError if the
     extra `3mf` is not installed.
     """
     try:
@@ -23,15 +23,15 @@ def read(data: bytes) -> Mesh:
             unpacked = sum(entry.file_size for entry in container.infolist())
     except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
         raise MeshError(f"not a ZIP container: {error}") from None
-    most = min(_MOST_BYTES, _MOST_RATIO * len(data))
-    if unpacked > most:
-        raise MeshError(f"unpacks to {unpacked} bytes, more than the {most} that are allowed")
+    max_bytes = min(_MAX_UNPACKED_BYTES, _MAX_RATIO * len(data))
+    if unpacked > max_bytes:
+        raise MeshError(f"unpacks to {unpacked} bytes, more than the {max_bytes} that are allowed")
     _require_extra()
     return _trimesh.load(data, "3mf")
 
 
 def _require_extra() -> None:
-    """Raise MissingExtraError where trimesh would fail for want of a library."""
+    """Raise MissingExtraError if a library that trimesh needs is missing."""
     try:
         for name in ("lxml.etree", "networkx"):
             import_module(name)

@@ -1,6 +1,6 @@
-"""The syntax that VRML 1.0 and VRML 97 share: text to nodes with fields, and names to the nodes they stand for.
+"""The syntax that VRML 1.0 and VRML 97 share: text becomes nodes with fields, and names become the nodes they mean.
 
-What nodes mean is none of this module's business. Nothing here recurses, so no depth of nesting can exhaust a stack.
+The meaning of nodes is the subject of `vrml`. Nothing here recurses, so no depth of nesting can exhaust the stack.
 """
 
 import re
@@ -12,12 +12,12 @@ import numpy as np
 
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
-from ._text import integer, number, parse, printable
+from ._text import parse_float, parse_int, parse_numbers, quote
 
 if TYPE_CHECKING:
     from lark import Lark, Token
 
-# A bracketed list of plain numbers is one terminal: NumPy parses it, not the grammar.
+# A bracketed list of plain numbers is one terminal, because NumPy parses it much faster.
 _GRAMMAR = r"""
 start: _statement*
 _statement: _object | proto | externproto | route
@@ -52,7 +52,7 @@ _WORD = re.compile(r"[^\s,]+")
 
 @dataclass(eq=False, slots=True)
 class Numbers:
-    """The text of a field of numbers, which starts on `line`."""
+    """The text of a field of numbers that starts on `line`."""
 
     line: int
     text: str
@@ -60,12 +60,12 @@ class Numbers:
     def floats(self, width: int) -> Float64Array:
         """Return (n, width) finite float64."""
         try:
-            values = parse(self._plain(), "float")
+            values = parse_numbers(self._plain(), "float")
         except ValueError:
-            values = np.array([number(word, line) for word, line in self._words()])
+            values = np.array([parse_float(word, line) for word, line in self._words()])
         if not np.isfinite(values).all():
-            place = int(np.argmax(~np.isfinite(values)))
-            raise MeshError(f"line {self.line_of(place)}: a number must be finite, got {values[place]}")
+            i = int(np.argmax(~np.isfinite(values)))
+            raise MeshError(f"line {self.line_of(i)}: a number must be finite, got {values[i]}")
         if len(values) % width:
             raise MeshError(f"line {self.line}: the number of values must be a multiple of {width}, got {len(values)}")
         return values.reshape(-1, width)
@@ -73,15 +73,15 @@ class Numbers:
     def integers(self) -> IndexArray:
         """Return (n,) int64."""
         try:
-            return parse(self._plain(), "int")
+            return parse_numbers(self._plain(), "int")
         except ValueError:
             return np.array(
-                [integer(word, line, 16 if "x" in word.lower() else 10) for word, line in self._words()], np.int64
+                [parse_int(word, line, 16 if "x" in word.lower() else 10) for word, line in self._words()], np.int64
             )
 
-    def line_of(self, place: int) -> int:
-        """Return the line of the number at `place`."""
-        return [line for _, line in self._words()][place]
+    def line_of(self, i: int) -> int:
+        """Return the line of number i."""
+        return [line for _, line in self._words()][i]
 
     def _plain(self) -> bytes:
         text = _COMMENT.sub("", self.text) if "#" in self.text else self.text
@@ -94,7 +94,7 @@ class Numbers:
 
 @dataclass(eq=False, slots=True)
 class Use:
-    """A reference to the node last defined under a name."""
+    """A reference to the node that was last defined with a name."""
 
     name: str
     line: int
@@ -102,7 +102,7 @@ class Use:
 
 @dataclass(eq=False, slots=True)
 class Node:
-    """A node: numbers of a field, or its nodes and words, and the children that stand among the fields in VRML 1.0."""
+    """A node: fields of numbers, fields of nodes and words, and the children among the fields of VRML 1.0."""
 
     kind: str
     line: int
@@ -112,7 +112,7 @@ class Node:
     name: str | None = None
 
     def floats(self, name: str, default: tuple[float, ...]) -> Float64Array:
-        """Return a field of as many numbers as its default: (len(default),) float64."""
+        """Return a field of as many numbers as its default has: (len(default),) float64."""
         if name not in self.numbers:
             return np.array(default)
         rows = self.numbers[name].floats(len(default))
@@ -139,7 +139,7 @@ Field: TypeAlias = tuple[str, "Numbers | list[Any]"]
 
 
 class _Builder:
-    """What the parser calls as each rule of the grammar ends."""
+    """The functions that the parser calls at the end of each rule of the grammar."""
 
     def start(self, parts: list[Any]) -> list[Any]:
         return [part for part in parts if part is not None]
@@ -168,18 +168,18 @@ class _Builder:
     def field(self, parts: list[Any]) -> Field:
         name, *items = parts
         if items and all(getattr(item, "type", "") in ("NUMBER", "NUMBERS") for item in items):
-            text = items[0][1:-1] if items[0].type == "NUMBERS" else _spread(items)
+            text = items[0][1:-1] if items[0].type == "NUMBERS" else _join_tokens(items)
             return str(name), Numbers(items[0].line, text)
         return str(name), items
 
     def proto(self, parts: list[Any]) -> None:
-        """Pass over a prototype, and the names defined in it."""
+        """Ignore a prototype, and the names that it defines."""
 
     externproto = route = interface = extern_interface = proto
 
 
-def _spread(tokens: "list[Token]") -> str:
-    """Return the tokens as text with the line breaks that stood between them."""
+def _join_tokens(tokens: "list[Token]") -> str:
+    """Return the tokens as text, with the line breaks between them."""
     text, line = [], cast("int", tokens[0].line)
     for token in tokens:
         gap = cast("int", token.line) - line
@@ -189,49 +189,49 @@ def _spread(tokens: "list[Token]") -> str:
 
 
 @cache
-def _parser() -> "Lark":
+def _make_parser() -> "Lark":
     from lark import Lark
 
     return Lark(_GRAMMAR, parser="lalr", transformer=cast("Any", _Builder()), maybe_placeholders=False)
 
 
 def parse_nodes(text: str) -> list[Node]:
-    """Return the nodes at the top of a file, every USE replaced by the node that it names.
+    """Return the top-level nodes of a file, with every USE replaced by the node that it names.
 
-    Raises MeshError with the line for malformed syntax, and for a USE of a name that no node before it bears; a node
-    bears its name from its closing brace on, so that none can contain itself.
+    Raises MeshError with the line for malformed syntax, and for a USE of a name that no node before it has. A node has
+    its name from its closing brace on, so that none can contain itself.
     """
     from lark.exceptions import UnexpectedInput, UnexpectedToken
 
     try:
-        roots = cast("list[Any]", _parser().parse(text))
+        roots = cast("list[Any]", _make_parser().parse(text))
     except UnexpectedToken as error:
         if error.token.type == "$END":
             raise MeshError(f"line {text.rstrip().count(chr(10)) + 1}: unexpected end of the file") from None
-        raise MeshError(f"line {error.line}: unexpected {printable(str(error.token))}") from None
+        raise MeshError(f"line {error.line}: unexpected {quote(str(error.token))}") from None
     except UnexpectedInput as error:
         rest = text[cast("int", error.pos_in_stream) :][:41]
-        raise MeshError(f"line {error.line}: unexpected {printable(rest)}") from None
-    _resolve(roots)
+        raise MeshError(f"line {error.line}: unexpected {quote(rest)}") from None
+    _resolve_uses(roots)
     return roots
 
 
-def _resolve(roots: list[Any]) -> None:
-    """Replace every Use by its node, in the order of the file."""
+def _resolve_uses(roots: list[Any]) -> None:
+    """Replace every `Use` by its node, in the order of the file."""
     named: dict[str, Node] = {}
-    # Entries are a list and a place in it, or a node whose end is reached.
+    # Entries are a list and an index in it, or a node whose end is reached.
     pending: list[tuple[list[Any], int] | Node] = [(roots, i) for i in reversed(range(len(roots)))]
     while pending:
         entry = pending.pop()
         if isinstance(entry, Node):
             named[cast("str", entry.name)] = entry
             continue
-        where, place = entry
-        item = where[place]
+        parts, i = entry
+        item = parts[i]
         if isinstance(item, Use):
             if item.name not in named:
-                raise MeshError(f"line {item.line}: USE {printable(item.name)}, but no node before it has that name")
-            where[place] = named[item.name]
+                raise MeshError(f"line {item.line}: USE {quote(item.name)}, but no node before it has that name")
+            parts[i] = named[item.name]
         elif isinstance(item, Node):
             if item.name is not None:
                 pending.append(item)

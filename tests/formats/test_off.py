@@ -84,8 +84,8 @@ def test_errors_name_the_line(text: str, message: str) -> None:
 def both(data: bytes) -> tuple[object, object]:
     """What the bulk path (None where it declines) and the careful path make of a file."""
     try:
-        rows = off._rows(data)
-        n_points, n_faces, end = off._header(rows)
+        rows = off._split_rows(data)
+        n_points, n_faces, end = off._parse_header(rows)
     except MeshError:
         return None, None
     try:

@@ -223,7 +223,7 @@ def test_encodings() -> None:
 
 
 def test_what_gzip_unpacks_to_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vrml, "_MOST_DECOMPRESSED_BYTES", 1 << 20)
+    monkeypatch.setattr(vrml, "_MAX_DECOMPRESSED_BYTES", 1 << 20)
     with pytest.raises(MeshError, match="decompresses to more than 1048576 bytes"):
         vrml.read(gzip.compress(b"#VRML V2.0 utf8" + b" " * (1 << 20)))
 

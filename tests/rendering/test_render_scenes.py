@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, Scene, compare_images, render_array, samples
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
-from gpu_xform.formats._concatenate import joined
+from gpu_xform.formats._concatenate import concatenate
 from gpu_xform.gpu.chunking import align_points
 from gpu_xform.gpu.device import Device
 from tests.support.spies import record_uploads
@@ -37,7 +37,7 @@ def test_a_scene_is_drawn_as_its_models_are_by_their_world_matrices() -> None:
     ]
     picture = render_array(scene, size=SIZE)
     assert np.array_equal(picture, render_array(layers, size=SIZE))
-    camera = Camera.fit(joined([HOUSE.transformed(world["middle"]), CUBE.transformed(world["low"])]))
+    camera = Camera.fit(concatenate([HOUSE.transformed(world["middle"]), CUBE.transformed(world["low"])]))
     alone = scene.posed({"high": gx.scale(0), "node 4": gx.scale(0)})
     # Rounded elsewhere: the points of a mesh that is moved beforehand are others in single precision.
     reds = render_array(CUBE.transformed(world["low"]), size=SIZE, camera=camera, color="red", background=None)
