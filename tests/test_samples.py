@@ -95,6 +95,7 @@ def test_icosphere_is_the_unit_sphere(n: int) -> None:
     assert lengths.max() / lengths.min() < 1.4
 
 
+@pytest.mark.slow
 def test_a_large_icosphere_is_no_loop_over_triangles() -> None:
     start = time.perf_counter()
     mesh = samples.icosphere(8)

@@ -368,6 +368,7 @@ def test_a_gif_holds_of_each_frame_what_differs_from_what_is_below(tmp_path: Pat
             assert image.tile[0][1] == expected, k
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("side", [10, 24])
 @pytest.mark.parametrize("color", [(255, 0, 0), (51, 107, 51)])
 def test_a_small_patch_of_a_colour_that_is_not_sampled_is_shown_in_it(

@@ -46,6 +46,7 @@ def test_a_closed_pipe_ends_quietly(typed: list[str]) -> None:
     assert (result.returncode, result.stderr) == (141, b"")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")
 def test_an_interrupt_ends_quietly() -> None:
     os.mkfifo("pipe.obj")

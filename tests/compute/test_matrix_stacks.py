@@ -84,6 +84,7 @@ def test_an_empty_stack_gives_an_empty_result() -> None:
     assert gx.transform_points(np.ones((4, 0, 3)), stack(4)).shape == (4, 0, 3)
 
 
+@pytest.mark.slow
 @given(st.integers(1, 9), st.integers(1, 40), st.sampled_from([2, 3]), st.sampled_from(DTYPES), st.randoms())
 def test_each_point_takes_the_matrix_that_its_index_names(
     k: int, n: int, columns: int, dtype: npt.DTypeLike, random: Any

@@ -60,7 +60,7 @@ def outputs(cells: list[Any], kind: str) -> dict[int, list[str]]:
     return found
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # runs the notebook
 def test_every_figure_is_drawn(cells: list[Any]) -> None:
     pictures = {
         section: np.asarray(Image.open(io.BytesIO(base64.b64decode(data[0]))).convert("RGB"))
@@ -92,7 +92,7 @@ def test_every_figure_is_drawn(cells: list[Any]) -> None:
         assert np.count_nonzero((pictures[8] == rgb).all(axis=2)) > 50, color
 
 
-@pytest.mark.slow
+@pytest.mark.slow  # runs the notebook
 def test_every_animation_has_its_frames(cells: list[Any]) -> None:
     shown = outputs(cells, "text/html")
     assert {section: len(players) for section, players in shown.items()} == {4: 1, 9: 1, 10: 1}
@@ -102,6 +102,7 @@ def test_every_animation_has_its_frames(cells: list[Any]) -> None:
     assert text[10][1:] == ["<Animation: 60 frames of 400 x 320, 20 a second>"]
 
 
+@pytest.mark.slow  # runs the notebook
 def test_what_is_printed_is_what_the_lecture_says(cells: list[Any]) -> None:
     printed = {section: "".join(texts) for section, texts in outputs(cells, "").items()}
     assert printed[2].count("\nf ") == 7

@@ -277,6 +277,7 @@ def test_an_impossible_camera_is_refused_when_it_is_made(make: Any, error: type[
         make()
 
 
+@pytest.mark.slow
 @given(
     points=arrays(np.float64, (300, 3), elements=st.floats(-100.0, 100.0)),
     aspect=st.floats(0.1, 10.0),

@@ -82,6 +82,7 @@ def test_worlds_are_right_before_and_after_any_change(tree: list[tuple[int, int]
         assert np.array_equal(layer.transform, [scene.world(node) for node in scene])
 
 
+@pytest.mark.slow
 @given(tree=trees(), moves=st.lists(st.tuples(st.integers(0, 11), st.integers(-1, 11)), max_size=6))
 def test_moves_keep_a_tree(tree: list[tuple[int, int]], moves: list[tuple[int, int]]) -> None:
     scene = Scene()

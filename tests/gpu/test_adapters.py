@@ -63,6 +63,7 @@ def test_an_unknown_adapter_is_an_error_that_lists_the_known_ones(
         assert named.name == device.name
 
 
+@pytest.mark.slow
 @linux_only
 def test_a_machine_without_a_driver_says_what_to_install() -> None:
     code = """

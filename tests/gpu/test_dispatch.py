@@ -58,6 +58,7 @@ def test_a_frame_like_the_last_binds_nothing_and_sends_its_matrix_alone(device: 
     assert made == ["upload"]
 
 
+@pytest.mark.slow
 def test_pictures_are_the_same_whatever_was_bound_and_sent_before(device: Device) -> None:
     with Device() as fresh:
         expected = []

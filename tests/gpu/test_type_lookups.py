@@ -68,6 +68,7 @@ def test_all_names_are_declared_afterwards() -> None:
     assert {f"typedef {name}" for name in NAMES} <= ffi._parser._declarations.keys()
 
 
+@pytest.mark.slow
 def test_opening_a_device_reads_few_names() -> None:
     code = """
 import pycparser.c_parser as c

@@ -26,6 +26,7 @@ def by_matplotlib(scalars: Array, name: str, clim: tuple[float, float] | None) -
     return np.asarray(matplotlib.colormaps[name](place))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("clim", [None, (1.5, 4.0), (-20.0, 30.0)], ids=str)
 def test_every_name_of_matplotlibs_gives_its_colours(clim: tuple[float, float] | None) -> None:
     assert len(matplotlib.colormaps) > 150

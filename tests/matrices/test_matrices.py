@@ -186,6 +186,7 @@ def test_reflect_in_slanted_planes_is_exact() -> None:
     )
 
 
+@pytest.mark.slow
 @given(directions, vectors, vectors)
 def test_project_onto_drops_perpendiculars(normal: Array, on_plane: Array, other: Array) -> None:
     onto = project_onto(normal, point=on_plane)

@@ -146,6 +146,7 @@ def test_a_browser_shows_the_faces_that_the_pixels_show(name: str, tmp_path: Pat
     assert share_astray(shown, pixels) <= 1e-3
 
 
+@pytest.mark.slow
 def test_a_pdf_shows_the_faces_that_the_pixels_show() -> None:
     models, camera = SCENES["boxes on a floor"]
     [page] = pypdfium2.PdfDocument(render_pdf(models, camera=camera, size=SIZE))

@@ -146,6 +146,7 @@ def test_every_pixel_agrees_with_the_reference_from_every_camera(view: str) -> N
     assert_drawn(samples.house(), CAMERAS[view])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("line_width", [0.4, 1.0, 2.5, 9.0])
 def test_every_pixel_agrees_with_the_reference_at_any_line_width(line_width: float) -> None:
     assert_drawn(samples.house(), CAMERAS["look at"], line_width=line_width)

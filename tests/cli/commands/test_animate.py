@@ -104,6 +104,7 @@ def test_matrices_move_the_model_after_its_own_transforms() -> None:
         assert image.info["duration"] == 125
 
 
+@pytest.mark.slow
 def test_without_more_it_is_a_hundred_frames_of_640_by_480_twenty_a_second() -> None:
     assert main(["animate", "house.obj", "-o", "out.gif"]) == 0
     with Image.open("out.gif") as image:

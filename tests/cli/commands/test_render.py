@@ -197,6 +197,7 @@ def test_points_behind_a_projection_s_eye_are_not_framed() -> None:
     )
 
 
+@pytest.mark.slow
 def test_edges_are_chosen_by_name() -> None:
     house = samples.house()
     split = Mesh(house.positions, house.to_trimesh().faces)
