@@ -1,4 +1,4 @@
-"""What every other folder may use: types, argument checks, files written whole, progress.
+"""Utilities of all other folders: types, argument validation, atomic files, `.npy` files, progress bars.
 
 Reading order: types, public, moved_module, interrupts, memmap, npy, progress, arguments, error_context, atomic_files.
 """

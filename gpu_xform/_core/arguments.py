@@ -1,4 +1,4 @@
-"""Argument checks: each returns the value in its canonical form, or raises an error that names the argument."""
+"""Argument validation: each function returns a value in canonical form, or raises an error that names the argument."""
 
 import math
 import operator
@@ -12,7 +12,7 @@ from .types import Float64Array, MatrixLike, SupportsAsMatrix
 
 
 def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float64Array:
-    """Return a new C-ordered float64 array of `value`, which must hold real numbers, finite unless said otherwise."""
+    """Return a new C-ordered float64 array of `value`, which must hold real numbers, and finite ones by default."""
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list
@@ -26,7 +26,7 @@ def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Fl
 
 
 def describe_first_non_finite(array: npt.NDArray[np.floating[Any]]) -> str:
-    """Describe the first NaN or infinity of `array`: its value and its index."""
+    """Return a text with the first NaN or infinity of `array` and its index."""
     index = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
     where = "" if not index else f" at index {index[0] if len(index) == 1 else index}"
     return f"{array[index]}{where}"
@@ -34,7 +34,7 @@ def describe_first_non_finite(array: npt.NDArray[np.floating[Any]]) -> str:
 
 def as_float(value: npt.ArrayLike, name: str) -> float:
     """Return `value` as a finite float."""
-    if isinstance(value, float) and math.isfinite(value):  # most are, and an array takes longer
+    if isinstance(value, float) and math.isfinite(value):  # the usual case, much faster than an array
         return float(value)
     array = as_real_array(value, name)
     if array.shape != ():
@@ -59,9 +59,9 @@ def as_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
 
 
 def as_nonzero_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
-    """Return `value`, a vector of `size` components not all zero, with its largest component brought into [0.5, 1).
+    """Return `value`, a vector of `size` components not all zero, divided by a power of two.
 
-    Only a power of two is divided out: squares neither overflow nor vanish, and small integers stay exact.
+    The largest component is then in [0.5, 1), so that squares neither overflow nor vanish; small integers stay exact.
     """
     array = as_vector(value, name, size)
     if not array.any():
@@ -71,7 +71,7 @@ def as_nonzero_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Arra
 
 
 def as_unit_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
-    """Return `value` as a unit vector of `size` components; a zero vector has no direction and is an error."""
+    """Return `value` as a unit vector of `size` components; raise an error for the zero vector."""
     array = as_nonzero_vector(value, name, size)
     return array / np.linalg.norm(array)
 
@@ -79,7 +79,7 @@ def as_unit_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
 def as_square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
     """Return `value` as a finite float64 matrix of shape (s, s), s one of `sizes`.
 
-    An object with `as_matrix()` speaks of R^3: where it gives a 3x3, that is carried along in a 4x4.
+    An object with `as_matrix()` is a transform of R^3: if it gives a 3x3 matrix, that is embedded in a 4x4.
     """
     matrix = as_square_matrices(value, name, *sizes)
     if matrix.ndim != 2:
@@ -88,8 +88,8 @@ def as_square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
 
 
 def as_square_matrices(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
-    """Return `value` as finite float64 matrices (..., s, s), s one of `sizes`; as `as_square_matrix` otherwise."""
-    if not isinstance(value, np.ndarray) and isinstance(value, SupportsAsMatrix):  # asking a protocol is slow
+    """Return `value` as finite float64 matrices (..., s, s), s one of `sizes`; otherwise as `as_square_matrix`."""
+    if not isinstance(value, np.ndarray) and isinstance(value, SupportsAsMatrix):  # checking a protocol is slow
         matrices = as_real_array(value.as_matrix(), name)
         if matrices.shape[-2:] == (3, 3):
             linear = matrices
@@ -105,7 +105,7 @@ def as_square_matrices(value: MatrixLike, name: str, *sizes: int) -> Float64Arra
 
 
 def require_affine(matrices: Float64Array, name: str) -> None:
-    """Raise `ArgumentError` where the last row of one of `matrices` (..., s, s) is not (0, ..., 0, 1)."""
+    """Raise ArgumentError if the last row of any of `matrices` (..., s, s) is not (0, ..., 0, 1)."""
     last_rows = matrices[..., -1, :]
     expected = np.eye(matrices.shape[-1])[-1]
     wrong = (last_rows != expected).any(axis=-1)

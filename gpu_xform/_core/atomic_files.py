@@ -1,4 +1,4 @@
-"""Writing a file so that it is there whole or not at all."""
+"""Atomic writes: a file appears complete or not at all."""
 
 import errno
 import os
@@ -17,34 +17,34 @@ from .types import StrPath
 
 @contextmanager
 def atomic_write(path: StrPath) -> Iterator[BinaryIO]:
-    """Give a binary file that takes the place of `path` when the block ends, and vanishes if the block raises.
+    """Yield a binary file that replaces `path` at the end of the block, and is deleted if the block raises.
 
-    A symbolic link stays, and its target is replaced. The permissions are those of any new file.
-    A device or a pipe is written to directly: replacing it would destroy it. What the system refuses names `path`.
+    A symbolic link stays, and its target is replaced. The permissions are those of any new file. A device or a pipe is
+    written to directly, because replacing it would destroy it. Errors of the system name `path`.
     """
     if Path(path).exists() and not Path(path).is_file():
         with Path(path).open("wb") as file:
             yield file
         return
     target = Path(os.path.realpath(path))
-    beside = target.with_name(_make_temporary_name())
+    temporary = target.with_name(_make_temporary_name())
     try:
-        with beside.open("xb") as file:
+        with temporary.open("xb") as file:
             yield file
-        beside.replace(target)
+        temporary.replace(target)
     except BaseException as error:
-        with suppress(OSError):  # where it was never made, or its folder is none
-            beside.unlink()
-        if isinstance(error, OSError) and error.filename == str(beside):
+        with suppress(OSError):  # it may not have been created
+            temporary.unlink()
+        if isinstance(error, OSError) and error.filename == str(temporary):
             raise OSError(error.errno, error.strerror, os.fspath(path)) from None
         raise
 
 
 @contextmanager
 def atomic_seekable_write(path: StrPath) -> Iterator[BinaryIO]:
-    """Give what `atomic_write` gives where it is a regular file, which can be opened by its name and gone back in.
+    """Yield a regular file, which can be seeked in and opened by its name; otherwise as `atomic_write`.
 
-    In place of another, it gives a temporary one, which is copied there when the block ends.
+    If `path` is a device or a pipe, the file is temporary, and is copied there at the end of the block.
     """
     with atomic_write(path) as file:
         if stat.S_ISREG(os.fstat(file.fileno()).st_mode):
@@ -60,47 +60,48 @@ def atomic_seekable_write(path: StrPath) -> Iterator[BinaryIO]:
 
 @contextmanager
 def atomic_folder(path: StrPath, names: Iterable[str]) -> Iterator[Path]:
-    """Give an empty folder whose files move into the folder `path` when the block ends, and vanish if it raises.
+    """Yield an empty folder; its files move into the folder `path` at the end of the block, or none if one cannot.
 
-    `path` is made where there is none, in a folder that there must be; what else it holds stays. The files that will
-    be there have these `names`, none of which may be a folder's. Where one cannot be moved, none is. What the system
-    refuses names `path`.
+    `path` is created if it does not exist, but not its parents; its other files stay. If the block raises, the new
+    files are deleted. Errors of the system name `path`.
+
+    names : the names of the files to come, none of which may be that of a folder
     """
     target = Path(path)
     if os.path.lexists(target) and not target.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), os.fspath(path))
     for name in names:
         _require_no_folder(target / name)
-    beside = (target if target.is_dir() else target.parent) / _make_temporary_name()
+    temporary = (target if target.is_dir() else target.parent) / _make_temporary_name()
     try:
-        beside.mkdir()
-        yield beside
+        temporary.mkdir()
+        yield temporary
         if target.is_dir():
             with defer_sigint():
-                _move_all(beside, target)
-                beside.rmdir()
+                _move_all(temporary, target)
+                temporary.rmdir()
         else:
-            beside.rename(target)
+            temporary.rename(target)
     except BaseException as error:
-        shutil.rmtree(beside, ignore_errors=True)
-        if isinstance(error, OSError) and error.filename and Path(error.filename).is_relative_to(beside):
-            named = target / Path(error.filename).relative_to(beside)
+        shutil.rmtree(temporary, ignore_errors=True)
+        if isinstance(error, OSError) and error.filename and Path(error.filename).is_relative_to(temporary):
+            named = target / Path(error.filename).relative_to(temporary)
             raise OSError(error.errno, error.strerror, str(named)) from None
         raise
 
 
 def _move_all(source: Path, target: Path) -> None:
-    """Move the files of one folder into another; where one cannot be moved, the other is left as it was."""
+    """Move the files of one folder into another, or none of them if one cannot be moved."""
     replaced = target / _make_temporary_name()
     replaced.mkdir()
     files = sorted(source.iterdir())
     try:
         for file in files:
-            place = target / file.name
-            _require_no_folder(place)
-            if os.path.lexists(place):
-                place.rename(replaced / file.name)
-            file.rename(place)
+            destination = target / file.name
+            _require_no_folder(destination)
+            if os.path.lexists(destination):
+                destination.rename(replaced / file.name)
+            file.rename(destination)
     except BaseException:
         for file in files:
             if os.path.lexists(replaced / file.name):
@@ -118,4 +119,4 @@ def _require_no_folder(path: Path) -> None:
 
 
 def _make_temporary_name() -> str:
-    return f".{secrets.token_hex(8)}.tmp"  # short: what it stands for may have a name of full length
+    return f".{secrets.token_hex(8)}.tmp"  # short enough even if the final name has the maximal length

@@ -1,4 +1,4 @@
-"""Ctrl+C, held back while it would do harm."""
+"""Deferral of SIGINT (Ctrl+C) while an interrupt would leave things half done."""
 
 import contextlib
 import signal
@@ -8,11 +8,11 @@ from collections.abc import Iterator
 
 @contextlib.contextmanager
 def defer_sigint() -> Iterator[None]:
-    """Raise `KeyboardInterrupt` only where the block ends, if Ctrl+C is pressed in it.
+    """Raise `KeyboardInterrupt` at the end of the block, if Ctrl+C is pressed within it.
 
-    Raised while an object of wgpu is made or dropped, it would leave half an object behind, or be lost; while files are
-    moved, some of them here and some there. Nothing is held back in threads other than the main one, which are not
-    interrupted, or where the program minds Ctrl+C itself.
+    Raised earlier, it could leave a wgpu object half made, be lost in a destructor, or leave only some files moved.
+    Nothing is deferred in threads other than the main one, which are never interrupted, or if the program handles
+    SIGINT itself.
     """
     if threading.current_thread() is not threading.main_thread() or (
         signal.getsignal(signal.SIGINT) is not signal.default_int_handler
@@ -20,7 +20,7 @@ def defer_sigint() -> Iterator[None]:
         yield
         return
     pressed: list[int] = []
-    signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
+    signal.signal(signal.SIGINT, lambda signum, _: pressed.append(signum))
     try:
         yield
     finally:

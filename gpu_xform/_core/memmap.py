@@ -1,4 +1,4 @@
-"""Memory-mapped arrays that are larger than memory: pages are let go as soon as they have been used."""
+"""Memory-mapped arrays larger than memory: the release of pages that have been used."""
 
 import mmap
 from typing import Any
@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-# In a copy-on-write map ("c") the changes live in those pages only.
+# Not copy-on-write ("c"), whose changes exist in the pages alone.
 FILE_BACKED_MODES = {"r", "r+", "w+"}
 
 
 def release_pages(array: npt.NDArray[Any]) -> None:
-    """Tell the system that a contiguous part of a `numpy.memmap` may leave memory; do nothing for other arrays."""
+    """Let the system take a contiguous part of a `numpy.memmap` out of memory; do nothing for other arrays."""
     if not (isinstance(array, np.memmap) and array.mode in FILE_BACKED_MODES and array.flags.contiguous and array.size):
         return
     owner: Any = array

@@ -1,4 +1,4 @@
-"""`.npy` files: what NumPy makes of them, with one error for whatever is wrong."""
+"""Reading and writing of `.npy` files, with ValueError for anything malformed."""
 
 import math
 import tokenize
@@ -9,18 +9,18 @@ from typing import Any, BinaryIO, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-# NumPy's reader of a malformed header lets through what Python's own parser raises.
+# NumPy passes on errors of Python's own parser, which reads the header.
 _MALFORMED_ERRORS = (ValueError, TypeError, OverflowError, EOFError, SyntaxError, tokenize.TokenError)
 _EXHAUSTED_ERRORS = (RecursionError, MemoryError)
 _READERS = {
     (1, 0): np.lib.format.read_array_header_1_0,
     (2, 0): np.lib.format.read_array_header_2_0,
-    (3, 0): np.lib.format.read_array_header_2_0,  # differs in the names of fields alone
+    (3, 0): np.lib.format.read_array_header_2_0,  # it differs in the encoding of field names alone
 }
 
 
 class Header(NamedTuple):
-    """What an array is like."""
+    """The header of an `.npy` file: the shape, order and type of its array."""
 
     shape: tuple[int, ...]
     is_fortran: bool
@@ -28,12 +28,12 @@ class Header(NamedTuple):
 
 
 def read_header(file: BinaryIO) -> Header:
-    """Return the header of an `.npy` file, which then stands where the numbers begin; ValueError for no such file."""
+    """Return the header of an `.npy` file, and leave the file at its numbers; raise ValueError for another file."""
     try:
         version = np.lib.format.read_magic(file)
         if version not in _READERS:
             raise ValueError(f"version {version[0]}.{version[1]} is not known")
-        with warnings.catch_warnings(action="ignore"):  # Python's own parser grumbles at a malformed header
+        with warnings.catch_warnings(action="ignore"):  # of Python's parser about a malformed header
             return Header(*_READERS[version](file))
     except _MALFORMED_ERRORS as error:
         raise ValueError(str(error)) from None
@@ -42,9 +42,9 @@ def read_header(file: BinaryIO) -> Header:
 
 
 def read_array(data: bytes) -> npt.NDArray[Any]:
-    """Return the array in an `.npy` file, read-only, on the memory of `data`.
+    """Return the array in an `.npy` file, read-only, in the memory of `data`.
 
-    Raises ValueError for no such file, for one whose header declares another length, and for one of Python's objects.
+    Raises ValueError for another file, a header that declares another length, and an array of Python objects.
     """
     file = BytesIO(data)
     shape, is_fortran, dtype = read_header(file)
@@ -58,6 +58,6 @@ def read_array(data: bytes) -> npt.NDArray[Any]:
 
 def write_array(array: npt.NDArray[Any], file: BinaryIO) -> None:
     """Write a C-ordered array as `.npy`."""
-    # Not np.save, which seeks as well.
+    # Not np.save, which also needs a seekable file.
     np.lib.format.write_array_header_1_0(file, np.lib.format.header_data_from_array_1_0(array))
     file.write(array.data)

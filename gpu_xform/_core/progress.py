@@ -1,4 +1,4 @@
-"""A progress bar for what lasts more than a second, on a terminal only."""
+"""Progress bars on a terminal, for work that lasts more than a second."""
 
 import contextlib
 import os
@@ -11,7 +11,10 @@ DELAY_S = 1.0
 
 @contextlib.contextmanager
 def show_progress(label: str, unit: str, *, scaled: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Give a function of what is done and of the whole that moves a bar on standard error; `scaled` writes 5k, 8M."""
+    """Yield a function of (done, total) that updates a bar on standard error.
+
+    scaled : write 5k and 8M instead of 5000 and 8000000
+    """
     from tqdm import tqdm
 
     silent = sys.stderr is None or not sys.stderr.isatty()
@@ -26,27 +29,27 @@ def show_progress(label: str, unit: str, *, scaled: bool = False) -> Iterator[Ca
         ncols=width,
         nrows=height,
         dynamic_ncols=width is None,
-    ) as shown:
+    ) as bar:
 
-        def move(done: int, whole: int) -> None:
-            shown.total = whole
-            shown.update(done - shown.n)
+        def update(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
 
-        yield move
+        yield update
 
 
 def _assume_size() -> tuple[int | None, int | None]:
-    """Return how many columns and rows to take for those of a terminal that says 0 of either; None if it knows them."""
-    with contextlib.suppress(OSError, AttributeError):  # of what is no file of the system
+    """Return the columns and rows to assume for a terminal that reports 0 of either; None if it reports both."""
+    with contextlib.suppress(OSError, AttributeError):  # standard error may be no file of the system
         columns, rows = os.get_terminal_size(sys.stderr.fileno())
         if columns == 0 or rows == 0:
-            usual = shutil.get_terminal_size()
-            return (columns or usual.columns) - 1, rows or usual.lines  # as tqdm does: the last may begin a new line
+            fallback = shutil.get_terminal_size()
+            return (columns or fallback.columns) - 1, rows or fallback.lines  # tqdm leaves the last column free too
     return None, None
 
 
 def write_lines(text: str) -> None:
-    """Write whole lines to standard error; a bar makes way for them."""
+    """Write whole lines to standard error, above a progress bar if there is one."""
     from tqdm import tqdm
 
     tqdm.write(text, file=sys.stderr, end="")

@@ -44,9 +44,8 @@ def _read_regular(data: bytes) -> Mesh | None:
     other = ~(is_point | is_face)
     first, second = first[other], second[other]
     ignored = (first == ord("\n")) | (first == ord("#"))
-    ignored |= (
-        _IS_LETTER[first] & (first != ord("f")) & (first != ord("l")) & ((first != ord("v")) | _IS_LETTER[second])
-    )
+    is_other_word = (first != ord("f")) & (first != ord("l")) & ((first != ord("v")) | _IS_LETTER[second])
+    ignored |= _IS_LETTER[first] & is_other_word
     if not ignored.all() or not is_point.any():
         return None
     try:

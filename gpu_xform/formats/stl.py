@@ -67,7 +67,7 @@ def _read_text(data: bytes) -> Float64Array:
 
 
 def _read_text_lines(data: bytes) -> Float64Array:
-    """Return what `_text_corners` does, or raise MeshError for the line that is wrong."""
+    """Return the same as `_read_text`, or raise MeshError with the line that is malformed."""
     corners = []
     for line, text in enumerate(data.split(b"\n"), 1):
         words = text.split()

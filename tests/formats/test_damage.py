@@ -117,7 +117,7 @@ def test_damage_gives_a_mesh_or_a_mesh_error(case: tuple[str, bytes]) -> None:
 
 
 @pytest.mark.parametrize(("kind", "data"), SEEDS)
-def test_no_prefix_of_a_file_passes_for_the_whole(kind: str, data: bytes) -> None:
+def test_no_truncated_file_is_accepted(kind: str, data: bytes) -> None:
     whole = load_mesh(io.BytesIO(data), file_type=kind)
     for end in range(0, len(data), max(1, len(data) // 60)):
         try:

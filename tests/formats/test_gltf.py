@@ -159,7 +159,7 @@ def test_the_scene_that_the_file_chooses_is_read() -> None:
     assert [node.name for node in scene_of(content)] == ["a", "b", "c"]
 
 
-def test_what_hangs_from_a_camera_is_kept() -> None:
+def test_children_of_a_camera_are_kept() -> None:
     content = with_nodes({"camera": 0, "translation": [0, 0, 9], "children": [1]}, {"mesh": 0})
     content["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
     assert load_mesh(io.BytesIO(pack(content)), file_type="glb").bounds.tolist() == [[0, 0, 9], [1, 1, 9]]

@@ -77,7 +77,7 @@ def test_continuation_joins_words_of_two_lines() -> None:
 @pytest.mark.parametrize(
     "tail", [b"", b" 1", b" 0.5 0.25 1e-1", b" 1 2 3 4", b" 0.5  \t"], ids=["plain", "w", "rgb", "wrgb", "spaces"]
 )
-def test_what_follows_a_vertex_is_passed_over(tail: bytes) -> None:
+def test_words_after_the_coordinates_of_a_vertex_are_ignored(tail: bytes) -> None:
     data = b"v 1.5 -2e3 .25" + tail + b"\nv 0 1 2" + tail + b"\n"
     assert obj._read_regular(data) == obj.read(data)
     assert obj.read(data).positions.tolist() == [[1.5, -2000, 0.25], [0, 1, 2]]

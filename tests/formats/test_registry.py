@@ -79,7 +79,7 @@ def test_paths(tmp_path: Path, name: str, as_path: bool) -> None:
 
 
 @pytest.mark.parametrize("kind", ["off", ".off", "OFF", ".Off"])
-def test_the_type_may_be_given(tmp_path: Path, kind: str) -> None:
+def test_the_file_type_can_be_an_argument(tmp_path: Path, kind: str) -> None:
     path = tmp_path / "solid.txt"
     save_mesh(samples.cube(), path, file_type=kind)
     assert path.read_bytes().startswith(b"OFF")
@@ -224,7 +224,7 @@ def test_atomic_write_of_bytes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("place", ["missing/cube.obj", "file/cube.obj"])
-def test_a_place_that_takes_no_file_is_named_as_it_was_given(
+def test_an_error_of_the_system_names_the_path_of_the_caller(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, place: str
 ) -> None:
     monkeypatch.chdir(tmp_path)

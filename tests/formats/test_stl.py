@@ -101,7 +101,7 @@ def test_text_reads_as_trimesh_reads_it() -> None:
         (binary([(float("inf"), *ROWS[0][1:])]), "triangle 0: coordinates must be finite, got [inf, 0.0, 0.0]"),
     ],
 )
-def test_damage_is_told(data: bytes, message: str) -> None:
+def test_an_error_names_the_damage(data: bytes, message: str) -> None:
     with pytest.raises(MeshError) as caught:
         stl.read(data)
     assert message in str(caught.value)

@@ -85,7 +85,7 @@ def test_features_of_the_samples() -> None:
 
 
 @pytest.mark.parametrize("n", [1, 2, 7])
-def test_a_grid_is_bounded_by_its_rim(n: int) -> None:
+def test_the_boundary_of_a_grid_is_its_rectangle(n: int) -> None:
     grid = samples.grid(n)
     edges = resolve_edges(grid, "boundary")
     assert len(edges) == 4 * n
@@ -95,7 +95,7 @@ def test_a_grid_is_bounded_by_its_rim(n: int) -> None:
 
 
 @pytest.mark.parametrize("make", [lambda m: m, unwelded])
-def test_closed_solids_have_no_rim_and_a_hole_shows_its_own(make: Any) -> None:
+def test_closed_solids_have_no_boundary_and_a_hole_has_one(make: Any) -> None:
     for mesh in (samples.torus(5, 4), samples.icosphere(2), samples.snub_dodecahedron()):
         assert len(resolve_edges(make(mesh), "boundary")) == 0
         found = find_edge_faces(make(mesh))
@@ -109,7 +109,7 @@ def test_closed_solids_have_no_rim_and_a_hole_shows_its_own(make: Any) -> None:
 
 
 @given(st.floats(0.001, 179.999), st.booleans(), st.booleans())
-def test_the_angle_divides_creases_from_the_rest(degrees: float, turned: bool, apart: bool) -> None:
+def test_the_angle_separates_creases_from_other_edges(degrees: float, turned: bool, apart: bool) -> None:
     mesh = wedge(degrees)
     if turned:
         mesh = Mesh(mesh.positions, [mesh.faces[0], mesh.faces[1][::-1]])
@@ -245,7 +245,7 @@ def test_a_pole_of_needles_shows_no_spokes() -> None:
         assert len(resolve_edges(mesh, "boundary")) == 8
 
 
-def test_a_crease_shows_where_a_face_without_area_lies_between_its_faces() -> None:
+def test_a_crease_is_found_across_a_face_without_area() -> None:
     outline = [(0, 0), (1, 0), (1, 0), (1, 1), (0, 1)]  # one corner twice
     points = [(x, y, z) for z in (0, 1) for x, y in outline]
     sides = [(i, (i + 1) % 5, (i + 1) % 5 + 5, i + 5) for i in range(5)]
@@ -259,7 +259,7 @@ def test_a_crease_shows_where_a_face_without_area_lies_between_its_faces() -> No
         assert resolve_edges(mesh, "feature").tolist() == [[0, 2], [0, 3], [0, 4], [1, 2], [1, 3], [1, 4]]
 
 
-def test_the_bridge_to_a_hole_is_neither_feature_nor_rim() -> None:
+def test_the_bridge_to_a_hole_is_neither_feature_nor_boundary() -> None:
     outer, hole = np.array(SQUARE) * 4.0, np.array(SQUARE)[::-1] + np.array([1.0, 1.0, 0.0])
     mesh = Mesh(np.concatenate([outer, hole]), [(0, 1, 2, 3, 0, 4, 5, 6, 7, 4)])
     assert len(resolve_edges(mesh, "boundary")) == len(resolve_edges(mesh, "feature", 0)) == 8
@@ -359,7 +359,7 @@ def test_what_is_no_set_of_edges_is_refused(edges: Any, error: type[Exception], 
 
 
 @pytest.mark.parametrize("angle", [-1.0, 180.1, math.nan, math.inf])
-def test_angles_outside_half_a_turn_are_refused(angle: float) -> None:
+def test_angles_outside_0_to_180_degrees_are_refused(angle: float) -> None:
     for name in ("all", "feature"):
         with pytest.raises(ArgumentError, match=r"^feature_angle must be"):
             resolve_edges(samples.cube(), name, angle)

@@ -165,7 +165,7 @@ def test_unknown_nodes_are_refused(which: Any) -> None:
     assert names(scene) == "abcdef"
 
 
-def test_names_are_texts_and_chosen_where_not_given() -> None:
+def test_names_are_texts_with_a_default() -> None:
     scene = Scene()
     assert scene.add().name == "node 1"
     assert scene.add(name="node 3").name == "node 3"
@@ -385,7 +385,7 @@ def test_the_robot_arm_carries_what_is_farther_out() -> None:
     assert not np.allclose(before, after)
 
 
-def test_the_parts_of_the_robot_arm_turn_between_plates_and_touch_nothing() -> None:
+def test_the_parts_of_the_robot_arm_rotate_between_plates_and_touch_nothing() -> None:
     arm = samples.robot_arm()
     parts = [[shown.model for shown in arm[name].models] for name in ("base", "upper arm", "forearm", "hand")]
     assert [len(models) for models in parts] == [3, 1, 2, 1]

@@ -42,8 +42,8 @@ def test_every_name_that_matplotlib_or_pillow_has_is_the_same_here() -> None:
     for name in NAMES:
         assert to_rgba(name, "color") == matplotlib.colors.to_rgba(name), name
     for name in ImageColor.colormap:
-        octets = np.array(ImageColor.getcolor(name.title(), "RGBA"))
-        assert to_rgba(name.title(), "color") == tuple((octets / 255).tolist()), name
+        channels = np.array(ImageColor.getcolor(name.title(), "RGBA"))
+        assert to_rgba(name.title(), "color") == tuple((channels / 255).tolist()), name
 
 
 @pytest.mark.parametrize(
@@ -145,10 +145,10 @@ def test_rows_without_alpha_are_opaque() -> None:
     assert to_rgba_array([(1, 0, 1)], "face_colors", 1, "faces").tolist() == [[1.0, 0.0, 1.0, 1.0]]
 
 
-def test_octets_are_counted_to_255_as_trimesh_has_them() -> None:
-    octets = np.array([(1, 2, 3, 4), (255, 0, 128, 255)], np.uint8)
-    assert (to_rgba_array(octets, "face_colors", 2, "faces") == octets / 255).all()
-    assert to_rgba_array(octets[:, :3], "face_colors", 2, "faces")[:, 3].tolist() == [1.0, 1.0]
+def test_colors_in_uint8_go_to_255_as_in_trimesh() -> None:
+    channels = np.array([(1, 2, 3, 4), (255, 0, 128, 255)], np.uint8)
+    assert (to_rgba_array(channels, "face_colors", 2, "faces") == channels / 255).all()
+    assert to_rgba_array(channels[:, :3], "face_colors", 2, "faces")[:, 3].tolist() == [1.0, 1.0]
     box = trimesh.creation.box()
     box.visual.face_colors = np.arange(48, dtype=np.uint8).reshape(12, 4)
     assert (
@@ -225,12 +225,12 @@ def test_red_is_in_the_lowest_byte() -> None:
 
 
 @given(st.lists(st.tuples(*[st.integers(0, 255)] * 4), min_size=1, max_size=5))
-def test_packing_keeps_every_byte(octets: list[tuple[int, int, int, int]]) -> None:
-    colors = [(r / 255, g / 255, b / 255, a / 255) for r, g, b, a in octets]
+def test_packing_keeps_every_byte(channels: list[tuple[int, int, int, int]]) -> None:
+    colors = [(r / 255, g / 255, b / 255, a / 255) for r, g, b, a in channels]
     words = pack_rgba8(colors)
     assert (pack_rgba8(np.array(colors)) == words).all()
     assert words.dtype == np.uint32
-    assert [tuple(int(word) >> shift & 255 for shift in (0, 8, 16, 24)) for word in words] == octets
+    assert [tuple(int(word) >> shift & 255 for shift in (0, 8, 16, 24)) for word in words] == channels
 
 
 def test_the_cycle_has_ten_opaque_colours_each_its_own() -> None:

@@ -87,11 +87,11 @@ def test_colours_are_multiplied_exactly_and_differences_are_theirs(pair: Pixels)
 
 
 @given(hnp.arrays(np.uint8, (2, 2, 3, 4)), st.integers(0, 255))
-def test_what_counts_as_equal_looks_equal_on_any_ground(pair: Pixels, ground: int) -> None:
+def test_pixels_that_count_as_equal_look_equal_on_any_background(pair: Pixels, background: int) -> None:
     alpha = pair[..., 3:] / 255
-    seen = pair[..., :3] * alpha + ground * (1 - alpha)
+    seen = pair[..., :3] * alpha + background * (1 - alpha)
     apart = np.abs(seen[0] - seen[1]).max(axis=2)
-    # On a ground, the alpha's difference adds to the colour's; each colour is rounded once.
+    # On a background, the alpha's difference adds to the colour's; each colour is rounded once.
     assert (apart <= 2.0 * gx.compare_images(*pair).by_pixel + 1).all()
 
 

@@ -352,7 +352,7 @@ def test_bad_scaling_and_near_misses_are_not_singularity(matrix: Array, expected
     np.testing.assert_allclose(inverse(matrix), expected, rtol=1e-14)
 
 
-def test_inverse_of_a_whole_camera_finds_the_world_again() -> None:
+def test_the_inverse_of_a_camera_maps_back_to_the_world() -> None:
     clip_from_world = perspective(40, 1.5, 0.1, 1000) @ look_at((3, 4, 5), (1, 0, -1))
     back = inverse(clip_from_world) @ clip_from_world @ point(0.3, -0.7, 0.9)
     np.testing.assert_allclose(back / back[3], point(0.3, -0.7, 0.9), rtol=1e-11)
