@@ -123,7 +123,7 @@ def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
     assert own not in kept
 
 
-def test_what_is_gone_through_twice_goes_through_one_pipeline(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_passes_that_must_round_alike_share_one_pipeline(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two may round otherwise: faces would not be as near as they were found, edges have more pieces than counted."""
     asked: list[tuple[str, str]] = []
     compute = Pipelines.compute

@@ -71,7 +71,7 @@ def test_each_face_has_its_colour_and_transparency_stays_straight() -> None:
     assert {tuple(pixel) for pixel in half.reshape(-1, 4).tolist()} == {(0, 0, 0, 0), (255, 0, 0, 128)}
 
 
-def test_the_width_has_no_say() -> None:
+def test_the_line_width_has_no_effect() -> None:
     assert np.array_equal(thin(line_width=7), thin(line_width=1))
 
 

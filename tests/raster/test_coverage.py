@@ -20,9 +20,9 @@ def lines(line_width: float) -> tuple[Array, Array]:
     angles = np.concatenate([angles, almost_upright])
     lengths = np.where(random.random(k) < 0.4, random.uniform(0.0, 3.0, k), random.uniform(3.0, 30.0, k))
     lengths[0] = 0.0
-    middles = random.uniform(22.0, 26.0, (k, 2))
+    centers = random.uniform(22.0, 26.0, (k, 2))
     halves = 0.5 * lengths[:, np.newaxis] * np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    return middles - halves, middles + halves
+    return centers - halves, centers + halves
 
 
 def draw(a: Array, b: Array, line_width: float) -> Array:
@@ -68,19 +68,19 @@ def test_every_pixel_is_lit_by_how_much_of_it_the_line_covers(line_width: float)
 
 @pytest.mark.parametrize("line_width", [0.05, 0.3, 1.0, 2.5, 6.0])
 @pytest.mark.parametrize("angle", np.arange(8) * 0.4)
-def test_the_ink_of_a_line_is_its_area(line_width: float, angle: float) -> None:
+def test_the_coverage_of_a_line_is_its_area(line_width: float, angle: float) -> None:
     half = 20.0 * np.array([np.cos(angle), np.sin(angle)])
     middle = np.array([24.3, 23.6])
-    ink = draw((middle - half)[np.newaxis], (middle + half)[np.newaxis], line_width)[0].sum()
+    coverage = draw((middle - half)[np.newaxis], (middle + half)[np.newaxis], line_width)[0].sum()
     area = 40.0 * line_width + np.pi / 4 * line_width**2
-    assert abs(ink - area) <= 0.02 * area + 0.2  # the second term: eight bits a pixel
+    assert abs(coverage - area) <= 0.02 * area + 0.2  # the second term: eight bits a pixel
 
 
-def test_a_line_without_length_is_a_round_dot() -> None:
+def test_a_line_without_length_is_a_round_point() -> None:
     center = np.array([20.2, 27.7])
-    dot = draw(center[np.newaxis], center[np.newaxis], 10.0)[0]
-    assert abs(dot.sum() - np.pi * 25) < 0.5
-    assert np.abs(dot - capsule_areas(center, center, 10.0, (CELL, CELL))).max() <= 16 / 255
+    point = draw(center[np.newaxis], center[np.newaxis], 10.0)[0]
+    assert abs(point.sum() - np.pi * 25) < 0.5
+    assert np.abs(point - capsule_areas(center, center, 10.0, (CELL, CELL))).max() <= 16 / 255
 
 
 def test_a_line_looks_the_same_from_both_ends() -> None:

@@ -1,4 +1,4 @@
-"""Nearer lines and dots lie over farther ones of another colour."""
+"""Nearer lines and points lie over farther ones of another colour."""
 
 import json
 import os
@@ -104,9 +104,9 @@ def test_the_near_side_of_a_cloud_is_seen(on_device: bool, in_instances: bool) -
         cmap=lambda height: np.stack([height, 0.0 * height, 1.0 - height], axis=-1),
         point_size=4.0,
     )
-    middle = picture[40:61, 40:61]
-    assert middle[..., 0].min() > 200
-    assert middle[..., 2].max() < 40
+    center = picture[40:61, 40:61]
+    assert center[..., 0].min() > 200
+    assert center[..., 2].max() < 40
 
 
 def test_the_near_side_of_a_dense_model_is_seen() -> None:
@@ -174,5 +174,5 @@ def test_vector_pictures_draw_the_nearer_line_last(camera: str, z: float) -> Non
         first, last = ("#ff0000", "#0000ff") if (colors[0] == RED) == (z >= 0) else ("#0000ff", "#ff0000")
         assert 0 < svg.index(first) < svg.index(last)
     rows = np.array([RED, RED, BLUE, BLUE]) / 255.0
-    dots = gx.render_svg(cross(z), camera=CAMERAS[camera], size=SIZE, vertex_colors=rows, edges=[], point_size=9.0)
-    assert (dots.index("#ff0000") < dots.index("#0000ff")) == (z >= 0)
+    points = gx.render_svg(cross(z), camera=CAMERAS[camera], size=SIZE, vertex_colors=rows, edges=[], point_size=9.0)
+    assert (points.index("#ff0000") < points.index("#0000ff")) == (z >= 0)

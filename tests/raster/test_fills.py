@@ -1,4 +1,4 @@
-"""Faces painted: each pixel in the colour of the nearest face there."""
+"""Filled faces: each pixel in the colour of the nearest face there."""
 
 from typing import Any
 
@@ -20,7 +20,7 @@ NOWHERE = -1
 
 
 def nearest_faces(mesh: Mesh, clip_from_model: Array, size: tuple[int, int]) -> tuple[Array, Array]:
-    """Return the nearest face at the middle of every pixel, and how far, in pixels, that is from a triangle's side."""
+    """Return the nearest face at the centre of every pixel, and how far, in pixels, that is from a triangle's side."""
     corners, faces = triangles_of(mesh)
     clip = np.column_stack([mesh.positions, np.ones(mesh.n_points)]) @ clip_from_model.T
     assert (clip[:, 3] > 0).all()
@@ -96,13 +96,13 @@ def test_a_concave_face_is_not_filled_outside() -> None:
     shown = gx.render_array(
         star, camera=Camera.window((-1.3, 1.3), (-1.3, 1.3)), size=(260, 260), color="none", fill="red"
     )
-    painted = (shown[..., 1] == 0).sum() / 100.0**2
+    filled = (shown[..., 1] == 0).sum() / 100.0**2
     exact = 0.5 * np.sum(flat[:, 0] * np.roll(flat[:, 1], -1) - flat[:, 1] * np.roll(flat[:, 0], -1))
-    assert painted == pytest.approx(exact, rel=0.02)
+    assert filled == pytest.approx(exact, rel=0.02)
     assert (shown[130 - 30, 130 + 95] == 255).all()  # between two points of the star
 
 
-def test_what_is_painted_covers_the_edges_behind_it() -> None:
+def test_filled_faces_cover_the_edges_behind_them() -> None:
     cube = samples.cube()
     options: dict[str, Any] = {"camera": Camera.fit(cube), "size": SIZE}
     filled = gx.render_array(cube, fill="white", **options)
@@ -140,12 +140,12 @@ def test_opacity_is_the_colours_times_the_layers(fill: Any, alpha: float, opacit
     camera = Camera.window((-1, 1), (-1, 1))
     over_white = gx.render_array(square(0, 0.5), camera=camera, **style)
     assert np.abs(over_white[25, 25] - [255, 255 * (1 - opacity), 255 * (1 - opacity), 255]).max() <= 1
-    clear = gx.render_array(square(0, 0.5), camera=camera, background=None, **style)
-    assert np.abs(clear[25, 25] - [255, 0, 0, 255 * opacity]).max() <= 1
-    assert clear[2, 2, 3] == 0
+    transparent = gx.render_array(square(0, 0.5), camera=camera, background=None, **style)
+    assert np.abs(transparent[25, 25] - [255, 0, 0, 255 * opacity]).max() <= 1
+    assert transparent[2, 2, 3] == 0
 
 
-def test_names_paint_the_faces_one_by_one() -> None:
+def test_names_fill_the_faces_one_by_one() -> None:
     mesh = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 0), (2, 1, 0)], [(0, 1, 2, 3), (1, 4, 5, 2)])
     shown = gx.render_array(
         mesh, camera=Camera.window((0, 2), (0, 1)), size=(20, 10), color="none", fill=["red", "blue"]
@@ -154,7 +154,7 @@ def test_names_paint_the_faces_one_by_one() -> None:
     assert shown[5, 15].tolist() == [0, 0, 255, 255]
 
 
-def test_a_model_without_faces_is_painted_nothing_whatever_was_painted_before() -> None:
+def test_a_model_without_faces_fills_nothing_whatever_was_filled_before() -> None:
     options: dict[str, Any] = {"camera": Camera.look_at((3, 2, 5), (0, 0, 0)), "size": SIZE}
     wires = Mesh(samples.cube().positions, samples.cube().edges)
     bare = gx.render_array(wires, **options)
@@ -162,7 +162,7 @@ def test_a_model_without_faces_is_painted_nothing_whatever_was_painted_before() 
     assert gx.render_array(wires, fill="red", **options).tobytes() == bare.tobytes()
 
 
-def test_faces_across_the_eyes_plane_are_painted_before_the_eye_only() -> None:
+def test_faces_across_the_eyes_plane_are_filled_before_the_eye_only() -> None:
     floor = Mesh([(-50, -1, 50), (50, -1, 50), (50, -1, -50), (-50, -1, -50)], [(0, 1, 2, 3)])
     camera = Camera.look_at((0, 0, 0), (0, 0, -1), fov_y=60.0, near=0.01, far=1000.0)
     shown = gx.render_array(floor, camera=camera, size=(100, 100), color="none", fill="red")
@@ -173,7 +173,7 @@ def test_faces_across_the_eyes_plane_are_painted_before_the_eye_only() -> None:
     assert not red[: int(horizon)].any()
 
 
-def test_many_instances_are_painted_each_where_it_is() -> None:
+def test_many_instances_are_filled_each_where_it_is() -> None:
     places = np.stack([matrices.translate(x, y, 0) for y in range(4) for x in range(5)])
     shown = gx.render_array(
         square(0, 0.3),
@@ -188,7 +188,7 @@ def test_many_instances_are_painted_each_where_it_is() -> None:
 
 
 @pytest.mark.parametrize("orthographic", [True, False])
-def test_a_face_into_the_distance_pales_evenly(orthographic: bool) -> None:
+def test_a_face_into_the_distance_fades_evenly(orthographic: bool) -> None:
     floor = Mesh([(-4.0, -1.0, 3.0), (4.0, -1.3, 3.0), (4.0, 0.7, -9.0), (-4.0, 1.0, -9.0)], [(0, 1, 2, 3)])
     camera = Camera.look_at((0.5, 3.0, 8.0), (0.0, 0.0, 0.0), fov_y=50.0, orthographic=orthographic)
     size = (160, 120)
@@ -198,7 +198,7 @@ def test_a_face_into_the_distance_pales_evenly(orthographic: bool) -> None:
     away = -np.cross(matrix[0, :3], matrix[1, :3])
     far = floor.positions @ (away / np.linalg.norm(away))
     far *= -1.0 if far[2] < far[0] else 1.0
-    paler = []
+    losses = []
     for s in np.linspace(0.3, 0.7, 7):
         for t in np.linspace(0.02, 0.98, 25):
             shares = np.array([(1 - s) * (1 - t), s * (1 - t), s * t, (1 - s) * t])
@@ -206,15 +206,15 @@ def test_a_face_into_the_distance_pales_evenly(orthographic: bool) -> None:
             column, row = np.floor((np.array([x, -y]) / w * 0.5 + 0.5) * size).astype(int)
             lost = 0.75 * (shares @ far - far.min()) / np.ptp(far)
             if 0 <= column < size[0] and 0 <= row < size[1]:
-                paler.append(shown[row, column, 0] / 255)
-                assert paler[-1] == pytest.approx(lost, abs=0.02)
+                losses.append(shown[row, column, 0] / 255)
+                assert losses[-1] == pytest.approx(lost, abs=0.02)
                 assert shown[row, column, 2] == 255
-    assert np.ptp(paler) > 0.5
+    assert np.ptp(losses) > 0.5
     assert gx.render_array(floor, depth_cue=0.0, **style).tobytes() == gx.render_array(floor, **style).tobytes()
 
 
 @pytest.mark.parametrize("style", [{"fill": "gold"}, {"line_width": 3.0}, {"antialias": False}])
-def test_a_factor_of_a_homogeneous_matrix_pales_nothing(style: dict[str, Any]) -> None:
+def test_a_factor_of_a_homogeneous_matrix_fades_nothing(style: dict[str, Any]) -> None:
     torus = samples.torus(12, 7)
     plain = gx.render_array(torus, depth_cue=0.9, size=SIZE, **style)
     for factor in (5.0, 0.125):
@@ -222,7 +222,7 @@ def test_a_factor_of_a_homogeneous_matrix_pales_nothing(style: dict[str, Any]) -
         assert np.abs(scaled.astype(int) - plain).max() <= 1
 
 
-def test_each_instance_and_each_layer_pales_as_far_as_it_is_away_and_asked_to() -> None:
+def test_each_instance_and_each_layer_fades_by_its_distance_and_its_own_depth_cue() -> None:
     near, far = matrices.translate(-0.5, 0, 1), matrices.translate(0.5, 0, -1)
     options: dict[str, Any] = {"camera": Camera.window((-1, 1), (-1, 1)), "size": (40, 40)}
     both = np.stack([near, far])

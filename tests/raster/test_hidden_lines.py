@@ -29,7 +29,7 @@ LINE_WIDTH = 1.5
 APART = 3.0  # pixels from a line to what it does not touch
 MARGIN = 3  # pixels added around a picture
 MAX_WRONG = 0.005  # of the length of all edges in the picture
-FULL = 0.7  # of a line's ink; the least where it is not eaten
+FULL = 0.7  # of a line's darkness: the least that is not counted as missing
 
 
 class Wrong(NamedTuple):
@@ -58,8 +58,8 @@ def wrong_length(ends: Array, drawn: Sequence[Array], visible: Sequence[Array], 
 def difference(a: Array, b: Array) -> Array:
     """Return what of the intervals `a` (k, 2) is in none of `b`, ascending."""
     cuts = np.unique(np.concatenate([a.ravel(), b.ravel()]))
-    middles = 0.5 * (cuts[1:] + cuts[:-1])
-    left = within(middles, a) & ~within(middles, b)
+    centers = 0.5 * (cuts[1:] + cuts[:-1])
+    left = within(centers, a) & ~within(centers, b)
     return np.stack([cuts[:-1][left], cuts[1:][left]], axis=1)
 
 
@@ -148,14 +148,14 @@ class Judged(NamedTuple):
 
 
 def judge_picture(picture: Array, ends: Array, visible: Sequence[Array], line_width: float = LINE_WIDTH) -> Judged:
-    """Look at black lines on white, pixel by pixel along every edge, farther than APART from other lines and the rim.
+    """Look at black lines on white, pixel by pixel along every edge, away from other lines and the border by APART.
 
     picture : (height, width, 4) uint8
     ends : (m, 2, 2) of what is in view of each edge, in pixels; NaN where nothing is
 
-    Across a visible place lies FULL of a line's ink at least; a hidden place is blank.
+    Across a visible place lies FULL of a line's darkness at least; a hidden place is blank.
     """
-    ink = np.pad(1.0 - picture[..., 0] / 255.0, MARGIN)
+    darkness = np.pad(1.0 - picture[..., 0] / 255.0, MARGIN)
     height, width = picture.shape[:2]
     lines = Lines(ends, visible)
     n_eaten = n_leaked = n_judged = n_samples = 0
@@ -179,9 +179,9 @@ def judge_picture(picture: Array, ends: Array, visible: Sequence[Array], line_wi
         full = line_width * length / np.abs(b - a).max()
         x, y = np.floor(points).astype(np.int64).T + MARGIN
         reach = np.arange(-2, 3)[:, np.newaxis]
-        across = (ink[y, x + reach] if is_steep else ink[y + reach, x]).sum(axis=0)
+        across = (darkness[y, x + reach] if is_steep else darkness[y + reach, x]).sum(axis=0)
         n_eaten += int((across < FULL * full)[is_seen].sum())
-        n_leaked += int((ink[y, x] > 0.0)[is_hidden].sum())
+        n_leaked += int((darkness[y, x] > 0.0)[is_hidden].sum())
         n_judged += int((is_seen | is_hidden).sum())
         n_samples += n
     return Judged(Wrong(n_eaten / n_samples, n_leaked / n_samples), n_judged / n_samples)

@@ -22,7 +22,7 @@ VIEWS = {
 TURN = matrices.rotate((1, 2, 3), 0.6)  # the window looks along no face
 
 
-def ink_around(picture: Array, place: Array) -> float:
+def darkness_around(picture: Array, place: Array) -> float:
     x, y = np.floor(place).astype(int)
     return float((1.0 - picture[y - 1 : y + 2, x - 1 : x + 2, 0] / 255.0).sum())
 
@@ -54,13 +54,13 @@ def test_an_edge_of_a_convex_solid_is_seen_where_one_of_its_faces_looks_at_the_e
         length = np.linalg.norm(ends[edge, 1] - ends[edge, 0])
         if length < 8.0:
             continue
-        middle = ends[edge].mean(axis=0)
-        others = distance_to(middle, np.delete(ends, edge, axis=0))
+        center = ends[edge].mean(axis=0)
+        others = distance_to(center, np.delete(ends, edge, axis=0))
         if seen:
-            assert ink_around(dark, middle) > 3.0
+            assert darkness_around(dark, center) > 3.0
         elif others.min() > 4.0:
-            assert ink_around(dark, middle) == 0.0
-            assert 0.8 < ink_around(faded, middle) < 2.0
+            assert darkness_around(dark, center) == 0.0
+            assert 0.8 < darkness_around(faded, center) < 2.0
         n_judged[int(seen)] += seen or others.min() > 4.0
     assert n_judged[1] > 0.3 * len(is_seen)
     assert n_judged[0] >= 3
@@ -86,7 +86,7 @@ def test_dashes_are_drawn_where_an_edge_is_hidden_and_lines_where_it_is_not() ->
 @pytest.mark.parametrize("antialias", [True, False])
 @pytest.mark.parametrize("color", ["black", "face"])
 @pytest.mark.parametrize("line_width", [3.0, 8.0, 40.0])
-def test_a_wide_line_beside_the_picture_is_hidden_where_its_rim_reaches_into_it(
+def test_a_wide_line_beside_the_picture_is_hidden_where_its_side_reaches_into_it(
     line_width: float, color: str, antialias: bool
 ) -> None:
     square = Mesh([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], [(0, 1, 2, 3)])
@@ -112,19 +112,19 @@ def test_one_model_hides_anothers_edges_unless_it_shows_all_its_own() -> None:
     bar = Mesh([(-0.9, 0.01, 0), (0.9, 0.01, 0)], [(0, 1)])
     camera = Camera.window((-1, 1), (-1, 1))
 
-    def middle(*layers: Layer) -> int:
+    def center(*layers: Layer) -> int:
         picture = gx.render_array(list(layers), camera=camera, size=(81, 81))
         assert picture[40, 8, 0] < 128
         return int(picture[40, 40, 0])
 
     for hider in (Layer(square, hidden="remove"), Layer(square, hidden="fade"), Layer(square, fill="white")):
-        assert middle(Layer(bar, hidden="remove"), hider) == 255
-        assert middle(hider, Layer(bar, hidden="remove")) == 255
-        assert middle(hider, Layer(bar, hidden="show")) < 128
-        assert middle(hider, Layer(bar)) < 128
+        assert center(Layer(bar, hidden="remove"), hider) == 255
+        assert center(hider, Layer(bar, hidden="remove")) == 255
+        assert center(hider, Layer(bar, hidden="show")) < 128
+        assert center(hider, Layer(bar)) < 128
         behind = Layer(hider.model, transform=matrices.translate(0, 0, -3), hidden=hider.hidden, fill=hider.fill)
-        assert middle(behind, Layer(bar, hidden="remove")) < 128
-    assert middle(Layer(square), Layer(bar, hidden="remove")) < 128
+        assert center(behind, Layer(bar, hidden="remove")) < 128
+    assert center(Layer(square), Layer(bar, hidden="remove")) < 128
 
 
 def test_points_on_the_device_are_hidden_behind_a_mesh() -> None:
@@ -181,7 +181,7 @@ def test_a_line_is_hidden_at_the_border_as_well(x: float, line_width: float) -> 
         assert (gx.render_array([hider, drawn], camera=camera, size=(64, 64)) == 255).all()
 
 
-def test_what_passes_beside_the_eye_is_not_gone_through_pixel_by_pixel(device: Device) -> None:
+def test_triangles_that_pass_beside_the_eye_are_not_rasterized_pixel_by_pixel(device: Device) -> None:
     """Hundreds of triangles as large as the picture would keep some devices busy until the system resets them."""
     inside = Camera.look_at((0.05, 0.02, 0.01), (1, 0.3, 0.2))
     gx.render_array(samples.icosphere(5), camera=inside, size=(64, 64), hidden="remove", device=device)

@@ -62,7 +62,7 @@ def test_edges_by_name_keep_the_colours_of_their_own_rows() -> None:
 
 @pytest.mark.parametrize("edges", ["silhouette", ["silhouette", "boundary"]], ids=["alone", "beside others"])
 def test_the_silhouette_keeps_the_colours_of_its_own_rows(edges: Any) -> None:
-    box = Mesh(CUBE.positions, CUBE.faces[1:])  # without a lid, whose rim is drawn in any view
+    box = Mesh(CUBE.positions, CUBE.faces[1:])  # without a lid, whose boundary is drawn in any view
     assert (box.edges == CUBE.edges).all()
     shown = gx.render_array(box, edges=edges, edge_colors=EDGE_ROWS, camera=CAMERA, size=SIZE, line_width=5.0)
     ends = world_to_pixels(CUBE.positions, CAMERA, SIZE)
@@ -92,7 +92,7 @@ def test_colours_of_points_blend_along_the_edge_in_space(antialias: bool, orthog
         for t in np.linspace(0.05, 0.9, 25):
             along = (t / w[b]) / ((1 - t) / w[a] + t / w[b])
             expected = (1 - along) * colors[a] + along * colors[b]
-            nearby = t + np.array([-1.0, 1.0]) / length  # the pixel's middle lies up to a pixel off
+            nearby = t + np.array([-1.0, 1.0]) / length  # the pixel's centre lies up to a pixel off
             slack = np.ptp((nearby / w[b]) / ((1 - nearby) / w[a] + nearby / w[b]))
             seen = at(shown, ends[a] + t * (ends[b] - ends[a]))[:3] / 255
             is_beside = not antialias and (seen == 1.0).all()
@@ -133,8 +133,8 @@ def test_opacities_multiply(line_width: float) -> None:
     ):
         shown = gx.render_array(line, alpha=0.5, **colors, **style)
         assert np.abs(shown[20, 20] / 255 - [1, 0.749, 0.749, 1]).max() <= 1.5 / 255
-        clear = gx.render_array(line, alpha=0.5, background=None, **colors, **style)
-        assert np.abs(clear[20, 20] / 255 - [1, 0, 0, 0.251]).max() <= 2 / 255
+        transparent = gx.render_array(line, alpha=0.5, background=None, **colors, **style)
+        assert np.abs(transparent[20, 20] / 255 - [1, 0, 0, 0.251]).max() <= 2 / 255
 
 
 @pytest.mark.parametrize(
@@ -148,7 +148,7 @@ def test_what_is_transparent_leaves_no_trace(style: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("alpha", [0.5, 0.1, 0.02])
 @pytest.mark.parametrize("n", [2, 7, 40])
-def test_lines_over_one_another_let_through_the_product(n: int, alpha: float) -> None:
+def test_transmittances_of_lines_over_one_another_multiply(n: int, alpha: float) -> None:
     edges = np.tile([(0, 1)], (n, 1))
     line = Mesh([(-1, 0, 0), (1, 0, 0)])
     shown = gx.render_array(
@@ -160,8 +160,8 @@ def test_lines_over_one_another_let_through_the_product(n: int, alpha: float) ->
 @pytest.mark.slow
 @pytest.mark.parametrize("n", [200_000, 268_034, 2_412_301])
 def test_any_number_of_lines_stays_opaque(n: int) -> None:
-    # Ink is counted in 32 bits, and with the finest steps an opaque line lays 16,024: left alone, the larger numbers
-    # would come round to less than one line's.
+    # Absorbance is counted in 32 bits, and with the finest steps an opaque line adds 16,024: left alone, the larger
+    # numbers would come round to less than one line's.
     assert n == 200_000 or n * 16_024 % 2**32 < 16_024
     shown = gx.render_array(
         Mesh([(0, 0, 0), (0.05, 0, 0)]),
@@ -239,19 +239,19 @@ def test_hidden_lines_lie_under_visible_ones_whatever_their_order(style: dict[st
     assert red.sum() > 10
 
 
-def test_a_hidden_dot_is_no_dash() -> None:
+def test_a_hidden_point_is_no_dash() -> None:
     options: dict[str, Any] = {"camera": CAMERA, "size": SIZE, "edges": [], "point_size": 10.0}
     dashed = gx.render_array(CUBE, hidden="dash", **options)
     assert dashed.tobytes() == gx.render_array(CUBE, hidden="remove", **options).tobytes()
     assert dashed.tobytes() != gx.render_array(CUBE, **options).tobytes()
 
 
-def test_dots_lie_over_lines_of_every_kind() -> None:
+def test_points_lie_over_lines_of_every_kind() -> None:
     ball = samples.snub_dodecahedron()
     red = np.tile((1.0, 0.0, 0.0), (len(ball.edges), 1))
     options: dict[str, Any] = {"camera": Camera.fit(ball), "size": (300, 300), "edge_colors": red, "line_width": 6.0}
-    dots = gx.render_array(ball, point_size=14.0, edges=[], camera=options["camera"], size=(300, 300))
-    black = (dots[..., :3] == 0).all(axis=2)
+    points = gx.render_array(ball, point_size=14.0, edges=[], camera=options["camera"], size=(300, 300))
+    black = (points[..., :3] == 0).all(axis=2)
     for edges in ("all", "silhouette", ["feature", "silhouette"]):
         shown = gx.render_array(ball, edges=edges, point_size=14.0, **options)
         assert ((shown[..., 0] == 255) & (shown[..., 1] == 0)).any()
@@ -271,7 +271,7 @@ def test_rows_of_colours_are_those_of_the_edges_of_the_model_where_an_array_is_o
         gx.render_array(CUBE, edges=[np.array([(0, 1), (1, 7)]), "boundary"], **options)
 
 
-def test_nothing_clear_has_a_hue_that_others_fade_to() -> None:
+def test_nothing_transparent_has_a_hue_that_others_fade_to() -> None:
     line = Mesh([(-1, 0, 0), (1, 0, 0)], [(0, 1)])
     colors = [(1.0, 0.0, 0.0, 1.0), (0.0, 0.0, 1.0, 0.0)]
     options: dict[str, Any] = {"camera": Camera.window((-1, 1), (-1, 1)), "size": (100, 100), "line_width": 8.0}
@@ -282,8 +282,8 @@ def test_nothing_clear_has_a_hue_that_others_fade_to() -> None:
 
 
 @pytest.mark.parametrize("style", [{"alpha": 0.9}, {"depth_cue": 0.5}, {"hidden": "fade"}, {}])
-def test_in_vector_pictures_lines_that_something_shines_through_are_not_beads(style: dict[str, Any]) -> None:
-    """Pieces of one colour each overlap at their ends, where a clear line would be darker."""
+def test_in_vector_pictures_transparent_lines_are_not_beads(style: dict[str, Any]) -> None:
+    """Spans of one colour each overlap at their ends, where a transparent line would be darker."""
     ball = samples.snub_dodecahedron()
     numbers = ball.positions[:, 1].copy()
     if not style:

@@ -17,7 +17,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "one colour": {},
     "by face": {"color": "face", "line_width": 2.5},
     "on or off": {"antialias": False},
-    "painted": {"hidden": "remove", "fill": "face"},
+    "filled": {"hidden": "remove", "fill": "face"},
 }
 MOVED = [samples.cube().transformed(rotate((1, 2, 3), 0.3 * k)) for k in range(5)]
 
@@ -28,7 +28,7 @@ def options(request: pytest.FixtureRequest, device: Device, staging_device: Devi
 
 
 @pytest.fixture(params=[2048, 32])
-def _cut(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
+def _small_tiles(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", request.param)
 
 
@@ -42,7 +42,7 @@ def begin(
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("_cut")
+@pytest.mark.usefixtures("_small_tiles")
 @pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
 def test_overlapping_pictures_are_what_each_would_be(style: dict[str, Any], options: dict[str, Any]) -> None:
     expected = [render_array(model, **options, **style) for model in MOVED]

@@ -33,7 +33,7 @@ STYLES: dict[str, dict[str, Any]] = {
     "per face": {"color": "face", "line_width": 7.0},
     "wide": {"line_width": 20.0, "hidden": "fade", "color": "#30408070"},
     "filled": {"fill": "face", "background": "#20304050"},
-    "dots": {"point_size": 13.0, "hidden": "remove"},
+    "points": {"point_size": 13.0, "hidden": "remove"},
     "silhouette": {"edges": "silhouette", "line_width": 2.5},
 }
 CAMERAS = {

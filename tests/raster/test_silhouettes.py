@@ -105,8 +105,8 @@ def test_a_model_without_extent_in_the_picture_has_no_eye_and_no_warning(
     flat = np.diag([*flattened, 1.0])
     shown = gx.render_array(samples.cube(), edges="silhouette", transform=flat, camera=straight_on, size=SIZE)
     assert shown.shape == (SIZE[1], SIZE[0], 4)
-    rim = opened(samples.cube(), 0)
-    assert (gx.render_array(rim, edges="silhouette", transform=flat, camera=straight_on, size=SIZE) < 255).any()
+    boundary = opened(samples.cube(), 0)
+    assert (gx.render_array(boundary, edges="silhouette", transform=flat, camera=straight_on, size=SIZE) < 255).any()
 
 
 def test_each_instance_has_its_own_silhouette() -> None:
@@ -128,8 +128,8 @@ def test_a_solid_has_no_silhouette_left_where_all_faces_look_away_or_none() -> N
         [(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (0, 0, 0)], [(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]
     )
     camera = CAMERAS["perspective"][0]
-    rim = gx.render_array(flat, edges="boundary", camera=camera, size=SIZE)
-    assert gx.render_array(flat, edges="silhouette", camera=camera, size=SIZE).tobytes() == rim.tobytes()
+    boundary = gx.render_array(flat, edges="boundary", camera=camera, size=SIZE)
+    assert gx.render_array(flat, edges="silhouette", camera=camera, size=SIZE).tobytes() == boundary.tobytes()
 
 
 def test_the_bridge_to_a_hole_and_edges_of_no_length_are_no_silhouette() -> None:
@@ -186,7 +186,7 @@ def test_an_edge_with_a_point_in_line_is_a_silhouette_where_it_would_be_without(
 @pytest.mark.parametrize("hidden", ["remove", "dash", "fade"])
 @pytest.mark.parametrize("antialias", [True, False])
 @pytest.mark.parametrize(("level", "size"), [(2, 300), (3, 256), (3, 900), (5, 700)])
-def test_the_outline_of_a_round_body_is_not_eaten_by_its_own_faces(
+def test_the_silhouette_of_a_round_body_is_not_hidden_by_its_own_faces(
     level: int, size: int, antialias: bool, hidden: HiddenStyle
 ) -> None:
     ball = samples.icosphere(level)
@@ -195,13 +195,13 @@ def test_the_outline_of_a_round_body_is_not_eaten_by_its_own_faces(
     assert gx.render_array(ball, hidden=hidden, **options).tobytes() == whole.tobytes()
 
 
-def test_outlines_of_a_round_body_that_is_not_convex_are_whole() -> None:
+def test_silhouettes_of_a_round_body_that_is_not_convex_are_whole() -> None:
     ring = samples.torus(80, 40)
     svg = gx.render_svg(ring, edges="silhouette", hidden="remove", camera=Camera.fit(ring, direction=(-0.3, -0.4, -1)))
     assert svg.count("M") <= 4  # two closed chains
 
 
-def test_an_outline_behind_another_body_is_hidden_to_a_pixel_or_two() -> None:
+def test_a_silhouette_behind_another_body_is_hidden_to_a_pixel_or_two() -> None:
     ball = samples.icosphere(5)
     near = Layer(ball, color="none", hidden="remove", edges="silhouette")
     far = Layer(ball, transform=matrices.translate(1.0, 0.0, -5.0), hidden="remove", edges="silhouette", line_width=2.0)
@@ -209,7 +209,7 @@ def test_an_outline_behind_another_body_is_hidden_to_a_pixel_or_two() -> None:
     shown = gx.render_array([near, far], camera=window, size=(400, 400))
     alone = gx.render_array(far, camera=window, size=(400, 400))
     y, x = np.mgrid[:400, :400]
-    from_near = np.hypot((x + 0.5) / 100.0 - 1.5, 2.0 - (y + 0.5) / 100.0) * 100.0  # pixels from its middle
+    from_near = np.hypot((x + 0.5) / 100.0 - 1.5, 2.0 - (y + 0.5) / 100.0) * 100.0  # pixels from its center
     behind, beside = from_near < 100.0 - 3.5, from_near > 100.0 + 1.5
     assert (alone[behind] != 255).any()
     assert (shown[behind] == 255).all()

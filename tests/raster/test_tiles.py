@@ -36,8 +36,8 @@ STYLES: dict[str, dict[str, Any]] = {
     "silhouette": {"edges": "silhouette", "line_width": 2.5},
     "silhouette, removed": {"edges": "silhouette", "line_width": 4.0, "hidden": "remove"},
     "scalars": {"scalars": HEIGHTS, "line_width": 4.0},
-    "dots": {"point_size": 7.0, "hidden": "remove"},
-    "large dots": {"point_size": 23.0, "hidden": "fade", "scalars": HEIGHTS},
+    "points": {"point_size": 7.0, "hidden": "remove"},
+    "large points": {"point_size": 23.0, "hidden": "fade", "scalars": HEIGHTS},
 }
 
 
@@ -52,7 +52,7 @@ def cut(monkeypatch: pytest.MonkeyPatch, side: int, **style: Any) -> tuple[Any, 
 @pytest.mark.slow
 @pytest.mark.parametrize("side", [64, 37])
 @pytest.mark.parametrize("style", STYLES)
-def test_tiles_make_the_picture_that_is_not_cut(style: str, side: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_tiles_make_the_picture_that_is_not_split(style: str, side: int, monkeypatch: pytest.MonkeyPatch) -> None:
     whole, tiled = cut(monkeypatch, side, **STYLES[style])
     assert (whole[..., :3] != 255).any(axis=-1).mean() > 0.02
     assert tiled.tobytes() == whole.tobytes()
