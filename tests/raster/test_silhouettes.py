@@ -209,7 +209,7 @@ def test_a_silhouette_behind_another_body_is_hidden_to_a_pixel_or_two() -> None:
     shown = gx.render_array([near, far], camera=window, size=(400, 400))
     alone = gx.render_array(far, camera=window, size=(400, 400))
     y, x = np.mgrid[:400, :400]
-    from_near = np.hypot((x + 0.5) / 100.0 - 1.5, 2.0 - (y + 0.5) / 100.0) * 100.0  # pixels from its center
+    from_near = np.hypot((x + 0.5) / 100.0 - 1.5, 2.0 - (y + 0.5) / 100.0) * 100.0  # pixels from its centre
     behind, beside = from_near < 100.0 - 3.5, from_near > 100.0 + 1.5
     assert (alone[behind] != 255).any()
     assert (shown[behind] == 255).all()
