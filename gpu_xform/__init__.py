@@ -23,6 +23,7 @@ _PUBLIC_NAMES = {
     ),
     "planar": "planar",
     "samples": "samples",
+    "geometry.attributes": "Attributes RaggedArray",
     "geometry.mesh": "Mesh",
     "geometry.scene": "Scene",
     "formats": "load_mesh load_scene save_mesh",
@@ -88,6 +89,8 @@ if TYPE_CHECKING:
     from .formats import load_mesh as load_mesh
     from .formats import load_scene as load_scene
     from .formats import save_mesh as save_mesh
+    from .geometry.attributes import Attributes as Attributes
+    from .geometry.attributes import RaggedArray as RaggedArray
     from .geometry.mesh import Mesh as Mesh
     from .geometry.scene import Scene as Scene
     from .gpu.adapters import adapters as adapters

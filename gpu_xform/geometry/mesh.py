@@ -1,9 +1,10 @@
 """Polygon meshes: positions, and faces of any size in flat arrays."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import chain
-from typing import Any, TypeAlias, TypeVar
+from types import MappingProxyType
+from typing import Any, Literal, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -11,12 +12,26 @@ import numpy.typing as npt
 from .._core.arguments import as_square_matrix, describe_first_non_finite, require_affine
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray, MatrixLike
-from ..errors import MeshError
+from ..errors import ArgumentError, MeshError
+from .attributes import (
+    NO_ATTRIBUTES,
+    Attributes,
+    AttributesLike,
+    as_attributes,
+    freeze_value,
+    reorder_corners,
+    require_rows,
+    sign_of_determinant,
+    thaw_value,
+    transform_attributes,
+)
 from .triangulation import triangulate
 
 FacesLike: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike]
+Flip: TypeAlias = Literal["auto"] | bool
 
 _Array = TypeVar("_Array", bound=npt.NDArray[Any])
+_NO_METADATA: Mapping[str, Any] = MappingProxyType({})
 _MAX_POINTS = 2**32 - 1  # `pack_pairs` puts two indices into one uint64
 
 
@@ -32,22 +47,42 @@ class Mesh:
         The points; copied, and finite.
     faces : (f, k) integers, or a sequence of sequences of two or more integers
         The corners of each face, as indices of points; copied. Without faces, the mesh is a point cloud.
+    attributes : Attributes, or a mapping such as {"point": {"color": colors}}
+        Named arrays with one row per point, per corner or per face.
+    metadata : mapping
+        What else a file says: comments, the types of its numbers. Two meshes are equal whatever it holds.
 
     Raises
     ------
     MeshError
-        For a wrong shape, a coordinate that is not finite, or an index that is not an integer in 0..n-1, such as
-        "face 1 names point 4, outside 0..3 (4 points)".
+        For a wrong shape, a coordinate that is not finite, an index that is not an integer in 0..n-1, such as
+        "face 1 names point 4, outside 0..3 (4 points)", or an attribute with another number of rows.
     """
 
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, positions: npt.ArrayLike, faces: FacesLike = ()) -> None:
+    def __init__(
+        self,
+        positions: npt.ArrayLike,
+        faces: FacesLike = (),
+        *,
+        attributes: AttributesLike | None = None,
+        metadata: Mapping[str, Any] | None = None,
+    ) -> None:
         offsets, indices = _flatten_faces(faces)
         self._set(_validate_positions(positions), offsets, indices)
+        self._set_attributes(attributes, metadata)
 
     @classmethod
-    def from_offsets(cls, positions: npt.ArrayLike, offsets: npt.ArrayLike, indices: npt.ArrayLike) -> "Mesh":
+    def from_offsets(
+        cls,
+        positions: npt.ArrayLike,
+        offsets: npt.ArrayLike,
+        indices: npt.ArrayLike,
+        *,
+        attributes: AttributesLike | None = None,
+        metadata: Mapping[str, Any] | None = None,
+    ) -> "Mesh":
         """Return the mesh whose face i has the corners `indices[offsets[i]:offsets[i + 1]]`.
 
         Parameters
@@ -58,6 +93,8 @@ class Mesh:
             Where each face starts in `indices`, from 0 to len(indices); copied.
         indices : (c,) integers
             The corners of all faces, one face after another; copied.
+        attributes, metadata
+            As `Mesh` takes them.
 
         Returns
         -------
@@ -74,6 +111,7 @@ class Mesh:
             np.array(_as_integers(offsets, "offsets", 1)),
             np.array(_as_integers(indices, "indices", 1)),
         )
+        mesh._set_attributes(attributes, metadata)
         return mesh
 
     @classmethod
@@ -99,6 +137,13 @@ class Mesh:
         self._offsets = _freeze(offsets)
         self._indices = _freeze(indices)
 
+    def _set_attributes(self, attributes: AttributesLike | None, metadata: Mapping[str, Any] | None) -> None:
+        """Validate the attributes, and take them and the metadata over as read-only ones."""
+        self._attributes = as_attributes(attributes)
+        if self._attributes:
+            require_rows(self._attributes, self.n_points, len(self._indices), self.n_faces)
+        self._metadata = freeze_value(metadata) if metadata else _NO_METADATA
+
     @property
     def positions(self) -> Float64Array:
         """The points: (n, 3) float64."""
@@ -113,6 +158,16 @@ class Mesh:
     def indices(self) -> IndexArray:
         """The corners of all faces, one face after the other: (c,) int64."""
         return self._indices
+
+    @property
+    def attributes(self) -> Attributes:
+        """The named arrays per point, per corner and per face, such as `attributes.point["normal"]`."""
+        return self._attributes
+
+    @property
+    def metadata(self) -> Mapping[str, Any]:
+        """What else the file says, by the name of its format, so that it can be written as it was; read-only."""
+        return self._metadata
 
     @property
     def n_points(self) -> int:
@@ -209,13 +264,64 @@ class Mesh:
         center: Float64Array = 0.5 * self.bounds[0] + 0.5 * self.bounds[1]
         return _freeze(center)
 
-    def transformed(self, matrix: MatrixLike) -> "Mesh":
-        """Return the mesh with every point p at `matrix @ (p, 1)`; the faces stay as they are, mirrored or not.
+    def with_attributes(
+        self, attributes: AttributesLike | None, *, metadata: Mapping[str, Any] | None = None
+    ) -> "Mesh":
+        """Return the mesh of the same points and faces with other attributes.
+
+        Parameters
+        ----------
+        attributes : Attributes, or a mapping such as {"point": {"color": colors}}, or None
+            They take the place of all that the mesh has.
+        metadata : mapping, optional
+            Takes the place of the metadata; they stay if it is None.
+
+        Returns
+        -------
+        Mesh
+
+        Raises
+        ------
+        MeshError
+            For an attribute with another number of rows.
+        """
+        mesh = Mesh.__new__(Mesh)
+        mesh._positions, mesh._offsets, mesh._indices = self._positions, self._offsets, self._indices
+        mesh._set_attributes(attributes, self._metadata if metadata is None else metadata)
+        return mesh
+
+    def reversed(self) -> "Mesh":
+        """Return the mesh with every face reversed: its first corner stays first, the others come backwards.
+
+        Attributes per corner go along. Segments stay as they are, and so do normals.
+
+        Returns
+        -------
+        Mesh
+        """
+        sizes = np.diff(self._offsets)
+        starts = np.repeat(self._offsets[:-1], sizes)
+        order = np.arange(len(self._indices)) - starts
+        order = starts + (np.repeat(sizes, sizes) - order) % np.repeat(sizes, sizes)
+        mesh = Mesh.__new__(Mesh)
+        mesh._positions, mesh._offsets = self._positions, self._offsets
+        mesh._indices = _freeze(self._indices[order])
+        mesh._attributes, mesh._metadata = reorder_corners(self._attributes, order), self._metadata
+        return mesh
+
+    def transformed(self, matrix: MatrixLike, *, flip: Flip = "auto") -> "Mesh":
+        """Return the mesh with every point p at `matrix @ (p, 1)`.
+
+        Attributes named "normal" move by the inverse transpose of the matrix and keep their length; those named
+        "tangent" move as vectors do; all others stay.
 
         Parameters
         ----------
         matrix : (4, 4) numbers, or an object with `as_matrix()`
             An affine matrix for column vectors, with the last row (0, 0, 0, 1).
+        flip : "auto" or bool
+            Whether to reverse the faces, as `reversed` does. "auto" reverses them if the matrix mirrors, that is, if
+            its determinant is negative: the faces of a solid still run counter-clockwise as seen from outside.
 
         Returns
         -------
@@ -224,7 +330,7 @@ class Mesh:
         Raises
         ------
         ArgumentError
-            For another shape or last row.
+            For another shape or last row, or another `flip`.
         MeshError
             If a coordinate overflows.
         """
@@ -232,10 +338,7 @@ class Mesh:
         require_affine(m, "matrix")
         with np.errstate(over="ignore", invalid="ignore"):
             positions = self._positions @ m[:3, :3].T + m[:3, 3]
-        mesh = Mesh.__new__(Mesh)
-        mesh._positions = _freeze(_validate_positions(positions))
-        mesh._offsets, mesh._indices = self._offsets, self._indices
-        return mesh
+        return move(self, positions, m, flip=flip)
 
     def to_trimesh(self) -> Any:
         """Return a `trimesh.Trimesh` of the same points, with the polygons as triangles.
@@ -258,13 +361,42 @@ class Mesh:
             np.array_equal(self._positions, other._positions)
             and np.array_equal(self._offsets, other._offsets)
             and np.array_equal(self._indices, other._indices)
+            and self._attributes == other._attributes
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return Mesh.from_offsets, (self._positions, self._offsets, self._indices)
+        arrays = self._positions, self._offsets, self._indices
+        if not self._attributes and not self._metadata:
+            return Mesh.from_offsets, arrays
+        return Mesh._restore, (*arrays, self._attributes, thaw_value(self._metadata))
+
+    @classmethod
+    def _restore(
+        cls,
+        positions: npt.ArrayLike,
+        offsets: npt.ArrayLike,
+        indices: npt.ArrayLike,
+        attributes: Attributes,
+        metadata: Mapping[str, Any],
+    ) -> "Mesh":
+        """Return the mesh that a pickle holds."""
+        return cls.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata)
 
     def __repr__(self) -> str:
-        return f"<Mesh: {self.n_points} points, {self.n_faces} faces>"
+        held = self._attributes.summarize()
+        return f"<Mesh: {self.n_points} points, {self.n_faces} faces{'; ' if held else ''}{held}>"
+
+
+def move(mesh: Mesh, positions: npt.ArrayLike, matrix: Float64Array, *, flip: Flip = "auto") -> Mesh:
+    """Return `mesh` at `positions`, where the 4x4 `matrix` has put them; as `Mesh.transformed` otherwise."""
+    if flip not in ("auto", True, False):
+        raise ArgumentError.expecting("flip", "be 'auto', True or False", repr(flip))
+    linear = matrix[:3, :3]
+    moved = Mesh.__new__(Mesh)
+    moved._positions = _freeze(_validate_positions(positions))
+    moved._offsets, moved._indices, moved._metadata = mesh._offsets, mesh._indices, mesh._metadata
+    moved._attributes = transform_attributes(mesh._attributes, linear) if mesh._attributes else NO_ATTRIBUTES
+    return moved.reversed() if (sign_of_determinant(matrix) < 0 if flip == "auto" else flip) else moved
 
 
 def pack_pairs(a: IndexArray, b: IndexArray) -> npt.NDArray[np.uint64]:

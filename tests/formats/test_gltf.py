@@ -121,16 +121,19 @@ def test_every_node_is_where_the_product_of_its_matrices_puts_it(forest: list[tu
     for parent, place in forest:
         worlds.append(local(place) if parent < 0 else worlds[parent] @ local(place))
     points: list[Any] = []
+    corners: list[int] = []
     for node in scene:
         i = int(node.name)
         size = np.abs(worlds[i]).max()
         assert np.allclose(node.transform, local(forest[i][1]), rtol=1e-12, atol=1e-12)
         assert np.allclose(scene.world(node), worlds[i], rtol=1e-9, atol=1e-9 * size)
+        order = (0, 2, 1) if np.linalg.slogdet(scene.world(node))[0] < 0 else (0, 1, 2)
+        corners.extend(len(points) + corner for corner in order)
         points.extend(TRIANGLE.positions @ scene.world(node)[:3, :3].T + scene.world(node)[:3, 3])
     assert len(scene) == len(forest)
     mesh = load_mesh(io.BytesIO(pack(content)), file_type="glb")
     assert np.array_equal(mesh.positions, points)
-    assert np.array_equal(mesh.indices, np.arange(3 * len(forest)))
+    assert np.array_equal(mesh.indices, corners)
 
 
 def test_names_are_made_unique() -> None:

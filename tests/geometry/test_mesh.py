@@ -175,7 +175,7 @@ def test_transformed_multiplies_column_vectors() -> None:
         assert after.tolist() == pytest.approx((matrix @ [*before, 1])[:3].tolist(), rel=1e-15)
     assert np.array_equal(moved.indices, mesh.indices)
     mirrored = mesh.transformed(np.diag([-1.0, 1, 1, 1]))
-    assert np.array_equal(mirrored.indices, mesh.indices)
+    assert np.array_equal(mirrored.indices, mesh.reversed().indices)
 
 
 def test_transformed_takes_what_knows_its_matrix() -> None:

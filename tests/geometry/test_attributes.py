@@ -1,0 +1,199 @@
+"""Attributes of meshes: what they take, that nobody can write to them, and how they move."""
+
+import copy
+import pickle
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+import gpu_xform as gx
+from gpu_xform import Attributes, Mesh, RaggedArray
+
+POINTS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1)], np.float64)
+FACES = [(0, 1, 2, 3), (0, 1, 4), (0, 4)]
+
+
+def attributed(**changes: Any) -> Mesh:
+    """Return a mesh of a quadrilateral, a triangle and a segment with attributes of all kinds."""
+    attributes = {
+        "point": {
+            "normal": np.tile(np.array([0, 0.6, 0.8], np.float32), (5, 1)),
+            "intensity": np.arange(5, dtype=np.uint16),
+        },
+        "corner": {"texcoord": np.arange(18, dtype=np.float32).reshape(9, 2)},
+        "face": {"material": np.array([0, 1, -1]), "weights": RaggedArray([1.5, 2.5, 3.5], [0, 1, 1, 3])},
+        "labels": {"material": ["steel", "paint"]},
+        "material": {"texture": "wood.png", "layers": [{"uv": 0}]},
+    }
+    return Mesh(POINTS, FACES, attributes=attributes | changes, metadata={"comments": ["made by hand"]})
+
+
+def test_attributes_keep_their_names_types_and_values() -> None:
+    mesh = attributed()
+    assert mesh.attributes.point["intensity"].dtype == np.uint16
+    assert list(mesh.attributes.point) == ["normal", "intensity"]
+    assert mesh.attributes.corner["texcoord"][4].tolist() == [8, 9]
+    weights = mesh.attributes.face["weights"]
+    assert [row.tolist() for row in weights] == [[1.5], [], [2.5, 3.5]]
+    assert weights[-1].tolist() == [2.5, 3.5]
+    assert mesh.attributes.labels == {"material": ("steel", "paint")}
+    assert mesh.attributes.material["texture"] == "wood.png"
+    assert mesh.metadata == {"comments": ("made by hand",)}
+    assert not Mesh(POINTS, FACES).attributes
+
+
+def test_nobody_can_write_to_attributes() -> None:
+    intensity = np.arange(5.0)
+    read_only = intensity[:]
+    read_only.flags.writeable = False
+    mesh = attributed(point={"a": intensity, "b": read_only})
+    intensity[:] = -1
+    for name in "ab":
+        assert np.array_equal(mesh.attributes.point[name], np.arange(5.0))
+        with pytest.raises(ValueError, match="read-only"):
+            mesh.attributes.point[name][0] = 1
+    table: Any
+    for table in (mesh.attributes.point, mesh.attributes.material, mesh.attributes.material["layers"][0]):
+        with pytest.raises(TypeError):
+            table["c"] = 1
+    with pytest.raises(AttributeError):
+        mesh.attributes.point = {}  # type: ignore[misc]
+
+
+def test_an_array_that_is_closed_to_writing_is_not_copied() -> None:
+    mesh = attributed()
+    again = Mesh(POINTS, FACES, attributes={"point": mesh.attributes.point})
+    assert again.attributes.point["normal"] is mesh.attributes.point["normal"]
+
+
+@pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
+def test_copies_and_pickles_have_the_same_attributes(protocol: int) -> None:
+    mesh = attributed()
+    for twin in (copy.copy(mesh), copy.deepcopy(mesh), pickle.loads(pickle.dumps(mesh, protocol))):  # noqa: S301
+        assert twin == mesh
+        assert twin.metadata == mesh.metadata
+        assert not twin.attributes.point["normal"].flags.writeable
+
+
+def test_attributes_count_in_equality_and_metadata_do_not() -> None:
+    mesh = attributed()
+    assert mesh == mesh.with_attributes(mesh.attributes, metadata={"other": 1})
+    changes: dict[str, Any]
+    for changes in (
+        {"point": {}},
+        {"point": {"normal": mesh.attributes.point["normal"], "intensity": np.arange(5)}},  # another type
+        {"face": {"material": [0, 1, -1], "weights": RaggedArray([1.5, 2.5, 3.5], [0, 1, 2, 3])}},
+        {"labels": {}},
+        {"material": {}},
+    ):
+        assert mesh != attributed(**changes)
+    unknown = attributed(point={"depth": [np.nan] * 5})
+    assert unknown == attributed(point={"depth": [np.nan] * 5})
+
+
+def test_repr_names_attributes() -> None:
+    mesh = attributed()
+    assert (
+        repr(mesh)
+        == "<Mesh: 5 points, 3 faces; point: normal, intensity; corner: texcoord; face: material, weights; material>"
+    )
+    assert repr(Mesh(POINTS)) == "<Mesh: 5 points, 0 faces>"
+    assert repr(Attributes()) == "<Attributes: none>"
+    assert repr(mesh.attributes.face["weights"]) == "<RaggedArray: 3 rows of float64>"
+
+
+@pytest.mark.parametrize(
+    ("attributes", "message"),
+    [
+        ({"point": {"a": [1, 2]}}, "attribute 'a' per point must have 5 rows, got 2"),
+        ({"corner": {"a": [1, 2]}}, "attribute 'a' per corner must have 9 rows, got 2"),
+        ({"face": {"a": RaggedArray([], [0])}}, "attribute 'a' per face must have 3 rows, got 0"),
+        ({"point": {"a": 3}}, "attribute 'a' per point must have one row per point, got one value"),
+        ({"point": {"a": [[1], [1, 2]]}}, "attribute 'a' must be a rectangular array, or a RaggedArray: "),
+        ({"point": {"a": [None] * 5}}, "attribute 'a' must hold numbers, truth values or texts, got dtype object"),
+        ({"point": {3: [1] * 5}}, "the name of an attribute per point must be a text, got 3"),
+        ({"points": {}}, "attributes must be among point, corner, face, labels, material, got 'points'"),
+        ([1], "attributes must be Attributes or a mapping, got list"),
+    ],
+)
+def test_what_are_no_attributes_is_refused(attributes: Any, message: str) -> None:
+    with pytest.raises(gx.MeshError, match=f"^{message}"):
+        Mesh(POINTS, FACES, attributes=attributes)
+
+
+@pytest.mark.parametrize("offsets", [[], [0, 2], [0, 3, 2, 3], [1, 3]])
+def test_offsets_of_a_ragged_array_must_fit(offsets: list[int]) -> None:
+    with pytest.raises(gx.MeshError, match=r"^offsets must ascend from 0 to 3, the number of values, got"):
+        RaggedArray([1, 2, 3], np.array(offsets, int))
+
+
+def test_normals_stay_perpendicular_and_as_long_as_they_were() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    normals = np.array(ball.vertex_normals, np.float32)
+    matrix = gx.chain(gx.scale(3, 1, 0.5), gx.shear(xy=0.4), gx.rotate((1, 2, 3), 0.7), gx.translate(5, 0, 0))
+    mesh = Mesh(ball.vertices, ball.faces, attributes={"point": {"normal": normals}})
+    moved = mesh.transformed(matrix).attributes.point["normal"]
+    expected = gx.transform_normals(normals.astype(np.float64), matrix)
+    expected /= np.linalg.norm(expected, axis=1, keepdims=True)
+    assert moved.dtype == np.float32
+    assert np.allclose(moved, expected, atol=1e-6)
+    double = Mesh(ball.vertices, ball.faces, attributes={"point": {"normal": normals * 2}})
+    assert np.allclose(double.transformed(matrix).attributes.point["normal"], expected * 2, atol=1e-6)
+
+
+def test_normals_survive_tiny_and_singular_matrices() -> None:
+    mesh = Mesh(POINTS, attributes={"point": {"normal": np.tile([0.0, 0.6, 0.8], (5, 1))}})
+    tiny = mesh.transformed(gx.scale(1e-150)).attributes.point["normal"]
+    assert np.allclose(tiny, [0, 0.6, 0.8])
+    flat = mesh.transformed(gx.scale(1, 1, 0)).attributes.point["normal"]
+    assert np.allclose(flat, [0, 0, 1])
+    point = mesh.transformed(gx.scale(0)).attributes.point["normal"]
+    assert not np.any(point)
+    assert mesh.transformed(gx.identity()) == mesh
+    assert np.array_equal(attributed().transformed(gx.scale(-1e-150)).indices, attributed().reversed().indices)
+
+
+def test_tangents_move_as_vectors_and_mirrors_swap_their_side() -> None:
+    tangents = np.tile([1.0, 0.0, 0.0, 1.0], (5, 1))
+    mesh = Mesh(POINTS, FACES, attributes={"point": {"tangent": tangents}})
+    assert np.array_equal(mesh.transformed(gx.scale(2, 1, 1)).attributes.point["tangent"][0], [2, 0, 0, 1])
+    assert np.array_equal(mesh.transformed(gx.scale(-1, 1, 1)).attributes.point["tangent"][0], [-1, 0, 0, -1])
+    assert np.array_equal(mesh.transformed(gx.translate(7, 7, 7)).attributes.point["tangent"], tangents)
+
+
+def test_a_mirrored_face_keeps_its_first_corner_and_its_corners_attributes() -> None:
+    mesh = attributed().transformed(gx.reflect((1, 0, 0)))
+    assert [face.tolist() for face in mesh.faces] == [[0, 3, 2, 1], [0, 4, 1], [0, 4]]
+    texcoord = mesh.attributes.corner["texcoord"]
+    assert (texcoord[:, 0] / 2).tolist() == [0, 3, 2, 1, 4, 6, 5, 7, 8]
+    assert np.array_equal(mesh.attributes.point["intensity"], np.arange(5))
+    assert np.allclose(mesh.attributes.point["normal"], [0, 0.6, 0.8])
+    ragged = Mesh(POINTS, [(0, 1, 2)], attributes={"corner": {"r": RaggedArray([1, 2, 3], [0, 1, 1, 3])}})
+    assert [row.tolist() for row in ragged.reversed().attributes.corner["r"]] == [[1], [2, 3], []]
+
+
+@given(st.lists(st.sampled_from([-1.0, 1.0, 2.0, -0.5, 1e-4]), min_size=3, max_size=3), st.floats(-3, 3))
+def test_a_solid_keeps_its_positive_volume(factors: list[float], angle: float) -> None:
+    matrix = gx.chain(gx.scale(*factors), gx.rotate((1, 2, 3), angle))
+    cube = gx.samples.cube()
+    moved = cube.transformed(matrix)
+    corners = moved.to_trimesh().triangles / np.abs(moved.positions).max()
+    volume = np.einsum("ij,ij->i", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])).sum()
+    assert volume > 0
+    assert moved.transformed(gx.scale(-1)).transformed(gx.scale(-1)) == moved
+
+
+def test_faces_are_reversed_if_asked_and_only_then() -> None:
+    mesh = attributed()
+    mirror, turn = gx.scale(1, -1, 1), gx.rotate_z(0.5)
+    assert np.array_equal(mesh.transformed(mirror, flip=False).indices, mesh.indices)
+    assert np.array_equal(mesh.transformed(mirror, flip=True).indices, mesh.reversed().indices)
+    assert np.array_equal(mesh.transformed(turn, flip=True).indices, mesh.reversed().indices)
+    assert np.array_equal(mesh.transformed(turn).indices, mesh.indices)
+    assert mesh.reversed().reversed() == mesh
+    with pytest.raises(gx.ArgumentError, match=r"^flip must be 'auto', True or False, got 'no'$"):
+        mesh.transformed(turn, flip="no")  # type: ignore[arg-type]
