@@ -15,7 +15,8 @@ __version__ = "0.1.0"
 _PUBLIC_NAMES = {
     "errors": (
         "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DisplayError GpuXformError MeshError "
-        "MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError SingularMatrixError SizeWarning"
+        "MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError SingularMatrixError "
+        "SizeWarning"
     ),
     "matrices": (
         "matrices chain decompose explain homogeneous identity inverse look_at orthographic perspective "
@@ -79,6 +80,7 @@ if TYPE_CHECKING:
     from .errors import DisplayError as DisplayError
     from .errors import GpuXformError as GpuXformError
     from .errors import MeshError as MeshError
+    from .errors import MeshWarning as MeshWarning
     from .errors import MissingExtraError as MissingExtraError
     from .errors import NoAdapterError as NoAdapterError
     from .errors import PrecisionError as PrecisionError

@@ -63,6 +63,10 @@ class PrecisionError(GpuXformError, ValueError):
     """The device cannot compute in the requested precision."""
 
 
+class MeshWarning(UserWarning):
+    """A model file was read, and some of what it holds is not in the mesh; the message names the file and what."""
+
+
 class PrecisionWarning(UserWarning):
     """Single precision is too coarse for these coordinates."""
 

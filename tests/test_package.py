@@ -31,7 +31,7 @@ DOCUMENTED = {
     *ERRORS,
     *("matrices", "planar", "samples", "Mesh", "load_mesh", "save_mesh", "Camera", "render", "render_array"),
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
-    *("animate", "turntable", "Animation", "SizeWarning"),
+    *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
     *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray"),
 }
@@ -77,7 +77,7 @@ def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
         "DeviceMemoryError": MemoryError,
         "ShaderError": RuntimeError,
     }
-    assert {*bases, "GpuXformError", "PrecisionWarning", "SizeWarning"} == set(ERRORS)
+    assert {*bases, "GpuXformError", "MeshWarning", "PrecisionWarning", "SizeWarning"} == set(ERRORS)
     for name, base in bases.items():
         assert issubclass(getattr(errors, name), base)
         assert issubclass(getattr(errors, name), errors.GpuXformError)

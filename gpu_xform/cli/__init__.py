@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from .exit_codes import FAILURES, INTERRUPTED, PIPE_CLOSED, exit_code_for, format_error
 from .parser import parse
-from .streams import discard_stdout, flush_stdout
+from .streams import discard_stdout, flush_stdout, print_warnings
 
 __all__ = ["main"]
 
@@ -17,7 +17,8 @@ __all__ = ["main"]
 def main(argv: Sequence[str] | None = None) -> int:
     """Run the command line `argv`, by default that of the process, and return the exit code."""
     try:
-        code = _run(sys.argv[1:] if argv is None else argv)
+        with print_warnings():
+            code = _run(sys.argv[1:] if argv is None else argv)
         flush_stdout()
     except KeyboardInterrupt:
         return INTERRUPTED

@@ -4,10 +4,14 @@ import contextlib
 import errno
 import os
 import sys
+import warnings
 from collections.abc import Iterator
-from typing import BinaryIO
+from typing import BinaryIO, TextIO
 
+from ..errors import MeshWarning, SizeWarning
 from .paths import STDIO
+
+PRINTED = (MeshWarning, SizeWarning)
 
 
 def print_stdout(text: str) -> None:
@@ -42,6 +46,34 @@ def get_binary_stream(name: str) -> BinaryIO:
         raise OSError(errno.EBADF, os.strerror(errno.EBADF), name)
     binary: BinaryIO = text.buffer
     return binary
+
+
+@contextlib.contextmanager
+def print_warnings() -> Iterator[None]:
+    """Print what the block warns of files and pictures in one line each, and no line twice."""
+    with warnings.catch_warnings():
+        standard, printed = warnings.showwarning, set[str]()
+
+        def show(
+            message: Warning | str,
+            category: type[Warning],
+            filename: str,
+            lineno: int,
+            file: TextIO | None = None,
+            line: str | None = None,
+        ) -> None:
+            if not issubclass(category, PRINTED):
+                standard(message, category, filename, lineno, file, line)
+                return
+            text = " ".join(str(message).split())
+            if text not in printed:
+                printed.add(text)
+                sys.stderr.write(f"gpu-xform: warning: {text}\n")
+
+        for category in PRINTED:
+            warnings.simplefilter("always", category)
+        warnings.showwarning = show
+        yield
 
 
 @contextlib.contextmanager

@@ -1,5 +1,6 @@
 """Numbers to and from text: in bulk with NumPy, and one word at a time for errors that name a line."""
 
+import re
 import warnings
 from collections.abc import Callable
 from typing import Any, BinaryIO, Literal, overload
@@ -13,6 +14,35 @@ from ..geometry.mesh import Mesh
 
 _SENTINEL = 4611686018427388027  # an odd number that no file is expected to hold; float64 rounds it to 2**62
 _ROWS_PER_WRITE = 1 << 16
+_UTF8_MARK = b"\xef\xbb\xbf"
+_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
+_TAIL_BYTES = 512
+# What Microsoft's printf made of infinities and NaNs before 2015, rounded to few digits too: 1.#INF, -1.#IND00, 1.#J.
+_MICROSOFT = re.compile(rb"(?<![^\s,\[])([+-]?)1\.#(?:(INF)|IND|QNAN|SNAN|NAN|IO|QO|J|R)[0-9]*(?![^\s,\]}])")
+
+
+def plain_text(data: bytes) -> bytes:
+    r"""Return the text of a file as UTF-8 without a byte order mark, with "\n" as line ends.
+
+    NULs and Ctrl-Zs behind the end are dropped. NaNs and infinities as Microsoft writes them, such as -1.#IND00, become
+    words that Python and NumPy read: their "#" begins no comment.
+    """
+    data = without_mark(data)
+    tail = data[-_TAIL_BYTES:]
+    if b"\0" in tail or b"\x1a" in tail:
+        data = data.rstrip(b"\0\x1a \t\r\n") + b"\n"
+    if b"\r" in data:
+        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if b"1.#" in data:
+        data = _MICROSOFT.sub(lambda match: (match[1] or b"+") + (b"inf" if match[2] else b"nan"), data)
+    return data
+
+
+def without_mark(data: bytes) -> bytes:
+    """Return the bytes of a file without a byte order mark; text in UTF-16 becomes UTF-8."""
+    if data.startswith(_UTF16_MARKS):
+        return data.decode("utf-16", "replace").encode("utf-8", "replace")
+    return data.removeprefix(_UTF8_MARK)
 
 
 @overload

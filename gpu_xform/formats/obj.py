@@ -10,28 +10,51 @@ from itertools import pairwise
 from typing import BinaryIO
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
-from ._text import parse_float, parse_numbers, quote, write_faces, write_points
+from ._text import parse_float, parse_numbers, plain_text, quote, write_faces, write_points
 
 _IS_LETTER = np.zeros(256, bool)
 _IS_LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
 _IS_BLANK = np.zeros(256, bool)
 _IS_BLANK[[ord(" "), ord("\t")]] = True
+# What the characters of faces are, for those with relative indices, and which may follow which.
+_OTHER, _END, _MARK, _GAP, _SLASH, _SIGN, _DIGIT = range(7)
+_N_ROLES = 7
+_ROLES = np.full(256, _OTHER, np.int8)
+for _role, _characters in (
+    (_END, b"\n"),
+    (_MARK, b"fl"),
+    (_GAP, b" \t"),
+    (_SLASH, b"/"),
+    (_SIGN, b"+-"),
+    (_DIGIT, b"0123456789"),
+):
+    _ROLES[list(_characters)] = _role
+_MAY_FOLLOW = np.zeros((_N_ROLES, _N_ROLES), bool)
+for _role, _followers in (
+    (_END, (_MARK,)),
+    (_MARK, (_GAP,)),
+    (_GAP, (_GAP, _END, _SIGN, _DIGIT)),
+    (_SLASH, (_SLASH, _SIGN, _DIGIT)),
+    (_SIGN, (_DIGIT,)),
+    (_DIGIT, (_DIGIT, _SLASH, _GAP, _END)),
+):
+    _MAY_FOLLOW[_role, _followers] = True
+_TO_BLANKS = bytes.maketrans(b"fl/", b"   ")
 
 
 def read(data: bytes) -> Mesh:
     """Return the mesh of an OBJ file; raise MeshError with the line of malformed content."""
-    if b"\r" in data:
-        data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    data = data.removeprefix(b"\xef\xbb\xbf")
+    data = plain_text(data)
     return _read_regular(data) or _read_lines(data)
 
 
 def _read_regular(data: bytes) -> Mesh | None:
-    """Return the mesh of a file of plain `v` and `f` lines, or None in case of doubt."""
+    """Return the mesh of a file of plain `v`, `f` and `l` lines, or None in case of doubt."""
     if b"\\\n" in data or b"\v" in data or b"\f" in data:
         return None
     if not data.endswith(b"\n"):
@@ -40,7 +63,8 @@ def _read_regular(data: bytes) -> Mesh | None:
     starts = np.concatenate([[0], np.flatnonzero(byte == ord("\n")) + 1])
     first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
     is_point = (first == ord("v")) & _IS_BLANK[second]
-    is_face = (first == ord("f")) & _IS_BLANK[second]
+    is_line = (first == ord("l")) & _IS_BLANK[second]
+    is_face = is_line | ((first == ord("f")) & _IS_BLANK[second])
     other = ~(is_point | is_face)
     first, second = first[other], second[other]
     ignored = (first == ord("\n")) | (first == ord("#"))
@@ -50,7 +74,13 @@ def _read_regular(data: bytes) -> Mesh | None:
         return None
     try:
         positions = _parse_points(_select(data, starts, is_point), int(is_point.sum()))
-        offsets, indices = _parse_faces(_select(data, starts, is_face), int(is_face.sum()))
+        text = _select(data, starts, is_face)
+        if b"-" in text:
+            offsets, indices = _parse_relative_faces(text, np.cumsum(is_point)[is_face])
+        else:
+            offsets, indices = _parse_faces(text, int(is_face.sum()), has_lines=bool(is_line.any()))
+        if is_line.any():
+            offsets, indices = _split_lines(offsets, indices, is_line[is_face])
         if len(indices) and indices.max() >= len(positions):
             return None
     except ValueError:
@@ -74,9 +104,11 @@ def _parse_points(text: bytes, count: int) -> Float64Array:
     return table[:, 1:4]
 
 
-def _parse_faces(text: bytes, count: int) -> tuple[IndexArray, IndexArray]:
-    """Return (offsets, indices) of `count` lines; raise ValueError for relative or malformed indices."""
-    if b"-" in text or text.count(b"f") != count or b" /" in text or b"\t/" in text:
+def _parse_faces(text: bytes, count: int, *, has_lines: bool) -> tuple[IndexArray, IndexArray]:
+    """Return (offsets, indices) of `count` lines; raise ValueError for malformed indices."""
+    if has_lines:
+        text = text.replace(b"l", b"f")
+    if text.count(b"f") != count or b" /" in text or b"\t/" in text:
         raise ValueError("not regular")
     only_double = b"//" in text
     if only_double:
@@ -102,6 +134,58 @@ def _parse_faces(text: bytes, count: int) -> tuple[IndexArray, IndexArray]:
     return offsets, values[values != 0] - 1
 
 
+def _parse_relative_faces(text: bytes, n_points_before: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """Return (offsets, indices) of lines with negative indices, which count back from the points before each line.
+
+    Raises ValueError for malformed lines.
+    """
+    byte = np.frombuffer(text, np.uint8)
+    role = _ROLES[byte]
+    begins = np.flatnonzero((role[1:] >= _SIGN) & (role[:-1] < _SIGN)) + 1  # of each number
+    pairs = np.bincount(role[:-1] * _N_ROLES + role[1:], minlength=_N_ROLES**2).reshape(_N_ROLES, _N_ROLES)
+    if pairs[~_MAY_FOLLOW].any():
+        raise ValueError("not regular")
+    slashes = (role[begins - 1] == _SLASH).astype(np.int8)
+    slashes += slashes.astype(bool) & (role[begins - 2] == _SLASH)
+    ends = np.flatnonzero(byte == ord("\n"))
+    values = parse_numbers(text.translate(_TO_BLANKS), "int")
+    if len(ends) != len(n_points_before) or len(values) != len(begins) or _has_odd_slashes(role, slashes):
+        raise ValueError("not regular")
+    is_corner = slashes == 0
+    corners = values[is_corner]
+    offsets = np.concatenate([[0], np.searchsorted(begins[is_corner], ends)])
+    sizes = np.diff(offsets)
+    is_relative = corners < 0
+    corners += np.where(is_relative, np.repeat(n_points_before, sizes), -1)
+    if (sizes < 2).any() or (corners < 0).any():
+        raise ValueError("not regular")
+    return offsets, corners
+
+
+def _has_odd_slashes(role: npt.NDArray[np.int8], slashes: npt.NDArray[np.int8]) -> bool:
+    """Tell whether a corner is none of a, a/b, a//c and a/b/c, by the slashes before each number."""
+    last, this = slashes[:-1], slashes[1:]
+    odd = (last > 0) & (last + this > 2)
+    odd |= (last == 2) & (this > 0)
+    n_slashes = int((role == _SLASH).sum())
+    three = (slashes[:-2] == 1) & (last[1:] == 1) & (this[1:] > 0)
+    return bool(odd.any() or three.any() or n_slashes != int(slashes.sum()) or (len(slashes) and slashes[0] > 0))
+
+
+def _split_lines(
+    offsets: IndexArray, indices: IndexArray, is_line: npt.NDArray[np.bool_]
+) -> tuple[IndexArray, IndexArray]:
+    """Return (offsets, indices) with the rows that are polylines cut into segments."""
+    sizes = np.diff(offsets)
+    n_parts = np.where(is_line, sizes - 1, 1)
+    row = np.repeat(np.arange(len(sizes)), n_parts)
+    part = np.arange(len(row)) - np.repeat(np.cumsum(n_parts) - n_parts, n_parts)
+    part_sizes = np.where(is_line[row], 2, sizes[row])
+    part_offsets = np.concatenate([[0], np.cumsum(part_sizes)])
+    first = offsets[row] + part  # a face has one part, 0
+    return part_offsets, indices[np.repeat(first - part_offsets[:-1], part_sizes) + np.arange(part_offsets[-1])]
+
+
 def _read_lines(data: bytes) -> Mesh:
     """Return the mesh of any OBJ file; raise MeshError for the first malformed statement."""
     points: list[list[float]] = []
@@ -114,6 +198,8 @@ def _read_lines(data: bytes) -> Mesh:
             points.append(_parse_point(words, line))
         elif keyword in (b"f", b"fo", b"l"):
             corners = [_parse_index(word, len(points), line) for word in words[1:]]
+            if keyword == b"l" and len(corners) == 1:
+                continue
             if len(corners) < 2:
                 raise MeshError(f"line {line}: {quote(keyword)} needs at least 2 corners, got {len(corners)}")
             if keyword == b"l":

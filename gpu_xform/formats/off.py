@@ -1,42 +1,79 @@
 """OFF, and its variants with normals, colours or texture coordinates after each vertex (NOFF, COFF, STOFF, ...).
 
-Numbers after the first three of a vertex and after the corners of a face are ignored. As in `obj`, a regular body is
+Homogeneous coordinates (4OFF), fewer dimensions (nOFF) and Geomview's binary files are read as well.
+Numbers after the coordinates of a vertex and after the corners of a face are ignored. As in `obj`, a regular body is
 read in bulk, and any other line by line, which reports all errors.
 """
 
 import math
 import re
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import BinaryIO, TypeAlias
 
 import numpy as np
 
-from .._core.types import IndexArray
+from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
-from ._text import parse_float, parse_int, parse_numbers, quote, write_faces, write_points
+from ._text import parse_float, parse_int, parse_numbers, plain_text, quote, write_faces, write_points
 
-_HEADER = re.compile(rb"(ST)?(C)?(N)?OFF")
+# The numbers of vertices and so on may follow without a blank, as in many files of ModelNet.
+_HEADER = re.compile(rb"(ST)?(C)?(N)?(4)?(n)?OFF(?=[0-9]|$)")
+_BINARY_HEADER = re.compile(rb"\s*(ST)?(C)?(N)?(4)?(n)?OFF[ \t]+BINARY[ \t]*\r?\n")
 _COMMENT = re.compile(rb"#[^\n]*")
 _BLANK_LINES = re.compile(rb"\n[ \t\n]*\n")
 
 Rows: TypeAlias = Iterator[tuple[int, list[bytes], int]]
 
 
+@dataclass(frozen=True)
+class _Layout:
+    """What the numbers of a vertex are: `n_axes` coordinates, a weight that divides them if `has_weight`, and more.
+
+    `n_more` is how many numbers a binary vertex has behind them.
+    """
+
+    n_axes: int = 3
+    has_weight: bool = False
+    n_more: int = 0
+
+    @property
+    def width(self) -> int:
+        """The numbers that make a point."""
+        return self.n_axes + self.has_weight
+
+    def points(self, rows: Float64Array) -> Float64Array:
+        """Return the points (n, 3) of rows (n, width or more)."""
+        if self == _PLAIN:
+            return rows[:, :3]
+        points = np.zeros((len(rows), 3))
+        points[:, : self.n_axes] = rows[:, : self.n_axes]
+        if self.has_weight:
+            with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+                points /= rows[:, self.n_axes, np.newaxis]
+        return points
+
+
+_PLAIN = _Layout()
+
+
 def read(data: bytes) -> Mesh:
     """Return the mesh of an OFF file; raise MeshError with the line of malformed content."""
-    data = data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n")
+    if match := _BINARY_HEADER.match(data):
+        return _read_binary(data[match.end() :], match)
+    data = plain_text(data)
     if not data.endswith(b"\n"):
         data += b"\n"
     rows = _split_rows(data)
-    n_points, n_faces, end = _parse_header(rows)
+    layout, n_points, n_faces, end = _parse_header(rows)
     n_lines = data.count(b"\n", end)
     if n_points + n_faces > n_lines:
         raise MeshError(f"declares {n_points} vertices and {n_faces} faces, {n_lines} lines follow")
     try:
-        return _read_regular(data[end:], n_points, n_faces)
+        return _read_regular(data[end:], layout, n_points, n_faces)
     except ValueError:  # MeshError is one
-        return _read_rows(rows, n_points, n_faces)
+        return _read_rows(rows, layout, n_points, n_faces)
 
 
 def _split_rows(data: bytes) -> Rows:
@@ -51,15 +88,21 @@ def _split_rows(data: bytes) -> Rows:
         start = end
 
 
-def _parse_header(rows: Rows) -> tuple[int, int, int]:
-    """Return the numbers of vertices and faces, and the end of their line."""
+def _parse_header(rows: Rows) -> tuple[_Layout, int, int, int]:
+    """Return the layout, the numbers of vertices and faces, and where the line with them ends."""
     line, words, end = next(rows, (1, [], 0))
-    if not words or not _HEADER.fullmatch(words[0]):
+    match = _HEADER.match(words[0]) if words else None
+    if match is None:
         got = quote(b" ".join(words))
-        raise MeshError(f"line {line}: expected OFF, COFF, NOFF, STOFF or the like in three dimensions, got {got}")
-    if words[1:2] == [b"BINARY"]:
-        raise MeshError(f"line {line}: binary OFF cannot be read")
-    counts = words[1:]
+        raise MeshError(f"line {line}: expected OFF, COFF, NOFF, STOFF or the like, got {got}")
+    rest = words[0][match.end() :]
+    counts = [rest, *words[1:]] if rest else words[1:]
+    n_axes = 3
+    if match[5]:
+        if not counts:
+            line, counts, end = next(rows, (line, [b""], end))
+        n_axes = _require_dimension(parse_int(counts[0], line), f"line {line}")
+        counts = counts[1:]
     if not counts:
         line, counts, end = next(rows, (line, [], end))
     # The number of edges, the third, is often left out or wrong.
@@ -68,10 +111,16 @@ def _parse_header(rows: Rows) -> tuple[int, int, int]:
         raise MeshError(f"line {line}: expected the numbers of vertices, faces and edges, got {got}")
     if max(map(len, counts)) > 18:
         raise MeshError(f"line {line}: a count of {quote(max(counts, key=len))} is out of range")
-    return int(counts[0]), int(counts[1]), end
+    return _Layout(n_axes, bool(match[4])), int(counts[0]), int(counts[1]), end
 
 
-def _read_regular(body: bytes, n_points: int, n_faces: int) -> Mesh:
+def _require_dimension(n_axes: int, where: str) -> int:
+    if not 1 <= n_axes <= 3:
+        raise MeshError(f"{where}: a mesh has up to 3 dimensions, this nOFF has {n_axes}")
+    return n_axes
+
+
+def _read_regular(body: bytes, layout: _Layout, n_points: int, n_faces: int) -> Mesh:
     """Return the mesh of a body with rows of integers for faces; raise ValueError in case of doubt."""
     if b"#" in body:
         body = _COMMENT.sub(b"", body)
@@ -82,11 +131,11 @@ def _read_regular(body: bytes, n_points: int, n_faces: int) -> Mesh:
     split = int(ends[n_points - 1]) + 1
     # Ends of lines become values that no other number can be, so that a row of another length is detected.
     table = parse_numbers(body[:split].replace(b"\n", b" nan "), "float").reshape(n_points, -1)
-    if table.shape[1] < 4 or not np.isnan(table[:, -1]).all() or not np.isfinite(table[:, :-1]).all():
+    if table.shape[1] <= layout.width or not np.isnan(table[:, -1]).all() or not np.isfinite(table[:, :-1]).all():
         raise ValueError("not regular")
     values = parse_numbers(body[split:].replace(b"\n", b" -1 "), "int")
     offsets, indices = _split_faces(values, np.flatnonzero(values < 0), n_faces)
-    return Mesh.from_offsets(table[:, :3], offsets, indices)
+    return Mesh.from_offsets(layout.points(table), offsets, indices)
 
 
 def _split_faces(values: IndexArray, ends: IndexArray, n_faces: int) -> tuple[IndexArray, IndexArray]:
@@ -103,7 +152,7 @@ def _split_faces(values: IndexArray, ends: IndexArray, n_faces: int) -> tuple[In
     return offsets, values[np.repeat(starts + 1 - offsets[:-1], sizes) + np.arange(offsets[-1])]
 
 
-def _read_rows(rows: Rows, n_points: int, n_faces: int) -> Mesh:
+def _read_rows(rows: Rows, layout: _Layout, n_points: int, n_faces: int) -> Mesh:
     """Return the mesh of any body; raise MeshError for the first malformed row."""
     points: list[list[float]] = []
     offsets, flat = [0], []
@@ -113,7 +162,7 @@ def _read_rows(rows: Rows, n_points: int, n_faces: int) -> Mesh:
         if line == 0:
             raise MeshError(f"declares {n_points} vertices and {n_faces} faces, {i} rows follow")
         if i < n_points:
-            points.append(_parse_point(words, line))
+            points.append(_parse_point(words, layout, line))
         else:
             flat += _parse_corners(words, line, n_points)
             offsets.append(len(flat))
@@ -122,13 +171,14 @@ def _read_rows(rows: Rows, n_points: int, n_faces: int) -> Mesh:
     return Mesh.from_offsets(points, offsets, flat)
 
 
-def _parse_point(words: list[bytes], line: int) -> list[float]:
-    if len(words) < 3:
-        raise MeshError(f"line {line}: a vertex needs 3 numbers, got {len(words)}")
+def _parse_point(words: list[bytes], layout: _Layout, line: int) -> list[float]:
+    if len(words) < layout.width:
+        raise MeshError(f"line {line}: a vertex needs {layout.width} numbers, got {len(words)}")
     values = [parse_float(word, line) for word in words]
-    if not all(map(math.isfinite, values[:3])):
+    point: list[float] = layout.points(np.array([values]))[0].tolist()
+    if not all(map(math.isfinite, point)):
         raise MeshError(f"line {line}: a number must be finite, got {quote(b' '.join(words))}")
-    return values[:3]
+    return point
 
 
 def _parse_corners(words: list[bytes], line: int, n_points: int) -> list[int]:
@@ -144,6 +194,43 @@ def _parse_corners(words: list[bytes], line: int, n_points: int) -> list[int]:
     for word in words[size + 1 :]:
         parse_float(word, line)
     return corners
+
+
+def _read_binary(body: bytes, header: re.Match[bytes]) -> Mesh:
+    """Return the mesh of Geomview's binary body: 32-bit integers and floats, big-endian, or else little-endian."""
+    texture, color, normal, weight, dimension = map(bool, header.groups())
+    n_words = len(body) // 4
+    for order in "><":
+        words = np.frombuffer(body, f"{order}i4", n_words)
+        n_axes, counts = (int(words[0]), words[1:4]) if dimension and n_words else (3, words[:3])
+        place = 4 if dimension else 3
+        if len(counts) == 3 and (counts >= 0).all() and int(counts[0]) + int(counts[1]) <= n_words:
+            break
+    else:
+        raise MeshError("the binary header declares more vertices and faces than the file can hold")
+    layout = _Layout(_require_dimension(n_axes, "the binary header"), weight, normal * n_axes + color * 4 + texture * 2)
+    n_points, n_faces = int(counts[0]), int(counts[1])
+    width = layout.width + layout.n_more
+    if place + n_points * width > n_words:
+        raise MeshError(f"declares {n_points} vertices of {width} numbers, more than the file can hold")
+    end = place + n_points * width
+    table = words[place:end].view(f"{order}f4").reshape(n_points, width).astype(np.float64)
+    points = layout.points(table)
+    if not np.isfinite(points).all():
+        row = int(np.argmax(~np.isfinite(points).all(axis=1)))
+        raise MeshError(f"vertex {row}: coordinates must be finite, got {points[row].tolist()}")
+    sizes, corners = [], []
+    values = words[end:].tolist()
+    place = 0
+    for face in range(n_faces):
+        size = values[place] if place < len(values) else -1
+        colors = place + size + 1
+        if size < 2 or colors >= len(values) or values[colors] < 0 or colors + values[colors] >= len(values):
+            raise MeshError(f"face {face}: {size} corners, at least 2, do not fit the file")
+        sizes.append(size)
+        corners += values[place + 1 : colors]
+        place = colors + 1 + values[colors]
+    return Mesh.from_offsets(points, np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]), corners)
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from .._core.types import IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
-from ._text import parse_float, parse_numbers, quote
+from ._text import parse_float, parse_numbers, plain_text, quote, without_mark
 
 _TYPES = {
     "char": "i1",
@@ -31,6 +31,7 @@ _TYPES |= {"float32": "f4", "float64": "f8"}
 _ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
 _CORNERS = ("vertex_indices", "vertex_index")
 _LINE_END = re.compile(rb"\r\n|\n|\r")
+_CARRIAGE_RETURN = re.compile(rb"\r")
 _MAX_HEADER_LINE_BYTES = 4096
 
 Values: TypeAlias = npt.NDArray[np.number]
@@ -67,6 +68,7 @@ def read(data: bytes) -> Mesh:
 
     Raises MeshError with the line of the header, or the row of the element, that is malformed.
     """
+    data = without_mark(data)
     layout, elements, start, line = _parse_header(data)
     body = data[start:]
     if layout == "ascii":
@@ -86,9 +88,11 @@ def _parse_header(data: bytes) -> tuple[str, list[_Element], int, int]:
     layout = ""
     elements: list[_Element] = []
     start, line = 0, 0
+    # Where lines end with a carriage return alone, a byte 10 behind the last one belongs to the body.
+    line_end = _CARRIAGE_RETURN if re.match(rb"ply[ \t]*\r(?!\n)", data) else _LINE_END
     while True:
         line += 1
-        found = _LINE_END.search(data, start, start + _MAX_HEADER_LINE_BYTES)
+        found = line_end.search(data, start, start + _MAX_HEADER_LINE_BYTES)
         if found is None:
             raise MeshError(f"line {line}: expected a header that ends with end_header, got the end of the file")
         text = data[start : found.start()].decode("latin-1")
@@ -125,7 +129,8 @@ def _add_property(element: _Element, added: _Property, line: int) -> None:
 
 
 def _to_binary(body: bytes, line: int, elements: list[_Element]) -> tuple[bytes, list[_Element]]:
-    """Return an ASCII body as binary, and its elements with float64 for every type."""
+    """Return an ASCII body and its elements with float64 for every type."""
+    body = plain_text(body)
     try:
         values = parse_numbers(body, "float")
     except ValueError:
@@ -239,20 +244,48 @@ def _build_mesh(columns: dict[str, dict[str, _Column]]) -> Mesh:
         row = int(np.argmax(~np.isfinite(positions).all(axis=1)))
         raise MeshError(f"vertex {row}: coordinates must be finite, got {positions[row].tolist()}")
     sizes, indices = [], []
-    if "tristrips" in columns:
-        raise MeshError("the element tristrips cannot be read")
     if "face" in columns:
-        corners = next((columns["face"][name] for name in _CORNERS if name in columns["face"]), None)
-        if corners is None:
-            raise MeshError("the element face has no list vertex_indices or vertex_index")
+        corners = _get_corners(columns["face"], "face")
         sizes.append(corners.sizes)
         indices.append(_as_indices(corners.values, "face"))
+    if "tristrips" in columns:
+        strips = _get_corners(columns["tristrips"], "tristrips")
+        triangles = _split_strips(_as_indices(strips.values, "tristrips"), strips.sizes)
+        sizes.append(np.full(len(triangles), 3))
+        indices.append(triangles.ravel())
     if "edge" in columns:
         ends = [_as_indices(_get_scalars(columns, "edge", name), "edge") for name in ("vertex1", "vertex2")]
         sizes.append(np.full(len(ends[0]), 2))
         indices.append(np.stack(ends, axis=1).ravel())
     offsets = np.concatenate([[0], np.cumsum(np.concatenate([*sizes, np.zeros(0, np.int64)]))])
     return Mesh.from_offsets(positions, offsets, np.concatenate([*indices, np.zeros(0, np.int64)]))
+
+
+def _get_corners(columns: dict[str, _Column], element: str) -> _Column:
+    """Return the list of corners of an element."""
+    corners = next((columns[name] for name in _CORNERS if name in columns), None)
+    if corners is None:
+        raise MeshError(f"the element {element} has no list vertex_indices or vertex_index")
+    return corners
+
+
+def _split_strips(values: IndexArray, sizes: IndexArray) -> IndexArray:
+    """Return the triangles (t, 3) of triangle strips, each of which ends at a -1 or with its list.
+
+    Every second triangle of a strip is turned. Those with equal corners, which only join strips, are left out.
+    """
+    ends = np.cumsum(sizes)
+    values = np.insert(values, ends, -1)
+    is_break = values < 0
+    if (values < -1).any():
+        raise MeshError(f"an index of an element tristrips must be -1 or more, got {values.min()}")
+    places = np.arange(len(values))
+    begins = np.maximum.accumulate(np.where(is_break, places + 1, 0)) if len(values) else places
+    a, b, c = values[:-2], values[1:-1], values[2:]
+    is_triangle = (a >= 0) & (b >= 0) & (c >= 0) & (a != b) & (b != c) & (a != c)
+    is_turned = ((places - begins)[:-2] % 2 == 1)[:, np.newaxis]
+    triangles: IndexArray = np.where(is_turned, np.stack([b, a, c], axis=1), np.stack([a, b, c], axis=1))[is_triangle]
+    return triangles
 
 
 def _get_scalars(columns: dict[str, dict[str, _Column]], element: str, name: str) -> Values:

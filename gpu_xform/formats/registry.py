@@ -14,6 +14,7 @@ from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from . import glb, gltf, npy, obj, off, ply, stl, threemf, vrml
+from ._warn import name_file
 
 Model = TypeVar("Model", Mesh, Scene)
 
@@ -73,6 +74,11 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
         If `source` is neither a path nor a binary file object.
     OSError
         If the file cannot be read.
+
+    Warns
+    -----
+    MeshWarning
+        Of what the file holds and the result does not; the message names the file.
     """
     name, kind = _identify(source, file_type, READERS)
     mesh = _read(source, name, partial(gltf.read, folder=_folder(source)) if kind == "gltf" else READERS[kind])
@@ -112,6 +118,11 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
         If `source` is neither a path nor a binary file object.
     OSError
         If the file cannot be read.
+
+    Warns
+    -----
+    MeshWarning
+        Of what the file holds and the result does not; the message names the file.
     """
     name, kind = _identify(source, file_type, READERS)
     if kind == "glb":
@@ -167,7 +178,7 @@ def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Mo
     if not isinstance(data, bytes | bytearray | memoryview):
         message = f"source must be a binary file, its read() gave {type(data).__name__}"
         raise ArgumentTypeError(message, argument="source", expected="be a binary file")
-    with prefix_errors(name):
+    with prefix_errors(name), name_file(name):
         if len(data) == 0:
             raise MeshError("the file is empty")
         return reader(bytes(data))

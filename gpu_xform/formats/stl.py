@@ -1,27 +1,36 @@
 """STL, binary and ASCII; corners with equal coordinates become one point."""
 
 import re
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
+import numpy.typing as npt
 
-from .._core.types import Float64Array
+from .._core.types import IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from . import _trimesh
-from ._text import parse_float, parse_numbers, quote
+from ._text import parse_float, parse_numbers, plain_text, quote, without_mark
+from ._warn import warn
 
 _HEADER_BYTES = 84
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+([^\n]*)", re.MULTILINE | re.IGNORECASE)
 _END = re.compile(rb"^[ \t]*(endfacet|endsolid)\b", re.MULTILINE | re.IGNORECASE)
+# Statements need not begin a line.
+_ANY_VERTEX = re.compile(rb"(?<!\S)vertex\s+([-+.\dni]\S*\s+\S+\s+\S+)", re.IGNORECASE)
+_ANY_END = re.compile(rb"(?<!\S)(endfacet|endsolid)(?!\S)", re.IGNORECASE)
+# Odd factors that spread the bits of coordinates over a hash.
+_FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
+_MAX_ROUNDS = 8
+
+_Corners = npt.NDArray[np.floating[Any]]
 
 
 def read(data: bytes) -> Mesh:
     """Return the mesh of an STL file; raise MeshError if it is truncated, or a coordinate is not finite."""
-    # Some binary files begin with "solid" too; their length distinguishes them.
-    is_text = data[:512].lstrip()[:5].lower() == b"solid" and len(data) != _compute_expected_bytes(data)
-    corners = _read_text(data) if is_text else _read_binary(data)
+    text = without_mark(data)
+    corners = _read_text(plain_text(text)) if _is_text(text) else _read_binary(data)
     if len(corners) == 0:
         raise MeshError("the file has no triangles")
     if not np.isfinite(corners).all():
@@ -30,71 +39,111 @@ def read(data: bytes) -> Mesh:
     return _merge_points(corners)
 
 
+def _is_text(data: bytes) -> bool:
+    """Tell whether a file is ASCII: some binary ones begin with "solid" as well; NULs or their length tell them."""
+    begins = data[:512].lstrip()[:5].lower() == b"solid"
+    return begins and len(data) != _compute_expected_bytes(data) and b"\0" not in data[:_HEADER_BYTES]
+
+
 def _compute_expected_bytes(data: bytes) -> int:
     return _HEADER_BYTES + _TRIANGLE.itemsize * int.from_bytes(data[80:84], "little")
 
 
-def _read_binary(data: bytes) -> Float64Array:
-    """Return corners (3 n, 3), three per triangle."""
+def _read_binary(data: bytes) -> _Corners:
+    """Return (3 n, 3) float32, three corners per triangle."""
     if len(data) < _HEADER_BYTES:
         raise MeshError(
             f"expected a binary STL header of {_HEADER_BYTES} bytes or the word solid, got {len(data)} bytes"
         )
     expected = _compute_expected_bytes(data)
-    if len(data) != expected:
-        count = (expected - _HEADER_BYTES) // _TRIANGLE.itemsize
+    count = (expected - _HEADER_BYTES) // _TRIANGLE.itemsize
+    if len(data) < expected:
         raise MeshError(f"declares {count} triangles, which make {expected} bytes, got {len(data)}")
-    corners = np.frombuffer(data, _TRIANGLE, offset=_HEADER_BYTES)["corners"]
-    return corners.reshape(-1, 3).astype(np.float64)
+    if len(data) > expected:
+        warn(f"{len(data) - expected} bytes behind its {count} triangles are left out")
+    corners = np.frombuffer(data, _TRIANGLE, count, offset=_HEADER_BYTES)["corners"]
+    return corners.reshape(-1, 3).astype(np.float32, copy=False)
 
 
-def _read_text(data: bytes) -> Float64Array:
-    """Return corners (3 n, 3), three per triangle."""
-    data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    rows = _VERTEX.findall(data)
-    ends = [word.lower() for word in _END.findall(data)]
-    n_facets, n_solids = ends.count(b"endfacet"), ends.count(b"endsolid")
-    if len(rows) != 3 * n_facets or n_solids == 0:
+def _read_text(data: bytes) -> _Corners:
+    """Return (3 n, 3) float64, three corners per triangle."""
+    pattern, rows, ends = _VERTEX, _VERTEX.findall(data), _END.findall(data)
+    if not rows or len(rows) != 3 * _count(ends, b"endfacet"):
+        loose, loose_ends = _ANY_VERTEX.findall(data), _ANY_END.findall(data)
+        if len(loose) == 3 * _count(loose_ends, b"endfacet"):
+            pattern, rows, ends = _ANY_VERTEX, loose, loose_ends
+    n_facets, n_solids = _count(ends, b"endfacet"), _count(ends, b"endsolid")
+    if len(rows) != 3 * n_facets:
         raise MeshError(f"cut off: {len(rows)} vertex, {n_facets} endfacet and {n_solids} endsolid statements")
+    if n_solids == 0 and n_facets:
+        warn(f"ends behind {n_facets} triangles without endsolid, as if cut off")
     try:
         # NaNs between the rows show whether each row has three numbers.
         table = parse_numbers(b"".join([row + b" nan " for row in rows]), "float").reshape(-1, 4)
         if not np.array_equal(np.isnan(table), np.broadcast_to([False, False, False, True], table.shape)):
             raise ValueError("a row has more or less than three numbers")
     except ValueError:
-        return _read_text_lines(data)
+        return _read_text_lines(data, pattern)
     return table[:, :3]
 
 
-def _read_text_lines(data: bytes) -> Float64Array:
-    """Return the same as `_read_text`, or raise MeshError with the line that is malformed."""
+def _count(words: list[bytes], keyword: bytes) -> int:
+    return sum(word.lower() == keyword for word in words)
+
+
+def _read_text_lines(data: bytes, pattern: re.Pattern[bytes]) -> _Corners:
+    """Return what `_read_text` does, or raise MeshError for the line that is wrong."""
     corners = []
-    for line, text in enumerate(data.split(b"\n"), 1):
-        words = text.split()
-        if words and words[0].lower() == b"vertex":
-            if len(words) != 4:
-                raise MeshError(f"line {line}: expected vertex and 3 numbers, got {quote(text.strip())}")
-            corners.append([parse_float(word, line) for word in words[1:]])
+    line, counted = 1, 0
+    for match in pattern.finditer(data):
+        line += data.count(b"\n", counted, match.start())
+        counted = match.start()
+        words = match[1].split()
+        if len(words) != 3:
+            raise MeshError(f"line {line}: expected vertex and 3 numbers, got {quote(match[0].strip())}")
+        corners.append([parse_float(word, line) for word in words])
     return np.array(corners).reshape(-1, 3)
 
 
-def _merge_points(corners: Float64Array) -> Mesh:
-    """Return the mesh of triangles with corners (3 n, 3); equal corners become one point, in the order of first use."""
-    points = corners + 0.0  # no -0.0
-    bits = points.view(np.uint64)
-    bits = bits ^ (bits >> np.uint64(32))  # float32 in float64 leaves the low bits empty
-    # Equal points have equal keys; the rare different points with equal keys are separated below, by coordinates.
-    keys = bits @ np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
-    order = np.argsort(keys, kind="stable")
-    ordered = points[order]
-    is_new = np.ones(len(points), bool)
-    is_new[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
-    first = order[is_new]  # the first appearance of each point, because the sort is stable
-    rank = np.empty(len(first), np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    triangles = np.empty(len(points), np.int64)
-    triangles[order] = rank[np.cumsum(is_new) - 1]
-    return Mesh(points[np.sort(first)], triangles.reshape(-1, 3))
+def _merge_points(corners: _Corners) -> Mesh:
+    """Return the mesh of triangles given by their corners, equal points made one in the order of their first use."""
+    points = corners + corners.dtype.type(0.0)  # no -0.0
+    owners = _find_first_equal(np.ascontiguousarray(points).view(f"u{points.itemsize}"))
+    is_first = owners == np.arange(len(owners))
+    ranks = np.cumsum(is_first) - 1
+    return Mesh(points[is_first], ranks[owners].reshape(-1, 3))
+
+
+def _find_first_equal(rows: npt.NDArray[np.unsignedinteger[Any]]) -> IndexArray:
+    """Return the first of the rows (n, 3) that equals each row: (n,).
+
+    A hash table without chains: the first row that claims a slot gets it; the rows that are not equal to their slot's
+    owner claim slots of another hash in the next round.
+    """
+    n_bits = max(4, len(rows).bit_length())
+    table = np.empty(1 << n_bits, np.int32 if len(rows) < 2**31 else np.int64)
+    owners = np.arange(len(rows), dtype=table.dtype)
+    factors = _FACTORS.astype(rows.dtype)
+    left = owners.copy()
+    for _ in range(_MAX_ROUNDS):
+        claims = rows if len(left) == len(rows) else rows[left]
+        keys = claims[:, 0] * factors[0]
+        keys += claims[:, 1] * factors[1]
+        keys += claims[:, 2] * factors[2]
+        keys ^= keys >> rows.dtype.type(4 * rows.itemsize - 1)
+        keys *= factors[0]
+        slots = (keys >> rows.dtype.type(8 * rows.itemsize - n_bits)).astype(np.intp)
+        table[slots[::-1]] = left[::-1]  # of equal slots NumPy keeps the last value, which is the first row
+        found = table[slots]
+        equal = (np.take(rows, found, axis=0) == claims).all(axis=1)
+        owners[left] = found
+        left = left[~equal]
+        if len(left) == 0:
+            return owners.astype(np.int64)
+        factors = factors[[1, 2, 0]] * factors[0] + factors.dtype.type(2)
+    _, first, inverse = np.unique(rows[left], axis=0, return_index=True, return_inverse=True)
+    owners[left] = left[first][inverse.ravel()]
+    return owners.astype(np.int64)
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:

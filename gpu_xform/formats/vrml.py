@@ -15,7 +15,7 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from ..matrices import rotate
-from ._text import quote
+from ._text import plain_text, quote
 from .vrml_syntax import Node, Numbers, parse_nodes
 
 _MAX_DECOMPRESSED_BYTES = 1 << 28
@@ -34,11 +34,11 @@ def read(data: bytes) -> Mesh:
     """
     if data.startswith(b"\x1f\x8b"):
         data = _decompress(data)
+    data = plain_text(data)
     try:
-        text = data.decode("utf-8-sig")
+        text = data.decode()
     except UnicodeDecodeError:
         text = data.decode("latin-1")
-    text = text.replace("\r\n", "\n").replace("\r", "\n")
     header = text.lstrip().split("\n", 1)[0].split()
     if header[:2] == ["#VRML", "V1.0"]:
         walk: Callable[[list[Node], _MeshBuilder], None] = _walk_vrml1

@@ -67,3 +67,11 @@ def test_an_interrupt_inside_any_command(monkeypatch: pytest.MonkeyPatch, capsys
     monkeypatch.setattr(matrices, "explain", interrupted)
     assert main(["explain", "--scale", "2"]) == 130
     assert capsys.readouterr() == ("", "")
+
+
+def test_a_file_that_is_not_read_whole_is_named_in_one_line(capfd: pytest.CaptureFixture[str]) -> None:
+    save_mesh(samples.cube(), "cube.stl")
+    with Path("cube.stl").open("ab") as file:
+        file.write(b"more")
+    assert main(["transform", "cube.stl", "moved.stl", "--scale", "2"]) == 0
+    assert capfd.readouterr().err == "gpu-xform: warning: cube.stl: 4 bytes behind its 12 triangles are left out\n"

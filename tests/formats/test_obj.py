@@ -52,6 +52,8 @@ def both(data: bytes) -> tuple[Any, Any]:
         ("f 01 002 3", [[0, 1, 2]]),
         ("l 1 2", [[0, 1]]),
         ("l 1 2 3 -1", [[0, 1], [1, 2], [2, 4]]),
+        ("l 3", []),
+        ("l 1 2 3\nf -1 -2 -3\nl -1\nl -3 2 -2", [[0, 1], [1, 2], [4, 3, 2], [2, 1], [1, 3]]),
         ("l 1/1 2/2\nf 1 2 3\nl 3 4", [[0, 1], [0, 1, 2], [2, 3]]),
         ("f 1 2", [[0, 1]]),
         ("p 1 2 3", []),
@@ -94,6 +96,45 @@ def test_relative_indices_count_from_where_they_stand() -> None:
     assert faces(data) == [[0, 1, 2], [3, 4, 5], [0, 5, 0]]
 
 
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-16-be", "utf-8-sig"])
+@pytest.mark.parametrize("end", [b"", b"\x1a", b"\0\0\0", b"\r\n\x1a\r\n"])
+def test_encodings_and_what_old_tools_put_at_the_end(encoding: str, end: bytes) -> None:
+    text = "\ufeff" if encoding in ("utf-16-le", "utf-16-be") else ""
+    text += "# a ball, by \u03a3\n" + POINTS.decode() + "f 1 2 3 4\n" + end.decode()
+    assert faces(text.encode(encoding)) == [[0, 1, 2, 3]]
+
+
+def test_a_comment_behind_a_one_is_a_comment() -> None:
+    assert obj.read(b"v 0 0 1.#INFO\nv 0 0 1.# IND\nv 0 0 -1.#\n").positions[:, 2].tolist() == [1, 1, -1]
+
+
+@given(st.data())
+def test_relative_indices_and_lines_read_the_same_both_ways(data: st.DataObject) -> None:
+    text, n_points = "", 0
+    for _ in range(data.draw(st.integers(1, 5))):
+        n_new = data.draw(st.integers(1, 4))
+        text += "v 1 2 3\n" * n_new
+        n_points += n_new
+        for _ in range(data.draw(st.integers(0, 3))):
+            index = st.integers(-n_points, n_points).filter(bool)
+            corners = data.draw(st.lists(index, min_size=2, max_size=5))
+            form = data.draw(st.sampled_from(["%d", "%d/1", "%d//-2", "%d/-3/4"]))
+            text += data.draw(st.sampled_from("fl")) + " " + " ".join(form % corner for corner in corners) + "\n"
+    bulk, careful = both(text.encode())
+    assert bulk is not None
+    assert bulk == careful
+
+
+def test_relative_indices_are_those_of_trimesh() -> None:
+    # All faces are behind all vertices: trimesh counts back from the last of the file.
+    mesh = samples.icosphere(2)
+    data = b"".join(b"v %r %r %r\n" % tuple(row) for row in mesh.positions.tolist())
+    data += b"".join(b"f %d %d %d\n" % tuple(face) for face in (np.asarray(mesh.faces) - mesh.n_points).tolist())
+    bulk, _ = both(data)
+    other = trimesh.load_mesh(io.BytesIO(data), file_type="obj", process=False)
+    assert np.array_equal(bulk.positions[bulk.indices].reshape(-1, 3, 3), other.triangles)
+
+
 def test_a_point_cloud_loads() -> None:
     mesh = obj.read(POINTS)
     assert (mesh.n_points, mesh.n_faces) == (5, 0)
@@ -108,7 +149,13 @@ def test_a_point_cloud_loads() -> None:
         ("f 1 2 -6", "line 6: index -6 is out of range, there are 5 vertices so far"),
         ("f 1", "line 6: 'f' needs at least 2 corners, got 1"),
         ("f", "line 6: 'f' needs at least 2 corners, got 0"),
-        ("l 1", "line 6: 'l' needs at least 2 corners, got 1"),
+        ("l", "line 6: 'l' needs at least 2 corners, got 0"),
+        ("f 1/-1/-1/-1 2 3", "got '1/-1/-1/-1'"),
+        ("f 1/-1//-1 2 3", "got '1/-1//-1'"),
+        ("f -1 -2 --3", "got '--3'"),
+        ("f -1 -2 -3-4", "got '-3-4'"),
+        ("v 1 2 1.#QNAN0", "line 6: a coordinate must be finite, got 1 2 +nan"),
+        ("v 1 2 -1.#INF", "line 6: a coordinate must be finite, got 1 2 -inf"),
         ("f 1 2 3.5", "line 6: expected an index such as 1, 1/2 or 1/2/3, got '3.5'"),
         ("f 1 2 x", "got 'x'"),
         ("f 1 2 1_0", "got '1_0'"),
@@ -162,6 +209,10 @@ def test_numbers_are_read_to_the_last_bit() -> None:
         POINTS + b"f 1/1 2/1 3/1\n",
         b"# head\n\no thing\n" + POINTS + b"\ns off\nf 1 2 3\n" + POINTS + b"f 8 9 10 1\n",
         POINTS,
+        POINTS + b"f -1 -2 -3\nf -5/-1 2/7 +3/1 -1/2\n" + POINTS + b"f 1//2 -1//-3 -7//1\nf -1/2/3 4/5/-6 7/8/9\n",
+        POINTS + b"f -5 2/-1 3//-1 4/-2/-3  \t\n",
+        POINTS + b"l 1 2 3\nf 1 2 3 4\nl 4 5\nl 1 2 3 4 5 1\n",
+        POINTS + b"l -1 -2 -3\nf -1 2 3 4\nl 4/-1 5/-2\n",
     ],
 )
 def test_regular_files_take_the_bulk_path(data: bytes) -> None:

@@ -28,6 +28,16 @@ PLAIN = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 .5\n0 1 0\n4 0 1 2 3\n3 0 1 2\n"
         PLAIN.replace("\n", "\r\n"),
         PLAIN.replace("\n", "\r"),
         "\ufeff" + PLAIN,
+        PLAIN + "\x1a",
+        PLAIN + "\r\n\0\0",
+        PLAIN.replace("OFF\n", "OFF"),
+        PLAIN.replace("OFF\n", "OFF").replace("4 2 0", "4 2"),
+        PLAIN.replace("OFF", "nOFF 3"),
+        PLAIN.replace("OFF", "nOFF\n3"),
+        PLAIN.replace("OFF\n4", "nOFF3 4"),
+        "4OFF\n4 2 0\n0 0 0 1\n2 0 0 2\n1 1 .5 1\n0 -1 0 -1\n4 0 1 2 3\n3 0 1 2\n",
+        "4nOFF 3\n4 2 0\n0 0 0 1 # x\n2 0 0 2\n1 1 .5 1\n\v0 -1 0 -1\n4 0 1 2 3\n3 0 1 2\n",
+        "C4OFF\n4 2 0\n0 0 0 1 9 9 9 1\n2 0 0 2 9 9 9 1\n1 1 .5 1 9 9 9 1\n0 2 0 2 9 9 9 1\n4 0 1 2 3\n3 0 1 2\n",
         PLAIN.replace("3 0 1 2\n", "3 0 1 2 255 0 0\n"),
         PLAIN.replace("3 0 1 2\n", "3 0 1 2 0.5 .25 1e-1 1\n").replace("4 0 1 2 3\n", "4 0 1 2 3 7\n"),
         PLAIN.replace("OFF", "COFF").replace("0 0\n", "0 0 255 0 0 255\n", 1).replace("1 0 0\n", "1 0 0 1 2 3 4\n"),
@@ -39,6 +49,32 @@ def test_variants_of_a_square(text: str) -> None:
     assert off.read(text.encode()) == SQUARE
 
 
+def test_other_encodings() -> None:
+    assert off.read(PLAIN.encode("utf-16")) == SQUARE
+    assert off.read(PLAIN.encode("utf-16-be").join([b"\xfe\xff", b""])) == SQUARE
+
+
+def test_fewer_dimensions() -> None:
+    assert off.read(b"nOFF 2\n3 1\n0 0\n1 2\n3 4\n3 0 1 2\n") == Mesh([(0, 0, 0), (1, 2, 0), (3, 4, 0)], [(0, 1, 2)])
+    assert off.read(b"4nOFF 1\n2 0 0\n1 2\n6 3\n") == Mesh([(0.5, 0, 0), (2, 0, 0)])
+
+
+@pytest.mark.parametrize("order", [">", "<"])
+@pytest.mark.parametrize("flags", ["", "C", "N", "ST", "STCN", "4", "n", "STCN4n"])
+def test_binary_files(order: str, flags: str) -> None:
+    points = SQUARE.positions * 2 if "4" in flags else SQUARE.positions
+    columns = [points]
+    columns += [np.full((4, 1), 2.0)] if "4" in flags else []
+    columns += [np.full((4, n), 9.0) for flag, n in (("N", 3), ("C", 4), ("ST", 2)) if flag in flags]
+    data = f"{flags}OFF BINARY\n".encode() + np.array([*([3] if "n" in flags else []), 4, 2, 5], f"{order}i4").tobytes()
+    data += np.hstack(columns).astype(f"{order}f4").tobytes()
+    data += np.array([4, 0, 1, 2, 3, 0, 3, 0, 1, 2, 3], f"{order}i4").tobytes() + np.ones(3, f"{order}f4").tobytes()
+    assert off.read(data) == SQUARE
+    for end in range(len(data)):
+        with pytest.raises(MeshError):
+            off.read(data[:end])
+
+
 def test_point_clouds_and_segments() -> None:
     assert off.read(b"OFF 1 0 0\n1 2 3") == Mesh([(1, 2, 3)])
     assert off.read(b"OFF 2 1 0\n1 2 3\n4 5 6\n2 0 1").faces == pytest.approx(np.array([[0, 1]]))
@@ -47,11 +83,21 @@ def test_point_clouds_and_segments() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("4 2 0\n", "line 1: expected OFF, COFF, NOFF, STOFF or the like in three dimensions, got '4 2 0'"),
+        ("4 2 0\n", "line 1: expected OFF, COFF, NOFF, STOFF or the like, got '4 2 0'"),
         ("# nothing\n", "line 1: expected OFF"),
-        (PLAIN.replace("OFF", "4OFF"), "line 1: expected OFF"),
-        (PLAIN.replace("OFF", "nOFF 3"), "line 1: expected OFF"),
-        ("OFF BINARY\n\x00", "line 1: binary OFF cannot be read"),
+        (PLAIN.replace("OFF", "OFFICE"), "line 1: expected OFF"),
+        (PLAIN.replace("OFF", "4OFF"), "line 3: a vertex needs 4 numbers, got 3"),
+        (
+            PLAIN.replace("OFF", "4OFF").replace("0 0 0\n", "0 0 0 0\n"),
+            "line 3: a number must be finite, got '0 0 0 0'",
+        ),
+        (PLAIN.replace("OFF", "nOFF 4"), "line 1: a mesh has up to 3 dimensions, this nOFF has 4"),
+        (PLAIN.replace("OFF", "nOFF\n0"), "line 2: a mesh has up to 3 dimensions, this nOFF has 0"),
+        (PLAIN.replace("OFF", "nOFF\nx"), "line 2: expected an integer, got 'x'"),
+        ("OFF BINARY\n\x00", "the binary header declares more vertices and faces than the file can hold"),
+        ("OFF BINARY\n" + "\0\0\0\1" * 5, "declares 1 vertices of 3 numbers, more than the file can hold"),
+        ("OFF BINARY\n" + "\0\0\0\1" * 6 + "\0\0\0\2\0\0\0\0", "face 0: 2 corners, at least 2, do not fit the file"),
+        (PLAIN.replace("1 1 .5", "1 1 -1.#IND"), "line 5: a number must be finite, got '1 1 -nan'"),
         (PLAIN.replace("4 2 0", "-4 2 0"), "line 2: expected the numbers of vertices, faces and edges, got '-4 2 0'"),
         (PLAIN.replace("4 2 0", "4 -2 0"), "line 2: expected the numbers"),
         (PLAIN.replace("4 2 0", "4 x 0"), "line 2: expected the numbers"),
@@ -85,15 +131,15 @@ def both(data: bytes) -> tuple[object, object]:
     """What the bulk path (None where it declines) and the careful path make of a file."""
     try:
         rows = off._split_rows(data)
-        n_points, n_faces, end = off._parse_header(rows)
+        layout, n_points, n_faces, end = off._parse_header(rows)
     except MeshError:
         return None, None
     try:
-        bulk: object = off._read_regular(data[end:], n_points, n_faces)
+        bulk: object = off._read_regular(data[end:], layout, n_points, n_faces)
     except ValueError:
         bulk = None
     try:
-        careful: object = off._read_rows(rows, n_points, n_faces)
+        careful: object = off._read_rows(rows, layout, n_points, n_faces)
     except MeshError as error:
         careful = str(error)
     return bulk, careful

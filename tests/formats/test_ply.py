@@ -100,6 +100,64 @@ def test_variants_of_a_square(text: str) -> None:
     assert ply.read(text.encode()) == SQUARE
 
 
+def test_carriage_returns_before_a_body_that_begins_with_a_line_feed() -> None:
+    mesh = Mesh(np.array([[10, 1, 2], [3, 4, 5]], np.int8).astype(np.float64))
+    header = "ply\rformat binary_little_endian 1.0\relement vertex 2\r"
+    header += "property char x\rproperty char y\rproperty char z\rend_header\r"
+    body = bytes([10, 1, 2, 3, 4, 5])
+    assert ply.read(header.encode() + body) == mesh
+    for end in ("\n", "\r\n"):
+        assert ply.read(header.replace("\r", end).encode() + body) == mesh
+
+
+def test_elements_anywhere_are_passed_over() -> None:
+    header = """ply
+format {} 1.0
+element camera 2
+property list uchar double pose
+property short id
+element vertex 3
+property float x
+property list uint char tags
+property float y
+property float z
+element nothing 0
+property int a
+element face 1
+property list uchar uint vertex_index
+element range_grid 2
+property list uchar int vertex_indices
+end_header
+"""
+    mesh = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
+    text = "2 .5 .5 7\n1 1 8\n0 1 9 0 0\n1 2 9 9 0 0\n0 1 9 1 0\n3 0 1 2\n1 5\n2 0 1\n"
+    data = (header.format("ascii") + text).encode()
+    assert ply.read(data) == mesh
+    data = data.replace(b"element nothing 0\nproperty int a\n", b"")  # of which plyfile warns
+    other = plyfile.PlyData.read(io.BytesIO(data))
+    other.text, other.byte_order = False, "<"
+    file = io.BytesIO()
+    other.write(file)
+    assert ply.read(file.getvalue()) == mesh
+
+
+@pytest.mark.parametrize(
+    ("lists", "expected"),
+    [
+        ([[0, 1, 2, 3, 4]], [[0, 1, 2], [2, 1, 3], [2, 3, 4]]),
+        ([[0, 1, 2, -1, 1, 2, 3, 4, -1]], [[0, 1, 2], [1, 2, 3], [3, 2, 4]]),
+        ([[0, 1, 2], [1, 2, 3, 4], [0, 1], []], [[0, 1, 2], [1, 2, 3], [3, 2, 4]]),
+        ([[0, 1, 2, 2, 3, 4]], [[0, 1, 2], [3, 2, 4]]),  # a corner given twice turns the strip
+        ([[-1, -1, 3, 2, 1]], [[3, 2, 1]]),
+    ],
+)
+def test_triangle_strips(lists: list[list[int]], expected: list[list[int]]) -> None:
+    header = HEADER.replace("element face 2", f"element tristrips {len(lists)}").split("element edge")[0]
+    body = "0 0 0\n1 0 0\n1 1 .5\n0 1 0\n2 2 2\n" + "".join(f"{len(row)} {' '.join(map(str, row))}\n" for row in lists)
+    mesh = ply.read((header.replace("vertex 4", "vertex 5") + "end_header\n" + body).encode())
+    assert [face.tolist() for face in mesh.faces] == expected
+
+
 def test_a_point_cloud() -> None:
     header = HEADER.split("element face")[0]
     assert ply.read((header + "end_header\n0 0 0 1 0 0 1 1 .5 0 1 0").encode()) == Mesh(SQUARE.positions)
@@ -125,7 +183,8 @@ def test_a_point_cloud() -> None:
         ("float z", "float w", "the element vertex has no property z of one value"),
         ("vertex 4", "vertices 4", "the header declares no element vertex"),
         ("vertex_indices", "corners", "the element face has no list vertex_indices or vertex_index"),
-        ("element edge", "element tristrips", "the element tristrips cannot be read"),
+        ("element edge", "element tristrips", "the element tristrips has no list vertex_indices or vertex_index"),
+        ("1 1 .5", "1 1 1.#INF", "vertex 2: coordinates must be finite, got [1.0, 1.0, inf]"),
         ("vertex2", "b", "the element edge has no property vertex2"),
         ("1 1 .5", "1 1 x", "line 17: expected a number, got 'x'"),
         ("1 1 .5", "1 1 nan", "vertex 2: coordinates must be finite, got [1.0, 1.0, nan]"),

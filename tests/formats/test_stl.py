@@ -1,12 +1,13 @@
 import io
 import struct
+from typing import Any
 
 import numpy as np
 import pytest
 import trimesh
 
 from gpu_xform import samples
-from gpu_xform.errors import MeshError
+from gpu_xform.errors import MeshError, MeshWarning
 from gpu_xform.formats import load_mesh, save_mesh, stl
 from gpu_xform.geometry.mesh import Mesh
 
@@ -36,6 +37,13 @@ ASCII = (
     "data",
     [
         binary(ROWS),
+        binary(ROWS)[:-2] + b"\xff\x7f",  # a colour
+        ASCII.replace("\n", " ").encode(),
+        ASCII.replace("\n", " ").replace("thing", "vertex thing").encode(),
+        b"\xef\xbb\xbf" + ASCII.encode(),
+        ASCII.encode("utf-16"),
+        b"\xff\xfe" + binary(ROWS)[2:],
+        ASCII.encode() + b"\r\n\x1a\0",
         binary(ROWS, head=b"solid of the binary kind, with a facet"),
         ASCII.encode(),
         ASCII.upper().encode(),
@@ -45,6 +53,38 @@ ASCII = (
 )
 def test_both_kinds_join_corners_at_equal_points(data: bytes) -> None:
     assert stl.read(data) == TRIANGLES
+
+
+@pytest.mark.parametrize(
+    ("data", "warning"),
+    [
+        (binary(ROWS) + b"\0" * 7, "7 bytes behind its 2 triangles are left out"),
+        (binary(ROWS, head=b"solid".ljust(80, b"\0")) + b"x", "1 bytes behind its 2 triangles are left out"),
+        (ASCII.replace("endsolid thing\n", "").encode(), "ends behind 2 triangles without endsolid, as if cut off"),
+    ],
+)
+def test_what_is_odd_at_the_end_is_told(data: bytes, warning: str) -> None:
+    file = io.BytesIO(data)
+    file.name = "a.stl"
+    with pytest.warns(MeshWarning, match=f"^a.stl: {warning}$"):
+        mesh = load_mesh(file)
+    assert mesh == TRIANGLES
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("n_distinct", [1, 50, 3000])
+def test_corners_are_merged_as_numpy_finds_them(dtype: Any, n_distinct: int) -> None:
+    rng = np.random.default_rng(3)
+    rows = rng.normal(size=(n_distinct, 3)).astype(dtype)[rng.integers(0, n_distinct, 3000)]
+    _, first, inverse = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    found = stl._find_first_equal(rows.view(f"u{rows.itemsize}"))
+    assert np.array_equal(found, first[inverse.ravel()])
+
+
+def test_corners_whose_hashes_are_equal_are_told_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stl, "_FACTORS", np.zeros(3, np.uint64))
+    rows = np.repeat(np.arange(90, dtype=np.uint32).reshape(30, 3), 2, axis=0)
+    assert np.array_equal(stl._find_first_equal(rows), np.repeat(np.arange(0, 60, 2), 2))
 
 
 def test_zeros_of_both_signs_are_one_point() -> None:
@@ -81,11 +121,12 @@ def test_text_reads_as_trimesh_reads_it() -> None:
     [
         (binary(ROWS)[:-1], "declares 2 triangles, which make 184 bytes, got 183"),
         (binary(ROWS)[:84], "declares 2 triangles, which make 184 bytes, got 84"),
-        (binary(ROWS) + b"\0", "declares 2 triangles, which make 184 bytes, got 185"),
         (binary(ROWS)[:83], "expected a binary STL header of 84 bytes or the word solid, got 83 bytes"),
         (b"x" * 80 + b"\xff\xff\xff\xff" + b"\0" * 50, "declares 4294967295 triangles"),
         (binary([]), "the file has no triangles"),
         (ASCII.encode()[:-40], "cut off: 6 vertex, 1 endfacet and 0 endsolid statements"),
+        (ASCII.replace("1.0", "1.#QNAN", 1).encode(), "triangle 0: coordinates must be finite, got [nan, 0.0, 0.0]"),
+        (binary(ROWS, head=b"solid".ljust(80, b"\0"))[:-1], "declares 2 triangles, which make 184 bytes, got 183"),
         (ASCII.replace("  vertex 1.0 0.0 0.0\n", "").encode(), "cut off: 5 vertex, 2 endfacet and 1 endsolid"),
         (ASCII.replace("1.0", "one", 1).encode(), "line 5: expected a number, got 'one'"),
         (
@@ -96,7 +137,7 @@ def test_text_reads_as_trimesh_reads_it() -> None:
         (ASCII.replace("1.0", "nan").encode(), "triangle 0: coordinates must be finite, got [nan, 0.0, 0.0]"),
         (ASCII.replace("1.0 0.0 0.0", "").encode(), "line 5: expected vertex and 3 numbers"),
         (b"solid nothing\nendsolid nothing\n", "the file has no triangles"),
-        (b"solid", "cut off: 0 vertex, 0 endfacet and 0 endsolid statements"),
+        (b"solid", "the file has no triangles"),
         (binary([(float("nan"), *ROWS[0][1:])]), "triangle 0: coordinates must be finite, got [nan, 0.0, 0.0]"),
         (binary([(float("inf"), *ROWS[0][1:])]), "triangle 0: coordinates must be finite, got [inf, 0.0, 0.0]"),
     ],

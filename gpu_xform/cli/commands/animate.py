@@ -1,10 +1,8 @@
 """`gpu-xform animate`: a file that shows models in motion."""
 
 import argparse
-import sys
-import warnings
 
-from ...errors import ArgumentError, SizeWarning
+from ...errors import ArgumentError
 from .. import argument_types as types
 from .. import files
 from .. import options as groups
@@ -89,8 +87,7 @@ def run(options: argparse.Namespace) -> int:
     paths = expand_globs(options.models)
     layers = read_layers(options, paths, compose_transforms(options))
     arguments = collect_picture_arguments(options, layers, choose_device(options)) | {"fps": options.fps}
-    with warnings.catch_warnings(record=True) as caught, name_options_in_errors(options, paths):
-        warnings.simplefilter("always", SizeWarning)
+    with name_options_in_errors(options, paths):
         if options.matrices is None:
             axis = options.up if options.axis is None else options.axis
             n_frames = DEFAULT_FRAMES if options.frames is None else options.frames
@@ -98,6 +95,4 @@ def run(options: argparse.Namespace) -> int:
         else:
             stack = files.read_matrix_stack(options.matrices, "frames")
             animation.animate(layers, stack, options.output, **arguments)
-    for warning in caught:
-        sys.stderr.write(f"gpu-xform: warning: {warning.message}\n")
     return 0
