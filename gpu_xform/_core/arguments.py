@@ -111,7 +111,10 @@ def require_affine(matrices: Float64Array, name: str) -> None:
     wrong = (last_rows != expected).any(axis=-1)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
-        rows = ["(" + ", ".join(f"{entry:g}" for entry in row) + ")" for row in (expected, last_rows[index])]
+        rows = [
+            "(" + ", ".join(repr(entry).removesuffix(".0") for entry in row.tolist()) + ")"
+            for row in (expected, last_rows[index])
+        ]
         where = f" in matrix {index[0] if len(index) == 1 else index}" if index else ""
         raise ArgumentError.expecting(name, f"be affine, with the last row {rows[0]}", f"{rows[1]}{where}")
 

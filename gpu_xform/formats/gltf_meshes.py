@@ -1,99 +1,134 @@
-"""The meshes of a glTF document, read from its buffers with all bounds checked."""
+"""The primitives of a glTF document: triangles, segments and points, with what deforms them.
 
-from collections.abc import Sequence
+Section numbers are those of the glTF 2.0 specification.
+"""
+
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
-from ..errors import MeshError
+from ..errors import MeshError, MissingExtraError
+from ..geometry.deformable_mesh import Influences
 from ..geometry.mesh import Mesh
-from ._text import quote
+from .gltf_accessors import MAX_SPARE_NUMBERS, Accessors, get_count
 
-_COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
-_COLUMNS = {"SCALAR": 1, "VEC3": 3}
 _POINTS, _LINES, _LINE_LOOP, _LINE_STRIP, _TRIANGLES, _TRIANGLE_STRIP, _TRIANGLE_FAN = range(7)
-# Primitives can use an array many times: a file may draw so many numbers more than twice its bytes.
-_NUMBER_ALLOWANCE = 1 << 25
-
-Buffers = Sequence[bytes | memoryview]
+_DRACO = "KHR_draco_mesh_compression"
 
 
-def read_meshes(document: Any, buffers: Buffers) -> list[list[Mesh]]:
-    """Return one Mesh per primitive, for each mesh of the document; primitives of points are left out.
+@dataclass(frozen=True, eq=False)
+class Primitive:
+    """A part of a mesh: points with faces of one kind, or alone."""
 
-    Raises MeshError if buffers, views, accessors and primitives contradict each other.
+    mesh: Mesh
+    targets: tuple[Float64Array, ...]
+    """(n, 3) each: what a morph weight of 1 adds to the points."""
+    influences: Influences | None
+    """The joints that each point follows, if a skin is given."""
+
+
+def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
+    """Return the primitives of each mesh that hold a face, or are points.
+
+    Raises MeshError if buffers, views, accessors and primitives disagree with one another.
     """
-    found: list[list[Mesh]] = []
-    n_numbers, n_bytes = 0, sum(map(len, buffers))
+    found: list[list[Primitive]] = []
+    n_numbers = 0
     for i, mesh in enumerate(document.get("meshes", [])):
         found.append([])
-        for primitive in mesh["primitives"]:
-            mode = get_count(primitive, "mode", _TRIANGLES)
-            if mode == _POINTS:
+        for part in mesh["primitives"]:
+            if "POSITION" not in part["attributes"]:  # nothing to show, unless an extension says where (3.7.2.1)
                 continue
-            positions = _read_positions(document, buffers, get_count(primitive["attributes"], "POSITION"))
-            corners = np.arange(len(positions))
-            if "indices" in primitive:
-                corners = _read_corners(document, buffers, get_count(primitive, "indices"))
-            faces = _assemble_faces(corners, mode, f"mesh {i}")
-            n_numbers += positions.size + faces.size
-            if n_numbers > _NUMBER_ALLOWANCE + 2 * n_bytes:
-                raise MeshError(f"its meshes draw {n_numbers} numbers, its buffers have {n_bytes} bytes")
-            if len(faces):
-                found[i].append(Mesh(positions, faces))
+            primitive = _read_primitive(part, accessors, f"mesh {i}")
+            n_numbers += primitive.mesh.positions.size * (1 + len(primitive.targets)) + primitive.mesh.indices.size
+            if n_numbers > MAX_SPARE_NUMBERS + 2 * accessors.n_bytes:
+                raise MeshError(f"its meshes draw {n_numbers} numbers, its buffers have {accessors.n_bytes} bytes")
+            is_empty = primitive.mesh.n_faces == 0 and get_count(part, "mode", _TRIANGLES) != _POINTS
+            if not is_empty and primitive.mesh.n_points:
+                found[i].append(primitive)
     return found
 
 
-def get_count(holder: Any, key: str, default: int | None = None) -> int:
-    """Return a count, an offset or an index that `holder` has under `key`."""
-    value = holder[key] if default is None else holder.get(key, default)
-    if not isinstance(value, int) or isinstance(value, bool) or value < 0:
-        raise MeshError(f"{key} must be an integer of at least 0, got {quote(repr(value))}")
-    return value
+def _read_primitive(part: Any, accessors: Accessors, owner: str) -> Primitive:
+    mode, attributes = get_count(part, "mode", _TRIANGLES), part["attributes"]
+    if _DRACO in part.get("extensions", {}):
+        mode = _unpack(part, accessors, owner)
+    positions = accessors.floats(get_count(attributes, "POSITION"), "VEC3")
+    corners = accessors.indices(get_count(part, "indices")) if "indices" in part else np.arange(len(positions))
+    targets = tuple(
+        _read_target(target, len(positions), accessors, f"{owner}: morph target {t}")
+        for t, target in enumerate(part.get("targets", []))
+    )
+    influences = _read_influences(attributes, len(positions), accessors, owner)
+    if mode != _POINTS:
+        return Primitive(Mesh(positions, _assemble_faces(corners, mode, owner)), targets, influences)
+    if "indices" in part:
+        if len(corners) and corners.max() >= len(positions):
+            raise MeshError(f"{owner} names point {corners.max()}, outside 0..{len(positions) - 1}")
+        positions, targets = positions[corners], tuple(target[corners] for target in targets)
+        if influences is not None:
+            influences = Influences(influences.joints[corners], influences.weights[corners])
+    return Primitive(Mesh(positions), targets, influences)
 
 
-def _read_positions(document: Any, buffers: Buffers, i: int) -> Float64Array:
-    """Return accessor i as points (n, 3); normalized integers become fractions (3.6.2.2)."""
-    rows = _view_rows(document, buffers, i, "VEC3")
-    positions = rows.astype(np.float64)
-    if document["accessors"][i].get("normalized") and rows.dtype.kind in "iu":
-        positions = np.maximum(positions / np.iinfo(rows.dtype).max, -1.0)
-    return positions
+def _read_target(target: Any, n_points: int, accessors: Accessors, name: str) -> Float64Array:
+    """Return what a morph target adds to the points; one of normals alone adds nothing (3.7.2.2)."""
+    if "POSITION" not in target:
+        return np.broadcast_to(np.zeros(1), (n_points, 3))
+    moved = accessors.floats(get_count(target, "POSITION"), "VEC3")
+    if len(moved) != n_points:
+        raise MeshError(f"{name} moves {len(moved)} points, the mesh has {n_points}")
+    return moved
 
 
-def _read_corners(document: Any, buffers: Buffers, i: int) -> IndexArray:
-    """Return accessor i as indices of points (c,)."""
-    rows = _view_rows(document, buffers, i, "SCALAR")
-    if rows.dtype.kind != "u":
-        raise MeshError(f"accessor {i} holds indices, which must be unsigned integers, got {rows.dtype.name}")
-    return rows[:, 0].astype(np.int64)
+def _read_influences(attributes: Any, n_points: int, accessors: Accessors, owner: str) -> Influences | None:
+    """Return the joints and weights of the points, four in each set (3.7.3.3)."""
+    joints: list[IndexArray] = []
+    weights: list[Float64Array] = []
+    while f"JOINTS_{len(joints)}" in attributes:
+        name = len(joints)
+        rows = accessors.components(get_count(attributes, f"JOINTS_{name}"), "VEC4")
+        factors = accessors.floats(get_count(attributes, f"WEIGHTS_{name}"), "VEC4")
+        if rows.dtype.kind != "u":
+            raise MeshError(f"{owner}: JOINTS_{name} must be unsigned integers, got {rows.dtype.name}")
+        if len(rows) != n_points or len(factors) != n_points:
+            raise MeshError(
+                f"{owner}: JOINTS_{name} and WEIGHTS_{name} have {len(rows)} and {len(factors)} rows "
+                f"for {n_points} points"
+            )
+        joints.append(rows.astype(np.int64))
+        weights.append(factors)
+    if not joints:
+        return None
+    return Influences(np.concatenate(joints, axis=1), np.concatenate(weights, axis=1))
 
 
-def _view_rows(document: Any, buffers: Buffers, i: int, kind: str) -> npt.NDArray[Any]:
-    """Return a view of accessor i with one row per element; raise MeshError if it does not fit its buffer (3.6.2)."""
-    accessor = document["accessors"][i]
-    if "bufferView" not in accessor or "sparse" in accessor:
-        raise MeshError(f"accessor {i} is sparse or compressed, which cannot be read")
-    if accessor["type"] != kind:
-        raise MeshError(f"accessor {i} must be of type {kind}, got {quote(repr(accessor['type']))}")
-    v = get_count(accessor, "bufferView")
-    view = document["bufferViews"][v]
-    buffer = buffers[get_count(view, "buffer")]
-    view_start, view_bytes = get_count(view, "byteOffset", 0), get_count(view, "byteLength")
-    if view_start + view_bytes > len(buffer):
-        raise MeshError(f"buffer view {v} ends at byte {view_start + view_bytes}, the buffer has {len(buffer)}")
-    dtype = np.dtype(_COMPONENTS[accessor["componentType"]])
-    row_bytes = _COLUMNS[kind] * dtype.itemsize
-    stride = get_count(view, "byteStride", row_bytes)
-    if stride < row_bytes:
-        raise MeshError(f"accessor {i} has rows of {row_bytes} bytes every {stride} bytes")
-    start, count = get_count(accessor, "byteOffset", 0), get_count(accessor, "count")
-    end = start + (stride * (count - 1) + row_bytes if count else 0)
-    if end > view_bytes:
-        raise MeshError(f"accessor {i} with {count} rows ends at byte {end} of a view of {view_bytes}")
-    return np.ndarray((count, _COLUMNS[kind]), dtype, buffer, view_start + start, (stride, dtype.itemsize))
+def _unpack(part: Any, accessors: Accessors, owner: str) -> int:
+    """Put the arrays of a primitive packed by Draco in place of its accessors, and return its mode of drawing."""
+    try:
+        import DracoPy
+    except ImportError:
+        if accessors.has_content(get_count(part["attributes"], "POSITION")):  # the file has both
+            return get_count(part, "mode", _TRIANGLES)
+        raise MissingExtraError(f"{_DRACO} needs DracoPy: pip install 'gpu_xform[gltf]'") from None
+    packed = part["extensions"][_DRACO]
+    data = bytes(accessors.view_bytes(get_count(packed, "bufferView")))
+    try:
+        mesh = DracoPy.decode(data)
+    except MemoryError:
+        raise
+    except Exception as error:  # whatever damaged content brings the library to
+        raise MeshError(f"{owner}: {_DRACO}: {type(error).__name__}: {error}") from None
+    by_id = {attribute["unique_id"]: attribute["data"] for attribute in mesh.attributes}
+    for name, unique_id in packed["attributes"].items():
+        if unique_id not in by_id:
+            raise MeshError(f"{owner}: {_DRACO} has no attribute {unique_id} for {name}")
+        accessors.replace(get_count(part["attributes"], name), by_id[unique_id])
+    if "indices" in part:
+        accessors.replace(get_count(part, "indices"), np.asarray(mesh.faces, np.uint32).reshape(-1, 1))
+    return _TRIANGLES
 
 
 def _assemble_faces(corners: IndexArray, mode: int, owner: str) -> IndexArray:

@@ -1,43 +1,144 @@
-"""The nodes of a glTF document as a scene."""
+"""The nodes of a glTF document, as a scene. Section numbers are those of the glTF 2.0 specification."""
 
-import itertools
 from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
-from .._core.arguments import as_unit_vector, as_vector, require_affine
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..geometry.deformable_mesh import DeformableMesh, Skin
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
+from ..geometry.scene_animation import rotation_from_quaternion
 from ._text import quote
-from .gltf_meshes import get_count
+from .gltf_accessors import Accessors, get_count
+from .gltf_animations import read_animations
+from .gltf_meshes import Primitive
+from .gltf_placements import local_matrix, make_names
+
+_INSTANCING = "EXT_mesh_gpu_instancing"
+_INSTANCE_TYPES = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
 
 
-def build_scene(document: Any, meshes: Sequence[Sequence[Mesh]]) -> Scene:
-    """Return the default scene of the document, or all its nodes if it lists no scenes.
+def build_scene(
+    document: Any, primitives: Sequence[Sequence[Primitive]], accessors: Accessors, *, with_animations: bool = True
+) -> Scene:
+    """Return the scene that the document shows first, or, if it lists none, all its nodes.
 
-    meshes : the meshes that each mesh of the document became, one per primitive
-
-    Raises MeshError unless the nodes form trees (3.5.2).
+    Each node shows the `primitives` of the mesh that it names. Raises MeshError unless the nodes form trees (3.5.2).
     """
     nodes = document.get("nodes", [])
     if not nodes:
         raise MeshError("it has no nodes")
     parents = _find_parents(nodes)
-    names = _assign_names(nodes)
-    found = Scene()
-    for i in _traverse(nodes, _find_roots(document, parents)):
+    names = make_names([node.get("name") for node in nodes], "node")
+    order = list(_traverse(nodes, _find_roots(document, parents)))
+    shown = {names[i]: i for i in order}
+    animations = read_animations(document, names, shown, accessors) if with_animations else ()
+    found = Scene(animations)
+    models = _Models(document, names, primitives, accessors)
+    for i in order:
         above = parents[i]
         try:
-            parent = None if above is None else names[above]
-            node = found.add(name=names[i], parent=parent, transform=_read_matrix(nodes[i]))
+            node = found.add(
+                name=names[i], parent=None if above is None else names[above], transform=local_matrix(nodes[i])
+            )
+            extensions = nodes[i].get("extensions", {})
+            if extensions.get("KHR_node_visibility", {}).get("visible", True) is False:
+                node.visible = False
+            if "weights" in nodes[i]:
+                node.weights = nodes[i]["weights"]
+            if _INSTANCING in extensions:
+                node.instances = _read_instances(extensions[_INSTANCING], accessors)
+            for model in models.of(nodes[i]):
+                node.show(model)
         except (ArgumentError, ArgumentTypeError, MeshError) as error:
             raise MeshError(f"node {i}: {error}") from None
-        for mesh in meshes[get_count(nodes[i], "mesh")] if "mesh" in nodes[i] else ():
-            node.show(mesh)
     return found
+
+
+class _Models:
+    """What nodes show: one model per primitive and skin, however many nodes show it."""
+
+    def __init__(
+        self, document: Any, names: Sequence[str], primitives: Sequence[Sequence[Primitive]], accessors: Accessors
+    ) -> None:
+        self._document = document
+        self._names = names
+        self._primitives = primitives
+        self._accessors = accessors
+        self._made: dict[tuple[int, int | None], list[Mesh | DeformableMesh]] = {}
+        self._skins: dict[int, Skin] = {}
+
+    def of(self, node: Any) -> list[Mesh | DeformableMesh]:
+        """Return the models of a node."""
+        if "mesh" not in node:
+            return []
+        key = get_count(node, "mesh"), get_count(node, "skin") if "skin" in node else None
+        if key not in self._made:
+            self._made[key] = [self._make(part, *key) for part in self._primitives[key[0]]]
+        return self._made[key]
+
+    def _make(self, part: Primitive, mesh: int, skin: int | None) -> Mesh | DeformableMesh:
+        follows = skin is not None and part.influences is not None
+        if not part.targets and not follows:
+            return part.mesh
+        weights = self._document["meshes"][mesh].get("weights", [0.0] * len(part.targets))
+        try:
+            return DeformableMesh(
+                part.mesh,
+                part.targets,
+                weights,
+                self._skin(skin) if follows and skin is not None else None,
+                part.influences if follows else None,
+            )
+        except (ArgumentError, ArgumentTypeError, MeshError) as error:
+            raise MeshError(f"mesh {mesh}: {error}") from None
+
+    def _skin(self, i: int) -> Skin:
+        """Return skin i (3.7.3.1); without matrices, the joints themselves are the bind pose."""
+        if i not in self._skins:
+            skin = self._document["skins"][i]
+            joints = skin["joints"]
+            if not joints or any(not isinstance(joint, int) or joint < 0 for joint in joints):
+                raise MeshError(f"skin {i} must list its joints by numbers of at least 0, got {quote(repr(joints))}")
+            matrices = np.broadcast_to(np.eye(4), (len(joints), 4, 4))
+            if "inverseBindMatrices" in skin:
+                matrices = self._accessors.matrices(get_count(skin, "inverseBindMatrices"))
+                if len(matrices) < len(joints):
+                    raise MeshError(f"skin {i} has {len(matrices)} matrices for {len(joints)} joints")
+            self._skins[i] = Skin(tuple(self._names[joint] for joint in joints), matrices[: len(joints)])
+        return self._skins[i]
+
+
+def _read_instances(extension: Any, accessors: Accessors) -> Float64Array:
+    """Return the matrices (k, 4, 4) of EXT_mesh_gpu_instancing."""
+    attributes = extension["attributes"]
+    given = {
+        name: accessors.floats(get_count(attributes, name), kind)
+        for name, kind in _INSTANCE_TYPES.items()
+        if name in attributes
+    }
+    counts = {len(rows) for rows in given.values()}
+    if len(counts) != 1:
+        raise MeshError(f"{_INSTANCING} must give one number of instances, got {sorted(counts)}")
+    count = counts.pop()
+    if count > accessors.n_bytes:
+        raise MeshError(f"{_INSTANCING} places {count} copies, its buffers have {accessors.n_bytes} bytes")
+    if not all(np.isfinite(rows).all() for rows in given.values()):
+        raise MeshError(f"{_INSTANCING} must hold finite numbers")
+    matrices = np.tile(np.eye(4), (count, 1, 1))
+    if "ROTATION" in given:
+        lengths = np.linalg.norm(given["ROTATION"], axis=1, keepdims=True)
+        if not lengths.all():
+            raise MeshError(f"{_INSTANCING}: the rotation of copy {int(np.argmin(lengths))} is zero")
+        matrices[:, :3, :3] = [rotation_from_quaternion(row) for row in given["ROTATION"] / lengths]
+    if "SCALE" in given:
+        matrices[:, :3, :3] *= given["SCALE"][:, np.newaxis]
+    if "TRANSLATION" in given:
+        matrices[:, :3, 3] = given["TRANSLATION"]
+    return matrices
 
 
 def _find_parents(nodes: Sequence[Any]) -> list[int | None]:
@@ -76,56 +177,3 @@ def _find_roots(document: Any, parents: Sequence[int | None]) -> list[int]:
     if len(set(listed)) < len(listed) or min(listed, default=0) < 0:
         raise MeshError("the scene must list each node once, by a number of at least 0")
     return list(listed)
-
-
-def _assign_names(nodes: Sequence[Any]) -> list[str]:
-    """Return a unique name for each node.
-
-    The first node with a name keeps it; the others become "wheel 2", "wheel 3", ... if those are unused. Node 7, if it
-    has no name, becomes "node 7".
-    """
-    given = [node.get("name") for node in nodes]
-    taken, used = set(given), set[str]()
-    variants: dict[str, Iterator[str]] = {}
-    names: list[str] = []
-    for i, name in enumerate(given):
-        if name is not None and not isinstance(name, str):
-            raise MeshError(f"node {i}: name must be a text, got {quote(repr(name))}")
-        if not name or name in used:
-            stem = name or f"node {i}"
-            name = next(new for new in variants.setdefault(stem, _generate_variants(stem)) if new not in taken)
-        taken.add(name)
-        used.add(name)
-        names.append(name)
-    return names
-
-
-def _generate_variants(stem: str) -> Iterator[str]:
-    yield stem
-    yield from (f"{stem} {number}" for number in itertools.count(2))
-
-
-def _read_matrix(node: Any) -> Float64Array:
-    """Return the matrix of a node, which holds the matrix itself or T, R and S (3.5.3)."""
-    if "matrix" in node:
-        if "translation" in node or "rotation" in node or "scale" in node:
-            raise MeshError("it has both a matrix and a translation, rotation or scale")
-        matrix = as_vector(node["matrix"], "matrix", 16).reshape(4, 4).T
-        require_affine(matrix, "matrix")
-        return matrix
-    matrix = np.eye(4)
-    if "rotation" in node:
-        matrix[:3, :3] = _convert_quaternion(node["rotation"])
-    if "scale" in node:
-        matrix[:3, :3] *= as_vector(node["scale"], "scale", 3)
-    if "translation" in node:
-        matrix[:3, 3] = as_vector(node["translation"], "translation", 3)
-    return matrix
-
-
-def _convert_quaternion(quaternion: Any) -> Float64Array:
-    """Return the rotation (3, 3) of a quaternion (x, y, z, w): I + 2 w K + 2 K^2, where K v = (x, y, z) x v."""
-    x, y, z, w = as_unit_vector(quaternion, "rotation", 4)
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Float64Array = np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
-    return rotation

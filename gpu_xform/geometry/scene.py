@@ -2,18 +2,22 @@
 
 import copy
 from collections import defaultdict
-from collections.abc import Callable, Container, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_square_matrix
+from .._core.arguments import as_real_array, as_square_matrices, as_square_matrix
+from .._core.error_context import prefix_errors
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 from ..matrices._affine import require_finite
+from .deformable_mesh import DeformableMesh
 from .mesh import Mesh
+from .scene_animation import SceneAnimation
 
 
 class PointsOnDevice(Protocol):
@@ -29,7 +33,7 @@ class PointsOnDevice(Protocol):
         ...
 
 
-SceneModel: TypeAlias = Mesh | npt.NDArray[Any] | PointsOnDevice | StrPath
+SceneModel: TypeAlias = Mesh | DeformableMesh | npt.NDArray[Any] | PointsOnDevice | StrPath
 
 _MAX_REPR_LINES = 40
 
@@ -57,6 +61,11 @@ class Instances(NamedTuple):
 
 class Node:
     """A node of a scene: a name, a matrix, and any number of models. `Scene.add` makes it."""
+
+    # Of the class, so that scenes pickled before there were such have them.
+    _is_visible = True
+    _weights: Float64Array | None = None
+    _instances: Float64Array | None = None
 
     def __init__(self, name: str, parent: str | None, transform: Float64Array) -> None:
         self._name = name
@@ -97,6 +106,50 @@ class Node:
         """The models with their styles, in the order of the calls of `show`."""
         return self._models
 
+    @property
+    def visible(self) -> bool:
+        """Whether the models of this node, and of all that is in it, are drawn."""
+        return self._is_visible
+
+    @visible.setter
+    def visible(self, visible: bool) -> None:
+        """Show or hide the node."""
+        if not isinstance(visible, bool):
+            raise ArgumentTypeError.expecting("visible", "be True or False", repr(visible))
+        self._is_visible = visible
+
+    @property
+    def weights(self) -> Float64Array | None:
+        """The morph weights of the models (t,), read-only; None for those of the models. Assign others to change them.
+
+        ArgumentError is raised for another shape, a NaN, an infinity.
+        """
+        return self._weights
+
+    @weights.setter
+    def weights(self, weights: npt.ArrayLike | None) -> None:
+        """Put other weights in their place."""
+        self._weights = None if weights is None else _as_weights(weights, "weights")
+
+    @property
+    def instances(self) -> Float64Array | None:
+        """The matrices from copies of the models to this node: (k, 4, 4), read-only; None for one copy in its place.
+
+        Assign others to change them; the nodes placed in this one have no copies.
+        ArgumentError is raised for another shape, a NaN, an infinity.
+        """
+        return self._instances
+
+    @instances.setter
+    def instances(self, matrices: MatrixLike | None) -> None:
+        """Put other matrices in their place."""
+        if matrices is None:
+            self._instances = None
+            return
+        stack = as_square_matrices(matrices, "instances", 4).reshape(-1, 4, 4)
+        stack.flags.writeable = False
+        self._instances = stack
+
     def show(self, model: SceneModel, **style: Any) -> None:
         """Add a model to this node.
 
@@ -128,8 +181,17 @@ class Scene:
     children. A model that several nodes show is uploaded once, and drawn once per node.
     """
 
-    def __init__(self) -> None:
+    # Of the class, so that scenes pickled before there were such have them.
+    _animations: Mapping[str, SceneAnimation] = MappingProxyType({})
+
+    def __init__(self, animations: Iterable[SceneAnimation] = ()) -> None:
         self._nodes: dict[str, Node] = {}
+        self._animations = {animation.name: animation for animation in animations}
+
+    @property
+    def animations(self) -> Mapping[str, SceneAnimation]:
+        """The animations that the scene's file holds, by name; `animate(scene, scene.animations[name])` plays one."""
+        return MappingProxyType(dict(self._animations))
 
     def add(
         self,
@@ -241,13 +303,17 @@ class Scene:
                 product = product @ below.transform
         return _require_finite_world(product, path[0])
 
-    def posed(self, poses: Mapping[str, MatrixLike]) -> "Scene":
-        """Return a scene of the same models, with other matrices for some nodes.
+    def posed(
+        self, poses: Mapping[str, MatrixLike], weights: Mapping[str, npt.ArrayLike] = MappingProxyType({})
+    ) -> "Scene":
+        """Return a scene of the same models, with other matrices or morph weights for some nodes.
 
         Parameters
         ----------
         poses : dict of str to (4, 4) numbers, or to objects with `as_matrix()`
-            The new matrix, from the node to its parent, by the node's name.
+            The new matrix, from the node to its parent, by the node's name. Skinned meshes follow their joints.
+        weights : dict of str to (t,) numbers, optional
+            The new morph weights of what the node shows, by the node's name.
 
         Returns
         -------
@@ -256,18 +322,22 @@ class Scene:
         Raises
         ------
         ArgumentError
-            For an unknown name or an invalid matrix.
+            For an unknown name, an invalid matrix or an invalid weight.
         ArgumentTypeError
             If `poses` is not a mapping.
         """
         if not isinstance(poses, Mapping):
             raise ArgumentTypeError.expecting("poses", "map names to matrices", type(poses).__name__)
-        posed = Scene()
+        posed = Scene(self._animations.values())
         posed._nodes = {name: copy.copy(node) for name, node in self._nodes.items()}
         for name, matrix in poses.items():
             if name not in posed:
                 raise ArgumentError.expecting("poses", "name nodes of this scene", repr(name))
             posed._nodes[name]._transform = _as_local_matrix(matrix, f"poses[{name!r}]")
+        for name, factors in weights.items():
+            if name not in posed:
+                raise ArgumentError.expecting("weights", "name nodes of this scene", repr(name))
+            posed._nodes[name]._weights = _as_weights(factors, f"weights[{name!r}]")
         return posed
 
     def with_models(self, change: Callable[[Any], Any]) -> "Scene":
@@ -284,7 +354,7 @@ class Scene:
         """
         changed = self.posed({})
         for node in changed:
-            node._models = tuple(Shown(change(shown.model), shown.style) for shown in node._models)
+            node._models = tuple(shown._replace(model=change(shown.model)) for shown in node._models)
         return changed
 
     def layers(self) -> list[Instances]:
@@ -304,14 +374,25 @@ class Scene:
             If a world matrix overflows.
         """
         worlds: dict[str | None, Float64Array] = {None: np.eye(4)}
+        hidden: set[str | None] = set()
         found: dict[Any, tuple[Node, Shown, list[Float64Array]]] = {}
         with np.errstate(over="ignore", invalid="ignore"):
             for node in self:
                 worlds[node.name] = worlds[node.parent] @ node.transform
+                if node.parent in hidden or not node.visible:
+                    hidden.add(node.name)
+            for node in self:
+                if node.name in hidden:
+                    continue
                 for shown in node.models:
-                    *_, matrices = found.setdefault(_make_key(shown), (node, shown, []))
-                    matrices.append(_require_finite_world(worlds[node.name], node))
-        return [Instances(node.name, *shown, np.stack(matrices)) for node, shown, matrices in found.values()]
+                    placed, matrices = _place(shown, node, worlds)
+                    *_, places = found.setdefault(_make_key(placed), (node, placed, []))
+                    places += [_require_finite_world(matrix, node) for matrix in matrices]
+        return [
+            Instances(node.name, shown.model, shown.style, np.stack(places))
+            for node, shown, places in found.values()
+            if places
+        ]
 
     def _new_name(self, name: object) -> str:
         """Return `name`, or an unused one for None; raise an error for a name that is taken."""
@@ -391,6 +472,32 @@ def _as_local_matrix(matrix: MatrixLike, argument: str) -> Float64Array:
     local = as_square_matrix(matrix, argument, 4)
     local.flags.writeable = False
     return local
+
+
+def _as_weights(weights: npt.ArrayLike, argument: str) -> Float64Array:
+    factors = as_real_array(weights, argument)
+    if factors.ndim != 1:
+        raise ArgumentError.expecting(argument, "have shape (t,)", factors.shape)
+    factors.flags.writeable = False
+    return factors
+
+
+def _place(shown: Shown, node: Node, worlds: Mapping[str | None, Float64Array]) -> tuple[Shown, list[Float64Array]]:
+    """Return what a node shows as a mesh that is not deformed any more, and where its copies are in the world."""
+    world, model = worlds[node.name], shown.model
+    if isinstance(model, DeformableMesh):
+        skin = model.skin
+        missing = [] if skin is None else [name for name in skin.joints if name not in worlds]
+        if missing:
+            raise ArgumentError.expecting("skin", "have its joints in the scene", repr(missing[0]))
+        joints = None if skin is None else np.stack([worlds[name] for name in skin.joints])
+        with prefix_errors(f"node {node.name!r}"):
+            shown = shown._replace(model=model.posed(node.weights, joints))
+        if skin is not None:
+            world = np.eye(
+                4
+            )  # the joints have put it into the world, whatever the matrix of its node (glTF 2.0, 3.7.3.3)
+    return shown, [world] if node.instances is None else list(world @ node.instances)
 
 
 def _make_key(shown: Shown) -> tuple[Any, ...]:

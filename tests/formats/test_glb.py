@@ -67,8 +67,9 @@ def test_a_polygon_mesh_is_written_as_fans() -> None:
         ("accessors.0.count", -1, "count must be an integer of at least 0, got '-1'"),
         ("accessors.0.count", 2.5, "count must be an integer"),
         ("accessors.0.byteOffset", 4, "accessor 0 with 3 rows ends at byte 40"),
-        ("accessors.0.bufferView", None, "accessor 0 is sparse or compressed, which cannot be read"),
-        ("accessors.1.sparse", {"count": 1}, "accessor 1 is sparse or compressed"),
+        ("accessors.1.sparse", {"count": 1}, "the JSON is not glTF: KeyError: 'indices'"),
+        ("extensionsRequired", ["KHR_materials_unlit", "X_a"], "it requires the extension 'X_a', which cannot be read"),
+        ("extensionsRequired", ["X_a", 5], "it requires the extensions 'X_a', '5', which cannot be read"),
         ("accessors.0.bufferView", 7, "the JSON is not glTF: IndexError"),
         ("accessors.0.type", "VEC9", "accessor 0 must be of type VEC3, got \"'VEC9'\""),
         ("accessors.0.componentType", 1, "the JSON is not glTF: KeyError: 1"),
@@ -95,12 +96,11 @@ def test_a_polygon_mesh_is_written_as_fans() -> None:
         ("nodes", [{"mesh": "x"}], "mesh must be an integer of at least 0, got \"'x'\""),
         ("nodes", 5, "the JSON is not glTF: TypeError"),
         ("nodes", [5], "the JSON is not glTF: AttributeError"),
-        ("meshes.0.primitives.0.mode", 0, "it shows no triangles and no lines"),
         ("meshes.0.primitives.0.mode", 1, "mesh 0 has 3 corners, which must be a multiple of 2"),
         ("meshes.0.primitives.0.mode", 7, "mesh 0 must have a mode of at most 6, got 7"),
         ("meshes.0.primitives.0.indices", 0, "accessor 0 must be of type SCALAR, got \"'VEC3'\""),
         ("accessors.1.componentType", 5122, "accessor 1 holds indices, which must be unsigned integers, got int16"),
-        ("nodes.0.mesh", None, "it shows no triangles and no lines"),
+        ("nodes.0.mesh", None, "it shows no triangles, no lines and no points"),
         ("meshes.0.primitives.0.indices", 9, "the JSON is not glTF: IndexError"),
         ("scene", 9, "the JSON is not glTF: IndexError"),
         ("scenes.0.nodes", [1], "the JSON is not glTF: IndexError"),
@@ -138,7 +138,6 @@ def test_contents_are_checked(binary: bytes, message: str) -> None:
         (b"x" * 40, "byte 0: expected 'glTF'"),
         (b"glTF" + struct.pack("<II", 1, 40) + b"\0" * 28, "byte 4: expected version 2, got 1"),
         (pack(document())[:-1], "byte 8: declares"),
-        (pack(document()) + b"\0", "byte 8: declares"),
         (b"glTF" + struct.pack("<III", 2, 20, 99) + b"JSON", "byte 12: a chunk declares 99 bytes, 0 are left"),
         (b"glTF" + struct.pack("<III", 2, 20, 0) + b"BIN\0", "byte 12: expected a JSON chunk"),
         (pack(b"{"), "the JSON is malformed"),
@@ -152,6 +151,11 @@ def test_headers_are_checked(data: bytes, message: str) -> None:
     with pytest.raises(MeshError) as caught:
         glb.read(data)
     assert message in str(caught.value)
+
+
+def test_bytes_behind_the_end_are_none_of_the_file() -> None:
+    for rest in (b"\0", b"\n", b"glTF" + b"\xff" * 40):
+        assert glb.read(pack(document()) + rest) == TRIANGLE
 
 
 @pytest.mark.slow

@@ -224,10 +224,17 @@ def test_a_mesh_of_several_primitives_shows_each() -> None:
     content["meshes"][0]["primitives"] += [{"attributes": {"POSITION": 0}, "mode": mode} for mode in (0, 2)]
     models = [shown.model for shown in scene_of(content, binary)["node 0"].models]
     points = np.arange(18).reshape(6, 3)
-    assert models == [Mesh(points, [(5, 4, 0)]), Mesh(points, [(i, (i + 1) % 6) for i in range(6)])]
+    assert models == [Mesh(points, [(5, 4, 0)]), Mesh(points), Mesh(points, [(i, (i + 1) % 6) for i in range(6)])]
     mesh = load_mesh(io.BytesIO(pack(content, binary)), file_type="glb")
-    assert np.array_equal(mesh.positions, np.concatenate([points, points]))
-    assert [face.tolist() for face in mesh.faces][:2] == [[5, 4, 0], [6, 7]]
+    assert np.array_equal(mesh.positions, np.concatenate([points, points, points]))
+    assert [face.tolist() for face in mesh.faces][:2] == [[5, 4, 0], [12, 13]]
+
+
+def test_points_are_those_that_indices_name() -> None:
+    mesh = scene_of(*primitive(0, [5, 0, 0]))["node 0"].models[0].model
+    assert mesh == Mesh([(15, 16, 17), (0, 1, 2), (0, 1, 2)])
+    with pytest.raises(MeshError, match=r"mesh 0 names point 6, outside 0\.\.5"):
+        scene_of(*primitive(0, [5, 6]))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,296 @@
+"""A glTF document and its buffers, as read, moved and written (`.gltf` and `.glb`).
+
+Section numbers are those of the glTF 2.0 specification.
+"""
+
+import base64
+import binascii
+import copy
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, BinaryIO, TypeVar
+from urllib.parse import unquote, unquote_to_bytes
+
+from .._core.types import Float64Array
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ._text import quote
+from .gltf_accessors import MESHOPT, get_count
+from .gltf_placements import local_matrix, make_names
+
+Result = TypeVar("Result")
+
+_GLB_HEADER_BYTES, _CHUNK_HEADER_BYTES = 12, 8
+_MIME_TYPES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".webp": "image/webp"}
+_MIME_TYPES |= {".ktx2": "image/ktx2", ".dds": "image/vnd-ms.dds", ".avif": "image/avif"}
+# Extensions that may be required: those that say where things are or how they are packed, which are read, and those
+# that change how a surface looks or describe the file, which leave points and faces as they are.
+_READ = {
+    *("KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_node_visibility", "KHR_draco_mesh_compression", MESHOPT),
+    *("KHR_xmp_json_ld", "KHR_node_selectability", "KHR_node_hoverability"),
+}
+_OF_LOOKS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "MSFT_texture_", "EXT_lights_")
+
+
+@dataclass(frozen=True, eq=False)
+class Document:
+    """The JSON of a glTF file, and its buffers."""
+
+    content: Any
+    buffers: list[bytes | memoryview]
+
+
+def read_glb(data: bytes) -> Document:
+    """Return the document in a `.glb`; files beside it are not opened."""
+    content, binary = _split_chunks(data)
+    return read_document(content, binary=binary)
+
+
+def read_document(data: bytes, folder: Path | None = None, binary: memoryview | None = None) -> Document:
+    """Return a document from its JSON.
+
+    folder : where its buffers may lie, if they are files
+    binary : the first buffer, if it is a chunk of a `.glb`
+    """
+    try:
+        content = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise MeshError(f"the JSON is malformed: {error}") from None
+
+    def read() -> Document:
+        _require_known_extensions(content)
+        buffers = [
+            _read_buffer(buffer, i, folder, binary if i == 0 else None)
+            for i, buffer in enumerate(content.get("buffers", []))
+        ]
+        return Document(content, buffers)
+
+    return understand(read)
+
+
+def understand(read: Callable[[], Result]) -> Result:
+    """Return what `read` makes of a document; whatever is not where it must be is a MeshError."""
+    try:
+        return read()
+    except (AttributeError, IndexError, KeyError, TypeError) as error:
+        raise MeshError(f"the JSON is not glTF: {type(error).__name__}: {error}") from None
+
+
+def moved(document: Document, matrix: Float64Array) -> Document:
+    """Return the document with each node that is in no other moved by a matrix (4, 4), the last row (0, 0, 0, 1).
+
+    Nodes, meshes, materials, images, animations and extras stay. A node that an animation moves gets a parent with the
+    matrix, because its own would end with the first keyframe.
+    """
+
+    def move() -> Document:
+        content = copy.deepcopy(document.content)
+        nodes = content.get("nodes", [])
+        below = {child for node in nodes for child in node.get("children", [])}
+        animated = {
+            channel["target"].get("node")
+            for animation in content.get("animations", [])
+            for channel in animation["channels"]
+        }
+        parents: dict[int, int] = {}
+        for i in range(len(nodes)):
+            if i in below:
+                continue
+            if i in animated:
+                parents[i] = len(nodes)
+                nodes.append({"matrix": matrix.T.ravel().tolist(), "children": [i]})
+                continue
+            try:
+                product = matrix @ local_matrix(nodes[i])
+            except (ArgumentError, ArgumentTypeError, MeshError) as error:
+                raise MeshError(f"node {i}: {error}") from None
+            for name in ("translation", "rotation", "scale"):
+                nodes[i].pop(name, None)
+            nodes[i]["matrix"] = product.T.ravel().tolist()
+        for scene in content.get("scenes", []):
+            if "nodes" in scene:
+                scene["nodes"] = [parents.get(i, i) for i in scene["nodes"]]
+        names = make_names([node.get("name") for node in nodes], "node")
+        for i, parent in parents.items():
+            nodes[parent]["name"] = f"{names[i]}, moved"
+        return Document(content, document.buffers)
+
+    return understand(move)
+
+
+def write_glb(document: Document, file: BinaryIO, folder: Path | None = None) -> None:
+    """Write a document as `.glb`, with all its buffers in it, and the images that are files in `folder`."""
+
+    def pack() -> tuple[bytes, bytes]:
+        content = copy.deepcopy(document.content)
+        binary = bytearray()
+        starts = []
+        for buffer in document.buffers:
+            starts.append(len(binary))
+            binary += buffer
+            binary += b"\0" * (-len(binary) % 4)
+        for view in content.get("bufferViews", []):
+            for holder in (view, view.get("extensions", {}).get(MESHOPT)):
+                if holder is not None:
+                    start = holder.get("byteOffset", 0) + starts[holder["buffer"]]
+                    holder["buffer"] = 0
+                    if start:
+                        holder["byteOffset"] = start
+        for image in content.get("images", []):
+            data = _read_image(image, folder)
+            if data is not None:
+                views = content.setdefault("bufferViews", [])
+                views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
+                binary += data + b"\0" * (-len(data) % 4)
+                image.setdefault("mimeType", _guess_type(image["uri"], data))
+                del image["uri"]
+                image["bufferView"] = len(views) - 1
+        if len(document.buffers) == 1 and "buffers" in content:
+            content["buffers"][0].pop("uri", None)
+            content["buffers"][0]["byteLength"] = len(binary)
+        elif binary:
+            content["buffers"] = [{"byteLength": len(binary)}]
+        return _dump(content), bytes(binary)
+
+    text, binary = understand(pack)
+    text += b" " * (-len(text) % 4)
+    chunks = [_chunk(b"JSON", text)] + ([_chunk(b"BIN\0", binary)] if binary else [])
+    length = _GLB_HEADER_BYTES + sum(map(len, chunks))
+    if length >= 2**32:
+        raise MeshError(f"a GLB holds less than 4 GiB, this one needs {length} bytes")
+    file.write(b"glTF" + (2).to_bytes(4, "little") + length.to_bytes(4, "little") + b"".join(chunks))
+
+
+def write_gltf(document: Document, file: BinaryIO, folder: Path | None = None) -> None:
+    """Write a document as `.gltf`, with all its buffers in it, and the images that are files in `folder`."""
+
+    def pack() -> bytes:
+        content = copy.deepcopy(document.content)
+        for buffer, data in zip(content.get("buffers", []), document.buffers, strict=True):
+            if len(data) or "uri" in buffer:
+                buffer["uri"] = _data_uri("application/octet-stream", data)
+        for image in content.get("images", []):
+            found = _read_image(image, folder)
+            if found is not None and not image["uri"].startswith("data:"):
+                image["uri"] = _data_uri(image.get("mimeType") or _guess_type(image["uri"], found), found)
+        return _dump(content)
+
+    file.write(understand(pack))
+
+
+def _dump(content: Any) -> bytes:
+    return json.dumps(content, ensure_ascii=False, separators=(",", ":")).encode("utf-8", "surrogatepass")
+
+
+def _chunk(kind: bytes, data: bytes) -> bytes:
+    return len(data).to_bytes(4, "little") + kind + data
+
+
+def _data_uri(kind: str, data: bytes | memoryview) -> str:
+    return f"data:{kind};base64,{base64.b64encode(data).decode()}"
+
+
+def _read_image(image: Any, folder: Path | None) -> bytes | None:
+    """Return the bytes of an image that its URI holds or names in `folder`; None for any other."""
+    uri = image.get("uri")
+    if uri is None:
+        return None
+    if uri.startswith("data:"):
+        kind, _, text = uri.partition(",")
+        try:
+            return base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
+        except (binascii.Error, ValueError):
+            return None
+    path = _find_beside(uri, folder)
+    return None if path is None else path.read_bytes()
+
+
+def _guess_type(uri: str, data: bytes) -> str:
+    """Return the media type of an image."""
+    if uri.startswith("data:"):
+        return uri[5:].partition(",")[0].partition(";")[0] or "image/png"
+    return _MIME_TYPES.get(Path(unquote(uri)).suffix.lower(), "image/jpeg" if data[:2] == b"\xff\xd8" else "image/png")
+
+
+def _require_known_extensions(content: Any) -> None:
+    """Raise MeshError for an extension that the document says it cannot be read without (3.12), if it is unknown."""
+    unknown = [
+        name
+        for name in content.get("extensionsRequired", [])
+        if not (name in _READ or (isinstance(name, str) and name.startswith(_OF_LOOKS)))
+    ]
+    if unknown:
+        names = ", ".join(quote(str(name)) for name in unknown)
+        raise MeshError(f"it requires the extension{'s'[: len(unknown) - 1]} {names}, which cannot be read")
+
+
+def _read_buffer(buffer: Any, i: int, folder: Path | None, binary: memoryview | None) -> bytes | memoryview:
+    """Return the content of buffer i (3.6.1)."""
+    content: bytes | memoryview
+    if "uri" in buffer:
+        content = _fetch(buffer["uri"], folder)
+    elif buffer.get("extensions", {}).get(MESHOPT, {}).get("fallback") is True:
+        return b""  # stands for what compressed buffer views unpack to
+    elif binary is not None:
+        content = binary
+    else:
+        raise MeshError(f"buffer {i} has no content")
+    declared = get_count(buffer, "byteLength")
+    if declared > len(content):
+        raise MeshError(f"buffer {i} declares {declared} bytes, it has {len(content)}")
+    return content
+
+
+def _fetch(uri: str, folder: Path | None) -> bytes:
+    """Return what a URI holds, or the file in `folder` that it names; no other file is opened."""
+    if uri.startswith("data:"):
+        kind, _, text = uri.partition(",")
+        try:
+            if kind.endswith(";base64"):
+                return base64.b64decode(text, validate=True)
+        except (binascii.Error, ValueError):
+            pass
+        raise MeshError(f"a data URI must be base64, got {quote(uri)}")
+    if folder is None:
+        raise MeshError(f"its buffer is another file, {quote(uri)}, which is not opened")
+    path = _find_beside(uri, folder)
+    if path is None:
+        raise MeshError(f"its buffer must be a file beside it, got {quote(uri)}")
+    return path.read_bytes()
+
+
+def _find_beside(uri: str, folder: Path | None) -> Path | None:
+    """Return the file in `folder` that a URI names, or None."""
+    if folder is None:
+        return None
+    try:
+        path = (folder / unquote(uri)).resolve()
+        return path if path.is_relative_to(folder.resolve()) and path.is_file() else None
+    except (OSError, RuntimeError, ValueError):  # a name too long, links in a circle, a NUL
+        return None
+
+
+def _split_chunks(data: bytes) -> tuple[bytes, memoryview]:
+    """Return the JSON chunk and the binary chunk (4.4); bytes behind the declared end are none of the file's."""
+    if len(data) < _GLB_HEADER_BYTES + _CHUNK_HEADER_BYTES or data[:4] != b"glTF":
+        raise MeshError(f"byte 0: expected 'glTF' and two headers, got {quote(data[:20])}")
+    version, length = (int.from_bytes(data[i : i + 4], "little") for i in (4, 8))
+    if version != 2:
+        raise MeshError(f"byte 4: expected version 2, got {version}")
+    if length > len(data):
+        raise MeshError(f"byte 8: declares {length} bytes, got {len(data)}")
+    chunks: dict[bytes, memoryview] = {}
+    place = _GLB_HEADER_BYTES
+    while place < length:
+        size, kind = int.from_bytes(data[place : place + 4], "little"), data[place + 4 : place + 8]
+        start = place + _CHUNK_HEADER_BYTES
+        if start + size > length:
+            raise MeshError(f"byte {place}: a chunk declares {size} bytes, {max(0, length - start)} are left")
+        if kind == b"JSON" and place != _GLB_HEADER_BYTES:
+            raise MeshError(f"byte {place}: a second JSON chunk")
+        chunks.setdefault(kind, memoryview(data)[start : start + size])
+        place = start + size
+    if b"JSON" not in chunks:
+        raise MeshError("byte 12: expected a JSON chunk")
+    return bytes(chunks[b"JSON"]), chunks.get(b"BIN\0", memoryview(b""))

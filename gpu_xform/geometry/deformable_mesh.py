@@ -1,0 +1,113 @@
+"""Deformable meshes: points that follow morph weights and the joints of a skin."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.arguments import as_vector
+from .._core.types import Float64Array, IndexArray
+from ..errors import MeshError
+from .mesh import Mesh, move
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """Nodes that carry the points of meshes.
+
+    joints : the names of the nodes
+    joint_from_mesh : (j, 4, 4), from the bind pose to each joint, the "inverse bind matrices"
+    """
+
+    joints: tuple[str, ...]
+    joint_from_mesh: Float64Array
+
+
+@dataclass(frozen=True, eq=False)
+class Influences:
+    """How much each joint of a skin moves each point.
+
+    joints : (n, k), positions in `Skin.joints`
+    weights : (n, k)
+    """
+
+    joints: IndexArray
+    weights: Float64Array
+
+
+class DeformableMesh:
+    """A mesh as it was modelled, with its morph targets and with the joints that carry its points.
+
+    mesh : the mesh without morph weights, in the bind pose
+    targets : (n, 3) each, what a weight of 1 adds to the points
+    weights : one per target, unless the node that shows the mesh has its own
+    skin, influences : both or neither
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        targets: Sequence[Float64Array] = (),
+        weights: npt.ArrayLike = (),
+        skin: Skin | None = None,
+        influences: Influences | None = None,
+    ) -> None:
+        self.mesh = mesh
+        self.targets = tuple(targets)
+        self.weights = as_vector(weights, "weights", len(self.targets))
+        self.skin = skin
+        self.influences = influences
+        self._last: tuple[bytes, Mesh] | None = None
+        if influences is not None and skin is not None and influences.joints.size:
+            most = int(influences.joints.max())
+            if most >= len(skin.joints):
+                raise MeshError(f"a point follows joint {most} of a skin with {len(skin.joints)} joints")
+
+    def posed(self, weights: npt.ArrayLike | None = None, world_from_joint: Float64Array | None = None) -> Mesh:
+        """Return the mesh deformed: in the world if it has a skin, else in its node.
+
+        weights : (t,), one per target; its own by default
+        world_from_joint : (j, 4, 4), where the joints of the skin are
+        """
+        factors = self.weights if weights is None else as_vector(weights, "weights", len(self.targets))
+        key = factors.tobytes() + (b"" if world_from_joint is None else world_from_joint.tobytes())
+        if self._last is None or self._last[0] != key:
+            self._last = key, self._deformed(factors, world_from_joint)
+        return self._last[1]
+
+    def _deformed(self, weights: Float64Array, world_from_joint: Float64Array | None) -> Mesh:
+        if world_from_joint is None and not weights.any():
+            return self.mesh
+        with np.errstate(over="ignore", invalid="ignore"):
+            positions = self.mesh.positions.copy()
+            for weight, target in zip(weights.tolist(), self.targets, strict=True):
+                if weight:
+                    positions += weight * target
+            if world_from_joint is None or self.skin is None or self.influences is None:
+                return move(self.mesh, positions, np.eye(4))
+            world_from_mesh = world_from_joint @ self.skin.joint_from_mesh
+            used = np.unique(self.influences.joints[self.influences.weights != 0.0])
+            mirrors = bool((np.linalg.det(world_from_mesh[used, :3, :3]) < 0.0).all()) and len(used) > 0
+            return move(self.mesh, skin_points(positions, world_from_mesh, self.influences), np.eye(4), flip=mirrors)
+
+    def __repr__(self) -> str:
+        parts = [f"{len(self.targets)} morph targets"] if self.targets else []
+        parts += [f"{len(self.skin.joints)} joints"] if self.skin is not None else []
+        return f"<DeformableMesh: {self.mesh.n_points} points, {self.mesh.n_faces} faces, {', '.join(parts)}>"
+
+
+def skin_points(points: Float64Array, world_from_mesh: Float64Array, influences: Influences) -> Float64Array:
+    """Return the sum of w M p over the influences of each point p: (n, 3) (glTF 2.0, 3.7.3.3).
+
+    world_from_mesh : (j, 4, 4), the matrix of each joint times its inverse bind matrix
+    """
+    moved = np.zeros_like(points)
+    for joints, weights in zip(influences.joints.T, influences.weights.T, strict=True):
+        followers = np.flatnonzero(weights)
+        if len(followers) == 0:
+            continue
+        matrices = world_from_mesh[joints[followers], :3]
+        placed = np.einsum("nij,nj->ni", matrices[:, :, :3], points[followers]) + matrices[:, :, 3]
+        moved[followers] += weights[followers, np.newaxis] * placed
+    return moved
