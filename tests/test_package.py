@@ -33,7 +33,7 @@ DOCUMENTED = {
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
     *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
-    *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray"),
+    *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray", "MeshWarning"),
 }
 
 
@@ -94,7 +94,7 @@ def loaded_after(statement: str) -> set[str]:
 
 HEAVY = {
     *("wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av"),
-    *("pydyf", "rendercanvas", "glfw"),
+    *("pydyf", "rendercanvas", "glfw", "DracoPy", "meshopt"),
 }
 
 

@@ -10,9 +10,12 @@ from .._core.arguments import as_float, as_int, as_square_matrices
 from .._core.types import MatrixLike, SupportsAsMatrix
 from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.scene import Scene
+from ..geometry.scene_animation import SceneAnimation
 from .poses import Pose, PoseLike, as_pose
 
-PosesLike: TypeAlias = MatrixLike | Iterable[PoseLike] | Callable[[int], PoseLike] | Callable[[float], PoseLike]
+PosesLike: TypeAlias = (
+    MatrixLike | Iterable[PoseLike] | Callable[[int], PoseLike] | Callable[[float], PoseLike] | SceneAnimation
+)
 
 MIN_FPS, MAX_FPS = 0.01, 1000.0
 MAX_FRAMES = 2**31 - 1  # as far as an animated PNG can count
@@ -36,6 +39,8 @@ def make_motion(frames: PosesLike, fps: float, n_frames: int | None, duration: f
         return _sample_function(frames, fps, n_frames, duration)
     if n_frames is not None or duration is not None:
         raise ArgumentError("n_frames and duration go with a function: frames that are given are counted")
+    if isinstance(frames, SceneAnimation):
+        return Motion(parse_frame_count(round(frames.duration * fps) + 1, "frames"), fps, lambda k: frames.at(k / fps))
     poses = [as_pose(frame, f"frames[{k}]") for k, frame in enumerate(_iterate(frames))]
     if not poses:
         raise ArgumentError.expecting("frames", "hold at least one", "none")

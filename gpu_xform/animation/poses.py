@@ -14,10 +14,11 @@ from ..drawing.load_models import PATH_TYPES, load_models
 from ..errors import ArgumentTypeError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
+from ..geometry.scene_animation import NodePoses
 from ..matrices._affine import require_finite
 
 PoseLike: TypeAlias = MatrixLike | Mapping[str, MatrixLike] | Model | Layer | Scene
-Pose: TypeAlias = Float64Array | dict[str, Float64Array] | Mesh | PointBuffer | Layer | Scene
+Pose: TypeAlias = Float64Array | dict[str, Float64Array] | NodePoses | Mesh | PointBuffer | Layer | Scene
 
 
 def as_pose(frame: PoseLike, name: str) -> Pose:
@@ -39,8 +40,9 @@ def apply_pose(models: Models, pose: Pose, style: Style) -> list[Layer]:
             replace(layer, transform=require_finite(product, "the frame's matrix times transform"))
             for layer, product in zip(layers, products, strict=True)
         ]
-    if not isinstance(pose, dict):
+    if not isinstance(pose, dict | NodePoses):
         return as_layers(pose, style)
     if not isinstance(models, Scene):
         raise ArgumentTypeError.expecting("model", "be a Scene if frames move its nodes by name", type(models).__name__)
-    return as_layers(models.posed(pose), style)
+    posed = models.posed(*pose) if isinstance(pose, NodePoses) else models.posed(pose)
+    return as_layers(posed, style)

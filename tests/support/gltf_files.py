@@ -6,6 +6,8 @@ import struct
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
 from gpu_xform.geometry.mesh import Mesh
 
 TRIANGLE = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(0, 1, 2)])
@@ -73,3 +75,47 @@ def change(path: str, value: Any) -> Callable[[dict[str, Any]], None]:
             content[last] = value
 
     return apply
+
+
+class Builder:
+    """A document that grows, with one buffer."""
+
+    def __init__(self) -> None:
+        self.content: dict[str, Any] = {"asset": {"version": "2.0"}, "nodes": [], "meshes": []}
+        self.binary = b""
+
+    def view(self, data: bytes, **more: Any) -> int:
+        """Add a buffer view, and return its index."""
+        self.binary += b"\0" * (-len(self.binary) % 4)
+        views = self.content.setdefault("bufferViews", [])
+        views.append({"buffer": 0, "byteOffset": len(self.binary), "byteLength": len(data), **more})
+        self.binary += data
+        self.content["buffers"] = [{"byteLength": len(self.binary)}]
+        return len(views) - 1
+
+    def array(self, values: Any, dtype: str = "<f4", **more: Any) -> int:
+        """Add an accessor of rows (n, columns), (n,) or matrices (n, 4, 4), and return its index."""
+        array = np.asarray(values, dtype)
+        if array.ndim == 3:
+            array = array.transpose(0, 2, 1)
+        kind = {1: "SCALAR", 2: f"VEC{array.shape[-1]}", 3: "MAT4"}[array.ndim]
+        accessors = self.content.setdefault("accessors", [])
+        component = {"i1": 5120, "u1": 5121, "i2": 5122, "u2": 5123, "u4": 5125, "f4": 5126}[dtype[-2:]]
+        accessors.append({"componentType": component, "count": len(array), "type": kind, **more})
+        if "bufferView" not in more:
+            accessors[-1]["bufferView"] = self.view(array.tobytes())
+        return len(accessors) - 1
+
+    def mesh(self, *primitives: dict[str, Any], **more: Any) -> int:
+        """Add a mesh, and return its index."""
+        self.content["meshes"].append({"primitives": list(primitives), **more})
+        return len(self.content["meshes"]) - 1
+
+    def node(self, **node: Any) -> int:
+        """Add a node, and return its index."""
+        self.content["nodes"].append(node)
+        return len(self.content["nodes"]) - 1
+
+    def pack(self) -> bytes:
+        """Return a GLB file."""
+        return pack(self.content, self.binary)
