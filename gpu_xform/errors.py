@@ -71,10 +71,6 @@ class PrecisionWarning(UserWarning):
     """Single precision is too coarse for these coordinates."""
 
 
-class MeshWarning(UserWarning):
-    """A model file holds something that is left out; the message names it."""
-
-
 class SizeWarning(UserWarning):
     """A picture is padded to a size that its format can hold."""
 

@@ -1,15 +1,15 @@
 """The animations of a glTF document (3.11). Section numbers are those of the glTF 2.0 specification."""
 
-import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
 import numpy as np
 
 from .._core.types import Float64Array
-from ..errors import ArgumentError, ArgumentTypeError, MeshError, MeshWarning
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.scene_animation import Channel, Interpolation, Placement, Property, SceneAnimation
 from ._text import quote
+from ._warn import warn
 from .gltf_accessors import Accessors, get_count
 from .gltf_placements import make_names, read_placement
 
@@ -48,8 +48,7 @@ def read_animations(
                 sampler = animations[i]["samplers"][get_count(channel, "sampler")]
                 channels[names[node], path] = _read_channel(names[node], path, sampler, accessors)
             except (ArgumentError, ArgumentTypeError, MeshError) as error:
-                message = f"animation {name!r} misses its channel {c}, which cannot be read: {error}"
-                warnings.warn(message, MeshWarning, stacklevel=2)
+                warn(f"animation {name!r} misses its channel {c}, which cannot be read: {error}")
         if channels:
             found.append(SceneAnimation(name, tuple(channels.values()), placements))
     return found
