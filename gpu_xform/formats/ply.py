@@ -1,58 +1,25 @@
-"""PLY, ASCII and binary: the elements `vertex`, `face` and `edge`; other elements and properties are ignored.
+"""PLY, ASCII and binary: every element with all its properties, comments and types.
 
 An ASCII body is first converted to a binary one of float64, so that one reader suffices.
 """
 
-import re
 import struct
 from dataclasses import dataclass
-from typing import BinaryIO, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core.types import IndexArray
 from ..errors import MeshError
+from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
-from ._text import parse_float, parse_numbers, plain_text, quote, without_mark
-
-_TYPES = {
-    "char": "i1",
-    "uchar": "u1",
-    "short": "i2",
-    "ushort": "u2",
-    "int": "i4",
-    "uint": "u4",
-    "float": "f4",
-    "double": "f8",
-}
-_TYPES |= {"int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4"}
-_TYPES |= {"float32": "f4", "float64": "f8"}
-_ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
-_CORNERS = ("vertex_indices", "vertex_index")
-_LINE_END = re.compile(rb"\r\n|\n|\r")
-_CARRIAGE_RETURN = re.compile(rb"\r")
-_MAX_HEADER_LINE_BYTES = 4096
+from ._text import parse_float, parse_numbers, plain_text, without_mark
+from .ply_header import CORNER_LISTS, LINE_END, Element, Header, Property, Statement, group_properties, parse_header
+from .ply_writer import list_losses as list_losses
+from .ply_writer import write as write
 
 Values: TypeAlias = npt.NDArray[np.number]
-
-
-@dataclass(frozen=True)
-class _Property:
-    """A property: the type of its values and, for a list, of its count."""
-
-    name: str
-    dtype: np.dtype[np.number]
-    count_dtype: np.dtype[np.number] | None
-
-
-@dataclass(frozen=True)
-class _Element:
-    """An element: a number of rows with the same properties."""
-
-    name: str
-    count: int
-    properties: list[_Property]
 
 
 @dataclass(frozen=True)
@@ -69,82 +36,37 @@ def read(data: bytes) -> Mesh:
     Raises MeshError with the line of the header, or the row of the element, that is malformed.
     """
     data = without_mark(data)
-    layout, elements, start, line = _parse_header(data)
-    body = data[start:]
-    if layout == "ascii":
-        body, elements = _to_binary(body, line, elements)
+    header = parse_header(data)
+    body, elements = data[header.end :], header.elements
+    if header.encoding == "ascii":
+        body, elements = _to_binary(body, header.n_lines, elements)
     _require_room(elements, len(body))
     columns: dict[str, dict[str, _Column]] = {}
     position = 0
     for element in elements:
         columns[element.name], position = _read_element(body, position, element)
-    if layout == "ascii" and position != len(body):
+    if header.encoding == "ascii" and position != len(body):
         raise MeshError(f"{(len(body) - position) // 8} numbers are left over after the last element")
-    return _build_mesh(columns)
+    return _build_mesh(header, columns)
 
 
-def _parse_header(data: bytes) -> tuple[str, list[_Element], int, int]:
-    """Return the format, the elements, the start of the body, and the number of lines of the header."""
-    layout = ""
-    elements: list[_Element] = []
-    start, line = 0, 0
-    # Where lines end with a carriage return alone, a byte 10 behind the last one belongs to the body.
-    line_end = _CARRIAGE_RETURN if re.match(rb"ply[ \t]*\r(?!\n)", data) else _LINE_END
-    while True:
-        line += 1
-        found = line_end.search(data, start, start + _MAX_HEADER_LINE_BYTES)
-        if found is None:
-            raise MeshError(f"line {line}: expected a header that ends with end_header, got the end of the file")
-        text = data[start : found.start()].decode("latin-1")
-        start, words = found.end(), text.split()
-        match words:
-            case ["ply"] if line == 1:
-                pass
-            case _ if line == 1:
-                raise MeshError(f"line 1: expected 'ply', got {quote(text)}")
-            case ["format", name, "1.0"] if name in _ORDERS and not layout:
-                layout = name
-            case ["element", name, count] if layout and count.isdecimal() and len(count) < 19:
-                if any(element.name == name for element in elements):
-                    raise MeshError(f"line {line}: a second element {name}")
-                elements.append(_Element(name, int(count), []))
-            case ["property", dtype, name] if elements and dtype in _TYPES:
-                _add_property(elements[-1], _Property(name, np.dtype(_ORDERS[layout] + _TYPES[dtype]), None), line)
-            case ["property", "list", count, dtype, name] if elements and {count, dtype} <= _TYPES.keys():
-                order = _ORDERS[layout]
-                types = np.dtype(order + _TYPES[dtype]), np.dtype(order + _TYPES[count])
-                _add_property(elements[-1], _Property(name, *types), line)
-            case ["end_header"] if layout:
-                return layout, elements, start, line
-            case [] | ["comment" | "obj_info", *_]:
-                pass
-            case _:
-                raise MeshError(f"line {line}: not a statement of a PLY header: {quote(text)}")
-
-
-def _add_property(element: _Element, added: _Property, line: int) -> None:
-    if any(known.name == added.name for known in element.properties):
-        raise MeshError(f"line {line}: a second property {added.name} of {element.name}")
-    element.properties.append(added)
-
-
-def _to_binary(body: bytes, line: int, elements: list[_Element]) -> tuple[bytes, list[_Element]]:
+def _to_binary(body: bytes, line: int, elements: list[Element]) -> tuple[bytes, list[Element]]:
     """Return an ASCII body and its elements with float64 for every type."""
     body = plain_text(body)
     try:
         values = parse_numbers(body, "float")
     except ValueError:
-        words = [(word, i) for i, text in enumerate(_LINE_END.split(body), line + 1) for word in text.split()]
+        words = [(word, i) for i, text in enumerate(LINE_END.split(body), line + 1) for word in text.split()]
         values = np.array([parse_float(word, i) for word, i in words])
     double = np.dtype("<f8")
     same = [
-        _Element(e.name, e.count, [_Property(p.name, double, p.count_dtype and double) for p in e.properties])
+        Element(e.name, e.count, [Property(p.name, double, p.count_dtype and double) for p in e.properties])
         for e in elements
     ]
     return values.astype(double).tobytes(), same
 
 
-def _require_room(elements: list[_Element], n_bytes: int) -> None:
+def _require_room(elements: list[Element], n_bytes: int) -> None:
     """Raise MeshError if the declared rows cannot fit into the bytes, before anything is allocated."""
     needed = 0
     for element in elements:
@@ -156,12 +78,12 @@ def _require_room(elements: list[_Element], n_bytes: int) -> None:
             raise MeshError(f"declares {element.count} rows of {element.name}, more than the rest of the file can hold")
 
 
-def _read_element(body: bytes, position: int, element: _Element) -> tuple[dict[str, _Column], int]:
+def _read_element(body: bytes, position: int, element: Element) -> tuple[dict[str, _Column], int]:
     """Return the columns of an element that starts at `position`, and the end of the element."""
     return _read_equal_rows(body, position, element) or _read_rows(body, position, element)
 
 
-def _read_equal_rows(body: bytes, position: int, element: _Element) -> tuple[dict[str, _Column], int] | None:
+def _read_equal_rows(body: bytes, position: int, element: Element) -> tuple[dict[str, _Column], int] | None:
     """Return the same as `_read_element` if the lists are as long in every row as in the first, else None."""
     fields: list[tuple[str, np.dtype[np.number]] | tuple[str, np.dtype[np.number], tuple[int]]] = []
     sizes: list[int] = []
@@ -193,7 +115,7 @@ def _read_equal_rows(body: bytes, position: int, element: _Element) -> tuple[dic
     return columns, position + element.count * itemsize
 
 
-def _read_rows(body: bytes, position: int, element: _Element) -> tuple[dict[str, _Column], int]:
+def _read_rows(body: bytes, position: int, element: Element) -> tuple[dict[str, _Column], int]:
     """Return the same as `_read_element`, row by row, because the start of a row depends on those before it."""
     starts: list[list[int]] = [[] for _ in element.properties]
     sizes: list[list[int]] = [[] for _ in element.properties]
@@ -235,7 +157,7 @@ def _gather(body: bytes, starts: IndexArray, sizes: IndexArray, dtype: np.dtype[
     return values
 
 
-def _build_mesh(columns: dict[str, dict[str, _Column]]) -> Mesh:
+def _build_mesh(header: Header, columns: dict[str, dict[str, _Column]]) -> Mesh:
     """Return the mesh of the elements."""
     if "vertex" not in columns:
         raise MeshError("the header declares no element vertex")
@@ -243,27 +165,166 @@ def _build_mesh(columns: dict[str, dict[str, _Column]]) -> Mesh:
     if not np.isfinite(positions).all():
         row = int(np.argmax(~np.isfinite(positions).all(axis=1)))
         raise MeshError(f"vertex {row}: coordinates must be finite, got {positions[row].tolist()}")
-    sizes, indices = [], []
+    sizes, indices = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    used = {"vertex": {*"xyz"}, "edge": {"vertex1", "vertex2"}, "face": set[str]()}
     if "face" in columns:
         corners = _get_corners(columns["face"], "face")
+        used["face"] = {name for name in CORNER_LISTS if columns["face"].get(name) is corners}
         sizes.append(corners.sizes)
         indices.append(_as_indices(corners.values, "face"))
+    n_strip_triangles, n_edges = 0, 0
     if "tristrips" in columns:
         strips = _get_corners(columns["tristrips"], "tristrips")
         triangles = _split_strips(_as_indices(strips.values, "tristrips"), strips.sizes)
-        sizes.append(np.full(len(triangles), 3))
+        n_strip_triangles = len(triangles)
+        sizes.append(np.full(n_strip_triangles, 3))
         indices.append(triangles.ravel())
     if "edge" in columns:
         ends = [_as_indices(_get_scalars(columns, "edge", name), "edge") for name in ("vertex1", "vertex2")]
-        sizes.append(np.full(len(ends[0]), 2))
+        n_edges = len(ends[0])
+        sizes.append(np.full(n_edges, 2))
         indices.append(np.stack(ends, axis=1).ravel())
-    offsets = np.concatenate([[0], np.cumsum(np.concatenate([*sizes, np.zeros(0, np.int64)]))])
-    return Mesh.from_offsets(positions, offsets, np.concatenate([*indices, np.zeros(0, np.int64)]))
+    rest = {
+        element.name: _restore_types(element, columns[element.name], used.get(element.name, set()))
+        for element in header.elements
+        if element.name != "tristrips"
+    }
+    face_sizes = sizes[1] if "face" in columns else sizes[0]
+    attributes, elements = _sort_columns(header, rest, face_sizes, n_strip_triangles, n_edges)
+    return Mesh.from_offsets(
+        positions,
+        np.concatenate([[0], np.cumsum(np.concatenate(sizes))]),
+        np.concatenate(indices),
+        attributes=attributes,
+        metadata={"ply": _describe_file(header, elements, len(face_sizes) + n_strip_triangles, n_edges)},
+    )
+
+
+def _describe_file(header: Header, elements: dict[str, Any], n_faces: int, n_edges: int) -> dict[str, Any]:
+    """Return what the writer needs to write a file as it was, and words for what other formats would lose."""
+    n_comments = sum(statement[0] in ("comment", "obj_info") for statement in header.statements)
+    holds = [f"{n_comments} comment{'s'[: n_comments - 1]}"] if n_comments else []
+    return {
+        "encoding": header.encoding,
+        "header": _drop_element(header.statements, "tristrips"),
+        "elements": elements,
+        "n_faces": n_faces,
+        "n_edges": n_edges,
+        "holds": [*holds, *(f"element {name}" for name in elements)],
+    }
+
+
+def _drop_element(statements: list[Statement], element: str) -> list[Statement]:
+    """Return the statements of a header without those of an element."""
+    kept: list[Statement] = []
+    current = ""
+    for statement in statements:
+        current = statement[1] if statement[0] == "element" else current
+        if current != element or statement[0] not in ("element", "property"):
+            kept.append(statement)
+    return kept
+
+
+def _restore_types(element: Element, columns: dict[str, _Column], used: set[str]) -> dict[str, Any]:
+    """Return the columns that are not `used` as arrays of the declared types; rows of a list are rows of an array."""
+    arrays: dict[str, Any] = {}
+    for declared in element.properties:
+        if declared.name in used:
+            continue
+        column = columns[declared.name]
+        values = _cast(column.values, declared.dtype.newbyteorder("="))
+        if declared.count_dtype is None:
+            arrays[declared.name] = values
+        elif len(column.sizes) and (column.sizes == column.sizes[0]).all():
+            arrays[declared.name] = values.reshape(len(column.sizes), int(column.sizes[0]))
+        else:
+            arrays[declared.name] = RaggedArray(values, np.concatenate([[0], np.cumsum(column.sizes)]))
+    return arrays
+
+
+def _cast(values: Values, dtype: np.dtype[np.number]) -> Values:
+    """Return values in the type that the header declares, or as they are if it cannot hold what ASCII says."""
+    if values.dtype == dtype:
+        return values
+    with np.errstate(over="ignore", invalid="ignore"):
+        cast = values.astype(dtype)
+    if dtype.kind == "f":
+        return cast if np.array_equal(np.isfinite(cast), np.isfinite(values)) else values
+    return cast if np.array_equal(cast, values) else values
+
+
+def _sort_columns(
+    header: Header, rest: dict[str, dict[str, Any]], face_sizes: IndexArray, n_strip_triangles: int, n_edges: int
+) -> tuple[Attributes, dict[str, Any]]:
+    """Return the attributes, and the columns of what is neither a point nor a face, by element."""
+    corner, face = _find_corner_lists(rest.pop("face", {}), face_sizes)
+    face = group_properties(face)
+    elements = rest
+    n_faces, n_corners = len(face_sizes), int(face_sizes.sum())
+    if n_strip_triangles:
+        corner = {name: _stack_rows(column, None, n_corners, 3 * n_strip_triangles) for name, column in corner.items()}
+        face = {name: _stack_rows(column, None, n_faces, n_strip_triangles) for name, column in face.items()}
+        n_faces, n_corners = n_faces + n_strip_triangles, n_corners + 3 * n_strip_triangles
+    if n_edges:
+        edge = group_properties(elements.pop("edge"))
+        corner = {name: _stack_rows(column, None, n_corners, 2 * n_edges) for name, column in corner.items()}
+        left = {name: edge.pop(name) for name in list(edge) if not _are_alike(face.get(name), edge[name])}
+        face = {name: _stack_rows(face.get(name), edge.get(name), n_faces, n_edges) for name in {**face, **edge}}
+        if left:
+            elements["edge"] = left
+    else:
+        elements.pop("edge", None)
+    comments = [statement[1] for statement in header.statements if statement[0] == "comment"]
+    textures = [text.removeprefix("TextureFile ") for text in comments if text.startswith("TextureFile ")]
+    point = group_properties(elements.pop("vertex"))
+    if not (point or corner or face or textures):
+        return NO_ATTRIBUTES, elements
+    return Attributes(point, corner, face, material={"texture": textures[0]} if textures else None), elements
+
+
+def _find_corner_lists(face: dict[str, Any], sizes: IndexArray) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the lists of faces with one or more values per corner, and the other properties of faces."""
+    corner: dict[str, Any] = {}
+    n_corners = int(sizes.sum())
+    for name, column in list(face.items()):
+        if n_corners == 0 or not (isinstance(column, RaggedArray) or column.ndim == 2):
+            continue
+        lengths = np.diff(column.offsets) if isinstance(column, RaggedArray) else np.full(len(column), column.shape[1])
+        width = int(lengths.sum()) // n_corners
+        if width and (lengths == width * sizes).all():
+            values = (column.values if isinstance(column, RaggedArray) else face[name]).ravel()
+            corner[name] = values if width == 1 else values.reshape(-1, width)
+            del face[name]
+    return corner, face
+
+
+def _are_alike(a: Any, b: Any) -> bool:
+    """Return whether two columns can be stacked."""
+    if a is None or isinstance(a, RaggedArray):
+        return a is None or isinstance(b, RaggedArray)
+    return isinstance(b, np.ndarray) and a.shape[1:] == b.shape[1:]
+
+
+def _stack_rows(a: Any, b: Any, n_a: int, n_b: int) -> Any:
+    """Return two columns as one; zeros, or empty rows, stand for a column that is None."""
+    parts = []
+    other = b if a is None else a
+    for column, count in ((a, n_a), (b, n_b)):
+        if column is not None:
+            parts.append(column)
+        elif isinstance(other, RaggedArray):
+            parts.append(RaggedArray(other.values[:0], np.zeros(count + 1, np.int64)))
+        else:
+            parts.append(np.zeros((count, *other.shape[1:]), other.dtype))
+    if not isinstance(other, RaggedArray):
+        return np.concatenate(parts)
+    offsets = np.concatenate([parts[0].offsets, parts[1].offsets[1:] + parts[0].offsets[-1]])
+    return RaggedArray(np.concatenate([part.values for part in parts]), offsets)
 
 
 def _get_corners(columns: dict[str, _Column], element: str) -> _Column:
     """Return the list of corners of an element."""
-    corners = next((columns[name] for name in _CORNERS if name in columns), None)
+    corners = next((columns[name] for name in CORNER_LISTS if name in columns), None)
     if corners is None:
         raise MeshError(f"the element {element} has no list vertex_indices or vertex_index")
     return corners
@@ -303,35 +364,3 @@ def _as_indices(values: Values, element: str) -> IndexArray:
         if wrong.any():
             raise MeshError(f"an index of an element {element} must be an integer, got {values[np.argmax(wrong)]}")
     return values.astype(np.int64)
-
-
-def write(mesh: Mesh, file: BinaryIO) -> None:
-    """Write binary little-endian PLY: float64 points, polygons as faces, then segments as edges."""
-    sizes = np.diff(mesh.offsets)
-    is_segment = sizes == 2
-    of_segment = np.repeat(is_segment, sizes)
-    corner_type, corner_name = ("<u4", "uint") if mesh.n_points > 2**31 else ("<i4", "int")
-    count_type, count_name = ("<u4", "uint") if sizes.max(initial=0) > 255 else ("u1", "uchar")
-    segments, corners = mesh.indices[of_segment].astype(corner_type), mesh.indices[~of_segment].astype(corner_type)
-    header = f"ply\nformat binary_little_endian 1.0\nelement vertex {mesh.n_points}\n"
-    header += "".join(f"property double {axis}\n" for axis in "xyz")
-    header += f"element face {(~is_segment).sum()}\nproperty list {count_name} {corner_name} vertex_indices\n"
-    if len(segments):
-        header += f"element edge {is_segment.sum()}\nproperty {corner_name} vertex1\nproperty {corner_name} vertex2\n"
-    file.write(f"{header}end_header\n".encode())
-    file.write(mesh.positions.astype("<f8").tobytes())
-    file.write(_interleave_lists(sizes[~is_segment].astype(count_type), corners))
-    file.write(segments.tobytes())
-
-
-def _interleave_lists(sizes: Values, corners: Values) -> bytes:
-    """Return each size, followed by as many corners."""
-    ends = np.cumsum(sizes.astype(np.int64) * corners.itemsize + sizes.itemsize)
-    starts = np.concatenate([np.zeros(1, np.int64), ends])[:-1]
-    is_size = np.zeros(sizes.nbytes + corners.nbytes, bool)
-    for byte in range(sizes.itemsize):
-        is_size[starts + byte] = True
-    lists = np.empty(len(is_size), np.uint8)
-    lists[is_size] = sizes.view(np.uint8)
-    lists[~is_size] = corners.view(np.uint8)
-    return lists.tobytes()

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform import samples
+from gpu_xform import chain, rotate_z, samples, scale, translate
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import ply
 from gpu_xform.geometry.mesh import Mesh
@@ -56,7 +56,9 @@ def by_plyfile(mesh: Mesh, *, text: bool, order: str, index: str = "i4", extra: 
 @pytest.mark.parametrize("extra", [False, True])
 @pytest.mark.parametrize("mesh", [HOUSE, samples.cube(), samples.icosphere(1)])
 def test_what_plyfile_writes(mesh: Mesh, text: bool, order: str, extra: bool) -> None:
-    assert ply.read(by_plyfile(mesh, text=text, order=order, extra=extra)) == mesh
+    found = ply.read(by_plyfile(mesh, text=text, order=order, extra=extra))
+    assert found.with_attributes(None) == mesh
+    assert set(found.attributes.face) == ({"red", "uv"} if extra else set())
 
 
 @pytest.mark.parametrize("index", ["i1", "u1", "i2", "u2", "u4"])
@@ -97,7 +99,11 @@ def test_a_polygon_of_many_corners() -> None:
     ],
 )
 def test_variants_of_a_square(text: str) -> None:
-    assert ply.read(text.encode()) == SQUARE
+    found = ply.read(text.encode())
+    assert found.with_attributes(None) == SQUARE
+    if "red" in text:
+        assert found.attributes.point["red"].tolist() == [9] * 4
+        assert found.attributes.point["red"].dtype == np.uint8
 
 
 def test_carriage_returns_before_a_body_that_begins_with_a_line_feed() -> None:
@@ -232,4 +238,179 @@ def test_a_binary_list_longer_than_the_file_allocates_nothing() -> None:
 @given(st.lists(st.lists(st.integers(0, 9), min_size=2, max_size=6), max_size=9), st.booleans())
 def test_rows_of_any_length_read_as_plyfile_reads_them(polygons: list[list[int]], text: bool) -> None:
     mesh = Mesh(HOUSE.positions, polygons)
-    assert ply.read(by_plyfile(mesh, text=text, order="<", extra=True)) == mesh
+    found = ply.read(by_plyfile(mesh, text=text, order="<", extra=True))
+    assert found.with_attributes(None) == mesh
+    lengths = [i % 3 for i in range(len(polygons))]
+    if not all(length == lengths[0] for length in lengths) and "uv" in found.attributes.face:
+        assert [len(row) for row in found.attributes.face["uv"]] == lengths
+
+
+TYPES = ["i1", "u1", "i2", "u2", "i4", "u4", "f4", "f8"]
+N_POINTS = 5
+
+
+@st.composite
+def columns(draw: st.DrawFn, n_rows: int, names: str) -> dict[str, tuple[str, list[Any], bool]]:
+    """Return properties by name: the type, the values, and whether it is a list."""
+    found: dict[str, tuple[str, list[Any], bool]] = {}
+    for name in draw(st.lists(st.sampled_from(names.split()), unique=True, max_size=6)):
+        dtype = draw(st.sampled_from(TYPES))
+        values = (
+            st.floats(width=int(dtype[1]) * 8, allow_nan=False)
+            if dtype[0] == "f"
+            else st.integers(int(np.iinfo(dtype).min), int(np.iinfo(dtype).max))
+        )
+        is_list = draw(st.integers(0, 3)) == 0
+        rows = st.lists(values, max_size=4) if is_list else values
+        found[name] = dtype, draw(st.lists(rows, min_size=n_rows, max_size=n_rows)), is_list
+    return found
+
+
+def element(name: str, found: dict[str, tuple[str, list[Any], bool]], n_rows: int) -> plyfile.PlyElement:
+    fields = [(key, "O" if is_list else dtype) for key, (dtype, _, is_list) in found.items()]
+    table = np.empty(n_rows, fields)
+    for key, (dtype, values, is_list) in found.items():
+        for i, value in enumerate(values):
+            table[key][i] = np.array(value, dtype) if is_list else value
+    types = {key: dtype for key, (dtype, _, is_list) in found.items() if is_list}
+    return plyfile.PlyElement.describe(table, name, val_types=types, len_types=dict.fromkeys(types, "u1"))
+
+
+@st.composite
+def files(draw: st.DrawFn) -> bytes:
+    """Return a file with all that PLY may hold: elements in any order, of any properties, with comments."""
+    coordinate = draw(st.sampled_from(["f4", "f8"]))
+    floats = st.floats(-1e6, 1e6, width=int(coordinate[1]) * 8)
+    xyz = {axis: (coordinate, draw(st.lists(floats, min_size=5, max_size=5)), False) for axis in "xyz"}
+    names = "nx ny nz red green blue alpha s t u v intensity normal color label"
+    vertex = {**draw(columns(N_POINTS, names)), **xyz}
+    elements = [element("vertex", vertex, N_POINTS)]
+    corner = st.integers(0, N_POINTS - 1)
+    if draw(st.booleans()):
+        n_faces = draw(st.integers(0, 4))
+        polygons = draw(st.lists(st.lists(corner, min_size=2, max_size=5), min_size=n_faces, max_size=n_faces))
+        face = {"vertex_indices": (draw(st.sampled_from(["i4", "u1", "u2"])), polygons, True)}
+        face |= draw(columns(n_faces, "nx ny nz red green blue texcoord texnumber quality"))
+        elements.append(element("face", face, n_faces))
+    if draw(st.booleans()):
+        n_edges = draw(st.integers(0, 3))
+        ends = [draw(st.lists(corner, min_size=n_edges, max_size=n_edges)) for _ in range(2)]
+        edge = {f"vertex{i + 1}": ("i4", ends[i], False) for i in range(2)}
+        edge |= draw(columns(n_edges, "nx ny nz red green blue quality texcoord crease"))
+        elements.append(element("edge", edge, n_edges))
+    if draw(st.booleans()):
+        n_rows = draw(st.integers(0, 2))
+        elements.append(
+            element("camera", {"f": ("f4", [1.5] * n_rows, False), **draw(columns(n_rows, "a b c"))}, n_rows)
+        )
+    lines = st.lists(st.text(st.characters(min_codepoint=32, max_codepoint=126), max_size=9), max_size=3)
+    data = plyfile.PlyData(
+        draw(st.permutations(elements)),
+        text=draw(st.booleans()),
+        byte_order=draw(st.sampled_from("<>")),
+        comments=draw(lines),
+        obj_info=draw(lines),
+    )
+    if data.text:
+        data.byte_order = "="
+    file = io.BytesIO()
+    data.write(file)
+    return file.getvalue()
+
+
+def saved(mesh: Mesh) -> bytes:
+    file = io.BytesIO()
+    ply.write(mesh, file)
+    return file.getvalue()
+
+
+def assert_same_by_plyfile(after: bytes, before: bytes) -> None:
+    a, b = plyfile.PlyData.read(io.BytesIO(after)), plyfile.PlyData.read(io.BytesIO(before))
+    assert (a.text, a.byte_order, a.comments, a.obj_info) == (b.text, b.byte_order, b.comments, b.obj_info)
+    assert [str(held).split("\nproperty") for held in a.elements] == [
+        str(held).split("\nproperty") for held in b.elements
+    ]
+    for held, expected in zip(a.elements, b.elements, strict=True):
+        for field in expected.properties:
+            for value, other in zip(held[field.name], expected[field.name], strict=True):
+                assert np.array_equal(value, other), (expected.name, field.name)
+
+
+@given(files())
+def test_what_is_read_and_written_again_is_equal_as_plyfile_sees_it(data: bytes) -> None:
+    mesh = ply.read(data)
+    after = saved(mesh)
+    assert_same_by_plyfile(after, data)
+    again = ply.read(after)
+    assert again == mesh
+    assert again.metadata == mesh.metadata or "elements" in mesh.metadata["ply"]
+    assert saved(again) == after
+
+
+@given(files())
+def test_every_attribute_is_what_plyfile_reads(data: bytes) -> None:
+    mesh, other = ply.read(data), plyfile.PlyData.read(io.BytesIO(data))
+    held = dict(mesh.attributes.point)
+    for name, parts in (
+        ("normal", "nx ny nz"),
+        ("color", "red green blue alpha"),
+        ("texcoord", "s t"),
+        ("texcoord", "u v"),
+    ):
+        column = held.get(name)
+        if isinstance(column, np.ndarray) and column.ndim == 2 and parts.split()[0] not in held:
+            known = [part for part in parts.split() if part in other["vertex"].data.dtype.names]
+            if len(known) == column.shape[1] and name not in other["vertex"].data.dtype.names:
+                held |= dict(zip(known, column.T, strict=True))
+    for name in set(other["vertex"].data.dtype.names) - {*"xyz"}:
+        assert all(np.array_equal(a, b) for a, b in zip(held[name], other["vertex"][name], strict=True)), name
+
+
+def test_a_moved_scan_keeps_all_but_positions_and_normals() -> None:
+    dtype = [(name, "f4") for name in ("x", "y", "z", "nx", "ny", "nz", "intensity")] + [("red", "u1"), ("label", "i2")]
+    table = np.array([(1, 2, 3, 0, 0.6, 0.8, 0.25, 200, -7), (4, 5, 6, 1, 0, 0, 0.5, 100, 9)], dtype)
+    file = io.BytesIO()
+    plyfile.PlyData([plyfile.PlyElement.describe(table, "vertex")], byte_order=">", comments=["a scan"]).write(file)
+    moved = ply.read(file.getvalue()).transformed(chain(rotate_z(90, degrees=True), scale(2, 1, 1)))
+    other = plyfile.PlyData.read(io.BytesIO(saved(moved)))
+    assert (other.byte_order, other.comments) == (">", ["a scan"])
+    assert other["vertex"].data.dtype == table.dtype.newbyteorder(">")
+    for name in ("intensity", "red", "label"):
+        assert np.array_equal(other["vertex"][name], table[name])
+    assert np.allclose(other["vertex"]["x"], -2 * table["y"])
+    normals = np.stack([other["vertex"][name] for name in ("nx", "ny", "nz")], axis=1)
+    expected = np.array([(-0.3, 0, 0.8), (0, 1, 0)])
+    assert np.allclose(normals, expected / np.linalg.norm(expected, axis=1, keepdims=True), atol=1e-6)
+
+
+def test_whole_coordinates_that_move_to_fractions_become_double() -> None:
+    text = HEADER.split("element face")[0].replace("float", "short") + "end_header\n" + "1 2 3\n" * 4
+    mesh = ply.read(text.encode())
+    assert b"property short x" in saved(mesh)
+    assert b"property short x" in saved(mesh.transformed(translate(5, 0, 0)))
+    halves = mesh.transformed(scale(0.5))
+    assert b"property double x\nproperty short y" in saved(halves)
+    assert ply.read(saved(halves)) == halves
+
+
+def test_attributes_of_any_mesh_are_written() -> None:
+    attributes = {
+        "point": {"normal": np.eye(4, 3, dtype=np.float32), "flag": np.array([True, False] * 2), "id": np.arange(4)},
+        "corner": {"texcoord": np.arange(14, dtype=np.float32).reshape(7, 2)},
+        "face": {"color": np.arange(8, dtype=np.uint8).reshape(2, 4)},
+    }
+    mesh = Mesh(SQUARE.positions, SQUARE.faces[:2], attributes=attributes)
+    other = plyfile.PlyData.read(io.BytesIO(saved(mesh)))
+    assert other["vertex"].data.dtype.names == ("x", "y", "z", "nx", "ny", "nz", "flag", "id")
+    assert [row.tolist() for row in other["face"]["texcoord"]] == [[*range(8)], [*range(8, 14)]]
+    assert [other["face"][name][1] for name in ("red", "green", "blue", "alpha")] == [4, 5, 6, 7]
+    again = ply.read(saved(mesh))
+    assert np.array_equal(again.attributes.corner["texcoord"], mesh.attributes.corner["texcoord"])
+    assert ply.list_losses(mesh) == []
+    odd = {"point": {"name": list("abcd"), "big": [2**60] * 4}, "labels": {"part": ["a"]}, "material": {"a": 1}}
+    assert ply.list_losses(mesh.with_attributes(odd)) == [
+        "name per point",
+        "big per point",
+        "labels of part",
+        "material (a)",
+    ]
