@@ -268,7 +268,8 @@ def _sort_columns(
     if n_edges:
         edge = group_properties(elements.pop("edge"))
         corner = {name: _stack_rows(column, None, n_corners, 2 * n_edges) for name, column in corner.items()}
-        left = {name: edge.pop(name) for name in list(edge) if not _are_alike(face.get(name), edge[name])}
+        unlike = [name for name in edge if name in corner or not _are_alike(face.get(name), edge[name])]
+        left = {name: edge.pop(name) for name in unlike}
         face = {name: _stack_rows(face.get(name), edge.get(name), n_faces, n_edges) for name in {**face, **edge}}
         if left:
             elements["edge"] = left

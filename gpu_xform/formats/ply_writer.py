@@ -163,11 +163,13 @@ def _list_face_columns(
     sizes = np.diff(mesh.offsets)
     is_edge = _find_edges(sizes, layout)
     chosen = is_edge if element == "edge" else ~is_edge
-    of_chosen = np.repeat(chosen, sizes)
+    of_chosen = slice(None) if chosen.all() else np.repeat(chosen, sizes)
     corners = mesh.indices[of_chosen]
     columns: dict[str, Any] = {}
     if element == "edge":
         columns |= {"vertex1": corners[::2], "vertex2": corners[1::2]}
+        held = layout.get("elements", {}).get("edge", {})
+        columns |= {name: column for name, column in held.items() if len(column) == chosen.sum()}
     else:
         corner_list = next((name for name in CORNER_LISTS if name in names), CORNER_LISTS[0])
         columns[corner_list] = corners, sizes[chosen]
@@ -183,10 +185,6 @@ def _list_face_columns(
             if _can_hold(column) and not isinstance(column, RaggedArray):
                 width = column.shape[1] if column.ndim == 2 else 1
                 columns.setdefault(name, (column[of_chosen].ravel(), sizes[chosen] * width))
-    else:
-        for name, column in layout.get("elements", {}).get("edge", {}).items():
-            if len(column) == chosen.sum():
-                columns.setdefault(name, column)
     return int(chosen.sum()), columns
 
 
@@ -241,13 +239,16 @@ def _fits(values: Values, dtype: str) -> bool:
     target = np.dtype(dtype)
     if values.dtype == target or values.size == 0:
         return True
+    if target.kind != "f" and values.dtype.kind in "iu":
+        limits = np.iinfo(target)
+        return bool(limits.min <= values.min() and values.max() <= limits.max)
     with np.errstate(over="ignore", invalid="ignore"):
         cast = values.astype(target)
     if target.kind == "f" and values.dtype.kind == "f":
         return bool(np.array_equal(np.isfinite(cast), np.isfinite(values)))
     if not np.isfinite(values).all() or (values.dtype.kind == "f" and np.abs(values).max() >= 2.0**63):
         return False
-    return bool((cast.astype(values.dtype) == values).all()) and bool(((cast < 0) == (values < 0)).all())
+    return bool((cast.astype(values.dtype) == values).all())
 
 
 def _choose_type(values: Values) -> str:
