@@ -37,6 +37,13 @@ READERS: dict[str, Reader] = {
     "wrl": vrml.read,
     "wrz": vrml.read,
 }
+# These may name files beside their own, and take the folder of it.
+_BESIDE: dict[str, Callable[..., Mesh]] = {
+    "gltf": gltf.read,
+    "vrml": vrml.read,
+    "wrl": vrml.read,
+    "wrz": vrml.read,
+}
 WRITERS: dict[str, Writer] = {
     "glb": glb.write,
     "npy": npy.write,
@@ -81,7 +88,8 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
         Of what the file holds and the result does not; the message names the file.
     """
     name, kind = _identify(source, file_type, READERS)
-    mesh = _read(source, name, partial(gltf.read, folder=_folder(source)) if kind == "gltf" else READERS[kind])
+    reader = partial(_BESIDE[kind], folder=_folder(source)) if kind in _BESIDE else READERS[kind]
+    mesh = _read(source, name, reader)
     if mesh.n_points == 0:
         raise MeshError(f"{name}: the file holds no points")
     return mesh

@@ -1,37 +1,74 @@
-"""VRML 1.0 and VRML 97 (`.wrl`): face sets and line sets, transformed to the world.
+"""VRML 1.0 and VRML 97 (`.wrl`): the shapes, moved by the transforms above them.
 
-Primitives (Box, Sphere, ...), text, prototypes, scripts and inlined files are ignored.
+Prototypes are expanded, and files beside this one that it names are read. Nodes of both versions may stand in one file.
+What holds geometry and cannot be shown, such as text, is counted and named in one warning.
 """
 
 import gzip
 import zlib
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from io import BytesIO
+from pathlib import Path
+from typing import TypeAlias
 
 import numpy as np
 
+from .._core.error_context import prefix_errors
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from ..matrices import rotate
+from ._beside import find_beside
 from ._text import plain_text, quote
-from .vrml_syntax import Node, Numbers, parse_nodes
+from ._warn import warn
+from .vrml_nodes import PlacedNode
+from .vrml_primitives import PRIMITIVES
+from .vrml_shapes import Polygons
+from .vrml_syntax import Numbers, parse_nodes
 
 _MAX_DECOMPRESSED_BYTES = 1 << 28
-# USE can make a short file a huge scene: it may have so many numbers and visits of nodes, plus its size in bytes.
+# USE can make a short file mean an endless scene. These numbers and nodes may be drawn besides those in the file.
 _NUMBER_ALLOWANCE = 1 << 25
 _VISIT_ALLOWANCE = 1 << 18
-_VRML97_GROUPS = {"Group", "Anchor", "Billboard", "Collision"}
-_SHAPE_SETS = {"IndexedFaceSet", "IndexedLineSet"}
+_PRIMITIVE_DISCOUNT = 4  # a molecule has many thousands of spheres, each of thousands of numbers: they count for less
+_GROUPS = {"Group", "Anchor", "Billboard", "Collision", "StaticGroup", "Separator", "WWWAnchor"}
+_INDEXED = {"IndexedFaceSet", "IndexedLineSet"}
+_INLINES = {"Inline": "url", "WWWInline": "name"}
+# Where nodes of unknown kinds keep what they show.
+_CHILD_FIELDS = ("children", "humanoidBody", "skeleton")
+_MAX_NAMED = 8
+# Nodes that show nothing themselves.
+_SILENT_KINDS = """
+Appearance Arc AudioClip Background BackgroundColor BaseColor Color ColorInterpolator Coordinate
+CoordinateInterpolator CylinderSensor DirectionalLight Environment Fog FontStyle ImageTexture Info Label LightModel
+Material MaterialBinding MovieTexture NavigationInfo Normal NormalBinding NormalInterpolator OrientationInterpolator
+OrthographicCamera PerspectiveCamera PixelTexture PlaneSensor PointLight PositionInterpolator ProximitySensor
+ScalarInterpolator SceneInfo Script Sound SphereSensor SpotLight Texture2 Texture2Transform TextureCoordinate
+TextureCoordinate2 TextureTransform TimeSensor TouchSensor Units Viewpoint VisibilitySensor WorldInfo
+"""
+_SILENT = frozenset(_SILENT_KINDS.split())
 
 
-def read(data: bytes) -> Mesh:
+def read(data: bytes, folder: Path | None = None) -> Mesh:
     """Return the mesh of a VRML file, gzip-compressed or not.
 
-    Raises MeshError with the line of malformed content, for compressed text of more than 256 MiB, and if USE multiplies
-    the scene beyond its allowance.
+    folder : where files that it names may lie
+
+    Raises MeshError with the line of malformed content, for more than 256 MiB of compressed text, and if USE multiplies
+    the scene without bound. Warns of what holds geometry and is not shown.
     """
+    roots, is_vrml1 = _parse(data)
+    builder = _MeshBuilder(_NUMBER_ALLOWANCE + len(data), _VISIT_ALLOWANCE + len(data))
+    _walk(roots, builder, _Inlines(folder), _State(np.eye(4), is_vrml1=is_vrml1, folder=folder))
+    mesh = builder.build()
+    builder.warn_of_losses()
+    return mesh
+
+
+def _parse(data: bytes) -> tuple[list[PlacedNode], bool]:
+    """Return the nodes at the top of a file, and whether it is of VRML 1.0."""
     if data.startswith(b"\x1f\x8b"):
         data = _decompress(data)
     data = plain_text(data)
@@ -40,16 +77,10 @@ def read(data: bytes) -> Mesh:
     except UnicodeDecodeError:
         text = data.decode("latin-1")
     header = text.lstrip().split("\n", 1)[0].split()
-    if header[:2] == ["#VRML", "V1.0"]:
-        walk: Callable[[list[Node], _MeshBuilder], None] = _walk_vrml1
-    elif header[:2] == ["#VRML", "V2.0"]:
-        walk = _walk_vrml97
-    else:
+    if header[:2] not in (["#VRML", "V1.0"], ["#VRML", "V2.0"]):
         got = quote(" ".join(header))
         raise MeshError(f"line 1: expected '#VRML V1.0 ascii' or '#VRML V2.0 utf8', got {got}")
-    builder = _MeshBuilder(_NUMBER_ALLOWANCE + len(data), _VISIT_ALLOWANCE + len(data))
-    walk(parse_nodes(text), builder)
-    return builder.build()
+    return [PlacedNode(node) for node in parse_nodes(text)], header[1] == "V1.0"
 
 
 def _decompress(data: bytes) -> bytes:
@@ -63,9 +94,53 @@ def _decompress(data: bytes) -> bytes:
     return text
 
 
+@dataclass(frozen=True)
+class _State:
+    """What nodes change for the nodes after them or below them.
+
+    is_clockwise : whether faces are clockwise seen from outside, as ShapeHints of VRML 1.0 says
+    is_vrml1 : whether a Transform moves what follows it, and a Group keeps no state of its own
+    folder, inlined : where the current file lies, and the files that the walk is in
+    """
+
+    matrix: Float64Array
+    coordinates: PlacedNode | None = None
+    is_clockwise: bool = False
+    is_vrml1: bool = False
+    folder: Path | None = None
+    inlined: tuple[Path, ...] = ()
+
+    def then(self, matrix: Float64Array) -> "_State":
+        """Return the state with what follows moved."""
+        return replace(self, matrix=self.matrix @ matrix)
+
+
+@dataclass
+class _Inlines:
+    """The files that a file names, each parsed once."""
+
+    root: Path | None
+    parsed: dict[Path, tuple[list[PlacedNode], bool]] = field(default_factory=dict)
+
+    def find(self, names: list[str], folder: Path | None) -> Path | None:
+        """Return the first of `names` that is a file beside the model."""
+        plain = [name.partition("#")[0].removeprefix("file:") for name in names]
+        paths = (find_beside(self.root, folder, name) for name in plain if name)
+        return next((path for path in paths if path is not None), None)
+
+    def parse(self, path: Path, builder: "_MeshBuilder") -> tuple[list[PlacedNode], bool]:
+        """Return the nodes at the top of a file, and whether it is of VRML 1.0."""
+        if path not in self.parsed:
+            data = path.read_bytes()
+            with prefix_errors(path.name):
+                self.parsed[path] = _parse(data)
+            builder.allow(len(data))
+        return self.parsed[path]
+
+
 @dataclass
 class _MeshBuilder:
-    """The mesh under construction, and how much more may be added."""
+    """What was read so far, and how much more may be read."""
 
     numbers_left: int
     visits_left: int
@@ -74,27 +149,34 @@ class _MeshBuilder:
     corners: list[IndexArray] = field(default_factory=list)
     n_points: int = 0
     point_ranges: dict[tuple[int, bytes], tuple[int, int]] = field(default_factory=dict)
+    left_out: Counter[str] = field(default_factory=Counter)
+    as_groups: Counter[str] = field(default_factory=Counter)
 
-    def visit(self, node: Node) -> None:
-        """Count a visit of a node; raise MeshError if there are too many."""
+    def allow(self, n_bytes: int) -> None:
+        """Allow as much more as a further file spells out."""
+        self.numbers_left += n_bytes
+        self.visits_left += n_bytes
+
+    def visit(self, node: PlacedNode) -> None:
+        """Count a visit to a node; raise MeshError if there are too many."""
         self.visits_left -= 1
         if self.visits_left < 0:
             raise MeshError(f"line {node.line}: USE multiplies the scene beyond {_VISIT_ALLOWANCE} nodes")
 
     def _count(self, n_numbers: int, line: int) -> None:
-        """Count numbers; raise MeshError if there are too many."""
+        """Count numbers drawn; raise MeshError if there are too many."""
         self.numbers_left -= n_numbers
         if self.numbers_left < 0:
             raise MeshError(f"line {line}: USE multiplies the scene beyond {_NUMBER_ALLOWANCE} numbers")
 
-    def add(self, shape: Node, coordinates: Node | None, matrix: Float64Array) -> None:
+    def add_indexed(self, shape: PlacedNode, coordinates: PlacedNode | None, state: _State) -> None:
         """Add a face set or a line set."""
-        index = shape.numbers.get("coordIndex")
+        index = shape.numbers("coordIndex")
         if index is None or (values := index.integers()).size == 0:
             return
         if coordinates is None:
             raise MeshError(f"line {shape.line}: {shape.kind} has no coordinates")
-        base, count = self._add_points(coordinates, matrix)
+        base, count = self.add_points(coordinates, state.matrix)
         self._count(len(values), shape.line)
         wrong = (values < -1) | (values >= count)
         if wrong.any():
@@ -102,113 +184,218 @@ class _MeshBuilder:
             line = index.line_of(i)
             raise MeshError(f"line {line}: index {values[i]} is out of range, there are {count} points")
         inside = values != -1
+        if shape.kind == "IndexedLineSet":
+            joined = (inside[:-1] & inside[1:]).nonzero()[0]  # a line of one point joins nothing
+            corners = np.stack([values[joined], values[joined + 1]], axis=1).ravel()
+            self._add_faces(corners + base, np.full(len(joined), 2), is_turned=False)
+            return
         ends = np.flatnonzero(np.diff(inside.astype(np.int8), prepend=0, append=0))
         begins, sizes = ends[::2], ends[1::2] - ends[::2]
         if (sizes < 2).any():
             line = index.line_of(int(begins[np.argmax(sizes < 2)]))
             raise MeshError(f"line {line}: {shape.kind} needs at least 2 indices before each -1, got 1")
-        corners = values[inside]
-        if shape.kind == "IndexedLineSet":
-            joined = (inside[:-1] & inside[1:]).nonzero()[0]
-            corners = np.stack([values[joined], values[joined + 1]], axis=1).ravel()
-            sizes = np.full(len(joined), 2)
-        self.sizes.append(sizes)
-        self.corners.append(corners + base)
+        self._add_faces(values[inside] + base, sizes, is_turned=_is_turned(shape, state))
 
-    def _add_points(self, coordinates: Node, matrix: Float64Array) -> tuple[int, int]:
+    def add_points(self, coordinates: PlacedNode, matrix: Float64Array) -> tuple[int, int]:
         """Return the index of the first transformed point and their number; sets of equal coordinates share points."""
-        key = (id(coordinates), matrix.tobytes())
+        numbers = coordinates.numbers("point") or Numbers(coordinates.line, "")
+        key = (id(numbers), matrix.tobytes())
         if key not in self.point_ranges:
-            points = coordinates.numbers.get("point", Numbers(coordinates.line, "")).floats(3)
+            points = numbers.floats(3)
             self._count(points.size, coordinates.line)
-            if not np.array_equal(matrix, np.eye(4)):
-                points = points @ matrix[:3, :3].T + matrix[:3, 3]
             self.point_ranges[key] = self.n_points, len(points)
-            self.points.append(points)
-            self.n_points += len(points)
+            self._append_points(points, matrix)
         return self.point_ranges[key]
 
+    def add_polygons(self, shape: PlacedNode, polygons: Polygons, state: _State) -> None:
+        """Add a primitive shape."""
+        self._count((polygons.points.size + len(polygons.corners)) // _PRIMITIVE_DISCOUNT, shape.line)
+        self._add_faces(polygons.corners + self.n_points, polygons.sizes, is_turned=_is_turned(shape, state))
+        self._append_points(polygons.points, state.matrix)
+
+    def _add_faces(self, corners: IndexArray, sizes: IndexArray, *, is_turned: bool) -> None:
+        self.sizes.append(sizes)
+        self.corners.append(_reverse_faces(corners, sizes) if is_turned else corners)
+
+    def _append_points(self, points: Float64Array, matrix: Float64Array) -> None:
+        if not np.array_equal(matrix, np.eye(4)):
+            points = points @ matrix[:3, :3].T + matrix[:3, 3]
+        self.points.append(points)
+        self.n_points += len(points)
+
+    def _list_losses(self) -> str:
+        """Return what holds geometry and was not added, and what was read as a group by its children alone."""
+        parts = [
+            f"{what} {_list_counts(counts)}"
+            for what, counts in (("not shown:", self.left_out), ("shown as groups, by their children:", self.as_groups))
+            if counts
+        ]
+        return "; ".join(parts)
+
+    def warn_of_losses(self) -> None:
+        """Warn once of what the mesh lacks."""
+        if losses := self._list_losses():
+            warn(losses)
+
     def build(self) -> Mesh:
-        """Return the mesh of all sets that were added."""
-        if not self.corners:
-            raise MeshError("no IndexedFaceSet and no IndexedLineSet with coordinates")
-        sizes = np.concatenate(self.sizes)
-        offsets = np.concatenate([[0], np.cumsum(sizes)])
-        return Mesh.from_offsets(np.concatenate(self.points), offsets, np.concatenate(self.corners))
+        """Return the mesh of all that was added."""
+        if not self.corners and not self.n_points:
+            losses = self._list_losses() or "it needs a face set, a line set, a point set or a primitive"
+            raise MeshError(f"no shapes: {losses}")
+        empty = [np.zeros(0, np.int64)]
+        offsets = np.concatenate([[0], np.cumsum(np.concatenate(self.sizes + empty))])
+        return Mesh.from_offsets(np.concatenate(self.points), offsets, np.concatenate(self.corners + empty))
 
 
-def _walk_vrml97(roots: list[Node], builder: _MeshBuilder) -> None:
-    """Add the sets of a VRML 97 scene, in the order of the file."""
-    pending = [(node, np.eye(4)) for node in reversed(roots)]
+def _list_counts(counts: Counter[str]) -> str:
+    names = [f"{count} {name}" for name, count in counts.most_common(_MAX_NAMED)]
+    n_more = sum(counts.values()) - sum(count for _, count in counts.most_common(_MAX_NAMED))
+    return ", ".join(names) + (f" and {n_more} more" if n_more else "")
+
+
+def _is_turned(shape: PlacedNode, state: _State) -> bool:
+    """Tell whether faces must be reversed to be counter-clockwise from outside, mirrors above the shape included."""
+    shape.flag("solid", True)
+    shape.flag("convex", True)
+    is_clockwise = state.is_clockwise if state.is_vrml1 else not shape.flag("ccw", True)
+    return is_clockwise != bool(np.linalg.slogdet(state.matrix[:3, :3])[0] < 0)
+
+
+def _reverse_faces(corners: IndexArray, sizes: IndexArray) -> IndexArray:
+    """Return the corners with each face reversed: its first corner stays the first."""
+    size = np.repeat(sizes, sizes)
+    starts = np.repeat(np.cumsum(sizes) - sizes, sizes)
+    reversed_corners: IndexArray = corners[starts + (size - (np.arange(len(corners)) - starts)) % size]
+    return reversed_corners
+
+
+_Entry: TypeAlias = PlacedNode | Callable[[_State], _State]
+
+
+def _walk(roots: list[PlacedNode], builder: _MeshBuilder, inlines: _Inlines, state: _State) -> None:
+    """Add the shapes of a scene, in the order of the file. Nodes change the state, groups restore it at their end."""
+    pending: list[_Entry] = [*reversed(roots)]
     while pending:
-        node, matrix = pending.pop()
-        builder.visit(node)
-        children: list[Node] = []
-        if node.kind in _SHAPE_SETS:
-            builder.add(node, next(iter(node.nodes("coord")), None), matrix)
-        elif node.kind == "Shape":
-            children = node.nodes("geometry")
-        elif node.kind == "Transform":
-            matrix = matrix @ _make_matrix(node, "scale")
-            children = node.nodes("children")
-        elif node.kind in _VRML97_GROUPS:
-            children = node.nodes("children")
-        elif node.kind == "LOD":
-            children = node.nodes("level")[:1]
-        elif node.kind == "Switch":
-            choices, which = node.nodes("choice"), node.integer("whichChoice", -1)
-            children = choices[which : which + 1] if which >= 0 else []
-        pending += [(child, matrix) for child in reversed(children)]
-
-
-@dataclass(frozen=True)
-class _TraversalState:
-    """The state that VRML 1.0 nodes change for the nodes after them."""
-
-    matrix: Float64Array
-    coordinates: Node | None = None
-
-
-def _walk_vrml1(roots: list[Node], builder: _MeshBuilder) -> None:
-    """Add the sets of a VRML 1.0 scene; nodes change the state, and a separator restores it at its end."""
-    state = _TraversalState(np.eye(4))
-    # Entries are nodes to visit, or functions that restore the state.
-    pending: list[Node | Callable[[_TraversalState], _TraversalState]] = [*reversed(roots)]
-    while pending:
-        node = pending.pop()
-        if not isinstance(node, Node):
-            state = node(state)
+        entry = pending.pop()
+        if not isinstance(entry, PlacedNode):
+            state = entry(state)
             continue
-        builder.visit(node)
-        children: list[Node] = []
-        if node.kind in _SHAPE_SETS:
-            builder.add(node, state.coordinates, state.matrix)
-        elif node.kind == "Coordinate3":
-            state = replace(state, coordinates=node)
-        elif node.kind in ("Separator", "WWWAnchor"):
-            pending.append(lambda _, saved=state: saved)  # type: ignore[misc]
-            children = node.children
-        elif node.kind == "TransformSeparator":
+        node = entry.expanded(builder.visit)
+        if node is None:
+            continue
+        if _add_shape(node, builder, state):
+            continue
+        if (changed := _change_state(node, state)) is not None:
+            state = changed
+            continue
+        children, inner = _enter(node, builder, inlines, state)
+        if node.kind == "TransformSeparator":
             pending.append(lambda last, saved=state: replace(last, matrix=saved.matrix))  # type: ignore[misc]
-            children = node.children
-        elif node.kind == "Group":
-            children = node.children
-        elif node.kind in ("LOD", "LevelOfDetail"):
-            children = node.children[:1]
-        elif node.kind == "Switch":
-            which = node.integer("whichChild", -1)
-            children = node.children if which == -3 else node.children[which : which + 1] if which >= 0 else []
-        elif (local := _make_vrml1_matrix(node)) is not None:
-            state = replace(state, matrix=state.matrix @ local)
+        elif inner is not None:
+            pending.append(lambda _, saved=state: saved)  # type: ignore[misc]
+            state = inner
         pending += reversed(children)
 
 
-def _make_vrml1_matrix(node: Node) -> Float64Array | None:
-    """Return the matrix of a VRML 1.0 transform node; None for any other node."""
-    if node.kind in ("Transform", "Translation", "Rotation", "Scale"):
-        return _make_matrix(node, "scaleFactor")
-    if node.kind != "MatrixTransform":
-        return None
+def _add_shape(node: PlacedNode, builder: _MeshBuilder, state: _State) -> bool:
+    """Add a node that is a shape; return whether it is one."""
+    if node.kind in _INDEXED or node.kind == "PointSet":
+        own = next(iter(node.nodes("coord")), None)
+        coordinates = state.coordinates if own is None else own.expanded(builder.visit)
+        if node.kind in _INDEXED:
+            builder.add_indexed(node, coordinates, state)
+        elif coordinates is not None:
+            builder.add_points(coordinates, state.matrix)
+    elif node.kind in PRIMITIVES:
+        polygons = PRIMITIVES[node.kind](node)
+        if len(polygons.sizes):
+            builder.add_polygons(node, polygons, state)
+    else:
+        return False
+    return True
+
+
+def _change_state(node: PlacedNode, state: _State) -> _State | None:
+    """Return the state after a node that changes it for what follows; None for other nodes."""
+    if node.kind == "Coordinate3":
+        return replace(state, coordinates=node)
+    if node.kind == "ShapeHints":
+        return replace(state, is_clockwise=node.words("vertexOrdering") == ["CLOCKWISE"])
+    if node.kind in ("Translation", "Rotation", "Scale"):
+        return state.then(_make_matrix(node, "scaleFactor"))
+    if node.kind == "Transform" and state.is_vrml1 and not node.nodes("children"):
+        return state.then(_make_matrix(node, "scaleFactor"))
+    if node.kind == "MatrixTransform" and not node.nodes("children"):
+        return state.then(_read_matrix(node))
+    return None
+
+
+def _enter(
+    node: PlacedNode, builder: _MeshBuilder, inlines: _Inlines, state: _State
+) -> tuple[list[PlacedNode], _State | None]:
+    """Return what a node shows, and the state inside it; None if what it changes lasts beyond its end."""
+    children = node.nodes("children")
+    is_scoped = not state.is_vrml1
+    match node.kind:
+        case "Shape":
+            return node.nodes("geometry") + children, state
+        case "Transform":
+            name = "scale" if "scale" in node.node.fields else "scaleFactor"
+            return children, state.then(_make_matrix(node, name))
+        case "Separator":
+            return children, replace(state, is_vrml1=True)
+        case "TransformSeparator":
+            return children, None
+        case "Group":
+            return children, state if is_scoped else None
+        case "LOD" | "LevelOfDetail":
+            return (node.nodes("level") or children)[:1], state if is_scoped else None
+        case "Switch":
+            return _choose(node), state if is_scoped else None
+        case kind if kind in _GROUPS:
+            return children, state
+        case kind if kind in _INLINES:
+            return _read_inline(node, builder, inlines, state)
+        case kind if kind in _SILENT:
+            return [], None
+    children = [child for name in _CHILD_FIELDS for child in node.nodes(name)]
+    if not children:
+        builder.left_out[_describe(node)] += 1
+        return [], None
+    builder.as_groups[_describe(node)] += 1
+    return children, state.then(_make_matrix(node, "scale"))
+
+
+def _describe(node: PlacedNode) -> str:
+    return f"{node.kind} (EXTERNPROTO)" if node.node.prototype else node.kind
+
+
+def _choose(node: PlacedNode) -> list[PlacedNode]:
+    """Return the choice of a Switch; by default, none."""
+    choices = node.nodes("choice") or node.nodes("children")
+    which = node.integer("whichChoice", node.integer("whichChild", -1))
+    if which == -3 and "whichChild" in node.node.fields:
+        return choices
+    return choices[which : which + 1] if which >= 0 else []
+
+
+def _read_inline(
+    node: PlacedNode, builder: _MeshBuilder, inlines: _Inlines, state: _State
+) -> tuple[list[PlacedNode], _State | None]:
+    """Return the nodes of a file that lies beside this one, and the state for them."""
+    names = node.words(_INLINES[node.kind])
+    path = inlines.find(names, state.folder)
+    if path is None or path in state.inlined:
+        why = "not a file beside it" if path is None else "of itself"
+        builder.left_out[f"{node.kind} ({why}: {quote(names[0]) if names else 'no name'})"] += 1
+        return [], None
+    roots, is_vrml1 = inlines.parse(path, builder)
+    inlined = (*state.inlined, path)
+    return roots, _State(state.matrix, is_vrml1=is_vrml1, folder=path.parent, inlined=inlined)
+
+
+def _read_matrix(node: PlacedNode) -> Float64Array:
+    """Return the matrix of a MatrixTransform."""
     # VRML 1.0 has row vectors: the translation is in the last row.
     matrix = node.floats("matrix", tuple(np.eye(4).ravel())).reshape(4, 4).T
     if (matrix[3] != (0.0, 0.0, 0.0, 1.0)).any():
@@ -216,7 +403,7 @@ def _make_vrml1_matrix(node: Node) -> Float64Array | None:
     return matrix
 
 
-def _make_matrix(node: Node, scale_name: str) -> Float64Array:
+def _make_matrix(node: PlacedNode, scale_name: str) -> Float64Array:
     """Return T C R Q S Q^-1 C^-1 of a node's translation, center, rotation, scale and scaleOrientation: (4, 4)."""
     center = node.floats("center", (0.0, 0.0, 0.0))
     rotation = _make_rotation(node, "rotation")
@@ -227,11 +414,13 @@ def _make_matrix(node: Node, scale_name: str) -> Float64Array:
     return matrix
 
 
-def _make_rotation(node: Node, name: str) -> Float64Array:
+def _make_rotation(node: PlacedNode, name: str) -> Float64Array:
     """Return the matrix of an axis and an angle in radians: (3, 3)."""
+    numbers = node.numbers(name)
     *axis, angle = node.floats(name, (0.0, 0.0, 1.0, 0.0)).tolist()
     if angle == 0.0:
         return np.eye(3)
     if not any(axis):
-        raise MeshError(f"line {node.numbers[name].line}: {name} by {angle} needs an axis that is not zero")
+        line = node.line if numbers is None else numbers.line
+        raise MeshError(f"line {line}: {name} by {angle} needs an axis that is not zero")
     return rotate(axis, angle)[:3, :3]

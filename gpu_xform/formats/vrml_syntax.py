@@ -4,8 +4,9 @@ The meaning of nodes is the subject of `vrml`. Nothing here recurses, so no dept
 """
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -25,16 +26,20 @@ _object: node | definition | use
 node: NAME "{" _member* "}"
 definition: "DEF" ANY_NAME node
 use: "USE" ANY_NAME
-_member: field | _object | proto | externproto | route | interface
+_member: field | _object | proto | externproto | route | _interface
 field: NAME _value
-_value: NUMBERS | NUMBER+ | STRING | NAME | BIT_MASK | _object | "[" _item* "]" | "IS" NAME
+_value: NUMBERS | NUMBER+ | STRING | NAME | BIT_MASK | _object | "[" _item* "]" | binding
+binding: "IS" NAME
 _item: NUMBER | STRING | NAME | BIT_MASK | _object
 
-proto: "PROTO" ANY_NAME "[" interface* "]" "{" _member* "}"
+proto: "PROTO" ANY_NAME "[" declarations "]" "{" body "}"
+declarations: _interface*
+body: _member*
 externproto: "EXTERNPROTO" ANY_NAME "[" extern_interface* "]" _value
 route: "ROUTE" ANY_NAME "TO" ANY_NAME
-interface: ("eventIn" | "eventOut") NAME NAME ["IS" NAME]
-         | ("field" | "exposedField") NAME NAME _value
+_interface: event | declaration
+event: ("eventIn" | "eventOut") NAME NAME ["IS" NAME]
+declaration: ("field" | "exposedField") NAME NAME _value
 extern_interface: ("eventIn" | "eventOut" | "field" | "exposedField") NAME NAME
 
 NAME: /[^\x00-\x20"#',.\[\]\\{}()|+\-0-9][^\x00-\x20"#',\[\]\\{}]*/
@@ -101,41 +106,64 @@ class Use:
 
 
 @dataclass(eq=False, slots=True)
+class Binding:
+    """The value `IS name` of a field in a prototype: what the instance gives for that name."""
+
+    name: str
+
+
+Value: TypeAlias = Numbers | list[Any]
+Slot: TypeAlias = tuple[list[Any], int]
+
+
+@dataclass(eq=False, slots=True)
+class Prototype:
+    """A prototype: the defaults of its fields, and its nodes; an external one has neither.
+
+    slots : the places of nodes, uses and prototypes in the defaults and in the body, in the order of the file
+    """
+
+    name: str
+    line: int
+    is_external: bool = False
+    defaults: dict[str, Value] = field(default_factory=dict)
+    default_slots: list[Slot] = field(default_factory=list)
+    body: list[Any] = field(default_factory=list)
+    body_slots: list[Slot] = field(default_factory=list)
+
+
+@dataclass(eq=False, slots=True)
 class Node:
-    """A node: fields of numbers, fields of nodes and words, and the children among the fields of VRML 1.0."""
+    """A node and its fields. Nodes among the fields, as VRML 1.0 has them, belong to the field `children`.
+
+    slots : the places of nodes, uses and prototypes in the fields, in the order of the file
+    prototype : what defines this kind of node, if that is not the language
+    """
 
     kind: str
     line: int
-    numbers: dict[str, Numbers] = field(default_factory=dict)
-    items: dict[str, list[Any]] = field(default_factory=dict)
-    children: list[Any] = field(default_factory=list)
+    fields: dict[str, Value] = field(default_factory=dict)
+    slots: list[Slot] = field(default_factory=list)
     name: str | None = None
+    prototype: Prototype | None = None
 
-    def floats(self, name: str, default: tuple[float, ...]) -> Float64Array:
-        """Return a field of as many numbers as its default has: (len(default),) float64."""
-        if name not in self.numbers:
-            return np.array(default)
-        rows = self.numbers[name].floats(len(default))
-        if len(rows) != 1:
-            raise MeshError(f"line {self.numbers[name].line}: {name} needs {len(default)} numbers, got {rows.size}")
-        row: Float64Array = rows[0]
-        return row
-
-    def integer(self, name: str, default: int) -> int:
-        """Return a field of one integer."""
-        if name not in self.numbers:
-            return default
-        values = self.numbers[name].integers()
-        if len(values) != 1:
-            raise MeshError(f"line {self.numbers[name].line}: {name} needs one integer, got {len(values)}")
-        return int(values[0])
-
-    def nodes(self, name: str) -> "list[Node]":
-        """Return the nodes in a field."""
-        return [item for item in self.items.get(name, []) if isinstance(item, Node)]
+    def set_field(self, name: str, value: Value) -> None:
+        """Set a field; a list adds to the one before it, which an empty one does not replace."""
+        known = self.fields.get(name)
+        if isinstance(known, list) and isinstance(value, list):
+            self.slots += _add_slots(known, value)
+        elif isinstance(value, list):
+            self.fields[name] = values = list[Any]()
+            self.slots += _add_slots(values, value)
+        elif not (isinstance(known, list) and not value.text.strip()):
+            self.fields[name] = value
 
 
-Field: TypeAlias = tuple[str, "Numbers | list[Any]"]
+def _add_slots(values: list[Any], added: list[Any]) -> list[Slot]:
+    """Append to a list, and return the places of what is to be resolved."""
+    first = len(values)
+    values += added
+    return [(values, i) for i in range(first, len(values)) if isinstance(values[i], Node | Use | Prototype)]
 
 
 class _Builder:
@@ -147,14 +175,13 @@ class _Builder:
     def node(self, parts: list[Any]) -> Node:
         node = Node(str(parts[0]), parts[0].line)
         for part in parts[1:]:
-            if isinstance(part, Node | Use):
-                node.children.append(part)
+            if isinstance(part, _Declaration):
+                if isinstance(part.value, list):
+                    node.slots += _add_slots([], part.value)
+            elif isinstance(part, tuple):
+                node.set_field(*part)
             elif part is not None:
-                name, value = part
-                if isinstance(value, Numbers):
-                    node.numbers[name] = value
-                else:
-                    node.items[name] = value
+                node.set_field("children", [part])
         return node
 
     def definition(self, parts: list[Any]) -> Node:
@@ -165,17 +192,58 @@ class _Builder:
     def use(self, parts: "list[Token]") -> Use:
         return Use(str(parts[0]), cast("int", parts[0].line))
 
-    def field(self, parts: list[Any]) -> Field:
+    def field(self, parts: list[Any]) -> tuple[str, Value]:
         name, *items = parts
-        if items and all(getattr(item, "type", "") in ("NUMBER", "NUMBERS") for item in items):
-            text = items[0][1:-1] if items[0].type == "NUMBERS" else _join_tokens(items)
-            return str(name), Numbers(items[0].line, text)
-        return str(name), items
+        return str(name), _as_value(items)
 
-    def proto(self, parts: list[Any]) -> None:
-        """Ignore a prototype, and the names that it defines."""
+    def binding(self, parts: "list[Token]") -> Binding:
+        return Binding(str(parts[0]))
 
-    externproto = route = interface = extern_interface = proto
+    def declaration(self, parts: list[Any]) -> "_Declaration":
+        _, name, *items = parts
+        return _Declaration(str(name), _as_value(items))
+
+    def proto(self, parts: list[Any]) -> Prototype:
+        name, declarations, body = parts
+        prototype = Prototype(str(name), name.line)
+        for declared in declarations:
+            value = declared.value
+            if isinstance(value, list):
+                value = list[Any]()
+                prototype.default_slots += _add_slots(value, declared.value)
+            prototype.defaults[declared.name] = value
+        prototype.body_slots = _add_slots(prototype.body, body)
+        return prototype
+
+    def declarations(self, parts: list[Any]) -> list[Any]:
+        return [part for part in parts if part is not None]
+
+    def body(self, parts: list[Any]) -> list[Any]:
+        return [part for part in parts if isinstance(part, Node | Use | Prototype)]
+
+    def externproto(self, parts: list[Any]) -> Prototype:
+        return Prototype(str(parts[0]), parts[0].line, is_external=True)
+
+    def event(self, parts: list[Any]) -> None:
+        """Ignore an event, a route, and the interface of an external prototype."""
+
+    route = extern_interface = event
+
+
+@dataclass(eq=False, slots=True)
+class _Declaration:
+    """The declaration of a field, with its value."""
+
+    name: str
+    value: Value
+
+
+def _as_value(items: list[Any]) -> Value:
+    """Return the value of a field: its numbers, or its nodes and words."""
+    if items and all(getattr(item, "type", "") in ("NUMBER", "NUMBERS") for item in items):
+        text = items[0][1:-1] if items[0].type == "NUMBERS" else _join_tokens(items)
+        return Numbers(items[0].line, text)
+    return items
 
 
 def _join_tokens(tokens: "list[Token]") -> str:
@@ -212,28 +280,73 @@ def parse_nodes(text: str) -> list[Node]:
     except UnexpectedInput as error:
         rest = text[cast("int", error.pos_in_stream) :][:41]
         raise MeshError(f"line {error.line}: unexpected {quote(rest)}") from None
-    _resolve_uses(roots)
-    return roots
+    _resolve_names(roots)
+    return [root for root in roots if isinstance(root, Node)]
 
 
-def _resolve_uses(roots: list[Any]) -> None:
-    """Replace every `Use` by its node, in the order of the file."""
-    named: dict[str, Node] = {}
-    # Entries are a list and an index in it, or a node whose end is reached.
-    pending: list[tuple[list[Any], int] | Node] = [(roots, i) for i in reversed(range(len(roots)))]
+class _Names:
+    """The nodes and prototypes that have a name at some place of a file."""
+
+    def __init__(self) -> None:
+        self._nodes: list[dict[str, Node]] = [{}]
+        self._prototypes: dict[str, list[Prototype]] = {}
+        self._declared: list[list[str]] = [[]]
+
+    def enter(self) -> None:
+        """Begin the body of a prototype, whose names are its own."""
+        self._nodes.append({})
+        self._declared.append([])
+
+    def leave(self) -> None:
+        """End the body of a prototype."""
+        self._nodes.pop()
+        for name in self._declared.pop():
+            self._prototypes[name].pop()
+
+    def define(self, node: Node) -> None:
+        """Let a USE find a node."""
+        self._nodes[-1][cast("str", node.name)] = node
+
+    def declare(self, prototype: Prototype) -> None:
+        """Let nodes be of a prototype."""
+        self._prototypes.setdefault(prototype.name, []).append(prototype)
+        self._declared[-1].append(prototype.name)
+
+    def find_node(self, use: Use) -> Node:
+        """Return the node of a USE; raise MeshError if no node before it has the name."""
+        for names in reversed(self._nodes):
+            if use.name in names:
+                return names[use.name]
+        raise MeshError(f"line {use.line}: USE {quote(use.name)}, but no node before it has that name")
+
+    def find_prototype(self, kind: str) -> Prototype | None:
+        """Return the prototype of a kind of node, if it has one."""
+        found = self._prototypes.get(kind)
+        return found[-1] if found else None
+
+
+def _resolve_names(roots: list[Any]) -> None:
+    """Replace every Use by its node, and give instances their prototypes, in the order of the file."""
+    names = _Names()
+    # Entries are places to resolve, nodes whose end is reached, or functions that begin or end a body.
+    pending: list[Slot | Node | Callable[[], None]] = [(roots, i) for i in reversed(range(len(roots)))]
     while pending:
         entry = pending.pop()
         if isinstance(entry, Node):
-            named[cast("str", entry.name)] = entry
+            names.define(entry)
             continue
-        parts, i = entry
-        item = parts[i]
+        if not isinstance(entry, tuple):
+            entry()
+            continue
+        values, i = entry
+        item = values[i]
         if isinstance(item, Use):
-            if item.name not in named:
-                raise MeshError(f"line {item.line}: USE {quote(item.name)}, but no node before it has that name")
-            parts[i] = named[item.name]
+            values[i] = names.find_node(item)
         elif isinstance(item, Node):
+            item.prototype = names.find_prototype(item.kind)
             if item.name is not None:
                 pending.append(item)
-            for part in (item.children, *reversed(item.items.values())):
-                pending += [(part, i) for i in reversed(range(len(part)))]
+            pending += reversed(item.slots)
+        elif isinstance(item, Prototype):
+            pending += [partial(names.declare, item), names.leave, *reversed(item.body_slots)]
+            pending += [names.enter, *reversed(item.default_slots)]

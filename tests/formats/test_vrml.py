@@ -1,13 +1,14 @@
 import gzip
 import math
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gpu_xform import samples
-from gpu_xform.errors import MeshError
-from gpu_xform.formats import vrml
+from gpu_xform.errors import MeshError, MeshWarning
+from gpu_xform.formats import load_mesh, vrml, vrml_shapes
 from gpu_xform.geometry.mesh import Mesh
 
 POINT_97 = "coord Coordinate { point [0 0 0, 1 0 0, 0 1 0] }"
@@ -175,8 +176,8 @@ def test_nodes_of_vrml_97() -> None:
     Shape { geometry Box { size 1 2 3 } }
     ROUTE S.out TO S.in
     """)
-    assert mesh.n_faces == 8
-    assert mesh.positions[-6:].tolist() == [[0, 0, 1], [1, 0, 1], [0, 1, 1], [0, 0, 1], [2, 0, 1], [0, 2, 1]]
+    assert mesh.n_faces == 8 + 6
+    assert mesh.positions[-14:-8].tolist() == [[0, 0, 1], [1, 0, 1], [0, 1, 1], [0, 0, 1], [2, 0, 1], [0, 2, 1]]
 
 
 def test_names_in_a_prototype_stay_there() -> None:
@@ -251,8 +252,8 @@ def test_what_gzip_unpacks_to_is_bounded(monkeypatch: pytest.MonkeyPatch) -> Non
         ("Transform { rotation 0 0 0 1 children <shape> }", "line 2: rotation by 1.0 needs an axis"),
         ("Transform { translation 0 0 children <shape> }", "the number of values must be a multiple of 3"),
         ("Transform { scale 0 0 0 1 1 1 children <shape> }", "line 2: scale needs 3 numbers, got 6"),
-        ("Group { }", "no IndexedFaceSet and no IndexedLineSet with coordinates"),
-        ("", "no IndexedFaceSet"),
+        ("Group { }", "no shapes: it needs a face set"),
+        ("", "no shapes"),
     ],
 )
 def test_errors_of_vrml_97_name_the_line(body: str, message: str) -> None:
@@ -290,4 +291,290 @@ def test_use_cannot_multiply_without_bound() -> None:
     moved = "".join(f"Transform {{ translation {i} 0 0 children USE B }}\n" for i in range(1000))
     with pytest.raises(MeshError, match="USE multiplies the scene beyond 33554432 numbers"):
         v2(f"DEF B {big}\n{moved}")
+    assert time.process_time() - start < 20.0
+
+
+def shape(geometry: str) -> str:
+    return f"Shape {{ geometry {geometry} }}\n"
+
+
+def volume(mesh: Mesh) -> float:
+    return float(mesh.to_trimesh().volume)
+
+
+def move(x: float, children: str) -> str:
+    return f"Transform {{ translation {x} 0 0 children [ {children} ] }}\n"
+
+
+N = vrml_shapes.N_SIDES
+POLYGON = N / 2 * math.sin(2 * math.pi / N)  # the area of the polygon that stands for a circle of radius 1
+
+
+@pytest.mark.parametrize(
+    ("geometry", "expected", "bounds"),
+    [
+        ("Box { }", 8.0, [[-1, -1, -1], [1, 1, 1]]),
+        ("Box { size 1 2 3 }", 6.0, [[-0.5, -1, -1.5], [0.5, 1, 1.5]]),
+        ("Cylinder { radius 2 height 3 }", POLYGON * 4 * 3, [[-2, -1.5, -2], [2, 1.5, 2]]),
+        ("Cone { bottomRadius 2 height 3 }", POLYGON * 4 * 3 / 3, [[-2, -1.5, -2], [2, 1.5, 2]]),
+        ("Extrusion { }", 4.0, [[-1, 0, -1], [1, 1, 1]]),
+        ("Extrusion { spine [ 0 0 0 3 0 0 ] }", 12.0, [[0, -1, -1], [3, 1, 1]]),
+        ("Extrusion { spine [ 0 0 0 0 -2 0 ] scale 2 0.5 }", 8.0, [[-2, -2, -0.5], [2, 0, 0.5]]),
+        ("Extrusion { orientation 0 1 0 0.7853981633974483 }", 4.0, [[-(2**0.5), 0, -(2**0.5)], [2**0.5, 1, 2**0.5]]),
+        ("Extrusion { scale [ 1 1 0 0 ] }", 4.0 / 3.0, [[-1, 0, -1], [1, 1, 1]]),
+    ],
+)
+def test_primitives_are_solids_the_right_way_out(geometry: str, expected: float, bounds: list[list[float]]) -> None:
+    mesh = v2(shape(geometry))
+    assert mesh.to_trimesh().is_watertight
+    assert volume(mesh) == pytest.approx(expected)
+    assert mesh.bounds == pytest.approx(np.array(bounds), abs=1e-12)
+
+
+def test_a_sphere_is_that_of_trimesh() -> None:
+    mesh = v2(shape("Sphere { radius 3 }"))
+    assert np.linalg.norm(mesh.positions, axis=1) == pytest.approx(np.full(mesh.n_points, 3.0))
+    assert mesh.to_trimesh().is_watertight
+    assert volume(mesh) == pytest.approx(36 * math.pi, rel=0.02)
+    assert mesh.bounds == pytest.approx(np.array([[-3] * 3, [3] * 3]), abs=1e-12)
+
+
+def test_parts_of_primitives_can_be_left_out() -> None:
+    assert v2(shape("Cone { side FALSE }")).n_faces == 1
+    assert v2(shape("Cone { bottom FALSE }")).n_faces == N
+    assert v2(shape("Cylinder { top FALSE bottom FALSE }")).n_faces == N
+    assert v2(shape("Extrusion { beginCap FALSE endCap FALSE }")).n_faces == 4
+    assert v1("Cylinder { parts (SIDES | TOP) }").n_faces == N + 1
+    assert v1("Cylinder { parts BOTTOM }").n_faces == 1
+    assert v1("Cone { parts ALL }").n_faces == N + 1
+    with pytest.raises(MeshError, match="no shapes"):
+        v2(shape("Cone { side FALSE bottom FALSE }"))
+
+
+def test_primitives_of_vrml_1() -> None:
+    mesh = v1("Translation { translation 5 0 0 } Cube { width 2 height 4 depth 6 }")
+    assert mesh.bounds.tolist() == [[4, -2, -3], [6, 2, 3]]
+    assert volume(mesh) == pytest.approx(48)
+    assert v1("Sphere { radius 2 }").bounds == pytest.approx(np.array([[-2] * 3, [2] * 3]), abs=1e-12)
+
+
+def test_an_extrusion_along_a_ring_is_a_torus() -> None:
+    angles = 2 * np.pi * np.arange(65) / 64
+    ring = np.stack([3 * np.cos(angles), 0 * angles, 3 * np.sin(angles)], axis=1)
+    ring[-1] = ring[0]
+    spine = " ".join(map(repr, ring.ravel().tolist()))
+    mesh = v2(shape(f"Extrusion {{ spine [ {spine} ] crossSection [ .5 .5 .5 -.5 -.5 -.5 -.5 .5 .5 .5 ] }}"))
+    assert mesh.n_points == 64 * 4
+    assert mesh.to_trimesh().is_watertight
+    assert volume(mesh) == pytest.approx(2 * math.pi * 3, rel=0.01)  # Pappus
+    assert mesh.bounds[:, 1] == pytest.approx([-0.5, 0.5])
+
+
+def test_an_extrusion_around_a_corner_keeps_its_side_out() -> None:
+    # The section turns with the spine, which bends to the right and then back to the left.
+    mesh = v2(shape("Extrusion { spine [ 0 0 0, 0 4 0, 4 8 0, 4 12 0 ] crossSection [ 1 1 1 -1 -1 -1 -1 1 1 1 ] }"))
+    assert mesh.to_trimesh().is_watertight
+    assert volume(mesh) > 0
+    assert mesh.bounds[:, 2] == pytest.approx([-1, 1])
+
+
+def test_an_elevation_grid_looks_up() -> None:
+    mesh = v2(shape("ElevationGrid { xDimension 3 zDimension 2 xSpacing 2 zSpacing 5 height [ 0 1 2 3 4 5 ] }"))
+    assert mesh.positions.tolist() == [[0, 0, 0], [2, 1, 0], [4, 2, 0], [0, 3, 5], [2, 4, 5], [4, 5, 5]]
+    first, second, third = np.moveaxis(mesh.positions[mesh.indices].reshape(-1, 4, 3), 1, 0)[:3]
+    normals = np.cross(second - first, third - first)
+    assert mesh.n_faces == 2
+    assert (normals[:, 1] > 0).all()
+    with pytest.raises(MeshError, match="line 2: ElevationGrid of 3 x 2 points has 5 heights"):
+        v2(shape("ElevationGrid { xDimension 3 zDimension 2 height [ 0 1 2 3 4 ] }"))
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        (shape("Box { }"), 8.0),
+        ("Transform { scale -1 1 1 children " + shape("Box { }") + " }", 8.0),
+        ("Transform { scale -1 -1 1 children " + shape("Box { }") + " }", 8.0),
+        (shape("Extrusion { ccw FALSE }"), -4.0),
+        ("Transform { scale 1 1 -1 children " + shape("Extrusion { ccw FALSE solid TRUE convex FALSE }") + " }", -4.0),
+    ],
+)
+def test_mirrors_and_clockwise_faces(body: str, expected: float) -> None:
+    assert volume(v2(body)) == pytest.approx(expected)
+
+
+def test_clockwise_faces_are_reversed() -> None:
+    assert faces(v2(shape(f"IndexedFaceSet {{ {POINT_97} ccw FALSE coordIndex [ 0 1 2 ] }}"))) == [[0, 2, 1]]
+    hints = "ShapeHints { vertexOrdering CLOCKWISE shapeType SOLID }"
+    assert faces(v1(f"<points> Separator {{ {hints} <faces> }} <faces>")) == [[0, 2, 1], [0, 1, 2]]
+    with pytest.raises(MeshError, match="line 2: ccw of IndexedFaceSet must be TRUE or FALSE, got 'MAYBE'"):
+        v2(shape(f"IndexedFaceSet {{ {POINT_97} ccw MAYBE coordIndex [ 0 1 2 ] }}"))
+
+
+def test_lines_of_one_point_are_left_out() -> None:
+    mesh = v2(shape(f"IndexedLineSet {{ {POINT_97} coordIndex [ 0 -1 0 1 -1 2 -1 1 2 0 ] }}"))
+    assert faces(mesh) == [[0, 1], [1, 2], [2, 0]]
+
+
+def test_point_sets_are_points() -> None:
+    mesh = v2(move(2, shape(f"PointSet {{ {POINT_97} }}")))
+    assert mesh == Mesh([(2, 0, 0), (3, 0, 0), (2, 1, 0)])
+    assert v1("<points> PointSet { }") == Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0)])
+
+
+def test_children_without_the_name_of_their_field() -> None:
+    mesh = v2("Transform { translation 1 0 0 <shape> children <shape> <shape> children [ <shape> ] } Group { <shape> }")
+    assert mesh.n_faces == 5
+    assert mesh.positions[:, 0].tolist() == [1, 2, 1] * 4 + [0, 1, 0]
+
+
+def test_a_name_defined_among_children_is_known_in_the_order_of_the_file() -> None:
+    assert v2("Group { DEF A <shape> children [ USE A ] USE A }").n_faces == 3
+
+
+PAIR = "PROTO Pair [ field MFNode parts [] field SFVec3f gap 1 0 0 ] { Group { children ["
+PAIR += " Group { children IS parts } Transform { translation IS gap children IS parts } ] } }\n"
+
+
+def test_prototypes_are_expanded() -> None:
+    mesh = v2(
+        PAIR + "Pair { parts <shape> } Pair { gap 0 5 0 parts [ <shape> Pair { gap 7 0 0 parts <shape> } ] } Pair { }"
+    )
+    assert mesh.n_faces == 2 + 2 + 4
+    assert sorted(mesh.positions[mesh.indices[::3]].tolist()) == sorted(
+        [[0, 0, 0], [1, 0, 0], [0, 0, 0], [0, 5, 0], [0, 0, 0], [7, 0, 0], [0, 5, 0], [7, 5, 0]]
+    )
+
+
+def test_prototypes_within_prototypes() -> None:
+    inner = "PROTO Inner [ field SFVec3f s 2 2 2 ] { Shape { geometry Box { size IS s } } }"
+    group = "Group { children [ Inner { s IS size } Inner { } ] }"
+    outer = f"PROTO Outer [ field SFVec3f size 4 4 4 ] {{ {inner} {group} }}"
+    mesh = v2(f"{outer} Outer {{ }} Outer {{ size 6 6 6 }}")
+    assert [volume(Mesh(mesh.positions, mesh.faces[i : i + 6])) for i in range(0, 24, 6)] == pytest.approx(
+        [64, 8, 216, 8]
+    )
+    # The inner prototype is not known outside.
+    with pytest.warns(MeshWarning, match="^not shown: 1 Inner$"):
+        v2(f"{outer} Outer {{ }} Inner {{ }}")
+
+
+def test_prototypes_of_geometry_and_of_coordinates() -> None:
+    mesh = v2(
+        "PROTO Points [ field MFVec3f at [ 0 0 0 ] ] { Coordinate { point IS at } }"
+        "PROTO Tri [ field MFInt32 order [ 0 1 2 ] field SFBool front TRUE ]"
+        " { IndexedFaceSet { ccw IS front coordIndex IS order coord Points { at [ 0 0 0 1 0 0 0 1 0 ] } } }"
+        "Shape { geometry Tri { } } Shape { geometry Tri { order [ 1 2 0 ] front FALSE } }"
+        "Shape { geometry IndexedLineSet { coordIndex [ 0 1 ] coord Points { at [ 5 5 5 6 6 6 ] } } }"
+    )
+    assert [mesh.positions[face].tolist() for face in mesh.faces] == [
+        [[0, 0, 0], [1, 0, 0], [0, 1, 0]],
+        [[1, 0, 0], [0, 0, 0], [0, 1, 0]],
+        [[5, 5, 5], [6, 6, 6]],
+    ]
+
+
+def test_nodes_of_vrml_1_in_a_file_of_vrml_97() -> None:
+    mesh = v2(
+        "Separator { Transform { translation 9 0 0 } Group { Translation { translation 0 1 0 } }"
+        f" {POINT_1} {FACE_1} <shape> }} <shape>"
+    )
+    assert mesh.positions[mesh.indices[::3]].tolist() == [[9, 1, 0], [9, 1, 0], [0, 0, 0]]
+
+
+@pytest.mark.parametrize(
+    ("body", "n_faces", "warning"),
+    [
+        ('<shape> Shape { geometry Text { string "a" } } Shape { geometry Text { } }', 1, "not shown: 2 Text"),
+        (
+            '<shape> EXTERNPROTO Far [ field SFInt32 n ] "http://x/y.wrl" Far { n 2 }',
+            1,
+            "not shown: 1 Far (EXTERNPROTO)",
+        ),
+        ("HAnimJoint { translation 0 0 1 children <shape> }", 1, "shown as groups, by their children: 1 HAnimJoint"),
+        (
+            "<shape> NurbsPatch { } Odd { <shape> }",
+            2,
+            "not shown: 1 NurbsPatch; shown as groups, by their children: 1 Odd",
+        ),
+        ('<shape> Inline { url "http://x/y.wrl" }', 1, "not shown: 1 Inline (not a file beside it: 'http://x/y.wrl')"),
+        ("<shape> Inline { }", 1, "not shown: 1 Inline (not a file beside it: no name)"),
+        ("<shape> " + " ".join(f"Kind{i} {{ }}" for i in range(10)), 1, "and 2 more"),
+    ],
+)
+def test_what_cannot_be_shown_is_named_once(body: str, n_faces: int, warning: str) -> None:
+    with pytest.warns(MeshWarning) as caught:
+        mesh = v2(body)
+    assert mesh.n_faces == n_faces
+    assert [str(one.message) for one in caught] == [warning] or str(caught[0].message).endswith("and 2 more")
+
+
+def test_what_is_silent_is_no_loss() -> None:
+    v2("<shape> Viewpoint { } NavigationInfo { } DirectionalLight { } TimeSensor { }")
+    v2("<shape> Script { field SFNode n DEF X Group { } } USE X")
+    v1("<points> <faces> Material { } PerspectiveCamera { } Info { } Texture2 { } NormalBinding { }")
+    with pytest.raises(MeshError, match=r"^no shapes: not shown: 1 Text$"):
+        v2(shape("Text { }"))
+
+
+def test_text_of_vrml_1_is_named() -> None:
+    with pytest.warns(MeshWarning, match="not shown: 1 AsciiText"):
+        v1('<points> <faces> AsciiText { string "a" }')
+
+
+def test_files_beside_are_read(tmp_path: Path) -> None:
+    (tmp_path / "parts").mkdir()
+    whole = tmp_path / "whole.wrl"
+    whole.write_text(
+        '#VRML V2.0 utf8\nTransform { translation 5 0 0 children Inline { url [ "no.wrl" "parts/a%20b.wrl#View" ] } }\n'
+    )
+    (tmp_path / "parts" / "a b.wrl").write_text(
+        f'#VRML V2.0 utf8\n{SHAPE_97}\nInline {{ url "old.wrl" }} Inline {{ url "old.wrl" }}'
+    )
+    (tmp_path / "parts" / "old.wrl").write_bytes(gzip.compress(f"#VRML V1.0 ascii\n{POINT_1} {FACE_1}".encode()))
+    mesh = load_mesh(whole)
+    assert mesh.positions[mesh.indices[::3]].tolist() == [[5, 0, 0]] * 3
+    old = tmp_path / "old.wrl"
+    old.write_text(f'#VRML V1.0 ascii\nSeparator {{ WWWInline {{ name "parts/old.wrl" }} }} {POINT_1} {FACE_1}')
+    assert load_mesh(old).n_faces == 2
+
+
+def test_no_file_elsewhere_is_read(tmp_path: Path) -> None:
+    (tmp_path / "secret.wrl").write_text(f"#VRML V2.0 utf8\n{SHAPE_97}")
+    folder = tmp_path / "model"
+    folder.mkdir()
+    for name in (
+        "../secret.wrl",
+        str(tmp_path / "secret.wrl"),
+        f"file:{tmp_path}/secret.wrl",
+        "..",
+        "a\0b",
+        "x" * 5000,
+    ):
+        (folder / "a.wrl").write_text(f'#VRML V2.0 utf8\n{SHAPE_97} Inline {{ url "{name}" }}')
+        with pytest.warns(MeshWarning, match="a.wrl: not shown: 1 Inline \\(not a file beside it"):
+            mesh = load_mesh(folder / "a.wrl")
+        assert mesh.n_faces == 1
+
+
+def test_a_file_that_names_itself_or_a_broken_one(tmp_path: Path) -> None:
+    (tmp_path / "a.wrl").write_text(f'#VRML V2.0 utf8\n{SHAPE_97} Inline {{ url "b.wrl" }}')
+    (tmp_path / "b.wrl").write_text('#VRML V2.0 utf8\nInline { url "a.wrl" }')
+    with pytest.warns(MeshWarning, match="of itself: 'b.wrl'"):
+        mesh = load_mesh(tmp_path / "a.wrl")
+    assert mesh.n_faces == 2
+    (tmp_path / "b.wrl").write_text("#VRML V2.0 utf8\nGroup {")
+    with pytest.raises(MeshError, match=r"a\.wrl: b\.wrl: line 2: unexpected end of the file"):
+        load_mesh(tmp_path / "a.wrl")
+
+
+@pytest.mark.slow
+def test_prototypes_and_primitives_cannot_multiply_without_bound(monkeypatch: pytest.MonkeyPatch) -> None:
+    nest = "".join(f"PROTO P{i} [ ] {{ Group {{ children [ {f'P{i - 1} {{ }} ' * 10} ] }} }}\n" for i in range(1, 40))
+    start = time.process_time()
+    with pytest.raises(MeshError, match="USE multiplies the scene beyond 262144 nodes"):
+        v2(f"PROTO P0 [ ] {{ {SHAPE_97} }}\n{nest} P39 {{ }}")
+    monkeypatch.setattr(vrml, "_NUMBER_ALLOWANCE", 1 << 20)
+    with pytest.raises(MeshError, match="USE multiplies the scene beyond 1048576 numbers"):
+        v2("DEF S " + shape("Sphere { }") + "Group { children [ " + "USE S " * 5000 + "] }")
     assert time.process_time() - start < 20.0

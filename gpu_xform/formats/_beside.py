@@ -1,0 +1,15 @@
+"""Files beside a model file, which it names."""
+
+from pathlib import Path
+from urllib.parse import unquote
+
+
+def find_beside(root: Path | None, folder: Path | None, name: str) -> Path | None:
+    """Return the file that `name` means in `folder`, if it lies in `root` or below; no other file may be opened."""
+    if root is None or folder is None:
+        return None
+    try:
+        path = (folder / unquote(name)).resolve()
+        return path if path.is_relative_to(root.resolve()) and path.is_file() else None
+    except (OSError, RuntimeError, ValueError):  # a name too long, links in a circle, a NUL
+        return None
