@@ -23,7 +23,7 @@ def read_mesh(path: str, declared_type: str | None) -> Mesh:
     """Read the mesh in `path`."""
     from ..formats import load_mesh
 
-    return load_mesh(get_binary_stream("stdin") if path == STDIO else path, file_type=file_type(path, declared_type))
+    return load_mesh(open_source(path), file_type=file_type(path, declared_type))
 
 
 def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:
@@ -31,7 +31,17 @@ def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:
     from ..formats import save_mesh
 
     with name_file_in_errors(path):
-        save_mesh(mesh, get_binary_stream("stdout") if path == STDIO else path, file_type=file_type)
+        save_mesh(mesh, open_target(path), file_type=file_type)
+
+
+def open_source(path: str) -> "str | BinaryIO":
+    """Return a path, or standard input."""
+    return get_binary_stream("stdin") if path == STDIO else path
+
+
+def open_target(path: str) -> "str | BinaryIO":
+    """Return a path, or standard output."""
+    return get_binary_stream("stdout") if path == STDIO else path
 
 
 def read_matrix_stack(path: str, count: str) -> npt.NDArray[Any]:

@@ -4,13 +4,13 @@ from typing import BinaryIO
 
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
-from . import _trimesh, gltf
+from . import gltf, gltf_document, gltf_write
 from .gltf_document import read_glb
 
 
 def read(data: bytes) -> Mesh:
     """Return all triangles, lines and points of the scene, each mesh where its nodes put it."""
-    return gltf.merge_scene(gltf.make_scene(read_glb(data), with_animations=False))
+    return gltf.merge_scene(gltf.make_scene(read_glb(data), whole=False))
 
 
 def read_scene(data: bytes) -> Scene:
@@ -20,4 +20,4 @@ def read_scene(data: bytes) -> Scene:
 
 def write(mesh: Mesh, file: BinaryIO) -> None:
     """Write one mesh in one node."""
-    _trimesh.export(mesh, file, "glb")
+    gltf_document.write_glb(gltf_write.make_document(mesh), file)

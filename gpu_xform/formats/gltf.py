@@ -1,6 +1,7 @@
 """glTF 2.0 as text (`.gltf`), and what it shares with `.glb`."""
 
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 
@@ -9,9 +10,10 @@ from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from ._concatenate import concatenate
 from .gltf_accessors import MAX_SPARE_NUMBERS, Accessors
-from .gltf_document import Document, read_document, understand
+from .gltf_document import Document, read_document, understand, write_gltf
 from .gltf_meshes import read_meshes
 from .gltf_nodes import build_scene
+from .gltf_write import make_document
 
 # Nodes can show one mesh many times: they may draw so many copies of everything, and MAX_SPARE_NUMBERS beyond.
 _MAX_COPIES = 8
@@ -27,16 +29,24 @@ def read_scene(data: bytes, folder: Path | None = None) -> Scene:
 
 def read(data: bytes, folder: Path | None = None) -> Mesh:
     """Return all triangles, lines and points of a document, each mesh where its nodes put it."""
-    return merge_scene(make_scene(read_document(data, folder), with_animations=False))
+    return merge_scene(make_scene(read_document(data, folder), whole=False))
 
 
-def make_scene(document: Document, *, with_animations: bool = True) -> Scene:
-    """Return the scene that a document shows."""
+def write(mesh: Mesh, file: BinaryIO) -> None:
+    """Write a scene of one node that shows the mesh."""
+    write_gltf(make_document(mesh), file)
+
+
+def make_scene(document: Document, *, whole: bool = True) -> Scene:
+    """Return the scene that a document shows.
+
+    Unless `whole`, its animations and its metadata are left out, which have no place in a mesh.
+    """
 
     def make() -> Scene:
         accessors = Accessors(document.content, document.buffers)
         primitives = read_meshes(document.content, accessors)
-        return build_scene(document.content, primitives, accessors, with_animations=with_animations)
+        return build_scene(document, primitives, accessors, whole=whole)
 
     return understand(make)
 

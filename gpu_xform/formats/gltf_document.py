@@ -8,10 +8,12 @@ import binascii
 import copy
 import json
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
 from urllib.parse import unquote, unquote_to_bytes
+
+import numpy as np
 
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -39,12 +41,14 @@ class Document:
 
     content: Any
     buffers: list[bytes | memoryview]
+    folder: Path | None = None
+    """Where its images may be files."""
 
 
-def read_glb(data: bytes) -> Document:
-    """Return the document in a `.glb`; files beside it are not opened."""
+def read_glb(data: bytes, folder: Path | None = None) -> Document:
+    """Return the document in a `.glb`; its buffers are in it, its images may be files in `folder`."""
     content, binary = _split_chunks(data)
-    return read_document(content, binary=binary)
+    return replace(read_document(content, binary=binary), folder=folder)
 
 
 def read_document(data: bytes, folder: Path | None = None, binary: memoryview | None = None) -> Document:
@@ -64,7 +68,7 @@ def read_document(data: bytes, folder: Path | None = None, binary: memoryview | 
             _read_buffer(buffer, i, folder, binary if i == 0 else None)
             for i, buffer in enumerate(content.get("buffers", []))
         ]
-        return Document(content, buffers)
+        return Document(content, buffers, folder)
 
     return understand(read)
 
@@ -77,14 +81,14 @@ def understand(read: Callable[[], Result]) -> Result:
         raise MeshError(f"the JSON is not glTF: {type(error).__name__}: {error}") from None
 
 
-def moved(document: Document, matrix: Float64Array) -> Document:
+def move(document: Document, matrix: Float64Array) -> Document:
     """Return the document with each node that is in no other moved by a matrix (4, 4), the last row (0, 0, 0, 1).
 
     Nodes, meshes, materials, images, animations and extras stay. A node that an animation moves gets a parent with the
     matrix, because its own would end with the first keyframe.
     """
 
-    def move() -> Document:
+    def edit() -> Document:
         content = copy.deepcopy(document.content)
         nodes = content.get("nodes", [])
         below = {child for node in nodes for child in node.get("children", [])}
@@ -102,7 +106,10 @@ def moved(document: Document, matrix: Float64Array) -> Document:
                 nodes.append({"matrix": matrix.T.ravel().tolist(), "children": [i]})
                 continue
             try:
-                product = matrix @ local_matrix(nodes[i])
+                with np.errstate(over="ignore", invalid="ignore"):
+                    product = matrix @ local_matrix(nodes[i])
+                if not np.isfinite(product).all():
+                    raise MeshError("its matrix must be finite, and overflows")
             except (ArgumentError, ArgumentTypeError, MeshError) as error:
                 raise MeshError(f"node {i}: {error}") from None
             for name in ("translation", "rotation", "scale"):
@@ -114,13 +121,13 @@ def moved(document: Document, matrix: Float64Array) -> Document:
         names = make_names([node.get("name") for node in nodes], "node")
         for i, parent in parents.items():
             nodes[parent]["name"] = f"{names[i]}, moved"
-        return Document(content, document.buffers)
+        return replace(document, content=content)
 
-    return understand(move)
+    return understand(edit)
 
 
-def write_glb(document: Document, file: BinaryIO, folder: Path | None = None) -> None:
-    """Write a document as `.glb`, with all its buffers in it, and the images that are files in `folder`."""
+def write_glb(document: Document, file: BinaryIO) -> None:
+    """Write a document as `.glb`, with all its buffers and images in it."""
 
     def pack() -> tuple[bytes, bytes]:
         content = copy.deepcopy(document.content)
@@ -130,6 +137,7 @@ def write_glb(document: Document, file: BinaryIO, folder: Path | None = None) ->
             starts.append(len(binary))
             binary += buffer
             binary += b"\0" * (-len(binary) % 4)
+        n_bytes = content["buffers"][0]["byteLength"] if document.buffers else 0
         for view in content.get("bufferViews", []):
             for holder in (view, view.get("extensions", {}).get(MESHOPT)):
                 if holder is not None:
@@ -138,17 +146,18 @@ def write_glb(document: Document, file: BinaryIO, folder: Path | None = None) ->
                     if start:
                         holder["byteOffset"] = start
         for image in content.get("images", []):
-            data = _read_image(image, folder)
+            data = read_image(image, document.folder)
             if data is not None:
                 views = content.setdefault("bufferViews", [])
                 views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
                 binary += data + b"\0" * (-len(data) % 4)
-                image.setdefault("mimeType", _guess_type(image["uri"], data))
+                image.setdefault("mimeType", guess_type(image["uri"], data))
                 del image["uri"]
                 image["bufferView"] = len(views) - 1
-        if len(document.buffers) == 1 and "buffers" in content:
+        if len(document.buffers) == 1:
             content["buffers"][0].pop("uri", None)
-            content["buffers"][0]["byteLength"] = len(binary)
+            if len(binary) >= n_bytes + 4:
+                content["buffers"][0]["byteLength"] = len(binary)
         elif binary:
             content["buffers"] = [{"byteLength": len(binary)}]
         return _dump(content), bytes(binary)
@@ -162,8 +171,8 @@ def write_glb(document: Document, file: BinaryIO, folder: Path | None = None) ->
     file.write(b"glTF" + (2).to_bytes(4, "little") + length.to_bytes(4, "little") + b"".join(chunks))
 
 
-def write_gltf(document: Document, file: BinaryIO, folder: Path | None = None) -> None:
-    """Write a document as `.gltf`, with all its buffers in it, and the images that are files in `folder`."""
+def write_gltf(document: Document, file: BinaryIO) -> None:
+    """Write a document as `.gltf`, with all its buffers and images in it."""
 
     def pack() -> bytes:
         content = copy.deepcopy(document.content)
@@ -171,12 +180,15 @@ def write_gltf(document: Document, file: BinaryIO, folder: Path | None = None) -
             if len(data) or "uri" in buffer:
                 buffer["uri"] = _data_uri("application/octet-stream", data)
         for image in content.get("images", []):
-            found = _read_image(image, folder)
+            found = read_image(image, document.folder)
             if found is not None and not image["uri"].startswith("data:"):
-                image["uri"] = _data_uri(image.get("mimeType") or _guess_type(image["uri"], found), found)
+                image["uri"] = _data_uri(image.get("mimeType") or guess_type(image["uri"], found), found)
         return _dump(content)
 
     file.write(understand(pack))
+
+
+WRITERS: dict[str, Callable[[Document, BinaryIO], None]] = {"glb": write_glb, "gltf": write_gltf}
 
 
 def _dump(content: Any) -> bytes:
@@ -191,7 +203,7 @@ def _data_uri(kind: str, data: bytes | memoryview) -> str:
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
-def _read_image(image: Any, folder: Path | None) -> bytes | None:
+def read_image(image: Any, folder: Path | None) -> bytes | None:
     """Return the bytes of an image that its URI holds or names in `folder`; None for any other."""
     uri = image.get("uri")
     if uri is None:
@@ -206,7 +218,7 @@ def _read_image(image: Any, folder: Path | None) -> bytes | None:
     return None if path is None else path.read_bytes()
 
 
-def _guess_type(uri: str, data: bytes) -> str:
+def guess_type(uri: str, data: bytes) -> str:
     """Return the media type of an image."""
     if uri.startswith("data:"):
         return uri[5:].partition(",")[0].partition(";")[0] or "image/png"

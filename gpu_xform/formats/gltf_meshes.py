@@ -3,16 +3,19 @@
 Section numbers are those of the glTF 2.0 specification.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError, MissingExtraError
+from ..geometry.attributes import Attributes
 from ..geometry.deformable_mesh import Influences
 from ..geometry.mesh import Mesh
 from .gltf_accessors import MAX_SPARE_NUMBERS, Accessors, get_count
+from .gltf_attributes import read_attributes
+from .gltf_placements import make_names
 
 _POINTS, _LINES, _LINE_LOOP, _LINE_STRIP, _TRIANGLES, _TRIANGLE_STRIP, _TRIANGLE_FAN = range(7)
 _DRACO = "KHR_draco_mesh_compression"
@@ -28,6 +31,12 @@ class Primitive:
     influences: Influences | None
     """The joints that each point follows, if a skin is given."""
 
+    @property
+    def n_extra(self) -> int:
+        """The numbers per point beside its coordinates."""
+        columns = self.mesh.attributes.point.values()
+        return sum(column.size // max(1, len(column)) for column in columns)
+
 
 def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
     """Return the primitives of each mesh that hold a face, or are points.
@@ -36,18 +45,24 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
     """
     found: list[list[Primitive]] = []
     n_numbers = 0
+    materials = document.get("materials", [])
+    names = make_names([material.get("name") for material in materials], "material")
     for i, mesh in enumerate(document.get("meshes", [])):
         found.append([])
         for part in mesh["primitives"]:
             if "POSITION" not in part["attributes"]:  # nothing to show, unless an extension says where (3.7.2.1)
                 continue
             primitive = _read_primitive(part, accessors, f"mesh {i}")
-            n_numbers += primitive.mesh.positions.size * (1 + len(primitive.targets)) + primitive.mesh.indices.size
+            width = 3 * (1 + len(primitive.targets)) + primitive.n_extra
+            n_numbers += primitive.mesh.n_points * width + primitive.mesh.indices.size
             if n_numbers > MAX_SPARE_NUMBERS + 2 * accessors.n_bytes:
                 raise MeshError(f"its meshes draw {n_numbers} numbers, its buffers have {accessors.n_bytes} bytes")
             is_empty = primitive.mesh.n_faces == 0 and get_count(part, "mode", _TRIANGLES) != _POINTS
-            if not is_empty and primitive.mesh.n_points:
-                found[i].append(primitive)
+            if is_empty or not primitive.mesh.n_points:
+                continue
+            material = get_count(part, "material") if "material" in part else None
+            described = None if material is None else (names[material], materials[material])
+            found[i].append(replace(primitive, mesh=_describe(primitive.mesh, mesh, described)))
     return found
 
 
@@ -62,15 +77,31 @@ def _read_primitive(part: Any, accessors: Accessors, owner: str) -> Primitive:
         for t, target in enumerate(part.get("targets", []))
     )
     influences = _read_influences(attributes, len(positions), accessors, owner)
+    table = read_attributes(attributes, len(positions), accessors)
     if mode != _POINTS:
-        return Primitive(Mesh(positions, _assemble_faces(corners, mode, owner)), targets, influences)
+        faces = _assemble_faces(corners, mode, owner)
+        return Primitive(Mesh(positions, faces, attributes={"point": table} if table else None), targets, influences)
     if "indices" in part:
         if len(corners) and corners.max() >= len(positions):
             raise MeshError(f"{owner} names point {corners.max()}, outside 0..{len(positions) - 1}")
         positions, targets = positions[corners], tuple(target[corners] for target in targets)
         if influences is not None:
             influences = Influences(influences.joints[corners], influences.weights[corners])
-    return Primitive(Mesh(positions), targets, influences)
+        table = {name: column[corners] for name, column in table.items()}
+    return Primitive(Mesh(positions, attributes={"point": table} if table else None), targets, influences)
+
+
+def _describe(mesh: Mesh, owner: Any, material: tuple[str, Any] | None) -> Mesh:
+    """Return a mesh with its material, and with what the file says of the mesh that it is a part of."""
+    metadata = {name: value for name, value in owner.items() if name not in ("primitives", "weights")}
+    if material is None and not metadata:
+        return mesh
+    attributes = mesh.attributes
+    if material is not None:
+        name, content = material
+        face = {"material": np.zeros(mesh.n_faces, np.int32)} if mesh.n_faces else {}
+        attributes = Attributes(mesh.attributes.point, face=face, labels={"material": [name]}, material={name: content})
+    return mesh.with_attributes(attributes, metadata={"gltf": metadata} if metadata else None)
 
 
 def _read_target(target: Any, n_points: int, accessors: Accessors, name: str) -> Float64Array:

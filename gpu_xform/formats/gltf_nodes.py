@@ -14,20 +14,34 @@ from ..geometry.scene_animation import rotation_from_quaternion
 from ._text import quote
 from .gltf_accessors import Accessors, get_count
 from .gltf_animations import read_animations
+from .gltf_document import Document, guess_type, read_image
 from .gltf_meshes import Primitive
 from .gltf_placements import local_matrix, make_names
 
+_REBUILT = frozenset(
+    {"accessors", "animations", "buffers", "bufferViews", "meshes", "nodes", "scene", "scenes", "skins"}
+)
+_OF_NODES = frozenset({"children", "matrix", "mesh", "name", "rotation", "scale", "skin", "translation", "weights"})
+# Extensions whose content becomes that of the scene.
+_UNPACKED = frozenset(
+    {
+        *("EXT_mesh_gpu_instancing", "EXT_meshopt_compression", "KHR_draco_mesh_compression"),
+        *("KHR_mesh_quantization", "KHR_node_visibility"),
+    }
+)
 _INSTANCING = "EXT_mesh_gpu_instancing"
 _INSTANCE_TYPES = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
 
 
 def build_scene(
-    document: Any, primitives: Sequence[Sequence[Primitive]], accessors: Accessors, *, with_animations: bool = True
+    source: Document, primitives: Sequence[Sequence[Primitive]], accessors: Accessors, *, whole: bool = True
 ) -> Scene:
     """Return the scene that the document shows first, or, if it lists none, all its nodes.
 
-    Each node shows the `primitives` of the mesh that it names. Raises MeshError unless the nodes form trees (3.5.2).
+    Each node shows the `primitives` of the mesh that it names. Unless `whole`, animations and metadata are left out.
+    Raises MeshError unless the nodes form trees (3.5.2).
     """
+    document = source.content
     nodes = document.get("nodes", [])
     if not nodes:
         raise MeshError("it has no nodes")
@@ -35,8 +49,8 @@ def build_scene(
     names = make_names([node.get("name") for node in nodes], "node")
     order = list(_traverse(nodes, _find_roots(document, parents)))
     shown = {names[i]: i for i in order}
-    animations = read_animations(document, names, shown, accessors) if with_animations else ()
-    found = Scene(animations)
+    animations = read_animations(document, names, shown, accessors) if whole else ()
+    found = Scene(animations=animations, metadata=_collect_metadata(source, accessors) if whole else None)
     models = _Models(document, names, primitives, accessors)
     for i in order:
         above = parents[i]
@@ -45,6 +59,8 @@ def build_scene(
                 name=names[i], parent=None if above is None else names[above], transform=local_matrix(nodes[i])
             )
             extensions = nodes[i].get("extensions", {})
+            if whole:
+                node.metadata = _collect_node_metadata(nodes[i])
             if extensions.get("KHR_node_visibility", {}).get("visible", True) is False:
                 node.visible = False
             if "weights" in nodes[i]:
@@ -56,6 +72,45 @@ def build_scene(
         except (ArgumentError, ArgumentTypeError, MeshError) as error:
             raise MeshError(f"node {i}: {error}") from None
     return found
+
+
+def _collect_metadata(source: Document, accessors: Accessors) -> dict[str, Any]:
+    """Return what a document holds beside nodes and what they show, with the bytes of its images."""
+    content = {name: value for name, value in source.content.items() if name not in _REBUILT}
+    for key in ("extensionsUsed", "extensionsRequired"):
+        if key in content:
+            content[key] = [name for name in content[key] if name not in _UNPACKED]
+            if not content[key]:
+                del content[key]
+    images: list[dict[str, Any]] = []
+    data: list[bytes | None] = []
+    for image in content.get("images", []):
+        kept = dict(image)
+        if "bufferView" in kept:
+            data.append(bytes(accessors.view_bytes(get_count(kept, "bufferView"))))
+            del kept["bufferView"]
+        else:
+            found = read_image(kept, source.folder)
+            data.append(found)
+            if found is not None:
+                kind = guess_type(kept.pop("uri"), found)
+                kept.setdefault("mimeType", kind)
+        images.append(kept)
+    if images:
+        content |= {"images": images, "image_bytes": data}
+    asset = {name: value for name, value in content.pop("asset", {}).items() if name not in ("version", "minVersion")}
+    if asset:
+        content["asset"] = asset
+    return {"gltf": content} if content else {}
+
+
+def _collect_node_metadata(node: Any) -> dict[str, Any]:
+    """Return what a node holds beside its place and what it shows."""
+    kept = {name: value for name, value in node.items() if name not in _OF_NODES}
+    extensions = {name: value for name, value in kept.pop("extensions", {}).items() if name not in _UNPACKED}
+    if extensions:
+        kept["extensions"] = extensions
+    return {"gltf": kept} if kept else {}
 
 
 class _Models:

@@ -4,19 +4,21 @@ import os
 from collections.abc import Callable, Collection
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO, TypeAlias, TypeVar
+from typing import Any, BinaryIO, TypeAlias, TypeVar
+
+import numpy as np
 
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_errors
 from .._core.public import public
-from .._core.types import StrPath
+from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
-from . import glb, gltf, npy, obj, off, ply, stl, threemf, vrml
+from . import glb, gltf, gltf_document, gltf_write, npy, obj, off, ply, stl, threemf, vrml
 from ._warn import name_file
 
-Model = TypeVar("Model", Mesh, Scene)
+Model = TypeVar("Model", Mesh, Scene, gltf_document.Document)
 
 Reader: TypeAlias = Callable[[bytes], Mesh]
 Writer: TypeAlias = Callable[[Mesh, BinaryIO], None]
@@ -44,8 +46,11 @@ _BESIDE: dict[str, Callable[..., Mesh]] = {
     "wrl": vrml.read,
     "wrz": vrml.read,
 }
+# Files whose nodes can be moved in the file, so that whatever else it holds stays.
+DOCUMENT_TYPES = ("glb", "gltf")
 WRITERS: dict[str, Writer] = {
     "glb": glb.write,
+    "gltf": gltf.write,
     "npy": npy.write,
     "obj": obj.write,
     "off": off.write,
@@ -142,21 +147,46 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     return scene
 
 
-@public
-def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -> None:
-    """Write a mesh to a model file; a path gets the whole file or is left untouched.
+def transform_document(
+    source: PathOrFile, target: PathOrFile, matrix: Float64Array, *, source_type: str, target_type: str
+) -> None:
+    """Write a model file of DOCUMENT_TYPES again, its nodes moved by a matrix; all else it holds is kept.
 
-    OBJ, OFF and PLY keep polygons and every bit of the coordinates. STL and GLB hold triangles and float32. NPY holds
-    an array of points, and no faces.
+    matrix : (4, 4), with the last row (0, 0, 0, 1)
+    source_type, target_type : the types of the files
+    """
+    name, kind = _identify(source, source_type, DOCUMENT_TYPES)
+    folder = _folder(source)
+    document = _read(source, name, partial(_read_document, kind=kind, folder=folder))
+    with prefix_errors(f"{name}, transformed"):
+        moved = document if np.array_equal(matrix, np.eye(4)) else gltf_document.move(document, matrix)
+    with prefix_errors(_identify(target, target_type, DOCUMENT_TYPES)[0]):
+        _write(target, partial(gltf_document.WRITERS[target_type], moved))
+
+
+def _read_document(data: bytes, kind: str, folder: Path | None) -> gltf_document.Document:
+    """Return a document that can also be read as a mesh, whatever it shows."""
+    document = gltf_document.read_glb(data, folder) if kind == "glb" else gltf_document.read_document(data, folder)
+    gltf.make_scene(document)
+    return document
+
+
+@public
+def save_mesh(mesh: Mesh | Scene, target: PathOrFile, *, file_type: str | None = None) -> None:
+    """Write a mesh or a scene to a model file; a path gets the whole file or is left untouched.
+
+    OBJ, OFF and PLY keep polygons and every bit of the coordinates. STL holds triangles, GLB and glTF hold triangles,
+    segments and points, all three as float32. NPY holds an array of points, and no faces. GLB and glTF keep the nodes
+    of a scene, their names, what they share, and its animations; in any other format a scene becomes one mesh.
 
     Parameters
     ----------
-    mesh : Mesh
+    mesh : Mesh or Scene
         At least one point.
     target : path or binary file object
         Where to write.
     file_type : str, optional
-        "glb", "npy", "obj", "off", "ply" or "stl"; by default, the suffix of the file's name.
+        "glb", "gltf", "npy", "obj", "off", "ply" or "stl"; by default, the suffix of the file's name.
 
     Raises
     ------
@@ -171,13 +201,31 @@ def save_mesh(mesh: Mesh, target: PathOrFile, *, file_type: str | None = None) -
     """
     name, kind = _identify(target, file_type, WRITERS)
     with prefix_errors(name):
+        if isinstance(mesh, Scene):
+            scene = mesh.with_models(_load_model)
+            if kind in DOCUMENT_TYPES:
+                _write(target, partial(gltf_document.WRITERS[kind], gltf_write.make_document(scene)))
+                return
+            mesh = gltf.merge_scene(scene)
         if mesh.n_points == 0:
             raise MeshError("a mesh without points cannot be saved")
-        if isinstance(target, str | os.PathLike):
-            with atomic_write(target) as file:
-                WRITERS[kind](mesh, file)
-        else:
-            WRITERS[kind](mesh, target)
+        _write(target, partial(WRITERS[kind], mesh))
+
+
+def _load_model(model: Any) -> Any:
+    """Return the mesh of a path or of an array of points in a scene; any other model as it is."""
+    if isinstance(model, str | os.PathLike):
+        return load_mesh(model)
+    return Mesh(model) if isinstance(model, np.ndarray) else model
+
+
+def _write(target: PathOrFile, write: Callable[[BinaryIO], None]) -> None:
+    """Write a whole file, or to a file object."""
+    if isinstance(target, str | os.PathLike):
+        with atomic_write(target) as file:
+            write(file)
+    else:
+        write(target)
 
 
 def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Model:

@@ -66,6 +66,7 @@ class Node:
     _is_visible = True
     _weights: Float64Array | None = None
     _instances: Float64Array | None = None
+    _metadata: Mapping[str, Any] = MappingProxyType({})
 
     def __init__(self, name: str, parent: str | None, transform: Float64Array) -> None:
         self._name = name
@@ -117,6 +118,16 @@ class Node:
         if not isinstance(visible, bool):
             raise ArgumentTypeError.expecting("visible", "be True or False", repr(visible))
         self._is_visible = visible
+
+    @property
+    def metadata(self) -> Mapping[str, Any]:
+        """What else a file says of the node, by the name of its format, such as {"gltf": {"extras": ...}}."""
+        return self._metadata
+
+    @metadata.setter
+    def metadata(self, metadata: Mapping[str, Any]) -> None:
+        """Put other metadata in their place."""
+        self._metadata = dict(metadata)
 
     @property
     def weights(self) -> Float64Array | None:
@@ -184,14 +195,22 @@ class Scene:
     # Of the class, so that scenes pickled before there were such have them.
     _animations: Mapping[str, SceneAnimation] = MappingProxyType({})
 
-    def __init__(self, animations: Iterable[SceneAnimation] = ()) -> None:
+    _metadata: Mapping[str, Any] = MappingProxyType({})
+
+    def __init__(self, *, animations: Iterable[SceneAnimation] = (), metadata: Mapping[str, Any] | None = None) -> None:
         self._nodes: dict[str, Node] = {}
+        self._metadata = dict(metadata or {})
         self._animations = {animation.name: animation for animation in animations}
 
     @property
     def animations(self) -> Mapping[str, SceneAnimation]:
         """The animations that the scene's file holds, by name; `animate(scene, scene.animations[name])` plays one."""
         return MappingProxyType(dict(self._animations))
+
+    @property
+    def metadata(self) -> Mapping[str, Any]:
+        """What else the scene's file holds, by the name of its format: for glTF its materials, textures, extras."""
+        return MappingProxyType(dict(self._metadata))
 
     def add(
         self,
@@ -328,7 +347,7 @@ class Scene:
         """
         if not isinstance(poses, Mapping):
             raise ArgumentTypeError.expecting("poses", "map names to matrices", type(poses).__name__)
-        posed = Scene(self._animations.values())
+        posed = Scene(animations=self._animations.values(), metadata=self._metadata)
         posed._nodes = {name: copy.copy(node) for name, node in self._nodes.items()}
         for name, matrix in poses.items():
             if name not in posed:

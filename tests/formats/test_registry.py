@@ -94,7 +94,7 @@ def test_unknown_types_name_the_known_ones(tmp_path: Path) -> None:
             load_mesh(source, file_type=kind)
         known = "3mf, glb, gltf, npy, obj, off, ply, stl, vrml, wrl, wrz"
         assert str(caught.value) == f"{source}: the type must be one of {known}, got {got}"
-    with pytest.raises(MeshError, match="the type must be one of glb, npy, obj, off, ply, stl, got 'wrl'"):
+    with pytest.raises(MeshError, match="the type must be one of glb, gltf, npy, obj, off, ply, stl, got 'wrl'"):
         save_mesh(samples.cube(), tmp_path / "a.wrl")
     with pytest.raises(ArgumentError, match="file_type must be given for a file that has no name"):
         load_mesh(io.BytesIO(b"x"))

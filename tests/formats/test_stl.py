@@ -148,7 +148,6 @@ def test_an_error_names_the_damage(data: bytes, message: str) -> None:
     assert message in str(caught.value)
 
 
-@pytest.mark.parametrize("kind", ["stl", "glb"])
 @pytest.mark.parametrize(
     ("mesh", "message"),
     [
@@ -158,9 +157,9 @@ def test_an_error_names_the_damage(data: bytes, message: str) -> None:
         (Mesh(TRIANGLES.positions * 1e39, [(0, 1, 2)]), "holds float32, this mesh has a coordinate of 1e+39"),
     ],
 )
-def test_what_triangles_cannot_hold_is_not_written(kind: str, mesh: Mesh, message: str) -> None:
+def test_what_triangles_cannot_hold_is_not_written(mesh: Mesh, message: str) -> None:
     file = io.BytesIO()
     with pytest.raises(MeshError) as caught:
-        save_mesh(mesh, file, file_type=kind)
-    assert f"<file>: {kind.upper()} {message}" in str(caught.value)
+        save_mesh(mesh, file, file_type="stl")
+    assert f"<file>: STL {message}" in str(caught.value)
     assert file.getvalue() == b""

@@ -14,6 +14,7 @@ from .. import files
 from .. import options as groups
 from ..arguments_from_options import choose_device, compose_transforms
 from ..paths import STDIO, file_type, require_type
+from ..streams import name_file_in_errors
 
 AFFINE_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
@@ -76,7 +77,19 @@ def run(options: argparse.Namespace) -> int:
 
 def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: str) -> None:
     from ...compute.transform import project_points, transform_points
+    from ...formats.registry import DOCUMENT_TYPES, transform_document
 
+    source = file_type(options.input, options.file_type)
+    if {source, target} <= set(DOCUMENT_TYPES) and not options.project:
+        with name_file_in_errors(options.output):
+            transform_document(
+                files.open_source(options.input),
+                files.open_target(options.output),
+                matrix,
+                source_type=source,
+                target_type=target,
+            )
+        return
     mesh = files.read_mesh(options.input, options.file_type)
     run = project_points if options.project else transform_points
     positions = run(mesh.positions, matrix, device=choose_device(options))

@@ -1,0 +1,249 @@
+"""Scenes and meshes written as glTF, against what trimesh reads, and read again."""
+
+import io
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
+
+from gpu_xform import Mesh, Scene, load_mesh, load_scene, samples, save_mesh, scale, translate
+from gpu_xform.errors import MeshError, MeshWarning
+from gpu_xform.geometry.deformable_mesh import DeformableMesh
+from tests.formats.test_gltf_animations import MOVES, TURNS, animated
+from tests.formats.test_gltf_meshes import add_skinned_cube, scene_of
+from tests.support.gltf_files import Builder
+
+KINDS = ["glb", "gltf"]
+
+
+def saved(model: Mesh | Scene, kind: str = "glb") -> bytes:
+    file = io.BytesIO()
+    save_mesh(model, file, file_type=kind)
+    return file.getvalue()
+
+
+def again(scene: Scene, kind: str = "glb") -> Scene:
+    return load_scene(io.BytesIO(saved(scene, kind)), file_type=kind)
+
+
+def assert_same(a: Scene, b: Scene) -> None:
+    """Assert that two scenes have the same nodes, and show the same meshes in the same places."""
+    assert [(node.name, node.parent, node.visible) for node in a] == [(n.name, n.parent, n.visible) for n in b]
+    for node in a:
+        assert np.array_equal(node.transform, b[node.name].transform)
+        assert np.array_equal(node.weights, b[node.name].weights)  # type: ignore[arg-type]
+        assert node.metadata == b[node.name].metadata
+    assert a.metadata == b.metadata
+    assert list(a.animations) == list(b.animations)
+    layers = list(zip(a.layers(), b.layers(), strict=True))
+    for first, second in layers:
+        assert first.model == second.model
+        assert np.array_equal(first.transform, second.transform)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_scene_keeps_its_tree(kind: str) -> None:
+    assert_same(samples_as_single(), again(samples_as_single(), kind))
+
+
+def samples_as_single() -> Scene:
+    """Return the robot arm with triangles in float32, as glTF holds them."""
+
+    def as_single(mesh: Mesh) -> Mesh:
+        solid = mesh.to_trimesh()
+        return made.setdefault(id(mesh), Mesh(solid.vertices.astype(np.float32), solid.faces))
+
+    made: dict[int, Mesh] = {}
+    plain = Scene()
+    for node in samples.robot_arm():
+        copy = plain.add(name=node.name, parent=node.parent, transform=node.transform)
+        for shown in node.models:
+            copy.show(as_single(shown.model))
+    return plain
+
+
+def test_trimesh_reads_the_same_nodes() -> None:
+    scene = samples_as_single()
+    read: Any = trimesh.load_scene(io.BytesIO(saved(scene)), file_type="glb", process=False)
+    assert {node.name for node in scene} <= set(read.graph.nodes)
+    for name in [node.name for node in scene if len(node.models) == 1]:
+        matrix, geometry = read.graph[name]
+        assert np.allclose(matrix, scene.world(name))
+        assert np.allclose(read.geometry[geometry].vertices, scene[name].models[0].model.positions)
+    assert len(read.geometry) == len({id(shown.model) for node in scene for shown in node.models})
+
+
+columns = st.sampled_from(
+    [
+        ("normal", np.float32, 3),
+        ("tangent", np.float32, 4),
+        ("texcoord", np.float32, 2),
+        ("texcoord_1", np.float32, 2),
+        ("color", np.uint8, 4),
+        ("color", np.uint8, 3),
+        ("color", np.float32, 3),
+        ("intensity", np.float32, None),
+        ("class", np.uint8, None),
+        ("flow", np.float32, 2),
+        ("echo", np.int16, None),
+    ]
+)
+
+
+@given(st.lists(columns, unique_by=lambda column: column[0]), st.randoms(use_true_random=False), st.booleans())
+def test_attributes_per_point_come_back_bit_for_bit(given_: list[Any], random: Any, is_cloud: bool) -> None:
+    rng = np.random.default_rng(random.getrandbits(32))
+    table = {}
+    for name, dtype, width in given_:
+        shape = (8,) if width is None else (8, width)
+        values = rng.integers(0, 200, shape) if np.dtype(dtype).kind in "iu" else rng.random(shape)
+        table[name] = values.astype(dtype)
+    cube = samples.cube()
+    mesh = Mesh(cube.positions, () if is_cloud else cube.to_trimesh().faces, attributes={"point": table})
+    for kind in KINDS:
+        assert load_mesh(io.BytesIO(saved(mesh, kind)), file_type=kind) == mesh
+
+
+def test_attributes_per_corner_split_points() -> None:
+    square = Mesh(
+        [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)],
+        [(0, 1, 2), (0, 2, 3)],
+        attributes={
+            "corner": {"texcoord": np.array([(0, 0), (1, 0), (1, 1), (0.5, 0), (1, 1), (0, 1)], np.float32)},
+            "point": {"intensity": np.array([1, 2, 3, 4], np.float32)},
+        },
+    )
+    read = load_mesh(io.BytesIO(saved(square)), file_type="glb")
+    assert read.n_points == 5
+    assert np.array_equal(read.positions[read.indices], square.positions[square.indices])
+    point = read.attributes.point
+    assert np.array_equal(point["texcoord"][read.indices], square.attributes.corner["texcoord"])
+    assert np.array_equal(point["intensity"][read.indices], np.array([1, 2, 3, 1, 3, 4], np.float32))
+
+
+def test_segments_and_points_are_written() -> None:
+    for mesh in (
+        Mesh([(0, 0, 0), (1, 2, 3)]),
+        Mesh([(0, 0, 0), (1, 2, 3), (4, 5, 6)], [(0, 1), (1, 2)]),
+    ):
+        assert load_mesh(io.BytesIO(saved(mesh)), file_type="glb") == mesh
+    both = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 3)])
+    models = [shown.model for shown in load_scene(io.BytesIO(saved(both)), file_type="glb")["geometry_0"].models]
+    assert models == [Mesh(both.positions, [(0, 1, 2)]), Mesh(both.positions, [(0, 3)])]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_skins_targets_and_animations_come_back(kind: str) -> None:
+    builder = Builder()
+    add_skinned_cube(builder, 3)
+    builder.content["meshes"][0]["primitives"][0]["targets"] = [{"POSITION": builder.array(np.ones((8, 3)))}]
+    builder.content["nodes"][4]["weights"] = [0.25]
+    scene = scene_of(builder)
+    assert_same(scene, again(scene, kind))
+    posed = {"joint 1": translate(1, 2, 3)}
+    assert again(scene, kind).posed(posed).layers()[0].model == scene.posed(posed).layers()[0].model
+
+    moving = scene_of(
+        animated(("translation", MOVES, "LINEAR"), ("rotation", TURNS.as_quat(), "STEP"), scale=[1, 2, 3])
+    )
+    read = again(moving, kind)
+    assert_same(moving, read)
+    for time in (0.0, 0.7, 3.0):
+        first, second = (scene.animations["dance"].at(time).transforms["cube"] for scene in (moving, read))
+        assert np.array_equal(first, second)
+
+
+def furnished() -> Builder:
+    """Return a document with a material, a texture, an image, a camera and extras everywhere."""
+    builder = animated(("translation", MOVES, "LINEAR"))
+    content = builder.content
+    image = builder.view(b"\x89PNG not really")
+    content["images"] = [{"bufferView": image, "mimeType": "image/png", "name": "wood"}]
+    content["samplers"] = [{"wrapS": 33071}]
+    content["textures"] = [{"source": 0, "sampler": 0}]
+    transform = {"KHR_texture_transform": {"offset": [0.5, 0], "scale": [2, 2]}}
+    content["materials"] = [
+        {"name": "plain"},
+        {"name": "wooden", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "extensions": transform}}},
+    ]
+    content["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1}}]
+    content["meshes"][0] |= {"name": "box", "extras": {"part": 7}}
+    content["meshes"][0]["primitives"][0]["material"] = 1
+    content["nodes"][0]["extras"] = {"mass": 2.5}
+    builder.node(name="eye", camera=0, translation=[0, 0, 9])
+    content["asset"] |= {"generator": "by hand", "copyright": "nobody"}
+    content["extras"] = {"order": 66}
+    content["extensionsUsed"] = ["KHR_texture_transform"]
+    content["scenes"] = [{"nodes": [0, 1], "name": "all"}]
+    return builder
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_materials_images_cameras_and_extras_come_back(kind: str) -> None:
+    scene = scene_of(furnished())
+    mesh = scene["cube"].models[0].model
+    assert isinstance(mesh, DeformableMesh)
+    attributes = mesh.mesh.attributes
+    assert attributes.labels["material"] == ("wooden",)
+    assert attributes.material["wooden"]["pbrMetallicRoughness"]["baseColorTexture"]["index"] == 0
+    read = again(scene, kind)
+    assert_same(scene, read)
+    kept = read.metadata["gltf"]
+    assert kept["image_bytes"] == [b"\x89PNG not really"]
+    assert [material["name"] for material in kept["materials"]] == ["plain", "wooden"]
+    assert kept["extras"] == {"order": 66}
+    assert read["cube"].metadata["gltf"] == {"extras": {"mass": 2.5}}
+    assert read["eye"].metadata["gltf"] == {"camera": 0}
+    assert read["cube"].models[0].model.mesh.metadata["gltf"] == {"name": "box", "extras": {"part": 7}}
+
+
+def test_copies_become_nodes() -> None:
+    scene = Scene()
+    node = scene.add(samples.cube(), name="tree", transform=scale(2))
+    node.instances = np.stack([translate(i, 0, 0) for i in range(3)])
+    scene.add(samples.cube(), name="child", parent="tree")
+    read = again(scene)
+    assert [n.name for n in read] == ["tree", "child", "tree, copy 1", "tree, copy 2", "tree, copy 3"]
+    assert len(read["tree, copy 1"].models) == 1
+    places = sorted(m[0, 3] for layer in read.layers() for m in layer.transform)
+    assert places == sorted(m[0, 3] for layer in scene.layers() for m in layer.transform)
+
+
+def test_what_is_not_held_is_named() -> None:
+    scene = Scene()
+    faces = {"group": np.arange(6)}
+    mesh = samples.cube().with_attributes({"face": faces, "point": {"time": np.arange(8) / 3}})
+    scene.add(mesh, name="cube", color="red")
+    with pytest.warns(
+        MeshWarning, match="glTF does not hold 'group' per face, all digits of 'time', the style 'color'"
+    ):
+        saved(scene)
+
+
+def test_a_scene_in_another_format_is_one_mesh() -> None:
+    scene = samples.robot_arm()
+    for kind in ("obj", "stl", "ply", "off"):
+        mesh = load_mesh(io.BytesIO(saved(scene, kind)), file_type=kind)
+        (low, high) = mesh.bounds
+        points = np.concatenate(
+            [shown.model.transformed(scene.world(node)).positions for node in scene for shown in node.models]
+        )
+        assert np.allclose([low, high], [points.min(axis=0), points.max(axis=0)], atol=1e-5)
+
+
+def test_paths_and_arrays_in_a_scene_are_written_as_meshes(tmp_path: Any) -> None:
+    save_mesh(samples.cube(), tmp_path / "cube.obj")
+    scene = Scene()
+    scene.add(tmp_path / "cube.obj", name="file")
+    scene.add(np.array([(0, 0, 0), (1, 1, 1)], np.float32), name="points")
+    read = again(scene)
+    assert read["file"].models[0].model.n_faces == 12
+    assert read["points"].models[0].model == Mesh([(0, 0, 0), (1, 1, 1)])
+
+
+def test_coordinates_beyond_float32_are_refused() -> None:
+    with pytest.raises(MeshError, match=r"<file>: glTF holds float32, the mesh of node 'geometry_0' has .* of 1e\+39"):
+        saved(Mesh([(0, 0, 1e39)]))
