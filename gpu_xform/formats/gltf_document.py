@@ -17,6 +17,7 @@ import numpy as np
 
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ._beside import find_beside
 from ._text import quote
 from .gltf_accessors import MESHOPT, get_count
 from .gltf_placements import local_matrix, make_names
@@ -214,7 +215,7 @@ def read_image(image: Any, folder: Path | None) -> bytes | None:
             return base64.b64decode(text) if kind.endswith(";base64") else unquote_to_bytes(text)
         except (binascii.Error, ValueError):
             return None
-    path = _find_beside(uri, folder)
+    path = find_beside(folder, folder, uri)
     return None if path is None else path.read_bytes()
 
 
@@ -266,21 +267,10 @@ def _fetch(uri: str, folder: Path | None) -> bytes:
         raise MeshError(f"a data URI must be base64, got {quote(uri)}")
     if folder is None:
         raise MeshError(f"its buffer is another file, {quote(uri)}, which is not opened")
-    path = _find_beside(uri, folder)
+    path = find_beside(folder, folder, uri)
     if path is None:
         raise MeshError(f"its buffer must be a file beside it, got {quote(uri)}")
     return path.read_bytes()
-
-
-def _find_beside(uri: str, folder: Path | None) -> Path | None:
-    """Return the file in `folder` that a URI names, or None."""
-    if folder is None:
-        return None
-    try:
-        path = (folder / unquote(uri)).resolve()
-        return path if path.is_relative_to(folder.resolve()) and path.is_file() else None
-    except (OSError, RuntimeError, ValueError):  # a name too long, links in a circle, a NUL
-        return None
 
 
 def _split_chunks(data: bytes) -> tuple[bytes, memoryview]:
