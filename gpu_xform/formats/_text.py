@@ -115,15 +115,20 @@ def write_points(file: BinaryIO, template: bytes, mesh: Mesh) -> None:
         file.write((template * len(rows)) % tuple(rows.ravel().tolist()))
 
 
-def write_faces(file: BinaryIO, template: Callable[[int], bytes], mesh: Mesh, first: int) -> None:
+def write_faces(
+    file: BinaryIO, template: Callable[[int], bytes], mesh: Mesh, first: int, rows: range | None = None
+) -> None:
     """Write one line per face.
 
     template : returns the line for a face of so many corners, with a placeholder for each index
     first : the index of the first point
+    rows : the faces to write; all by default
     """
-    sizes = np.diff(mesh.offsets)
+    rows = range(mesh.n_faces) if rows is None else rows
+    sizes = np.diff(mesh.offsets[rows.start : rows.stop + 1])
     templates = {size: template(size) for size in np.unique(sizes).tolist()}
-    for start in range(0, mesh.n_faces, _ROWS_PER_WRITE):
-        end = min(start + _ROWS_PER_WRITE, mesh.n_faces)
-        corners = mesh.indices[mesh.offsets[start] : mesh.offsets[end]] + first
-        file.write(b"".join(map(templates.__getitem__, sizes[start:end].tolist())) % tuple(corners.tolist()))
+    for start in range(0, len(rows), _ROWS_PER_WRITE):
+        some = sizes[start : start + _ROWS_PER_WRITE].tolist()
+        begin = rows.start + start
+        corners = mesh.indices[mesh.offsets[begin] : mesh.offsets[begin + len(some)]] + first
+        file.write(b"".join(map(templates.__getitem__, some)) % tuple(corners.tolist()))

@@ -1,10 +1,12 @@
-"""Wavefront OBJ: `v`, `f` and `l`; every other statement is ignored.
+"""Wavefront OBJ: points, polygons and polylines with their attributes; curves and surfaces are ignored.
 
 `_read_regular` reads a regular file as a few long runs of numbers. In case of doubt, `_read_lines` reads the file line
 by line: it accepts the same language, and reports all errors.
 """
 
+import contextlib
 import math
+import re
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import BinaryIO
@@ -12,10 +14,15 @@ from typing import BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from .._core.types import Float64Array, IndexArray
+from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from ._text import parse_float, parse_numbers, plain_text, quote, write_faces, write_points
+from ._warn import warn
+from .obj_attributes import STATES, Extras, build_attributes, describe_file, list_beside_points, list_rows, split_states
+from .obj_attributes import list_losses as list_losses
+
+_COMMENT = re.compile(r"^#(.*)$", re.MULTILINE)
 
 _IS_LETTER = np.zeros(256, bool)
 _IS_LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
@@ -73,19 +80,84 @@ def _read_regular(data: bytes) -> Mesh | None:
     if not ignored.all() or not is_point.any():
         return None
     try:
-        positions = _parse_points(_select(data, starts, is_point), int(is_point.sum()))
+        table = _parse_table(_select(data, starts, is_point), b"v", int(is_point.sum()))
+        if table.shape[1] < 3:
+            return None
         text = _select(data, starts, is_face)
         if b"-" in text:
             offsets, indices = _parse_relative_faces(text, np.cumsum(is_point)[is_face])
         else:
             offsets, indices = _parse_faces(text, int(is_face.sum()), has_lines=bool(is_line.any()))
+        corners = None
+        n_faces = np.ones(len(offsets) - 1, np.int64)  # of each line
         if is_line.any():
-            offsets, indices = _split_lines(offsets, indices, is_line[is_face])
-        if len(indices) and indices.max() >= len(positions):
+            n_faces = np.where(is_line[is_face], np.diff(offsets) - 1, 1)
+            offsets, corners = _split_lines(offsets, is_line[is_face])
+            indices = indices[corners]
+        if len(indices) and indices.max() >= len(table):
             return None
     except ValueError:
         return None
-    return Mesh.from_offsets(positions, offsets, indices)
+    extras = Extras(beside_points=table[:, 3:] if table.shape[1] > 3 else None)
+    if other.any():
+        _add_lines(extras, data, starts, other, is_face, n_faces)
+        _add_references(extras, text, data, starts, is_face, corners)
+    return _build_mesh(table[:, :3], offsets, indices, extras)
+
+
+def _build_mesh(positions: npt.ArrayLike, offsets: npt.ArrayLike, indices: npt.ArrayLike, extras: Extras) -> Mesh:
+    """Return the mesh with its attributes."""
+    attributes = build_attributes(extras, len(np.asarray(offsets)) - 1)
+    return Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=describe_file(extras))
+
+
+def _add_lines(
+    extras: Extras, data: bytes, starts: IndexArray, other: BoolArray, is_face: BoolArray, n_faces: IndexArray
+) -> None:
+    """Add what the lines say that are neither points nor faces, but `vt` and `vn`."""
+    byte = np.frombuffer(data, np.uint8)
+    first = byte[starts[:-1]]
+    read = np.flatnonzero(other & (first != ord("v")) & (first != ord("\n")))
+    faces_before = np.concatenate([[0], np.cumsum(n_faces)])[(np.cumsum(is_face))[read]]
+    spans = zip(starts[read].tolist(), starts[read + 1].tolist(), faces_before.tolist(), strict=True)
+    for start, end, before in spans:
+        _add_statement(extras, data[start : end - 1], before)
+
+
+def _add_statement(extras: Extras, text: bytes, faces_before: int) -> None:
+    """Add what a line that begins with no blank says, unless it is a point, a face or of an unknown kind."""
+    if text[:1] == b"#":
+        extras.comments.append(text[1:].decode("utf-8", "replace"))
+        return
+    keyword, _, rest = text.partition(b"#")[0].strip().replace(b"\t", b" ").partition(b" ")
+    if keyword in STATES:
+        extras.states.append((faces_before, keyword, rest.strip().decode("utf-8", "replace")))
+    elif keyword == b"mtllib":
+        extras.libraries.append(rest.strip().decode("utf-8", "replace"))
+
+
+def _add_references(
+    extras: Extras, text: bytes, data: bytes, starts: IndexArray, is_face: BoolArray, corners: IndexArray | None
+) -> None:
+    """Add texture coordinates and normals, and which of them each corner of the faces in `text` names."""
+    byte = np.frombuffer(data, np.uint8)
+    first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
+    is_texcoord, is_normal = ((first == ord("v")) & (second == ord(letter)) for letter in "tn")
+    if b"/" not in text or not (is_texcoord.any() or is_normal.any()):
+        return
+    extras.texcoords = _parse_rows(_select(data, starts, is_texcoord), b"vt")
+    extras.normals = _parse_rows(_select(data, starts, is_normal), b"vn", 3)
+    texcoord, normal = _parse_references(text)
+    rows = None
+    for name, references, is_row in (("texcoord", texcoord, is_texcoord), ("normal", normal, is_normal)):
+        if (references < 0).any():
+            if rows is None:
+                rows = _count_corners(text)
+            references = np.where(
+                references < 0, references + np.repeat(np.cumsum(is_row)[is_face], rows) + 1, references
+            )
+        references = references - 1
+        setattr(extras, f"{name}_of_corner", references if corners is None else references[corners])
 
 
 def _select(data: bytes, starts: IndexArray, selected: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> bytes:
@@ -95,13 +167,57 @@ def _select(data: bytes, starts: IndexArray, selected: np.ndarray[tuple[int], np
     return b"".join([data[begin:end] for begin, end in zip(begins, ends, strict=True)])
 
 
-def _parse_points(text: bytes, count: int) -> Float64Array:
-    """Return the points of `count` lines with equally many numbers each; raise ValueError for other lines."""
+def _parse_table(text: bytes, keyword: bytes, count: int) -> Float64Array:
+    """Return the numbers of `count` lines with equally many each; raise ValueError for other lines."""
     # Each v becomes a NaN. There are as many as rows, so if all other columns are finite, the NaNs fill the first.
-    table = parse_numbers(text.replace(b"v", b"nan"), "float").reshape(count, -1)
-    if table.shape[1] < 4 or not np.isfinite(table[:, 1:]).all():
+    table = parse_numbers(text.replace(keyword, b"nan"), "float").reshape(count, -1)
+    if table.shape[1] < 2 or not np.isfinite(table[:, 1:]).all():
         raise ValueError("not regular")
-    return table[:, 1:4]
+    return table[:, 1:]
+
+
+def _parse_rows(text: bytes, keyword: bytes, max_width: int = 3) -> Float64Array | None:
+    """Return the numbers of `vt` or `vn` lines; None, and a warning, if they are not numbers."""
+    lines = text.splitlines()
+    if not lines:
+        return None
+    with contextlib.suppress(ValueError):
+        return _parse_table(text, keyword, len(lines))[:, :max_width]
+    rows = [line.partition(b"#")[0].split()[1 : 1 + max_width] for line in lines]
+    table = np.full((len(rows), max(map(len, rows), default=0)), np.nan)
+    try:
+        for row, words in zip(table, rows, strict=True):
+            row[: len(words)] = list(map(float, words))
+    except ValueError:
+        warn(f"the lines {keyword.decode()} are left out, for they are not all numbers")
+        return None
+    return table if table.shape[1] else None
+
+
+def _count_corners(text: bytes) -> IndexArray:
+    """Return the number of corners of each line of faces."""
+    role = _ROLES[np.frombuffer(text, np.uint8)]
+    begins = (role[1:] >= _SIGN) & (role[:-1] < _SLASH)
+    ends = np.flatnonzero(role == _END)
+    counts: IndexArray = np.diff(np.concatenate([[0], np.cumsum(begins)])[ends], prepend=0)
+    return counts
+
+
+def _parse_references(text: bytes) -> tuple[IndexArray, IndexArray]:
+    """Return the second and the third number of a, a/b, a//c and a/b/c for each corner of valid lines, 0 for none."""
+    role = _ROLES[np.frombuffer(text, np.uint8)]
+    begins = np.flatnonzero((role[1:] >= _SIGN) & (role[:-1] < _SIGN)) + 1  # of each number
+    values = parse_numbers(text.translate(_TO_BLANKS), "int")
+    is_corner = role[begins - 1] != _SLASH
+    is_second = ~is_corner & (role[begins - 2] != _SLASH) & np.concatenate([[False], is_corner[:-1]])
+    corner = np.cumsum(is_corner) - 1
+    n_corners = int(is_corner.sum())
+    found = []
+    for chosen in (is_second, ~is_corner & ~is_second):
+        references = np.zeros(n_corners, np.int64)
+        references[corner[chosen]] = values[chosen]
+        found.append(references)
+    return found[0], found[1]
 
 
 def _parse_faces(text: bytes, count: int, *, has_lines: bool) -> tuple[IndexArray, IndexArray]:
@@ -172,10 +288,8 @@ def _has_odd_slashes(role: npt.NDArray[np.int8], slashes: npt.NDArray[np.int8]) 
     return bool(odd.any() or three.any() or n_slashes != int(slashes.sum()) or (len(slashes) and slashes[0] > 0))
 
 
-def _split_lines(
-    offsets: IndexArray, indices: IndexArray, is_line: npt.NDArray[np.bool_]
-) -> tuple[IndexArray, IndexArray]:
-    """Return (offsets, indices) with the rows that are polylines cut into segments."""
+def _split_lines(offsets: IndexArray, is_line: BoolArray) -> tuple[IndexArray, IndexArray]:
+    """Return the offsets with the rows that are polylines cut into segments, and the corner before for each corner."""
     sizes = np.diff(offsets)
     n_parts = np.where(is_line, sizes - 1, 1)
     row = np.repeat(np.arange(len(sizes)), n_parts)
@@ -183,25 +297,35 @@ def _split_lines(
     part_sizes = np.where(is_line[row], 2, sizes[row])
     part_offsets = np.concatenate([[0], np.cumsum(part_sizes)])
     first = offsets[row] + part  # a face has one part, 0
-    return part_offsets, indices[np.repeat(first - part_offsets[:-1], part_sizes) + np.arange(part_offsets[-1])]
+    return part_offsets, np.repeat(first - part_offsets[:-1], part_sizes) + np.arange(part_offsets[-1])
 
 
 def _read_lines(data: bytes) -> Mesh:
     """Return the mesh of any OBJ file; raise MeshError for the first malformed statement."""
     points: list[list[float]] = []
+    beside: list[list[float]] = []
     flat: list[int] = []
     sizes: list[int] = []
     lines: list[int] = []
+    rows: dict[bytes, list[bytes]] = {b"vt": [], b"vn": []}
+    references: list[tuple[int, int]] = []
+    extras = Extras()
     for line, words in _split_statements(data):
         keyword = words[0]
         if keyword == b"v":
-            points.append(_parse_point(words, line))
+            point = _parse_point(words, line)
+            points.append(point[:3])
+            beside.append(point[3:])
+        elif keyword in rows:
+            rows[keyword].append(b" ".join(words))
         elif keyword in (b"f", b"fo", b"l"):
             corners = [_parse_index(word, len(points), line) for word in words[1:]]
             if keyword == b"l" and len(corners) == 1:
                 continue
             if len(corners) < 2:
                 raise MeshError(f"line {line}: {quote(keyword)} needs at least 2 corners, got {len(corners)}")
+            named = [_split_references(word, len(rows[b"vt"]), len(rows[b"vn"])) for word in words[1:]]
+            references += [both for pair in pairwise(named) for both in pair] if keyword == b"l" else named
             if keyword == b"l":
                 pairs = list(pairwise(corners))
                 sizes += [2] * len(pairs)
@@ -211,7 +335,9 @@ def _read_lines(data: bytes) -> Mesh:
                 sizes.append(len(corners))
                 lines.append(line)
                 flat += corners
-        elif not _is_ignored(keyword):
+        elif _is_ignored(keyword):
+            _add_statement(extras, b" ".join(words), len(sizes))
+        else:
             raise MeshError(f"line {line}: expected a statement such as v, f or l, got {quote(keyword)}")
     if not points:
         raise MeshError("no vertices: an OBJ file needs lines such as 'v 0 0 0'")
@@ -222,7 +348,23 @@ def _read_lines(data: bytes) -> Mesh:
         corner = int(np.argmax(beyond))
         line = lines[int(np.searchsorted(offsets, corner, side="right")) - 1]
         raise MeshError(f"line {line}: index {indices[corner] + 1} is out of range, there are {len(points)} vertices")
-    return Mesh.from_offsets(points, offsets, indices)
+    extras.comments = _COMMENT.findall(data.decode("utf-8", "replace"))
+    widths = {len(numbers) for numbers in beside}
+    extras.beside_points = np.array(beside) if len(widths) == 1 and widths != {0} else None
+    extras.texcoords = _parse_rows(b"\n".join(rows[b"vt"]), b"vt")
+    extras.normals = _parse_rows(b"\n".join(rows[b"vn"]), b"vn")
+    extras.texcoord_of_corner, extras.normal_of_corner = np.array(references, np.int64).reshape(-1, 2).T
+    return _build_mesh(points, offsets, indices, extras)
+
+
+def _split_references(word: bytes, n_texcoords: int, n_normals: int) -> tuple[int, int]:
+    """Return the second and the third number of a valid corner, counted from 0, -1 for none."""
+    parts = [*word.split(b"/"), b"", b""]
+    found = []
+    for part, count in ((parts[1], n_texcoords), (parts[2], n_normals)):
+        value = int(part or b"0")
+        found.append(count + value if value < 0 else value - 1)
+    return found[0], found[1]
 
 
 def _split_statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
@@ -248,11 +390,11 @@ def _is_ignored(keyword: bytes) -> bool:
 
 
 def _parse_point(words: list[bytes], line: int) -> list[float]:
-    """Return x, y and z; a weight or a colour may follow them."""
+    """Return x, y and z, and the numbers of a weight or a colour that may follow them."""
     if len(words) < 4:
         raise MeshError(f"line {line}: a vertex needs 3 numbers, got {len(words) - 1}")
-    point = [parse_float(word, line) for word in words[1:]][:3]
-    if not all(map(math.isfinite, point)):
+    point = [parse_float(word, line) for word in words[1:]]
+    if not all(map(math.isfinite, point[:3])):
         raise MeshError(f"line {line}: a coordinate must be finite, got {b' '.join(words[1:4]).decode('latin-1')}")
     return point
 
@@ -274,6 +416,57 @@ def _parse_index(word: bytes, n_points: int, line: int) -> int:
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:
-    """Write the points as `v`, the polygons as `f` and the segments as `l`, with every number exact."""
-    write_points(file, b"v %a %a %a\n", mesh)
-    write_faces(file, lambda size: (b"l" if size == 2 else b"f") + b" %d" * size + b"\n", mesh, first=1)
+    """Write the points as `v`, the polygons as `f` and the segments as `l`, with every number exact, and attributes."""
+    for comment in mesh.metadata.get("obj", {}).get("comments", ()):
+        file.write(b"#" + comment.encode() + b"\n")
+    for library in mesh.attributes.material.get("mtllib", ()):
+        file.write(b"mtllib " + library.encode() + b"\n")
+    beside = list_beside_points(mesh)
+    if beside is None:
+        write_points(file, b"v %a %a %a\n", mesh)
+    else:
+        _write_rows(file, b"v", np.concatenate([mesh.positions, beside], axis=1))
+    texcoords, texcoord_of_corner = list_rows(mesh, "texcoord")
+    normals, normal_of_corner = list_rows(mesh, "normal")
+    if texcoords is not None:
+        _write_rows(file, b"vt", texcoords)
+    if normals is not None:
+        _write_rows(file, b"vn", normals)
+    has_references = texcoord_of_corner is not None or normal_of_corner is not None
+    corners = _format_corners(mesh, texcoord_of_corner, normal_of_corner) if has_references else None
+    for start, end, statements in split_states(mesh):
+        file.write(statements)
+        if corners is None:
+            write_faces(file, _make_template, mesh, first=1, rows=range(start, end))
+            continue
+        for begin, stop in pairwise(mesh.offsets[start : end + 1].tolist()):
+            keyword = b"l " if stop - begin == 2 else b"f "
+            file.write(keyword + b" ".join(corners[begin:stop]) + b"\n")
+
+
+def _make_template(size: int) -> bytes:
+    return (b"l" if size == 2 else b"f") + b" %d" * size + b"\n"
+
+
+def _write_rows(file: BinaryIO, keyword: bytes, rows: Float64Array) -> None:
+    """Write one line per row, up to the first NaN, with the shortest decimals that give the same float64."""
+    template = keyword + b" %a" * rows.shape[1] + b"\n"
+    if not np.isnan(rows).any():
+        file.write((template * len(rows)) % tuple(rows.ravel().tolist()))
+        return
+    for row in rows.tolist():
+        numbers = [number for number in row if number == number]
+        file.write(keyword + (b" %a" * len(numbers)) % tuple(numbers) + b"\n")
+
+
+def _format_corners(mesh: Mesh, texcoord: IndexArray | None, normal: IndexArray | None) -> list[bytes]:
+    """Return a, a/b, a//c or a/b/c for each corner; a segment has no normals."""
+    absent = np.full(len(mesh.indices), -1)
+    is_segment = np.repeat(np.diff(mesh.offsets) == 2, np.diff(mesh.offsets))
+    b = absent if texcoord is None else texcoord
+    c = absent if normal is None else np.where(is_segment, -1, normal)
+    templates = np.array([b"%d", b"%d/%d", b"%d//%d", b"%d/%d/%d"], object)
+    kinds = (b >= 0) + 2 * (c >= 0)
+    columns = np.stack([mesh.indices, b, c], axis=1) + 1
+    numbers = columns[columns > 0].tolist()
+    return (b"\n".join(templates[kinds].tolist()) % tuple(numbers)).split(b"\n")

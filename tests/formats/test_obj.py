@@ -8,8 +8,9 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from gpu_xform import samples
-from gpu_xform.errors import MeshError
+from gpu_xform.errors import MeshError, MeshWarning
 from gpu_xform.formats import load_mesh, obj
+from gpu_xform.geometry.mesh import Mesh
 
 POINTS = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n"
 
@@ -278,3 +279,186 @@ def test_writing_is_plain() -> None:
     file = io.BytesIO()
     obj.write(obj.read(b"v 0 0 0\nv 1 0 0\nv 1e-300 1 0.1\nf 1 2 3\nl 1 3 2"), file)
     assert file.getvalue() == b"v 0.0 0.0 0.0\nv 1.0 0.0 0.0\nv 1e-300 1.0 0.1\nf 1 2 3\nl 1 3\nl 3 2\n"
+
+
+ATTRIBUTED = b"""# made by hand
+mtllib house.mtl trees.mtl
+o house
+v 0 0 0
+v 1 0 0
+v 1 1 0
+v 0 1 0
+vt 0 0
+vt 1 0
+vt 1 1
+vt 0.123456789 1
+vn 0 0 1
+vn 0.6 0 0.8
+g wall front
+usemtl white paint
+s 1
+f 1/1/1 2/2/1 3/3/2 4/4/2
+usemtl glass
+s off
+f 1/1 2/2 3/3
+# between
+g
+f 1//1 3//2 4//1
+f 2 3 4
+l 1/1 2/2 3/4
+"""
+
+
+def test_attributes_of_an_obj_file() -> None:
+    mesh = obj.read(ATTRIBUTED)
+    held = mesh.attributes
+    nothing: list[float] = [np.nan, np.nan]
+    quad: list[list[float]] = [[0, 0], [1, 0], [1, 1], [0.123456789, 1]]
+    assert np.array_equal(
+        held.corner["texcoord"],
+        [*quad, *quad[:3], *[nothing] * 6, *quad[:2], quad[1], quad[3]],
+        equal_nan=True,
+    )
+    assert held.corner["normal"][:4].tolist() == [[0, 0, 1], [0, 0, 1], [0.6, 0, 0.8], [0.6, 0, 0.8]]
+    assert np.isnan(held.corner["normal"][10:]).all()
+    named = {name: [held.labels[name][i] for i in held.face[name]] for name in held.labels}
+    assert named == {
+        "object": ["house"] * 6,
+        "group": ["wall front"] * 2 + [""] * 4,
+        "material": ["white paint"] + ["glass"] * 5,
+        "smooth": ["1"] + ["off"] * 5,
+    }
+    assert held.material == {"mtllib": ("house.mtl trees.mtl",)}
+    assert mesh.metadata["obj"]["comments"] == (" made by hand", " between")
+
+
+def saved(mesh: Mesh) -> bytes:
+    file = io.BytesIO()
+    obj.write(mesh, file)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        ATTRIBUTED,
+        ATTRIBUTED.replace(b"f 2 3 4", b"f 2 3 \\\n4"),  # read line by line
+        ATTRIBUTED.replace(b"f 1/1/1 2/2/1 3/3/2 4/4/2", b"f -4/-4/-2 2/2/1 -2/-2/-1 4/4/2"),
+        ATTRIBUTED.replace(b" 0\nvt", b" 0 0.5\nvt").replace(
+            b"v 0 0 0\nv 1 0 0\nv 1 1 0", b"v 0 0 0 1\nv 1 0 0 2\nv 1 1 0 3"
+        ),
+    ],
+)
+def test_what_is_read_and_written_again_is_equal(data: bytes) -> None:
+    mesh = obj.read(data)
+    assert mesh.attributes.labels == obj.read(ATTRIBUTED).attributes.labels
+    assert np.array_equal(mesh.indices, obj.read(ATTRIBUTED).indices)
+    for name in ("texcoord", "normal"):
+        expected = obj.read(ATTRIBUTED).attributes.corner[name]
+        width = expected.shape[1]
+        assert np.array_equal(mesh.attributes.corner[name][:, :width], expected, equal_nan=True)
+    assert obj.read(saved(mesh)) == mesh
+    assert saved(obj.read(saved(mesh))) == saved(mesh)
+
+
+def lines_of(data: bytes, *keywords: bytes) -> list[list[bytes]]:
+    return [line.split() for line in data.splitlines() if line.split()[:1] and line.split()[0] in keywords]
+
+
+def test_a_file_whose_rows_are_all_used_in_order_comes_back_line_by_line() -> None:
+    plain = ATTRIBUTED.replace(b"l 1/1 2/2 3/4\n", b"l 1/1 2/2\n")
+    again = saved(obj.read(plain))
+    for keyword in (b"v", b"vt", b"vn"):
+        found = [[float(word) for word in line[1:]] for line in lines_of(again, keyword)]
+        assert found == [[float(word) for word in line[1:]] for line in lines_of(plain, keyword)]
+    kept = (b"f", b"l", b"o", b"g", b"usemtl", b"s", b"mtllib")
+    assert lines_of(again, *kept)[:3] == lines_of(plain, *kept)[:3]
+    assert sorted(lines_of(again, *kept)) == sorted(lines_of(plain, *kept))
+
+
+@st.composite
+def textured(draw: st.DrawFn) -> Mesh:
+    polygons = draw(st.lists(st.lists(st.integers(0, 4), min_size=2, max_size=5), max_size=6))
+    n_corners, n_faces = sum(map(len, polygons)), len(polygons)
+    number = st.floats(-10, 10)
+    attributes: dict[str, Any] = {"corner": {}, "face": {}, "labels": {}, "point": {}}
+    is_segment = np.repeat([len(polygon) == 2 for polygon in polygons], [len(polygon) for polygon in polygons])
+    for name, width in (("texcoord", draw(st.integers(1, 3))), ("normal", 3)):
+        row = st.lists(number, min_size=width, max_size=width) | st.just([np.nan] * width)
+        rows = np.array(draw(st.lists(row, min_size=n_corners, max_size=n_corners))).reshape(n_corners, width)
+        if name == "normal":
+            rows[is_segment.astype(bool)] = np.nan  # lines have none
+        if not np.isnan(rows).all():
+            attributes["corner"][name] = rows
+    for name in ("material", "group", "object", "smooth"):
+        values = draw(st.none() | st.lists(st.integers(0, 2), min_size=n_faces, max_size=n_faces))
+        if values:
+            order = list(dict.fromkeys(values))
+            attributes["face"][name] = np.array([order.index(value) for value in values], np.int32)
+            attributes["labels"][name] = [f"{name} {value}" for value in order]
+    if draw(st.booleans()):
+        width = draw(st.sampled_from([3, 4]))
+        colors = draw(st.lists(st.lists(number, min_size=width, max_size=width), min_size=5, max_size=5))
+        attributes["point"]["color"] = np.array(colors)
+    if draw(st.booleans()):
+        attributes["material"] = {"mtllib": ["a.mtl"]}
+    points = draw(st.lists(st.lists(number, min_size=3, max_size=3), min_size=5, max_size=5))
+    return Mesh(points, polygons, attributes=attributes)
+
+
+@given(textured())
+def test_any_attributes_are_read_as_they_were_written(mesh: Mesh) -> None:
+    assert obj.list_losses(mesh) == []
+    found = obj.read(saved(mesh))
+    assert found == mesh
+    by_lines = obj._read_lines(saved(mesh))
+    assert by_lines == mesh
+
+
+def test_texture_coordinates_and_materials_are_those_of_trimesh() -> None:
+    grid = samples.grid(4)
+    triangles = np.array([[(a, b, c), (a, c, d)] for a, b, c, d in np.asarray(grid.faces)]).reshape(-1, 3)
+    uv = np.random.default_rng(1).random((len(triangles) * 3, 2)).round(5)
+    material = np.arange(len(triangles)) % 2
+    attributes = {"corner": {"texcoord": uv}, "face": {"material": material}, "labels": {"material": ["a", "b"]}}
+    mesh = Mesh(grid.positions, triangles, attributes=attributes)
+    scene = trimesh.load_scene(io.BytesIO(saved(mesh)), file_type="obj", process=False)
+    parts = list(scene.geometry.values())
+    assert len(parts) == 2
+    parts.sort(key=lambda part: not np.array_equal(part.vertices[part.faces[0]], mesh.positions[triangles[0]]))
+    for i, part in enumerate(parts):
+        chosen = np.repeat(material == i, 3)
+        assert np.array_equal(part.vertices[part.faces].reshape(-1, 3), mesh.positions[mesh.indices][chosen])
+        assert np.allclose(part.visual.uv[part.faces].reshape(-1, 2), uv[chosen])
+
+
+def test_corners_of_a_mirrored_file_keep_their_texture() -> None:
+    mesh = obj.read(ATTRIBUTED)
+    moved = obj.read(saved(mesh.transformed(np.diag([-1.0, 1, 1, 1]))))
+    assert lines_of(saved(moved), b"f")[0] == b"f 1/1/1 4/2/2 3/3/2 2/4/1".split()
+    assert moved.attributes.corner["texcoord"][:4].tolist() == [[0, 0], [0.123456789, 1], [1, 1], [1, 0]]
+    assert np.allclose(moved.attributes.corner["normal"][1], [-0.6, 0, 0.8])
+
+
+def test_references_to_what_is_not_there_are_named() -> None:
+    for data in (
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/7 3/1\n",
+        b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1 2/7 \\\n3/1\n",
+    ):
+        with pytest.warns(MeshWarning, match="^1 corners name texture coordinates that the file does not hold$"):
+            mesh = obj.read(data)
+        assert np.isnan(mesh.attributes.corner["texcoord"][1]).all()
+    with pytest.warns(MeshWarning, match="^the lines vt are left out, for they are not all numbers$"):
+        assert not obj.read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt a b\nf 1/1 2/1 3/1\n").attributes
+
+
+def test_what_obj_cannot_hold_is_listed() -> None:
+    attributes = {
+        "point": {"intensity": [1] * 5, "normal": np.eye(5, 3)},
+        "face": {"material": [0, 0], "area": [1.0, 2.0]},
+        "material": {"texture": "a.png"},
+    }
+    mesh = Mesh(np.eye(5, 3), [(0, 1, 2), (2, 3)], attributes=attributes)
+    assert obj.list_losses(mesh) == ["intensity per point", "material per face", "area per face", "material (texture)"]
+    assert obj.list_losses(obj.read(ATTRIBUTED)) == []
+    assert obj.read(saved(mesh)).attributes.corner["normal"][:3].tolist() == np.eye(3).tolist()

@@ -1,0 +1,169 @@
+"""Attributes of OBJ: texture coordinates, normals, colours, materials, groups and objects."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from .._core.types import Float64Array, IndexArray
+from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
+from ..geometry.mesh import Mesh
+from ._warn import warn
+
+# Statements that hold for the faces behind them, and the attributes per face that they become.
+STATES = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smooth"}
+KEYWORDS = {name: keyword for keyword, name in STATES.items()}
+_WORDS = {"texcoord": "texture coordinates", "normal": "normals"}
+
+
+@dataclass
+class Extras:
+    """What a file says beside points and faces."""
+
+    texcoords: Float64Array | None = None
+    """The numbers behind each `vt`."""
+    normals: Float64Array | None = None
+    texcoord_of_corner: IndexArray | None = None
+    """The row of `texcoords` for each corner, -1 for none."""
+    normal_of_corner: IndexArray | None = None
+    beside_points: Float64Array | None = None
+    """The numbers behind the coordinates of each point."""
+    states: list[tuple[int, bytes, str]] = field(default_factory=list)
+    """The faces before a statement, its keyword, and the rest of it."""
+    libraries: list[str] = field(default_factory=list)
+    comments: list[str] = field(default_factory=list)
+
+
+def build_attributes(extras: Extras, n_faces: int) -> Attributes:
+    """Return the attributes that a file holds."""
+    point, corner, face, labels = {}, {}, {}, {}
+    beside = extras.beside_points
+    if beside is not None and beside.shape[1] in (3, 4):
+        point["color"] = beside
+    elif beside is not None and beside.shape[1] == 1:
+        point["weight"] = beside[:, 0]
+    for name, rows, chosen in (
+        ("texcoord", extras.texcoords, extras.texcoord_of_corner),
+        ("normal", extras.normals, extras.normal_of_corner),
+    ):
+        if rows is not None and chosen is not None and (chosen != -1).any():
+            corner[name] = _gather(rows, chosen, name)
+    for keyword, name in STATES.items():
+        found = [(before, text) for before, word, text in extras.states if word == keyword and before < n_faces]
+        if found:
+            texts = {text: i for i, text in enumerate(dict.fromkeys(text for _, text in found))}
+            starts = [before for before, _ in found]
+            lengths = np.diff([0, *starts, n_faces])
+            face[name] = np.repeat(np.array([-1, *(texts[text] for _, text in found)], np.int32), lengths)
+            labels[name] = tuple(texts)
+    material = {"mtllib": extras.libraries} if extras.libraries else None
+    if not (point or corner or face or material):
+        return NO_ATTRIBUTES
+    return Attributes(point, corner, face, labels=labels, material=material)
+
+
+def _gather(rows: Float64Array, chosen: IndexArray, name: str) -> Float64Array:
+    """Return the chosen rows; a row of NaNs stands for none."""
+    absent = (chosen < -1) | (chosen >= len(rows))
+    if absent.any():
+        warn(f"{absent.sum()} corners name {_WORDS[name]} that the file does not hold")
+        chosen = np.where(absent, -1, chosen)
+    if chosen.min() >= 0:
+        return rows[chosen]
+    return np.concatenate([rows, np.full((1, rows.shape[1]), np.nan)])[chosen]
+
+
+def describe_file(extras: Extras) -> dict[str, Any]:
+    """Return the comments, and words for what other formats would lose."""
+    n_comments = len(extras.comments)
+    if not n_comments:
+        return {}
+    return {"obj": {"comments": extras.comments, "holds": [f"{n_comments} comment{'s'[: n_comments - 1]}"]}}
+
+
+def list_losses(mesh: Mesh) -> list[str]:
+    """Return what of a mesh OBJ cannot hold."""
+    attributes = mesh.attributes
+    held = {
+        "point": ("color", "weight", "normal", "texcoord"),
+        "corner": ("normal", "texcoord"),
+        "face": tuple(KEYWORDS),
+    }
+    lost = []
+    for what, names in held.items():
+        for name, column in getattr(attributes, what).items():
+            if name not in names or not _can_hold(name, column, attributes.labels):
+                lost.append(f"{name} per {what}")
+            elif what == "point" and name in attributes.corner:
+                lost.append(f"{name} per point beside those per corner")
+    return lost + [f"material ({name})" for name in attributes.material if name != "mtllib"]
+
+
+def _can_hold(name: str, column: Any, labels: Mapping[str, tuple[str, ...]]) -> bool:
+    """Return whether OBJ has a statement for such values."""
+    if isinstance(column, RaggedArray) or column.dtype.kind not in "biuf":
+        return False
+    if name in KEYWORDS:
+        return column.ndim == 1 and column.dtype.kind in "iu" and name in labels
+    widths = {"color": (3, 4), "weight": (1,), "normal": (3,), "texcoord": (1, 2, 3)}[name]
+    return (column.shape[1] if column.ndim == 2 else column.ndim) in widths
+
+
+def list_rows(mesh: Mesh, name: str) -> tuple[Float64Array | None, IndexArray | None]:
+    """Return the different rows of normals or texture coordinates, and the row of each corner, -1 for none."""
+    for table, of_corner in ((mesh.attributes.corner, slice(None)), (mesh.attributes.point, mesh.indices)):
+        column = table.get(name)
+        if column is not None and _can_hold(name, column, {}):
+            rows = np.asarray(column, np.float64).reshape(len(column), -1)
+            first, inverse = _find_different(rows)
+            inverse[np.isnan(rows).all(axis=1)] = -1
+            is_used = ~np.isnan(rows[first]).all(axis=1)
+            ranks = np.append(np.where(is_used, np.cumsum(is_used) - 1, -1), -1)
+            return rows[first[is_used]], ranks[inverse][of_corner]
+    return None, None
+
+
+def _find_different(rows: Float64Array) -> tuple[IndexArray, IndexArray]:
+    """Return the first of all equal rows, in the order of the rows, and for each row its place among them."""
+    keys = np.ascontiguousarray(rows).view(f"V{rows.shape[1] * rows.itemsize}").ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    ranks = np.empty(len(order), np.int64)
+    ranks[order] = np.arange(len(order))
+    return first[order], ranks[inverse.ravel()]
+
+
+def list_beside_points(mesh: Mesh) -> Float64Array | None:
+    """Return the numbers to write behind the coordinates of points."""
+    for name in ("color", "weight"):
+        column = mesh.attributes.point.get(name)
+        if column is not None and _can_hold(name, column, {}):
+            values = np.asarray(column, np.float64).reshape(len(column), -1)
+            return values / 255 if column.dtype == np.uint8 else values
+    return None
+
+
+def split_states(mesh: Mesh) -> Sequence[tuple[int, int, bytes]]:
+    """Return runs of faces in one state: the first, the one behind the last, and the statements before them."""
+    attributes = mesh.attributes
+    states = {
+        name: np.asarray(attributes.face[name])
+        for name in KEYWORDS
+        if name in attributes.face and _can_hold(name, attributes.face[name], attributes.labels)
+    }
+    starts = {0}
+    for values in states.values():
+        starts.update((np.flatnonzero(np.diff(values)) + 1).tolist())
+    runs = []
+    before = dict.fromkeys(states, -1)
+    ordered = sorted(starts)
+    for start, end in zip(ordered, [*ordered[1:], mesh.n_faces], strict=True):
+        lines = b""
+        for name, values in states.items():
+            value = int(values[start]) if start < end else -1
+            if value != before[name] and 0 <= value < len(attributes.labels[name]):
+                lines += KEYWORDS[name] + b" " + attributes.labels[name][value].encode() + b"\n"
+            before[name] = value
+        runs.append((start, end, lines))
+    return runs
