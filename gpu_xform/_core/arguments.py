@@ -8,11 +8,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError, ArgumentTypeError
+from .masked import require_unmasked
 from .types import Float64Array, MatrixLike, SupportsAsMatrix
 
 
 def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float64Array:
     """Return a new C-ordered float64 array of `value`, which must hold real numbers, and finite ones by default."""
+    require_unmasked(value, name)
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core.masked import fill_hidden_rows, require_unmasked
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError
 
@@ -12,9 +13,10 @@ from ..errors import ArgumentError, ArgumentTypeError
 def as_point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return `points` as an array (..., n, 2) or (..., n, 3) of float32 or float64, in any layout and byte order.
 
-    Nothing is copied if the numbers are float32 or float64 already; integers become float64, float16 float32.
+    Nothing is copied if the numbers are float32 or float64 already; integers become float64, float16 float32. A row
+    that a mask hides becomes one that is shown.
     """
-    array = as_host_array(points, "points")
+    array = as_host_array(fill_hidden_rows(points), "points")
     if array.dtype.kind in "iu" or (array.size == 0 and not hasattr(points, "dtype")):
         array = array.astype(np.float64)
     elif array.dtype == np.float16:
@@ -28,6 +30,7 @@ def as_point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
 
 def as_host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
     """Return `value` as a NumPy array, sharing its memory if it offers it."""
+    require_unmasked(value, name)
     try:
         # Arrays of other libraries hand their memory over by DLPack; NumPy would look for `__array__` only.
         if hasattr(value, "__dlpack__") and not isinstance(value, np.ndarray | np.generic):

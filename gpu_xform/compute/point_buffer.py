@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_square_matrix, require_affine
+from .._core.masked import drop_hidden_rows
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, DeviceError
@@ -33,7 +34,7 @@ class PointBuffer:
     Parameters
     ----------
     points : (n, 3) or (n, 2)
-        float32, float64, integers or float16; uploaded once.
+        float32, float64, integers or float16; uploaded once. Rows that a mask hides are left out.
     device : Device, optional
         By default the process's own.
 
@@ -46,7 +47,7 @@ class PointBuffer:
     """
 
     def __init__(self, points: npt.ArrayLike, *, device: Device | None = None) -> None:
-        source = as_point_array(points)
+        source = as_point_array(drop_hidden_rows(points))
         if source.ndim != 2:
             raise ArgumentError.expecting("points", "have shape (n, 3) or (n, 2)", source.shape)
         device = resolve_device(device)
@@ -238,7 +239,7 @@ def bounds(points: npt.ArrayLike, *, device: Device | None = None) -> npt.NDArra
     Parameters
     ----------
     points : (n, 3) or (n, 2), n > 0
-        float32, float64, integers or float16.
+        float32, float64, integers or float16. Rows that a mask hides do not count.
     device : Device, optional
         By default the process's own.
 

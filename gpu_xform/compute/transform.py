@@ -2,7 +2,8 @@
 
 Points are the rows of an (..., n, 3) array with 4x4 matrices, or of an (..., n, 2) array with 3x3 ones. float32 stays
 float32 and float64 stays float64; integers and lists become float64, float16 becomes float32. Arrays of other libraries
-that offer DLPack or the array interface are read in place. The result is a C-ordered NumPy array.
+that offer DLPack or the array interface are read in place. The result is a C-ordered NumPy array; if a mask hides rows
+of the points, it is a masked array that hides the same rows.
 
 One matrix gives a result of the shape of the points. A stack of matrices (..., 4, 4) broadcasts against the points as
 in `numpy.matmul`: (k, 4, 4) with (n, 3) gives (k, n, 3). With `index` each point takes its own of k matrices, and with
@@ -22,6 +23,7 @@ import numpy.typing as npt
 
 from .. import matrices
 from .._core.arguments import as_square_matrices, require_affine
+from .._core.masked import Mask, find_hidden_rows, hide_rows
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, PrecisionError
@@ -105,7 +107,9 @@ def transform_points(
     affine = _affine_matrices(matrix, source)
     if rounds_to_float32(precision, source):
         warn_if_coarse(source)
-    return _run(source, affine, Epilogue.NONE, _Options(index, weights, precision, out, device))
+    return _run(
+        source, find_hidden_rows(points), affine, Epilogue.NONE, _Options(index, weights, precision, out, device)
+    )
 
 
 @public
@@ -154,7 +158,13 @@ def transform_vectors(
     """
     source = as_point_array(points)
     linear = _linear_part(_affine_matrices(matrix, source))
-    return _run(source, linear, _length_epilogue(normalize), _Options(index, weights, precision, out, device))
+    return _run(
+        source,
+        find_hidden_rows(points),
+        linear,
+        _length_epilogue(normalize),
+        _Options(index, weights, precision, out, device),
+    )
 
 
 @public
@@ -208,7 +218,14 @@ def transform_normals(
     if weights is None:
         linear = np.array([matrices.inverse(m).T for m in linear.reshape(-1, *linear.shape[-2:])]).reshape(linear.shape)
     options = _Options(index, weights, precision, out, device)
-    return _run(source, linear, _length_epilogue(normalize), options, inverse_transpose=weights is not None)
+    return _run(
+        source,
+        find_hidden_rows(points),
+        linear,
+        _length_epilogue(normalize),
+        options,
+        inverse_transpose=weights is not None,
+    )
 
 
 @public
@@ -261,7 +278,13 @@ def project_points(
     projective = as_square_matrices(matrix, "matrix", source.shape[-1] + 1)
     if rounds_to_float32(precision, source):
         warn_if_coarse(source)
-    return _run(source, projective, Epilogue.PERSPECTIVE_DIVIDE, _Options(index, weights, precision, out, device))
+    return _run(
+        source,
+        find_hidden_rows(points),
+        projective,
+        Epilogue.PERSPECTIVE_DIVIDE,
+        _Options(index, weights, precision, out, device),
+    )
 
 
 def _length_epilogue(normalize: bool) -> Epilogue:
@@ -281,6 +304,7 @@ def _linear_part(affine: Float64Array) -> Float64Array:
 
 def _run(
     points: npt.NDArray[Any],
+    hidden: Mask | None,
     matrix: Float64Array,
     epilogue: Epilogue,
     options: _Options,
@@ -301,7 +325,7 @@ def _run(
     computation = resolve_precision(options.precision, dtype, device)
     require_range(matrix, computation.dtype)
     if out.size == 0:
-        return out
+        return hide_rows(out, hidden, is_own=options.out is None)
     target = out if out.ndim == 2 or out.flags.c_contiguous else np.empty(shape, dtype)
     job = Job(device, points, matrix, target, computation.dtype, epilogue)
     if influences is not None:
@@ -312,7 +336,7 @@ def _run(
         run()
     if target is not out:
         out[...] = target
-    return out
+    return hide_rows(out, hidden, is_own=options.out is None)
 
 
 Run = Callable[[], None]

@@ -10,12 +10,13 @@ import numpy.typing as npt
 
 from .._core.arguments import as_float, as_real_array, as_square_matrices
 from .._core.error_context import prefix_errors
+from .._core.masked import Mask, drop_hidden_rows, find_hidden_rows
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..compute._arrays import as_host_array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
-from ..geometry.edges import EdgesLike, crease_angle
+from ..geometry.edges import EdgesLike, crease_angle, list_edge_parts
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene
 from ..imaging.colors import ColorLike
@@ -140,6 +141,8 @@ class Layer:
 
     def __post_init__(self) -> None:
         if is_point_array(self.model):
+            if (hidden_rows := find_hidden_rows(self.model)) is not None and hidden_rows.ndim == 1:
+                self._drop_styles_of(hidden_rows)
             object.__setattr__(self, "model", mesh_from_points(self.model))
         if not isinstance(self.model, _MODEL_TYPES):
             raise ArgumentTypeError.expecting(
@@ -165,6 +168,16 @@ class Layer:
         given = [name for name in _COLOR_ARRAYS if getattr(self, name) is not None]
         if len(given) > 1:
             raise ArgumentError(f"at most one of {', '.join(_COLOR_ARRAYS)} may be given, got {' and '.join(given)}")
+
+    def _drop_styles_of(self, hidden: Mask) -> None:
+        """Leave out what the keywords say of points that the model's mask hides."""
+        if self.edges is not None and any(not isinstance(part, str) for part in list_edge_parts(self.edges)):
+            raise ArgumentError.expecting("edges", "not be given by indices for a masked array of points")
+        for name in ("scalars", "vertex_colors"):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, str) and len(value) == len(hidden):
+                shown = value[~hidden] if isinstance(value, np.ndarray) else [value[i] for i in np.flatnonzero(~hidden)]
+                object.__setattr__(self, name, shown)
 
     @property
     def world_from_model(self) -> Float64Array:
@@ -196,7 +209,7 @@ def is_point_array(model: object) -> TypeGuard[npt.NDArray[Any]]:
 
 def mesh_from_points(points: npt.NDArray[Any]) -> Mesh:
     """Return the mesh of `points` (n, 3), without faces; errors call them the model."""
-    array = as_host_array(points, "model")
+    array = as_host_array(drop_hidden_rows(points), "model")
     if array.ndim != 2 or array.shape[1] != 3:
         raise ArgumentError.expecting("model", "have shape (n, 3)", array.shape)
     return Mesh(as_real_array(array, "model"))

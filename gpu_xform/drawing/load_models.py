@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 
+from .._core.masked import find_hidden_rows
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentTypeError
 from ..formats import load_mesh
@@ -23,7 +24,7 @@ def load_models(models: Models) -> Models:
     def load(model: Model) -> Model:
         if isinstance(model, PATH_TYPES):
             return read(os.fspath(model))
-        if not is_point_array(model):
+        if not is_point_array(model) or find_hidden_rows(model) is not None:  # a layer drops styles with hidden points
             return model
         if id(model) not in clouds:
             clouds[id(model)] = mesh_from_points(model)

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_float
+from .._core.masked import require_unmasked
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
 from .mesh import Mesh, pack_pairs, unpack_pairs
@@ -234,6 +235,7 @@ def list_edge_parts(edges: EdgesLike) -> list[Any]:
 
 def as_index_pairs(value: Any, n_points: int) -> IndexArray:
     """Return `value` as (m, 2) int64 of indices below `n_points`."""
+    require_unmasked(value, "edges")
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list

@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_square_matrix, describe_first_non_finite, require_affine
+from .._core.masked import drop_hidden_rows, require_unmasked
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray, MatrixLike
 from ..errors import ArgumentError, MeshError
@@ -44,7 +45,7 @@ class Mesh:
     Parameters
     ----------
     positions : (n, 3) numbers
-        The points; copied, and finite.
+        The points; copied, and finite. Without faces, rows that a mask hides are left out.
     faces : (f, k) integers, or a sequence of sequences of two or more integers
         The corners of each face, as indices of points; copied. Without faces, the mesh is a point cloud.
     attributes : Attributes, or a mapping such as {"point": {"color": colors}}
@@ -70,7 +71,8 @@ class Mesh:
         metadata: Mapping[str, Any] | None = None,
     ) -> None:
         offsets, indices = _flatten_faces(faces)
-        self._set(_validate_positions(positions), offsets, indices)
+        shown = drop_hidden_rows(positions) if len(indices) == 0 else positions
+        self._set(_validate_positions(shown), offsets, indices)
         self._set_attributes(attributes, metadata)
 
     @classmethod
@@ -415,8 +417,17 @@ def _freeze(array: _Array) -> _Array:
     return array
 
 
+def _require_unmasked(values: object, name: str) -> None:
+    """Raise MeshError for an array of which a mask hides a number."""
+    try:
+        require_unmasked(values, name)
+    except ArgumentError as error:
+        raise MeshError(str(error)) from None
+
+
 def _validate_positions(positions: npt.ArrayLike) -> Float64Array:
     """Return a new (n, 3) float64 array of `positions`."""
+    _require_unmasked(positions, "positions")
     try:
         array = np.asarray(positions)
     except ValueError as error:  # a ragged list
@@ -456,6 +467,7 @@ def _flatten_faces(faces: FacesLike) -> tuple[IndexArray, IndexArray]:
 
 def _as_integers(values: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
     """Return `values` as int64 with `ndim` dimensions, not necessarily copied."""
+    _require_unmasked(values, name)
     try:
         array = np.asarray(values)
     except ValueError as error:

@@ -1,0 +1,59 @@
+"""NumPy's masked arrays: rows that a mask hides count nowhere, and where they cannot be left out they are refused."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ArgumentError
+
+Mask = npt.NDArray[np.bool_]
+
+
+def find_hidden_rows(value: object) -> Mask | None:
+    """Return which rows (..., n) of an array (..., n, k) hide a number; None if none does."""
+    if not isinstance(value, np.ma.MaskedArray) or value.ndim == 0 or not np.ma.is_masked(value):
+        return None
+    return np.asarray(np.ma.getmaskarray(value).any(axis=-1))
+
+
+def drop_hidden_rows(value: npt.ArrayLike) -> npt.ArrayLike:
+    """Return the rows of an array (n, k) that no mask hides; anything else as it is."""
+    hidden = find_hidden_rows(value)
+    return value if hidden is None or hidden.ndim != 1 else np.ma.getdata(value)[~hidden]
+
+
+def fill_hidden_rows(value: npt.ArrayLike) -> npt.ArrayLike:
+    """Return an array with each row that a mask hides replaced by one that is shown, or by zeros if none is."""
+    hidden = find_hidden_rows(value)
+    if hidden is None:
+        return value
+    filled: npt.NDArray[Any] = np.array(np.ma.getdata(value))
+    shown = filled[~hidden]
+    filled[hidden] = shown[0] if len(shown) else 0
+    return filled
+
+
+def hide_rows(result: npt.NDArray[Any], hidden: Mask | None, *, is_own: bool) -> npt.NDArray[Any]:
+    """Return a result (..., n, k) with the rows `hidden` masked. A plain array that the caller gave gets NaNs there.
+
+    is_own : whether the result is a new array
+    """
+    if hidden is None:
+        return result
+    rows = np.broadcast_to(hidden, result.shape[:-1])
+    if is_own:
+        return np.ma.MaskedArray(result, np.repeat(rows[..., np.newaxis], result.shape[-1], axis=-1))
+    if isinstance(result, np.ma.MaskedArray):
+        result.mask = np.ma.nomask
+        result[rows] = np.ma.masked
+    else:
+        result[rows] = np.nan
+    return result
+
+
+def require_unmasked(value: object, name: str) -> None:
+    """Raise `ArgumentError` for an array of which a mask hides a number."""
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        n_hidden = int(np.ma.getmaskarray(value).sum())
+        raise ArgumentError.expecting(name, "have no masked entries", f"{n_hidden} of {value.size}")
