@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterator
 from typing import BinaryIO, TextIO
 
-from ..errors import MeshWarning, SizeWarning
+from ..errors import MeshError, MeshWarning, SizeWarning
 from .paths import STDIO
 
 PRINTED = (MeshWarning, SizeWarning)
@@ -74,6 +74,17 @@ def print_warnings() -> Iterator[None]:
             warnings.simplefilter("always", category)
         warnings.showwarning = show
         yield
+
+
+@contextlib.contextmanager
+def raise_warnings() -> Iterator[None]:
+    """Make errors of all warnings about model files."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", MeshWarning)
+        try:
+            yield
+        except MeshWarning as warning:
+            raise MeshError(str(warning)) from None
 
 
 @contextlib.contextmanager

@@ -1,14 +1,21 @@
 """Concatenation of meshes."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
+from ._warn import warn
 
 
 def concatenate(meshes: Sequence[Mesh]) -> Mesh:
-    """Return one mesh of the points and faces of all `meshes`, in their order."""
+    """Return one mesh of the points and faces of all `meshes`, in their order, with their attributes.
+
+    An attribute that some of them lack is filled up: with white for colours, -1 for labels, NaN for other floats, and
+    0 for all else.
+    """
     if len(meshes) == 1:
         return meshes[0]
     points_before = np.cumsum([0, *(mesh.n_points for mesh in meshes)])
@@ -17,4 +24,73 @@ def concatenate(meshes: Sequence[Mesh]) -> Mesh:
         np.concatenate([mesh.positions for mesh in meshes]),
         np.concatenate([[0], *(mesh.offsets[1:] + n for mesh, n in zip(meshes, corners_before, strict=False))]),
         np.concatenate([mesh.indices + n for mesh, n in zip(meshes, points_before, strict=False)]),
+        attributes=_concatenate_attributes(meshes) if any(mesh.attributes for mesh in meshes) else None,
+    )
+
+
+def _concatenate_attributes(meshes: Sequence[Mesh]) -> Attributes:
+    """Return the attributes of all meshes."""
+    labels: dict[str, dict[str, int]] = {}
+    material: dict[str, Any] = {}
+    for mesh in meshes:
+        for name, texts in mesh.attributes.labels.items():
+            known = labels.setdefault(name, {})
+            for text in texts:
+                known.setdefault(text, len(known))
+        for name, value in mesh.attributes.material.items():
+            if material.setdefault(name, value) != value:
+                warn(f"several materials are called {name!r}, of which the first is kept")
+    tables = []
+    for what, counts in (
+        ("point", [mesh.n_points for mesh in meshes]),
+        ("corner", [len(mesh.indices) for mesh in meshes]),
+        ("face", [mesh.n_faces for mesh in meshes]),
+    ):
+        parts = [_rename_labels(mesh.attributes, what, labels) for mesh in meshes]
+        table = {}
+        for name in dict.fromkeys(name for part in parts for name in part):
+            columns = [part.get(name) for part in parts]
+            if _can_stack(columns):
+                table[name] = _stack(name, columns, counts, name in labels)
+            else:
+                warn(f"{name} per {what} differs in shape between the parts of the file, and is left out")
+        tables.append(table)
+    made = Attributes(*tables, labels={name: tuple(known) for name, known in labels.items()}, material=material)
+    return made or NO_ATTRIBUTES
+
+
+def _rename_labels(attributes: Attributes, what: str, labels: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:
+    """Return the columns of a table, with the numbers that all meshes share for labels."""
+    table = dict(getattr(attributes, what))
+    for name, texts in attributes.labels.items():
+        column = table.get(name)
+        if isinstance(column, np.ndarray) and column.dtype.kind in "iu":
+            numbers = np.array([*(labels[name][text] for text in texts), -1], np.int32)
+            is_known = (column >= 0) & (column < len(texts))
+            table[name] = numbers[np.where(is_known, column, -1)]
+    return table
+
+
+def _can_stack(columns: Sequence[Any]) -> bool:
+    held = [column for column in columns if column is not None]
+    if any(isinstance(column, RaggedArray) for column in held):
+        return False
+    kinds = {(column.shape[1:], column.dtype.kind in "SU") for column in held}
+    return len(kinds) == 1
+
+
+def _stack(name: str, columns: Sequence[Any], counts: Sequence[int], is_label: bool) -> Any:
+    """Return columns of the same shape as one."""
+    held = [column for column in columns if column is not None]
+    dtype = np.result_type(*(column.dtype for column in held))
+    fill: Any = "" if dtype.kind in "SU" else np.nan if dtype.kind in "fc" else 0
+    if name.startswith("color"):
+        fill = 255 if dtype == np.uint8 else 1
+    elif is_label:
+        fill = -1
+    return np.concatenate(
+        [
+            np.full((count, *held[0].shape[1:]), fill, dtype) if column is None else column.astype(dtype, copy=False)
+            for column, count in zip(columns, counts, strict=True)
+        ]
     )

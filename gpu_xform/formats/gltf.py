@@ -63,4 +63,7 @@ def merge_scene(scene: Scene) -> Mesh:
     n_numbers = int(sizes @ [len(matrices) for _, matrices in placed])
     if n_numbers > MAX_SPARE_NUMBERS + _MAX_COPIES * sizes.sum():
         raise MeshError(f"its nodes draw {n_numbers} numbers, its meshes have {sizes.sum()}")
-    return concatenate([mesh.transformed(matrix) for mesh, matrices in placed for matrix in matrices])
+    merged = concatenate([mesh.transformed(matrix) for mesh, matrices in placed for matrix in matrices])
+    holds = [f"{len(scene)} nodes"] if len(scene) > 1 else []
+    holds += [f"animation {name!r}" for name in scene.animations]
+    return merged.with_attributes(merged.attributes, metadata={"gltf": {"holds": holds}} if holds else None)

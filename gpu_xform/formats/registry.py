@@ -16,6 +16,7 @@ from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from . import glb, gltf, gltf_document, gltf_write, npy, obj, off, ply, stl, threemf, vrml
+from ._losses import ListLosses, list_attributes, warn_of_losses
 from ._warn import name_file
 
 Model = TypeVar("Model", Mesh, Scene, gltf_document.Document)
@@ -56,6 +57,15 @@ WRITERS: dict[str, Writer] = {
     "off": off.write,
     "ply": ply.write,
     "stl": stl.write,
+}
+
+# What each format cannot hold of attributes; the writer of glTF warns itself.
+_LOSSES: dict[str, ListLosses] = {
+    "npy": list_attributes,
+    "obj": obj.list_losses,
+    "off": list_attributes,
+    "ply": ply.list_losses,
+    "stl": list_attributes,
 }
 
 
@@ -198,6 +208,11 @@ def save_mesh(mesh: Mesh | Scene, target: PathOrFile, *, file_type: str | None =
         If `target` is neither a path nor a binary file object.
     OSError
         If the file cannot be written.
+
+    Warns
+    -----
+    MeshWarning
+        Of attributes and all else that the format cannot hold.
     """
     name, kind = _identify(target, file_type, WRITERS)
     with prefix_errors(name):
@@ -209,6 +224,8 @@ def save_mesh(mesh: Mesh | Scene, target: PathOrFile, *, file_type: str | None =
             mesh = gltf.merge_scene(scene)
         if mesh.n_points == 0:
             raise MeshError("a mesh without points cannot be saved")
+        with name_file(name):
+            warn_of_losses(mesh, kind, _LOSSES.get(kind))
         _write(target, partial(WRITERS[kind], mesh))
 
 

@@ -1,27 +1,31 @@
 """`gpu-xform transform`: model files and arrays of points, transformed or converted."""
 
 import argparse
+import contextlib
 import sys
+import warnings
 from pathlib import Path
 
 import numpy as np
 
 from ..._core.types import Float64Array
-from ...errors import ArgumentError, ArgumentTypeError, MeshError
-from ...geometry.mesh import Mesh
+from ...errors import ArgumentError, ArgumentTypeError, MeshError, MeshWarning
+from ...geometry.attributes import Attributes
+from ...geometry.mesh import Mesh, move
 from .. import argument_types as types
 from .. import files
 from .. import options as groups
 from ..arguments_from_options import choose_device, compose_transforms
 from ..paths import STDIO, file_type, require_type
-from ..streams import name_file_in_errors
+from ..streams import name_file_in_errors, raise_warnings
 
 AFFINE_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
 USAGE = "IN OUT [options]"
 DESCRIPTION = """\
-Transform the points of a model, whose polygons are kept, or of an array. Models
-are transformed in double precision, arrays in their own."""
+Transform the points of a model, whose polygons and attributes are kept, or of an
+array. Models are transformed in double precision, arrays in their own. What OUT
+cannot hold is named on standard error."""
 EPILOG = """\
 IN and OUT are model files, of the same or of different types; an .npy file of
 points (n, 3) is one of them. From .npy to .npy, the points may also be (n, 2),
@@ -49,6 +53,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="the result; - for standard output, in the type of IN",
     )
     groups.add_file_type(group)
+    group.add_argument(
+        "--strict", action="store_true", help="fail, and write nothing, if the result cannot hold all that IN holds"
+    )
     group.add_argument("--resume", action="store_true", help="continue an interrupted run, from .npy to .npy")
     groups.add_transforms(parser).add_argument(
         "--project", action="store_true", help="divide by w, which perspective needs"
@@ -71,7 +78,8 @@ def run(options: argparse.Namespace) -> int:
         from ...formats.registry import WRITERS
 
         require_type(options.output, tuple(sorted(WRITERS)), target)
-        _transform_mesh(options, matrix, target)
+        with raise_warnings() if options.strict else contextlib.nullcontext():
+            _transform_mesh(options, matrix, target)
     return 0
 
 
@@ -93,11 +101,26 @@ def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: s
     mesh = files.read_mesh(options.input, options.file_type)
     run = project_points if options.project else transform_points
     positions = run(mesh.positions, matrix, device=choose_device(options))
+    if options.project:
+        mesh = _without_directions(mesh)
     try:
-        moved = Mesh.from_offsets(positions, mesh.offsets, mesh.indices)
+        moved = move(mesh, positions, matrix)
     except MeshError as error:  # a coordinate has overflowed, or was divided by w = 0
         raise MeshError(f"{options.input}, transformed: {error}") from None
     files.write_mesh(moved, options.output, target)
+
+
+def _without_directions(mesh: Mesh) -> Mesh:
+    """Return a mesh without normals and tangents, which a projection bends, with a warning if it had any."""
+    attributes = mesh.attributes
+    tables, lost = [], []
+    for what, table in (("point", attributes.point), ("corner", attributes.corner), ("face", attributes.face)):
+        tables.append({name: column for name, column in table.items() if name not in ("normal", "tangent")})
+        lost += [f"{name} per {what}" for name in table if name not in tables[-1]]
+    if not lost:
+        return mesh
+    warnings.warn(f"a projection does not keep {', '.join(lost)}", MeshWarning, stacklevel=2)
+    return mesh.with_attributes(Attributes(*tables, labels=attributes.labels, material=attributes.material))
 
 
 def _transform_array(options: argparse.Namespace, matrix: Float64Array) -> None:

@@ -1,0 +1,31 @@
+"""What a file format cannot hold of a mesh, in words for warnings."""
+
+from collections.abc import Callable, Mapping
+
+from ..geometry.mesh import Mesh
+from ._warn import warn
+
+ListLosses = Callable[[Mesh], list[str]]
+
+_FAMILIES = {"glb": "gltf"}
+
+
+def list_attributes(mesh: Mesh) -> list[str]:
+    """Return every attribute of a mesh, for formats that hold none."""
+    attributes = mesh.attributes
+    tables = (("point", attributes.point), ("corner", attributes.corner), ("face", attributes.face))
+    lost = [f"{name} per {what}" for what, table in tables for name in table]
+    return lost + [f"material ({name})" for name in attributes.material]
+
+
+def warn_of_losses(mesh: Mesh, file_type: str, list_losses: ListLosses | None) -> None:
+    """Issue one MeshWarning that lists what a format cannot hold, if there is anything.
+
+    list_losses : lists what the format cannot hold of the attributes; None if the writer warns itself
+    """
+    lost = [] if list_losses is None else list_losses(mesh)
+    for source, held in mesh.metadata.items():
+        if source != _FAMILIES.get(file_type, file_type) and isinstance(held, Mapping):
+            lost += held.get("holds", ())
+    if lost:
+        warn(f"{file_type.upper()} does not hold {', '.join(lost)}")
