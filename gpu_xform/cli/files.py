@@ -18,12 +18,21 @@ from .streams import get_binary_stream, name_file_in_errors
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+    from ..geometry.scene import Scene
+
 
 def read_mesh(path: str, declared_type: str | None) -> Mesh:
     """Read the mesh in `path`."""
     from ..formats import load_mesh
 
     return load_mesh(open_source(path), file_type=file_type(path, declared_type))
+
+
+def read_scene(path: str, declared_type: str | None) -> "Scene":
+    """Read the scene in `path`."""
+    from ..formats import load_scene
+
+    return load_scene(open_source(path), file_type=file_type(path, declared_type))
 
 
 def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:

@@ -29,6 +29,15 @@ def read_layers(options: Namespace, paths: Sequence[str], world_from_model: Floa
     return layers
 
 
+def read_style(options: Namespace, path: str) -> dict[str, Any]:
+    """Return the keywords of `Layer` for all models of the scene in `path`."""
+    typed = collect_style_arguments(options)
+    for name in ("scalars", "instances"):
+        if name in typed:
+            raise ArgumentError(f"--{name} is not for a file of several models, as --animation plays it")
+    return {name: _read_value(value, path) for name, value in typed.items()}
+
+
 def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
     """Read a layer per model; the limits of scalars are those of all models together."""
     from ..drawing.layer import Layer

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
@@ -50,6 +51,8 @@ def _concatenate_attributes(meshes: Sequence[Mesh]) -> Attributes:
         table = {}
         for name in dict.fromkeys(name for part in parts for name in part):
             columns = [part.get(name) for part in parts]
+            if name.startswith("color"):
+                columns = _unify_colors(columns)
             if _can_stack(columns):
                 table[name] = _stack(name, columns, counts, name in labels)
             else:
@@ -69,6 +72,20 @@ def _rename_labels(attributes: Attributes, what: str, labels: Mapping[str, Mappi
             is_known = (column >= 0) & (column < len(texts))
             table[name] = numbers[np.where(is_known, column, -1)]
     return table
+
+
+def _unify_colors(columns: Sequence[Any]) -> list[Any]:
+    """Return colours of several types or widths as four floats each; those of one kind as they are."""
+    kinds = {(column.shape[1:], column.dtype) for column in columns if isinstance(column, np.ndarray)}
+    if len(kinds) <= 1 or any(len(shape) != 1 or shape[0] > 4 for shape, _ in kinds):
+        return list(columns)
+    return [_as_rgba(column) if isinstance(column, np.ndarray) else column for column in columns]
+
+
+def _as_rgba(colors: npt.NDArray[Any]) -> npt.NDArray[np.float32]:
+    rgba = np.ones((len(colors), 4), np.float32)
+    rgba[:, : colors.shape[1]] = colors / 255 if colors.dtype == np.uint8 else colors
+    return rgba
 
 
 def _can_stack(columns: Sequence[Any]) -> bool:

@@ -114,9 +114,9 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
 def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     """Read a scene from a model file.
 
-    GLB and glTF keep their nodes, and a mesh that several nodes show is one object. If an earlier node has the same
-    name, a node gets a number, such as "wheel 2"; node 7, if it has no name, becomes "node 7". A file of any other
-    format becomes one node.
+    GLB and glTF keep their nodes, 3MF its items and components, in millimetres, and a mesh that several nodes show is
+    one object. If an earlier node has the same name, a node gets a number, such as "wheel 2"; node 7, if it has no
+    name, becomes "node 7". A file of any other format becomes one node.
 
     Parameters
     ----------
@@ -150,6 +150,8 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     name, kind = _identify(source, file_type, READERS)
     if kind == "glb":
         return _read(source, name, glb.read_scene)
+    if kind == "3mf":
+        return _read(source, name, threemf.read_scene)
     if kind == "gltf":
         return _read(source, name, partial(gltf.read_scene, folder=_folder(source)))
     scene = Scene()

@@ -1,6 +1,7 @@
 """`gpu-xform animate`: a file that shows models in motion."""
 
 import argparse
+from collections.abc import Sequence
 
 from ...errors import ArgumentError
 from .. import argument_types as types
@@ -15,7 +16,7 @@ from ..arguments_from_options import (
 from ..layer_option import parse_layer
 from ..option_errors import name_options_in_errors
 from ..paths import expand_globs
-from ..read_layers import read_layers
+from ..read_layers import read_layers, read_style
 
 DEFAULT_FRAMES = 100
 
@@ -36,6 +37,7 @@ examples:
       --frames 200 --fps 30 --resolution 1280x720
   gpu-xform animate house.obj -o "frames/{frame:04}.png" --rotate-x 20
   gpu-xform animate arm.ply -o arm.html --matrices poses.npy --no-background
+  gpu-xform animate fox.glb -o fox.gif --animation Run
 """
 
 
@@ -58,6 +60,9 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--turntable", action="store_true", help="rotate once about the centre of the models (the default)"
     )
     either.add_argument("--matrices", metavar="NPY", help="an .npy file (frames, 4, 4), one matrix per frame")
+    either.add_argument(
+        "--animation", metavar="NAME", help="an animation that the model's own file holds, of glTF alone"
+    )
     group.add_argument(
         "--axis",
         metavar="DIR",
@@ -80,11 +85,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw models in motion."""
     require_drawing_options(options)
-    if options.matrices is not None and (options.axis is not None or options.frames is not None):
-        raise ArgumentError("--axis and --frames are for --turntable: --matrices has one matrix per frame")
+    if options.axis is not None or options.frames is not None:
+        if options.matrices is not None:
+            raise ArgumentError("--axis and --frames are for --turntable: --matrices has one matrix per frame")
+        if options.animation is not None:
+            raise ArgumentError("--axis and --frames are for --turntable: --animation has its own length")
     from ... import animation
 
     paths = expand_globs(options.models)
+    if options.animation is not None:
+        return _play(options, paths)
     layers = read_layers(options, paths, compose_transforms(options))
     arguments = collect_picture_arguments(options, layers, choose_device(options)) | {"fps": options.fps}
     with name_options_in_errors(options, paths):
@@ -95,4 +105,24 @@ def run(options: argparse.Namespace) -> int:
         else:
             stack = files.read_matrix_stack(options.matrices, "frames")
             animation.animate(layers, stack, options.output, **arguments)
+    return 0
+
+
+def _play(options: argparse.Namespace, paths: Sequence[str]) -> int:
+    """Draw the nodes of a file as an animation moves them that the file holds."""
+    from ... import animation
+    from ...drawing.layer import as_layers
+
+    if len(paths) != 1 or options.extra_layers:
+        raise ArgumentError("--animation is for one model, whose file holds it")
+    (path,) = paths
+    scene = files.read_scene(path, options.file_type)
+    if options.animation not in scene.animations:
+        held = ", ".join(map(repr, scene.animations)) or "none"
+        raise ArgumentError(f"--animation: {path} has no {options.animation!r}, its animations: {held}")
+    style = read_style(options, path) | {"transform": compose_transforms(options)}
+    arguments = collect_picture_arguments(options, as_layers(scene, style), choose_device(options))
+    with name_options_in_errors(options, paths):
+        clip = scene.animations[options.animation]
+        animation.animate(scene, clip, options.output, fps=options.fps, **style, **arguments)
     return 0

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gpu_xform import Camera, Layer, animate, matrices, samples, save_mesh, turntable
+from gpu_xform import Camera, Layer, animate, load_scene, matrices, samples, save_mesh, turntable
 from gpu_xform.cli import main
+from tests.formats.test_gltf_animations import animated
 from tests.support.cli import error_of, run_in_process
 from tests.support.pty_run import run_on_terminal
 from tests.support.types import Pixels
@@ -189,3 +190,25 @@ def test_a_bar_is_shown_on_a_terminal_only(columns: int, rows: int) -> None:
     assert "frames/s]" in told
     piped = run_in_process(*typed)
     assert (piped.returncode, piped.stdout, piped.stderr) == (0, b"", b"")
+
+
+def test_an_animation_of_the_file_is_played(capsys: pytest.CaptureFixture[str]) -> None:
+    moves = np.array([(0, 0, 0), (4, 0, 0), (4, 4, 0), (0, 4, 0)])
+    data = animated(("translation", moves, "LINEAR")).pack()
+    Path("dance.glb").write_bytes(data)
+    small = ("--resolution", "60,40", "--fps", "2")
+    assert main(["animate", "dance.glb", "-o", "out.webp", "--animation", "dance", "--rotate-z", "20", *small]) == 0
+    scene = load_scene("dance.glb")
+    turned = matrices.rotate_z(20, degrees=True)
+    own = animate(scene, scene.animations["dance"], fps=2, size=(60, 40), transform=turned)
+    frames = read_frames()
+    assert len(frames) == len(own) == 9
+    assert all(np.array_equal(frame, np.asarray(other, np.uint8)) for frame, other in zip(frames, own, strict=True))
+    for options, message in (
+        (["dance.glb", "--animation", "walk"], "dance.glb has no 'walk', its animations: 'dance'"),
+        (["house.obj", "--animation", "walk"], "house.obj has no 'walk', its animations: none"),
+        (["dance.glb", "house.obj", "--animation", "dance"], "--animation is for one model"),
+        (["dance.glb", "--animation", "dance", "--frames", "3"], "--animation has its own length"),
+        (["dance.glb", "--animation", "dance", "--scalars", "z"], "--scalars is not for a file of several models"),
+    ):
+        assert message in error_of(["animate", *options, "-o", "out.webp"], capsys)

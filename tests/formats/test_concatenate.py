@@ -1,0 +1,66 @@
+"""Meshes joined into one, with their attributes."""
+
+import numpy as np
+import pytest
+
+from gpu_xform import Mesh
+from gpu_xform.errors import MeshWarning
+from gpu_xform.formats._concatenate import concatenate
+
+POINTS = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
+
+
+def part(**attributes: object) -> Mesh:
+    return Mesh(POINTS, [(0, 1, 2)], attributes=attributes)
+
+
+def test_rows_follow_one_another() -> None:
+    meshes = [part(point={"t": np.float32([i, i, i])}, corner={"uv": np.full((3, 2), i)}) for i in range(3)]  # type: ignore[arg-type]
+    joined = concatenate(meshes)
+    assert joined.attributes.point["t"].tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    assert joined.attributes.point["t"].dtype == np.float32
+    assert joined.attributes.corner["uv"].shape == (9, 2)
+
+
+def test_what_a_part_lacks_is_filled() -> None:
+    full = part(
+        point={
+            "t": np.ones(3, np.float32),
+            "n": np.ones(3, np.int16),
+            "color": np.zeros((3, 3), np.uint8),
+        },
+        face={"material": [0]},
+        labels={"material": ["steel"]},
+    )
+    point = concatenate([part(), full]).attributes.point
+    assert np.isnan(point["t"][:3]).all()
+    assert point["n"].tolist() == [0, 0, 0, 1, 1, 1]
+    assert point["color"].tolist() == [[255, 255, 255]] * 3 + [[0, 0, 0]] * 3
+    assert concatenate([part(), full]).attributes.face["material"].tolist() == [-1, 0]
+
+
+def test_labels_are_numbered_anew() -> None:
+    parts = [
+        part(face={"material": [i]}, labels={"material": names}, material={name: {"name": name} for name in names})
+        for i, names in ((0, ["steel"]), (1, ["paint", "steel"]), (0, ["glass"]), (7, ["wood"]))
+    ]
+    attributes = concatenate(parts).attributes
+    names = attributes.labels["material"]
+    numbers = attributes.face["material"].tolist()
+    assert [names[number] if number >= 0 else None for number in numbers] == ["steel", "steel", "glass", None]
+    assert set(attributes.material) == {"steel", "paint", "glass", "wood"}
+
+
+def test_colors_of_two_kinds_become_floats() -> None:
+    parts = [
+        part(point={"color": np.full((3, 3), 51, np.uint8)}),
+        part(point={"color": np.full((3, 4), 0.5, np.float32)}),
+    ]
+    color = concatenate(parts).attributes.point["color"]
+    assert np.allclose(color, [[0.2, 0.2, 0.2, 1]] * 3 + [[0.5] * 4] * 3)
+
+
+def test_shapes_that_do_not_go_together_are_named() -> None:
+    with pytest.warns(MeshWarning, match="t per point differs in shape between the parts of the file"):
+        joined = concatenate([part(point={"t": np.ones(3)}), part(point={"t": np.ones((3, 2))})])
+    assert not joined.attributes
