@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from typing import TYPE_CHECKING, cast
 
 from ...errors import ArgumentError
 from .. import argument_types as types
@@ -17,6 +18,9 @@ from ..layer_option import parse_layer
 from ..option_errors import name_options_in_errors
 from ..paths import expand_globs
 from ..read_layers import read_layers, read_style
+
+if TYPE_CHECKING:
+    from ...drawing.layer import Style
 
 DEFAULT_FRAMES = 100
 
@@ -121,7 +125,7 @@ def _play(options: argparse.Namespace, paths: Sequence[str]) -> int:
         held = ", ".join(map(repr, scene.animations)) or "none"
         raise ArgumentError(f"--animation: {path} has no {options.animation!r}, its animations: {held}")
     style = read_style(options, path) | {"transform": compose_transforms(options)}
-    arguments = collect_picture_arguments(options, as_layers(scene, style), choose_device(options))
+    arguments = collect_picture_arguments(options, as_layers(scene, cast("Style", style)), choose_device(options))
     with name_options_in_errors(options, paths):
         clip = scene.animations[options.animation]
         animation.animate(scene, clip, options.output, fps=options.fps, **style, **arguments)
