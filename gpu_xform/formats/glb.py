@@ -10,7 +10,7 @@ from .gltf_document import read_glb
 
 def read(data: bytes) -> Mesh:
     """Return all triangles, lines and points of the scene, each mesh where its nodes put it."""
-    return gltf.merge_scene(gltf.make_scene(read_glb(data), whole=False))
+    return gltf.read_mesh(read_glb(data))
 
 
 def read_scene(data: bytes) -> Scene:

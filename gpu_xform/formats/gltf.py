@@ -29,7 +29,18 @@ def read_scene(data: bytes, folder: Path | None = None) -> Scene:
 
 def read(data: bytes, folder: Path | None = None) -> Mesh:
     """Return all triangles, lines and points of a document, each mesh where its nodes put it."""
-    return merge_scene(make_scene(read_document(data, folder), whole=False))
+    return read_mesh(read_document(data, folder))
+
+
+def read_mesh(document: Document) -> Mesh:
+    """Return all that a document shows as one mesh in the world."""
+    mesh = merge_scene(make_scene(document, whole=False))
+    content = document.content
+    unheld = [f"{len(content[name])} {name}" for name in ("animations", "cameras", "images") if content.get(name)]
+    if not unheld:
+        return mesh
+    holds = [*mesh.metadata.get("gltf", {}).get("holds", ()), *unheld]
+    return mesh.with_attributes(mesh.attributes, metadata={"gltf": {"holds": holds}})
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:

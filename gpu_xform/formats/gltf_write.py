@@ -37,6 +37,9 @@ def make_document(model: Mesh | Scene) -> Document:
     """
     if isinstance(model, Scene):
         return _Writer(model).document()
+    lost = model.metadata.get("gltf", {}).get("holds", ())
+    if lost:
+        warn(f"one mesh does not hold {', '.join(lost)}, as the scene of its file does")
     scene = Scene()
     scene.add(model, name="geometry_0")
     return _Writer(scene).document()
@@ -145,7 +148,8 @@ class _Writer:
         made: dict[str, Any] = {}
         for model in models:
             mesh = model.mesh if isinstance(model, DeformableMesh) else model
-            made = {**_as_lists(thaw_value(mesh.metadata.get("gltf", {}))), **made}
+            kept = _as_lists(thaw_value(mesh.metadata.get("gltf", {})))
+            made = {name: value for name, value in kept.items() if name != "holds"} | made
             primitives += self._primitives(mesh, model if isinstance(model, DeformableMesh) else None, name)
             if isinstance(model, DeformableMesh) and model.targets:
                 made["weights"] = model.weights.tolist()

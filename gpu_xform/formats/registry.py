@@ -217,7 +217,7 @@ def save_mesh(mesh: Mesh | Scene, target: PathOrFile, *, file_type: str | None =
         Of attributes and all else that the format cannot hold.
     """
     name, kind = _identify(target, file_type, WRITERS)
-    with prefix_errors(name):
+    with prefix_errors(name), name_file(name):
         if isinstance(mesh, Scene):
             scene = mesh.with_models(_load_model)
             if kind in DOCUMENT_TYPES:
@@ -226,8 +226,7 @@ def save_mesh(mesh: Mesh | Scene, target: PathOrFile, *, file_type: str | None =
             mesh = gltf.merge_scene(scene)
         if mesh.n_points == 0:
             raise MeshError("a mesh without points cannot be saved")
-        with name_file(name):
-            warn_of_losses(mesh, kind, _LOSSES.get(kind))
+        warn_of_losses(mesh, kind, _LOSSES.get(kind))
         _write(target, partial(WRITERS[kind], mesh))
 
 

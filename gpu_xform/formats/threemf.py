@@ -53,7 +53,8 @@ def read(data: bytes) -> Mesh:
     """Return all triangles, in millimetres, where the items of the build put them. Raises as `read_scene` does."""
     scene = read_scene(data)
     mesh = merge_scene(scene)
-    return mesh.with_attributes(mesh.attributes, metadata=scene.metadata)
+    holds = mesh.metadata.get("gltf", {}).get("holds", ())
+    return mesh.with_attributes(mesh.attributes, metadata={"3mf": {**scene.metadata["3mf"], "holds": holds}})
 
 
 def read_scene(data: bytes) -> Scene:

@@ -226,7 +226,9 @@ def test_what_is_not_held_is_named() -> None:
 def test_a_scene_in_another_format_is_one_mesh() -> None:
     scene = samples.robot_arm()
     for kind in ("obj", "stl", "ply", "off"):
-        mesh = load_mesh(io.BytesIO(saved(scene, kind)), file_type=kind)
+        with pytest.warns(MeshWarning, match=rf"{kind.upper()} does not hold \d+ nodes"):
+            data = saved(scene, kind)
+        mesh = load_mesh(io.BytesIO(data), file_type=kind)
         (low, high) = mesh.bounds
         points = np.concatenate(
             [shown.model.transformed(scene.world(node)).positions for node in scene for shown in node.models]
@@ -247,3 +249,12 @@ def test_paths_and_arrays_in_a_scene_are_written_as_meshes(tmp_path: Any) -> Non
 def test_coordinates_beyond_float32_are_refused() -> None:
     with pytest.raises(MeshError, match=r"<file>: glTF holds float32, the mesh of node 'geometry_0' has .* of 1e\+39"):
         saved(Mesh([(0, 0, 1e39)]))
+
+
+def test_a_mesh_of_a_document_names_what_only_its_scene_holds() -> None:
+    mesh = load_mesh(io.BytesIO(furnished().pack()), file_type="glb")
+    with pytest.warns(MeshWarning, match="OBJ does not hold material .*, 2 nodes, 1 animations, 1 cameras, 1 images"):
+        saved(mesh, "obj")
+    with pytest.warns(MeshWarning, match="one mesh does not hold 2 nodes, 1 animations, 1 cameras, 1 images"):
+        data = saved(mesh)
+    assert load_mesh(io.BytesIO(data), file_type="glb") == mesh
