@@ -194,13 +194,13 @@ def parse_color(text: str) -> ColorLike:
 
 @argument_type
 def parse_line_color(text: str) -> ColorLike:
-    """Parse a colour, or `face`."""
-    return text if text == "face" else parse_color(text)
+    """Parse a colour, `face` or `file`."""
+    return text if text in ("face", "file") else parse_color(text)
 
 
 @argument_type
 def parse_fill(text: str) -> ColorLike | Template:
-    """Parse a colour, `face`, or the name of an .npy file."""
+    """Parse a colour, `face`, `file`, or the name of an .npy file."""
     return Template(text) if _is_npy_file(text) else parse_line_color(text)
 
 
@@ -287,11 +287,9 @@ def parse_fraction(text: str) -> float:
 
 @argument_type
 def parse_scalars(text: str) -> str | Template:
-    """Parse the name of an axis or of an .npy file."""
-    if text in AXES:
+    """Parse the name of an axis, of an attribute, or of an .npy file."""
+    if text in AXES or not _is_npy_file(text):
         return text
-    if not _is_npy_file(text):
-        raise ValueError(f"expected x, y, z or an .npy file, got {quote(text)}")
     return Template(text)
 
 

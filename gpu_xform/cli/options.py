@@ -73,19 +73,21 @@ STYLE = (
         "--fill",
         "COLOR",
         types.parse_fill,
-        "colour of the faces: one, 'face' for a cycle of ten, or an .npy file with a row per face (default: no fill)",
+        "colour of the faces: one, 'face' for a cycle of ten, 'file' for the model's own, or an .npy file with a row "
+        "per face (default: no fill)",
     ),
     ValueOption(
         "--color",
         "COLOR",
         types.parse_line_color,
-        "colour of lines and dots: one, or 'face' for a cycle of ten (default: black)",
+        "colour of lines and dots: one, 'face' for a cycle of ten, or 'file' for the model's own (default: black)",
     ),
     ValueOption(
         "--scalars",
         "S",
         types.parse_scalars,
-        "values that --cmap maps to colours: x, y or z of the model's points, or an .npy file of a number per point",
+        "values that --cmap maps to colours: x, y or z of the model's points, the name of one of its attributes, or an "
+        ".npy file of a number per point",
     ),
     ValueOption(
         "--face-colors",

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core.arguments import as_real_array, as_square_matrices
 from .._core.types import Float64Array
@@ -54,8 +55,11 @@ def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Flo
         )
     if source is not None:
         scalars = [_read_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
-        limits = _find_finite_limits(np.concatenate(scalars))
-        styles = [{"clim": limits, **style, "scalars": values} for style, values in zip(styles, scalars, strict=True)]
+        limits = _find_finite_limits(np.concatenate([values for values, _ in scalars]))
+        styles = [
+            {"clim": limits, **style, "scalars": source if is_per_face else values}
+            for style, (values, is_per_face) in zip(styles, scalars, strict=True)
+        ]
     return [Layer(mesh, **style) for mesh, style in zip(meshes, styles, strict=True)]
 
 
@@ -86,10 +90,21 @@ def _read_edge_set(edges: str | Template, path: str) -> Any:
     return pairs
 
 
-def _read_scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array:
-    """Return a number per point: a coordinate in the model's frame, or the array of an .npy file."""
+def _read_scalars(source: str | Template, path: str, mesh: Mesh) -> tuple[npt.NDArray[Any], bool]:
+    """Return a number per point: a coordinate in the model's frame, an attribute, or the array of an .npy file.
+
+    An attribute may have a number per face instead, which the second value says.
+    """
     if not isinstance(source, Template):
-        return mesh.positions[:, AXES.index(source)]
+        if source in AXES:
+            return mesh.positions[:, AXES.index(source)], False
+        from ..drawing.attribute_colors import find_scalars, list_scalars
+
+        known = list_scalars(mesh)
+        if source not in known:
+            attributes = f", or {', '.join(known)} of {path}" if known else ""
+            raise ArgumentError(f"--scalars: expected x, y, z or an .npy file{attributes}, got {source!r}")
+        return find_scalars(mesh, source)
     array_path = source.path_for(path)
     scalars = as_real_array(files.read_array(array_path), array_path, finite=False)
     if scalars.shape != (mesh.n_points,):
@@ -97,9 +112,9 @@ def _read_scalars(source: str | Template, path: str, mesh: Mesh) -> Float64Array
             f"{array_path}: expected one number for each of the {mesh.n_points} points of {path}, "
             f"got shape {scalars.shape}"
         )
-    return scalars
+    return scalars, False
 
 
-def _find_finite_limits(scalars: Float64Array) -> tuple[float, float] | None:
+def _find_finite_limits(scalars: npt.NDArray[Any]) -> tuple[float, float] | None:
     finite = scalars[np.isfinite(scalars)]
     return (float(finite.min()), float(finite.max())) if len(finite) else None

@@ -20,6 +20,7 @@ from ..geometry.edges import EdgesLike, crease_angle, list_edge_parts
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene
 from ..imaging.colors import ColorLike
+from .attribute_colors import FILE, resolve_fill, resolve_line_colors, resolve_scalars
 from .enums import HIDDEN_STYLES, HiddenStyle
 
 Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | StrPath
@@ -42,7 +43,7 @@ class Style(TypedDict, total=False):
     face_colors: npt.ArrayLike | None
     edge_colors: npt.ArrayLike | None
     vertex_colors: npt.ArrayLike | None
-    scalars: npt.ArrayLike | None
+    scalars: npt.ArrayLike | str | None
     cmap: Any
     clim: Sequence[float] | None
     alpha: float
@@ -81,14 +82,16 @@ class Layer:
     color : color
         The colour of lines and points: a name, "#rrggbb", or three or four numbers from 0 to 1. "face" draws the edges
         of each face in its own colour, from a cycle of ten; an edge that faces share has the colour of the last one.
+        "file" takes the attribute "color" of the model, per point, corner or face, or the colours of its materials.
     face_colors : (f, 3) or (f, 4) numbers, or f colors, optional
         The colours of the edges of each face, in place of the cycle.
     edge_colors : (m, 3) or (m, 4) numbers, or m colors, optional
         The colour of each row of `Mesh.edges`, or of `edges` if that is an array.
     vertex_colors : (n, 3) or (n, 4) numbers, or n colors, optional
         The colour of each point, interpolated along the edges.
-    scalars : (n,) numbers, optional
-        A number per point, shown in the colours of `cmap`.
+    scalars : (n,) numbers or str, optional
+        A number per point, shown in the colours of `cmap`, or the name of an attribute of the model with one number per
+        point or per face, such as "intensity".
     cmap : str or colormap
         The colormap for `scalars`: a name as matplotlib has them, such as "viridis" or "viridis_r", or a callable from
         (k,) numbers in [0, 1] to (k, 4) colours. With a name, NaN is transparent.
@@ -100,7 +103,8 @@ class Layer:
         What the farthest point of the picture loses of its opacity, from 0 to 1; nearer points lose less, in proportion
         to their distance.
     fill : color, "face", (f, 3) or (f, 4) numbers, or f colors, optional
-        The colour that faces are filled with; "face" takes the cycle of ten. By default faces are not filled.
+        The colour that faces are filled with; "face" takes the cycle of ten, and "file" the colours of the model as
+        `color` does. By default faces are not filled.
     point_size : float, optional
         The diameter in pixels of a dot at each point. By default there are no dots, but dots of 2 pixels for models
         that have points alone.
@@ -131,7 +135,7 @@ class Layer:
     face_colors: npt.ArrayLike | None = None
     edge_colors: npt.ArrayLike | None = None
     vertex_colors: npt.ArrayLike | None = None
-    scalars: npt.ArrayLike | None = None
+    scalars: npt.ArrayLike | str | None = None
     cmap: Any = "viridis"
     clim: Sequence[float] | None = None
     alpha: float = 1.0
@@ -168,6 +172,21 @@ class Layer:
         given = [name for name in _COLOR_ARRAYS if getattr(self, name) is not None]
         if len(given) > 1:
             raise ArgumentError(f"at most one of {', '.join(_COLOR_ARRAYS)} may be given, got {' and '.join(given)}")
+        if isinstance(self.model, Mesh):
+            self._resolve_attributes(self.model)
+
+    def _resolve_attributes(self, mesh: Mesh) -> None:
+        """Put the attributes of the model in place of their names; for a path, its layer does so when it is loaded."""
+        changes: dict[str, Any] = {}
+        if isinstance(self.scalars, str):
+            changes |= resolve_scalars(mesh, self.scalars, self.cmap, self.clim)
+        if _is_file(self.color):
+            has_colors = any(getattr(self, name) is not None for name in _COLOR_ARRAYS)
+            changes |= {"color": "black"} | ({} if has_colors else resolve_line_colors(mesh))
+        if _is_file(self.fill):
+            changes["fill"] = resolve_fill(mesh)
+        for name, value in changes.items():
+            object.__setattr__(self, name, value)
 
     def _drop_styles_of(self, hidden: Mask) -> None:
         """Leave out what the keywords say of points that the model's mask hides."""
@@ -200,6 +219,10 @@ Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]
 
 _COLOR_ARRAYS = ("face_colors", "edge_colors", "vertex_colors", "scalars")
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
+
+
+def _is_file(color: object) -> bool:
+    return isinstance(color, str) and color == FILE
 
 
 def is_point_array(model: object) -> TypeGuard[npt.NDArray[Any]]:

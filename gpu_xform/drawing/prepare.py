@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, TypeAlias
 
@@ -11,6 +11,7 @@ import numpy as np
 from .._core.types import Float64Array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, MeshError
+from ..geometry.mesh import Mesh
 from ..gpu.device import Device, resolve_device
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from . import limits
@@ -63,6 +64,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style) -> Iterator[Prepar
     width, height = parse_size(frame.size)
     layers = as_layers(models, style)
     sources = [geometry_source(layer) for layer in layers]
+    layers = [_resolve_attributes(layer, source) for layer, source in zip(layers, sources, strict=True)]
     for source in sources:
         if source.n_points == 0:
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
@@ -82,6 +84,13 @@ def prepare_frame(models: Models, frame: Frame, style: Style) -> Iterator[Prepar
         draw_list = build_draw_list(layers, sources, clip_from_world, depth_cues, device, stack)
         view = View((width, height), clip_from_world)
         yield PreparedFrame(device, view, background, draw_list, layers, sources, depth_cues)
+
+
+def _resolve_attributes(layer: Layer, source: GeometrySource) -> Layer:
+    """Return a layer with what its style names of a file that has been loaded."""
+    if isinstance(layer.model, Mesh | PointBuffer) or source.mesh is None:
+        return layer
+    return replace(layer, model=source.mesh, name=source.name)
 
 
 def parse_size(size: Size) -> tuple[int, int]:

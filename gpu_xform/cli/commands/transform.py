@@ -23,7 +23,7 @@ AFFINE_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
 USAGE = "IN OUT [options]"
 DESCRIPTION = """\
-Transform the points of a model, whose polygons and attributes are kept, or of an
+Transform the points of a model, whose polygons and attributes stay, or of an
 array. Models are transformed in double precision, arrays in their own. What OUT
 cannot hold is named on standard error."""
 EPILOG = """\
