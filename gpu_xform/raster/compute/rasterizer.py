@@ -23,7 +23,7 @@ from ..tiles import TILE_SIDE_PX, Region, split_into_tiles
 from .binding_limits import split_to_binding_limits
 from .lines import LineStage
 from .render_target import POOL_OWNER, RenderTarget
-from .tile_struct import Tile, tile_struct
+from .tile_struct import Tile, make_tile_struct
 from .triangles import TriangleStage
 from .vertex_stage import VertexStage
 
@@ -121,7 +121,7 @@ class _Stages:
     def draw(self, tile: Tile, unread: contextlib.ExitStack, wait: Callable[[], None]) -> RenderTarget:
         """Record a tile, call `wait`, submit the tile; its target is cancelled if `unread` unwinds."""
         (struct,) = uniforms.upload(
-            self._device, POOL_OWNER, "tile", [tile_struct(tile, self._view, self._clear_color)]
+            self._device, POOL_OWNER, "tile", [make_tile_struct(tile, self._view, self._clear_color)]
         )
         target = RenderTarget(self._device, tile.region.extent, struct)
         unread.callback(_cancel, target)
