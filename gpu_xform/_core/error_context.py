@@ -12,8 +12,14 @@ _Error = TypeVar("_Error", bound=GpuXformError)
 def prefix_error(error: _Error, prefix: str) -> _Error:
     """Return a copy of an error with "PREFIX: " before its message."""
     copied = type(error)(f"{prefix}: {error}")
-    copied.__dict__.update(error.__dict__)
+    copied.__dict__.update(error.__dict__, _prefix=prefix)
     return copied
+
+
+def has_prefix(error: Exception, prefix: str) -> bool:
+    """Return whether the message of an error begins with "PREFIX: " already; OSError names its file."""
+    first = error.filename if isinstance(error, OSError) else getattr(error, "_prefix", None)
+    return bool(first == prefix)
 
 
 @contextlib.contextmanager

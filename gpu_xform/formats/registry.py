@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias, TypeVar
 
 from .._core.atomic_files import atomic_write
-from .._core.error_context import prefix_errors
+from .._core.error_context import prefix_error, prefix_errors
 from .._core.public import public
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -77,7 +77,7 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
     name, kind = _identify(source, file_type, READERS)
     mesh = _read(source, name, partial(gltf.read, folder=_folder(source)) if kind == "gltf" else READERS[kind])
     if mesh.n_points == 0:
-        raise MeshError(f"{name}: the file holds no points")
+        raise prefix_error(MeshError("the file holds no points"), name)
     return mesh
 
 
@@ -193,5 +193,6 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
     if kind not in known:
         got = repr(kind) if kind else "no suffix"
-        raise MeshError(f"{name or _UNNAMED}: the type must be one of {', '.join(sorted(known))}, got {got}")
+        error = MeshError(f"the type must be one of {', '.join(sorted(known))}, got {got}")
+        raise prefix_error(error, name or _UNNAMED)
     return name or _UNNAMED, kind
