@@ -65,11 +65,11 @@ class Layer:
     name : str, optional
         The name of the model in vector pictures and in errors; the stem of a file's name by default.
     edges : "all", "feature", "boundary", "silhouette", (m, 2) integers, or several of these in a list, optional
-        The edges to draw. "feature" are the edges at creases and the boundary, "boundary" the edges of one face alone,
+        The edges to draw. "feature" are the sharp edges and the boundary, "boundary" the edges of one face alone,
         "silhouette" the edges that the camera sees edge-on and the boundary; an array holds indices of points. By
         default all edges of a mesh, and none of a `PointBuffer`.
     feature_angle : float
-        The angle between two faces, in degrees, from which their edge is a crease.
+        The least angle between two faces at a sharp edge, in degrees.
     hidden : "show", "remove", "dash" or "fade", optional
         What is done with edges behind faces, of this model or another. The default is "show", or "remove" if `fill` is
         given. The faces of a layer hide others unless the layer shows all its edges.

@@ -39,7 +39,7 @@ override k: u32; // 2 or 4
 override is_wide: bool; // opacity is asked for each pixel across a line, not once per column
 override absorbance_steps_per_e: f32;
 override min_transmittance: f32; // of a line in a pixel
-override is_listed: bool; // the touched pixels are few: what comes next goes through their list, not through all pixels
+override is_listed: bool; // the touched pixels are few: the next stage visits their list, not all pixels
 override may_overflow: bool; // there are so many lines that all through one pixel could be more than it holds
 
 fn color_alpha_at(index: u32, line: Segment, t: f32) -> f32 {
