@@ -15,7 +15,7 @@ from .._core.types import Float64Array, MatrixLike, StrPath
 from ..compute._arrays import as_host_array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
-from ..geometry.edges import EdgesLike, crease_angle
+from ..geometry.edges import EdgesLike, as_crease_angle
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene
 from ..imaging.colors import ColorLike
@@ -153,7 +153,7 @@ class Layer:
             raise ArgumentError.expecting("hidden", f"be one of {names}", repr(self.hidden))
         if not isinstance(self.antialias, bool | np.bool_):
             raise ArgumentTypeError.expecting("antialias", "be True or False", repr(self.antialias))
-        object.__setattr__(self, "feature_angle", crease_angle(self.feature_angle, "feature_angle"))
+        object.__setattr__(self, "feature_angle", as_crease_angle(self.feature_angle, "feature_angle"))
         if isinstance(self.fill, Iterator):
             object.__setattr__(self, "fill", list(self.fill))  # it is read several times
         _require_width(self.line_width, "line_width")

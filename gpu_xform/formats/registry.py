@@ -75,7 +75,7 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
         If the file cannot be read.
     """
     name, kind = _identify(source, file_type, READERS)
-    mesh = _read(source, name, partial(gltf.read, folder=_folder(source)) if kind == "gltf" else READERS[kind])
+    mesh = _read(source, name, partial(gltf.read, folder=_get_folder(source)) if kind == "gltf" else READERS[kind])
     if mesh.n_points == 0:
         raise prefix_error(MeshError("the file holds no points"), name)
     return mesh
@@ -117,7 +117,7 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     if kind == "glb":
         return _read(source, name, glb.read_scene)
     if kind == "gltf":
-        return _read(source, name, partial(gltf.read_scene, folder=_folder(source)))
+        return _read(source, name, partial(gltf.read_scene, folder=_get_folder(source)))
     scene = Scene()
     scene.add(load_mesh(source, file_type=kind), name=None if name == _UNNAMED else Path(name).stem)
     return scene
@@ -173,7 +173,7 @@ def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Mo
         return reader(bytes(data))
 
 
-def _folder(source: PathOrFile) -> Path | None:
+def _get_folder(source: PathOrFile) -> Path | None:
     """Return the folder in which further files of the model may lie."""
     return Path(source).parent if isinstance(source, str | os.PathLike) else None
 
