@@ -38,8 +38,8 @@ OLD_TEST_MODULES = """
 OLD_PYTHON: dict[str, dict[str, str]] = {
     "class": {
         "": """
-            Ball Clip Drawn FacePass Finish Given LinePass Look Painted Pairs Plan Pool Residents Shape Shaped
-            Shaper Strokes Subject Target
+            Ball Clip Drawn FacePass Finish Given LinePass Look Painted Pairs Plan Pool Residents Shape Shaped Shaper
+            Strokes Subject Target
         """,
         "compute": "Points",
         "drawing": "Points Stage",
@@ -48,16 +48,15 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "function": {
         "": """
-            about angle apply apply_in_place around backdrop batches begun by_face called chained chosen
-            circles clipped computed described direction embedded encoded extremes fans finite following further
-            hides hundredths image in_bindings in_picture is_cycle is_one_array is_plain kind knotted let_go levels
-            listed looking lost_by_distance mapped mapped_once matching max_rows may_show meant members
-            mind_interrupts n_keys naming nanoseconds_a_tick needs_distance next_ground octets of_circles
-            of_crossing one_by_one opened other_fill outermost outline over_edges packed padded painted picked
-            pixel_depth pixels planned posed products reach_through reached related require_one_aim rounded_up saver
-            say scaling shaped staged staged_once strays strength_constants strips taken together turn_up
-            uninterrupted unpacked unscaled untangled unusual whole_number with_depth
-            without_silhouette words
+            about angle apply apply_in_place around backdrop batches begun by_face called chained chosen circles
+            clipped computed described direction embedded encoded extremes fans finite following further hides
+            hundredths image in_bindings in_picture is_cycle is_one_array is_plain kind knotted let_go levels listed
+            looking lost_by_distance mapped mapped_once matching max_rows may_show meant members mind_interrupts
+            n_keys naming nanoseconds_a_tick needs_distance next_ground number octets of_circles of_crossing
+            one_by_one opened other_fill outermost outline over_edges packed padded painted picked pixel_depth pixels
+            planned posed products reach_through reached related require_one_aim rounded_up saver say scaling shaped
+            staged staged_once strays strength_constants strips taken together turn_up uninterrupted unpacked unscaled
+            untangled unusual whole_number with_depth without_silhouette words
         """,
         "raster": "cut",
     },
@@ -73,9 +72,8 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "constant": {
         "": """
-            ALIKE AT_ONCE Codes Cue FACE_CYCLE FAR FARTHEST FEW GO_BACK GRID Height INK_STEPS NARROW NEAR
-            NEARLY NOTHING Octets POINTS_A_PIXEL RIM ROOM SIXTEEN SLIVER TURN_A_HEIGHT UNIT_CORNERS
-            ZOOM_A_NOTCH
+            ALIKE AT_ONCE Codes Cue FACE_CYCLE FAR FARTHEST FEW GO_BACK GRID Height INK_STEPS NARROW NEAR NEARLY
+            NOTHING Octets POINTS_A_PIXEL RIM ROOM SIXTEEN SLIVER TURN_A_HEIGHT UNIT_CORNERS ZOOM_A_NOTCH
         """,
         "compute": "ROWS_AT_ONCE",
         "vector/painters": "FIRST LEVEL SECOND",
@@ -93,7 +91,7 @@ OLD_PYTHON: dict[str, dict[str, str]] = {
     },
     "parameter": {
         "": """
-            again backdrop color_places first_mark further ground knife knives marks numbered picks shares stays
+            again backdrop color_places cue first_mark further ground knife knives marks numbered picks shares stays
             strength way_back ways_back
         """,
         "animation": "after",
@@ -119,11 +117,11 @@ OLD_WGSL: dict[str, dict[str, str]] = {
     "name": {
         "": """
             AS_IT_IS BAND BESIDE BIAS COLOR_AN_EDGE COLOR_A_POINT DIVIDED_BY_W LARGE NEARLY NORMALIZED ONE_COLOR
-            OPAQUE OVERFULL_INK PALE RIM Strips Turn Walk each_mark exists far_along farness farness_at finish
-            finished first_quad foot ground_at ink ink_of ink_steps inked is_asked is_clear is_elsewhere is_marking
-            large lay lay_ink least_light leave left_of mark_of n_keys n_rows nearest nearness numbered opaque_ink
-            part_at pieces place_of put quad quad_2d rim rim_lean rise rows_of strength strength_at strength_in_sight
-            strips_at take touch_pixel undefined unsure untouched
+            OPAQUE OVERFULL_INK PALE RIM Strips Turn Walk along anchor counts each_mark exists far_along farness
+            farness_at finish finished first_quad foot ground_at high ink ink_of ink_steps inked inside is_asked
+            is_clear is_elsewhere is_marking large lay lay_ink least_light leave left_of low mark_of n_keys n_rows
+            nearest nearness numbered opaque_ink part_at pieces place_of put quad quad_2d rim rim_lean rise rows_of
+            run strength strength_at strength_in_sight strips_at take touch_pixel undefined unsure untouched
         """,
     },
     "member": {
@@ -131,6 +129,9 @@ OLD_WGSL: dict[str, dict[str, str]] = {
         "Style": "n_points",
     },
 }
+
+PARTICIPLE = re.compile(r"[a-z]+ed")  # free functions are verbs; `transformed` is a method of what is not changed
+SUPERLATIVE = re.compile(r"(MOST|LEAST|LARGEST|WIDEST|LONGEST)_")  # MAX_ and MIN_ say the same
 
 
 def python_definitions(file: Path) -> Iterator[tuple[str, str]]:
@@ -200,6 +201,15 @@ def test_no_old_name_is_defined_in_python(file: Path) -> None:
     }
     defined = {(kind, name.lstrip("_")) for kind, name in python_definitions(file)}
     assert not sorted(defined & old)
+    assert not sorted(name for _, name in defined if SUPERLATIVE.match(name))
+
+
+@pytest.mark.parametrize("file", PYTHON_FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
+def test_no_free_function_is_a_past_participle(file: Path) -> None:
+    functions = {name.lstrip("_") for kind, name in python_definitions(file) if kind == "function"}
+    assert not sorted(
+        name for name in functions if PARTICIPLE.fullmatch(name) and name not in {"embed", "feed", "seed"}
+    )
 
 
 @pytest.mark.parametrize("file", WGSL_FILES, ids=lambda file: str(file.relative_to(WGSL)))
@@ -208,6 +218,7 @@ def test_no_old_name_is_defined_in_a_shader(file: Path) -> None:
     old |= {(struct, name) for struct, names in OLD_WGSL["member"].items() for name in names.split()}
     defined = set(wgsl_definitions(file))
     assert not sorted(defined & old)
+    assert not sorted(name for _, name in defined if SUPERLATIVE.match(name))
 
 
 def test_definitions_of_every_kind_are_found(tmp_path: Path) -> None:

@@ -9,11 +9,17 @@ from ..errors import ArgumentError, ArgumentTypeError, GpuXformError, MeshError
 _Error = TypeVar("_Error", bound=GpuXformError)
 
 
-def prefixed(error: _Error, prefix: str) -> _Error:
-    """Return an error like `error` with "PREFIX: " before its message."""
+def prefix_error(error: _Error, prefix: str) -> _Error:
+    """Return a copy of an error with "PREFIX: " before its message."""
     copied = type(error)(f"{prefix}: {error}")
-    copied.__dict__.update(error.__dict__)
+    copied.__dict__.update(error.__dict__, _prefix=prefix)
     return copied
+
+
+def has_prefix(error: Exception, prefix: str) -> bool:
+    """Return whether the message of an error begins with "PREFIX: " already; OSError names its file."""
+    first = error.filename if isinstance(error, OSError) else getattr(error, "_prefix", None)
+    return bool(first == prefix)
 
 
 @contextlib.contextmanager
@@ -22,4 +28,4 @@ def prefix_errors(prefix: str) -> Iterator[None]:
     try:
         yield
     except (ArgumentError, ArgumentTypeError, MeshError) as error:
-        raise prefixed(error, prefix) from error.__cause__
+        raise prefix_error(error, prefix) from error.__cause__

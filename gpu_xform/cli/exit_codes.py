@@ -1,5 +1,6 @@
 """Exit codes of the command, and the line on standard error that goes with each failure."""
 
+from .._core.error_context import has_prefix
 from ..errors import DeviceError, GpuXformError, NoAdapterError, ShaderError
 
 DEVICE_FAILED, WRONG_INPUT, NO_ADAPTER, MISMATCH = 1, 2, 3, 4
@@ -36,6 +37,6 @@ def format_error(error: Exception, subject: str = "") -> str:
         text = f"{error.filename}: {reason}" if error.filename else reason
     elif isinstance(error, MemoryError):
         text = text or "not enough memory"
-    if subject and not text.startswith(f"{subject}: "):
+    if subject and not has_prefix(error, subject):
         text = f"{subject}: {text}"
     return f"gpu-xform: error: {' '.join(text.split())}\n"

@@ -4,7 +4,7 @@ import contextlib
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 
-from .._core.error_context import prefixed
+from .._core.error_context import prefix_error
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from .paths import describe_files
 
@@ -34,8 +34,8 @@ def name_options_in_errors(options: Namespace, paths: Sequence[str]) -> Iterator
     except MeshError as error:
         if options.extra_layers:
             raise
-        raise prefixed(error, describe_files(paths)) from error.__cause__
+        raise prefix_error(error, describe_files(paths)) from error.__cause__
     except (ArgumentError, ArgumentTypeError) as error:
         if error.argument not in OPTIONS_OF_ARGUMENTS:
             raise
-        raise prefixed(error, OPTIONS_OF_ARGUMENTS[error.argument]) from error.__cause__
+        raise prefix_error(error, OPTIONS_OF_ARGUMENTS[error.argument]) from error.__cause__

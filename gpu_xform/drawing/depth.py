@@ -100,14 +100,14 @@ def fit_depth_cue(clip_from_world: Float64Array, points: Callable[[], Float64Arr
     return DepthCue(-scale if is_parallel else 0.0, 0.0 if is_parallel else scale, -nearest * scale, amount)
 
 
-def depth_cue_loss(cue: DepthCue, corners: Float64Array) -> Float64Array:
+def depth_cue_loss(depth_cue: DepthCue, corners: Float64Array) -> Float64Array:
     """Return what a cue takes of the opacity at corners (c, 4) in clip space, reversed-Z: (c,).
 
     It is not clamped: before the nearest point it is less than 0, behind the farthest one more than the cue's amount.
     """
     z, w = corners[:, 2], corners[:, 3]
-    loss: Float64Array = cue.amount * (cue.depth_scale * z / w + cue.distance_scale * w + cue.offset)
-    return loss
+    share: Float64Array = depth_cue.depth_scale * z / w + depth_cue.distance_scale * w + depth_cue.offset
+    return depth_cue.amount * share
 
 
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:

@@ -16,7 +16,7 @@ from .._core.types import Float64Array, MatrixLike, StrPath
 from ..compute._arrays import as_host_array
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
-from ..geometry.edges import EdgesLike, crease_angle, list_edge_parts
+from ..geometry.edges import EdgesLike, as_crease_angle, list_edge_parts
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene
 from ..imaging.colors import ColorLike
@@ -67,11 +67,11 @@ class Layer:
     name : str, optional
         The name of the model in vector pictures and in errors; the stem of a file's name by default.
     edges : "all", "feature", "boundary", "silhouette", (m, 2) integers, or several of these in a list, optional
-        The edges to draw. "feature" are the edges at creases and the boundary, "boundary" the edges of one face alone,
+        The edges to draw. "feature" are the sharp edges and the boundary, "boundary" the edges of one face alone,
         "silhouette" the edges that the camera sees edge-on and the boundary; an array holds indices of points. By
         default all edges of a mesh, and none of a `PointBuffer`.
     feature_angle : float
-        The angle between two faces, in degrees, from which their edge is a crease.
+        The least angle between two faces at a sharp edge, in degrees.
     hidden : "show", "remove", "dash" or "fade", optional
         What is done with edges behind faces, of this model or another. The default is "show", or "remove" if `fill` is
         given. The faces of a layer hide others unless the layer shows all its edges.
@@ -160,7 +160,7 @@ class Layer:
             raise ArgumentError.expecting("hidden", f"be one of {names}", repr(self.hidden))
         if not isinstance(self.antialias, bool | np.bool_):
             raise ArgumentTypeError.expecting("antialias", "be True or False", repr(self.antialias))
-        object.__setattr__(self, "feature_angle", crease_angle(self.feature_angle, "feature_angle"))
+        object.__setattr__(self, "feature_angle", as_crease_angle(self.feature_angle, "feature_angle"))
         if isinstance(self.fill, Iterator):
             object.__setattr__(self, "fill", list(self.fill))  # it is read several times
         _require_width(self.line_width, "line_width")

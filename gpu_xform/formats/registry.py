@@ -9,7 +9,7 @@ from typing import Any, BinaryIO, TypeAlias, TypeVar
 import numpy as np
 
 from .._core.atomic_files import atomic_write
-from .._core.error_context import prefix_errors
+from .._core.error_context import prefix_error, prefix_errors
 from .._core.public import public
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -103,10 +103,10 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
         Of what the file holds and the result does not; the message names the file.
     """
     name, kind = _identify(source, file_type, READERS)
-    reader = partial(_BESIDE[kind], folder=_folder(source)) if kind in _BESIDE else READERS[kind]
+    reader = partial(_BESIDE[kind], folder=_get_folder(source)) if kind in _BESIDE else READERS[kind]
     mesh = _read(source, name, reader)
     if mesh.n_points == 0:
-        raise MeshError(f"{name}: the file holds no points")
+        raise prefix_error(MeshError("the file holds no points"), name)
     return mesh
 
 
@@ -153,7 +153,7 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     if kind == "3mf":
         return _read(source, name, threemf.read_scene)
     if kind == "gltf":
-        return _read(source, name, partial(gltf.read_scene, folder=_folder(source)))
+        return _read(source, name, partial(gltf.read_scene, folder=_get_folder(source)))
     scene = Scene()
     scene.add(load_mesh(source, file_type=kind), name=None if name == _UNNAMED else Path(name).stem)
     return scene
@@ -168,7 +168,7 @@ def transform_document(
     source_type, target_type : the types of the files
     """
     name, kind = _identify(source, source_type, DOCUMENT_TYPES)
-    folder = _folder(source)
+    folder = _get_folder(source)
     document = _read(source, name, partial(_read_document, kind=kind, folder=folder))
     with prefix_errors(f"{name}, transformed"):
         moved = document if np.array_equal(matrix, np.eye(4)) else gltf_document.move(document, matrix)
@@ -258,7 +258,7 @@ def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Mo
         return reader(bytes(data))
 
 
-def _folder(source: PathOrFile) -> Path | None:
+def _get_folder(source: PathOrFile) -> Path | None:
     """Return the folder in which further files of the model may lie."""
     return Path(source).parent if isinstance(source, str | os.PathLike) else None
 
@@ -278,5 +278,6 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
     if kind not in known:
         got = repr(kind) if kind else "no suffix"
-        raise MeshError(f"{name or _UNNAMED}: the type must be one of {', '.join(sorted(known))}, got {got}")
+        error = MeshError(f"the type must be one of {', '.join(sorted(known))}, got {got}")
+        raise prefix_error(error, name or _UNNAMED)
     return name or _UNNAMED, kind

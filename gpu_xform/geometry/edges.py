@@ -169,7 +169,7 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
     Raises ArgumentError for an unknown name, a wrong shape, an index that names no point, or an angle outside 0..180;
     ArgumentTypeError for an array that does not hold integers.
     """
-    min_angle = crease_angle(feature_angle, "feature_angle")
+    min_angle = as_crease_angle(feature_angle, "feature_angle")
     found = cache(lambda: find_edge_faces(mesh))
     finders: dict[str, Callable[[Mesh], IndexArray]] = {
         "all": lambda mesh: mesh.edges,
@@ -187,7 +187,7 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
     return unpack_pairs(np.unique(pack_pairs(*np.concatenate(pairs).T)))
 
 
-def crease_angle(value: float, name: str) -> float:
+def as_crease_angle(value: float, name: str) -> float:
     """Return the angle between two faces at a crease, which must be within 0..180 degrees."""
     angle = as_float(value, name)
     if not 0.0 <= angle <= 180.0:
@@ -196,7 +196,7 @@ def crease_angle(value: float, name: str) -> float:
 
 
 def _find_feature_edges(mesh: Mesh, found: EdgeFaces, angle_degrees: float) -> IndexArray:
-    drawn = found.segments | (found.n_faces == 1) | (found.n_faces > 2)
+    is_feature = found.segments | (found.n_faces == 1) | (found.n_faces > 2)
     two = np.flatnonzero(found.n_faces == 2)
     normals = compute_plane_normals(mesh, lambda: found)
     one, other = normals[found.faces[two, 0]], normals[found.faces[two, 1]]
@@ -205,8 +205,8 @@ def _find_feature_edges(mesh: Mesh, found: EdgeFaces, angle_degrees: float) -> I
     # Kahan's formula: exact at 90 degrees, and accurate near 0 and 180, where an arc cosine loses half the digits.
     angle = np.degrees(2.0 * np.arctan2(apart, together))
     has_area = (normals != 0.0).any(axis=1)[found.faces[two]].all(axis=1)
-    drawn[two] |= has_area & (angle > angle_degrees)
-    edges: IndexArray = found.edges[drawn & is_drawable(mesh, found)]
+    is_feature[two] |= has_area & (angle > angle_degrees)
+    edges: IndexArray = found.edges[is_feature & is_drawable(mesh, found)]
     return edges
 
 
@@ -277,20 +277,20 @@ def _gather_sides(keys: _KeyArray, faces: IndexArray, forward: BoolArray) -> _Ed
     counted = faces >= 0
     repeated = np.flatnonzero(~(new | _starts_run(faces)))
     counted[repeated] = counted[repeated - 1] = False
-    of = np.cumsum(new) - 1
+    key_of = np.cumsum(new) - 1
     starts = np.flatnonzero(new)
     unique = keys[starts]
     if not counted.all():
-        of, faces, forward = of[counted], faces[counted], forward[counted]
-    n_faces = np.bincount(of, minlength=len(unique))
+        key_of, faces, forward = key_of[counted], faces[counted], forward[counted]
+    n_faces = np.bincount(key_of, minlength=len(unique))
     start = np.cumsum(n_faces) - n_faces
     one, two = np.flatnonzero(n_faces > 0), np.flatnonzero(n_faces > 1)
     sides = np.full((len(unique), 2), -1)
     sides[one, 0], sides[two, 1] = faces[start[one]], faces[start[two] + 1]
-    passes, inconsistent_winding = np.zeros(len(unique), np.bool_), np.zeros(len(unique), np.bool_)
-    passes[one] = forward[start[one]]
+    first_forward, inconsistent_winding = np.zeros(len(unique), np.bool_), np.zeros(len(unique), np.bool_)
+    first_forward[one] = forward[start[one]]
     inconsistent_winding[two] = forward[start[two]] == forward[start[two] + 1]
-    return _EdgeSides(unique, sides, n_faces, inconsistent_winding, passes, order, starts)
+    return _EdgeSides(unique, sides, n_faces, inconsistent_winding, first_forward, order, starts)
 
 
 def _merge_coincident_points(positions: Float64Array, edges: IndexArray) -> IndexArray:

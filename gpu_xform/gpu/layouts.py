@@ -91,12 +91,12 @@ SPAN = np.dtype(
 )
 
 
-def columns(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
-    """Return `matrix` (4, 4) in WGSL's order, or `matrices` (k, 4, 4) each so."""
+def to_column_major(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+    """Return a matrix (4, 4), or each of a stack (k, 4, 4), in the order in which WGSL stores it."""
     return matrix.swapaxes(-1, -2)
 
 
-def transform_structs(
+def pack_transforms(
     matrices: npt.NDArray[np.float64],
     dtype: np.dtype[Any],
     n_points: int,
@@ -104,16 +104,16 @@ def transform_structs(
 ) -> npt.NDArray[np.uint8]:
     """Return the bytes (k, itemsize) of `Transform` structs with `matrices` (k, 4, 4), rounded once to `dtype`."""
     structs = np.zeros(len(matrices), TRANSFORM[dtype])
-    structs["target_from_source"] = columns(matrices)
+    structs["target_from_source"] = to_column_major(matrices)
     structs["nan"] = np.nan
     structs["n_points"] = n_points
     structs["first_packet"] = first_packets
     return as_bytes(structs).reshape(len(matrices), -1)
 
 
-def matrix_array(matrices: npt.NDArray[np.float64], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+def pack_matrices(matrices: npt.NDArray[np.float64], dtype: np.dtype[Any]) -> npt.NDArray[Any]:
     """Return `matrices` (k, 4, 4) as an `array<Mat4>`, each entry rounded once to `dtype`."""
-    return np.ascontiguousarray(columns(matrices), dtype)
+    return np.ascontiguousarray(to_column_major(matrices), dtype)
 
 
 def as_bytes(struct: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:

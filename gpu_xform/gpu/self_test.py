@@ -24,7 +24,7 @@ def run(context: GpuContext, pipelines: Pipelines) -> list[tuple[str, bool, str]
     """Run the self-test; return a (name, passed, detail) for each check."""
     entries = np.arange(1.0, 17.0).reshape(4, 4)
     struct = np.zeros((), layouts.SELF_TEST)
-    struct["entries"] = layouts.columns(entries)
+    struct["entries"] = layouts.to_column_major(entries)
     struct["scalar"] = 0.25
     struct["count"] = MAX_ITERATIONS
     given = Buffer(context, struct.nbytes, UNIFORM, label="self test: struct")

@@ -17,7 +17,7 @@ def require_finite(matrix: Float64Array, what: str) -> Float64Array:
     return matrix + 0.0
 
 
-def cos_sin(angle: float, *, degrees: bool) -> tuple[float, float]:
+def compute_cos_sin(angle: float, *, degrees: bool) -> tuple[float, float]:
     """Return the cosine and the sine of `angle`; in degrees they are exact at every multiple of 90.
 
     Degrees are reduced, without rounding, to a number of quarter turns and a rest in [-45, 45] before they are
@@ -71,7 +71,7 @@ def make_shearing(n: int, **factors: float) -> Float64Array:
 
 def make_rotation(n: int, first: int, second: int, angle: float, *, degrees: bool) -> Float64Array:
     """Return the n x n rotation by `angle` that turns axis `first` towards axis `second`."""
-    c, s = cos_sin(angle, degrees=degrees)
+    c, s = compute_cos_sin(angle, degrees=degrees)
     linear = np.eye(n)
     linear[first, first] = linear[second, second] = c
     linear[second, first] = s

@@ -168,7 +168,7 @@ def rotate(
         For another shape, a number that is not finite, or an axis of length 0.
     """
     k = as_unit_vector(axis, "axis", 3)
-    c, s = _affine.cos_sin(angle, degrees=degrees)
+    c, s = _affine.compute_cos_sin(angle, degrees=degrees)
     cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
     return _affine.about_point(point, c * np.eye(3) + s * cross + (1.0 - c) * np.outer(k, k))
 

@@ -27,14 +27,14 @@ def screen_bounds(drawables: Sequence[Drawable], size: tuple[int, int]) -> Regio
         (first_x, first_y), (last_x, last_y) = pixels.min(axis=0).tolist(), pixels.max(axis=0).tolist()
         left, top = min(left, first_x - margin), min(top, first_y - margin)
         right, bottom = max(right, last_x + margin), max(bottom, last_y + margin)
-    x, x_end = _aligned(left, right, width)
-    y, y_end = _aligned(top, bottom, height)
+    x, x_end = _align(left, right, width)
+    y, y_end = _align(top, bottom, height)
     if x >= x_end or y >= y_end:  # nothing is in view; an empty part could not be drawn
         return Region((0, 0), (min(width, REGION_ALIGNMENT_PX), min(height, REGION_ALIGNMENT_PX)))
     return Region((x, y), (x_end - x, y_end - y))
 
 
-def _aligned(first: float, last: float, side: int) -> tuple[int, int]:
+def _align(first: float, last: float, side: int) -> tuple[int, int]:
     """Return the start and the end of an aligned part of a side that holds all from `first` to `last`."""
     alignment = REGION_ALIGNMENT_PX
     return int(max(first, 0.0) // alignment * alignment), int(min(-(-last // alignment) * alignment, side))

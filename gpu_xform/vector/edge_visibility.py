@@ -21,12 +21,12 @@ from ..gpu.layouts import COUNT_OR_WRITE, SPAN
 from ..raster.compute.binding_limits import split_to_binding_limits
 from ..raster.compute.line_batches import (
     LineBatch,
-    line_bindings,
-    line_style_struct,
+    make_line_bindings,
+    make_line_style,
     opacity_constants,
     split_batches,
 )
-from ..raster.compute.tile_struct import Tile, tile_struct
+from ..raster.compute.tile_struct import Tile, make_tile_struct
 from ..raster.compute.triangles import TriangleStage
 from ..raster.compute.vertex_stage import VertexStage
 from ..raster.tiles import Region
@@ -72,15 +72,15 @@ def split_edges_by_visibility(
         n_depths = math.prod(tile.depth_region.extent)
         triangles = TriangleStage(device, vertices.projected, n_depths, write_ids=find_visible)
         line_batches = split_batches(device, vertices.projected)
-        (tile_part,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(tile, view)])
-        styles = uniforms.upload(device, POOL_OWNER, "styles", [line_style_struct(batch) for batch in line_batches])
+        (tile_part,) = uniforms.upload(device, POOL_OWNER, "tile", [make_tile_struct(tile, view)])
+        styles = uniforms.upload(device, POOL_OWNER, "styles", [make_line_style(batch) for batch in line_batches])
         used = tile_part.buffer, *vertices.buffers, *triangles.buffers
         with device.encode_commands(*used, label="depth prepass") as encoder:
             vertices.record(encoder)
             triangles.depth_prepass(encoder, tile_part)
         results = []
         for batch, style in zip(line_batches, styles, strict=True):
-            buffers = line_bindings(batch, tile_part, style, triangles.face_depths)
+            buffers = make_line_bindings(batch, tile_part, style, triangles.face_depths)
             constants = opacity_constants(batch, nothing_hides=triangles.is_empty)
             constants["max_span_px"] = max_span_px(batch.lines)
             spans = _find_spans(device, batch, buffers, constants)

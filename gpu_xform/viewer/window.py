@@ -94,7 +94,7 @@ def connect(canvas: Any, session: Session) -> list[BaseException]:
     failures: list[BaseException] = []
     title = ""
 
-    def guarded(act: Callable[[], None]) -> None:
+    def run_guarded(act: Callable[[], None]) -> None:
         nonlocal title
         try:
             act()
@@ -113,20 +113,20 @@ def connect(canvas: Any, session: Session) -> list[BaseException]:
     def draw() -> None:
         context.set_bitmap(session.draw(canvas.get_physical_size(), canvas.get_pixel_ratio()))
 
-    canvas.add_event_handler(lambda event: guarded(lambda: handle(event)), *EVENTS)
-    canvas.request_draw(lambda: guarded(draw))
+    canvas.add_event_handler(lambda event: run_guarded(lambda: handle(event)), *EVENTS)
+    canvas.request_draw(lambda: run_guarded(draw))
     return failures
 
 
 def _handle_sigint(loop: Any, canvas: Any, failures: list[BaseException]) -> None:
     """Let Ctrl+C raise from `view`; called in the loop of rendercanvas, which would only log the interrupt."""
 
-    def interrupted(*_: object) -> None:
+    def handle_interrupt(*_: object) -> None:
         failures.append(KeyboardInterrupt())
         loop.call_soon_threadsafe(canvas.close)
 
     if threading.current_thread() is threading.main_thread() and callable(signal.getsignal(signal.SIGINT)):
-        signal.signal(signal.SIGINT, interrupted)
+        signal.signal(signal.SIGINT, handle_interrupt)
 
 
 def _import_backend() -> Any:

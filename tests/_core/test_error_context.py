@@ -3,7 +3,7 @@
 import pytest
 
 from gpu_xform import errors
-from gpu_xform._core.error_context import prefix_errors
+from gpu_xform._core.error_context import has_prefix, prefix_errors
 
 
 @pytest.mark.parametrize("kind", [errors.ArgumentError, errors.ArgumentTypeError, errors.SingularMatrixError])
@@ -29,6 +29,16 @@ def test_a_prefix_keeps_the_cause_and_the_notes() -> None:
     assert str(caught.value) == "a.3mf: damaged"
     assert caught.value.__cause__ is cause
     assert caught.value.__notes__ == ["truncated"]
+
+
+def test_an_error_knows_the_prefix_that_its_message_begins_with() -> None:
+    with pytest.raises(errors.MeshError) as caught, prefix_errors("frame 3"), prefix_errors("a.obj"):
+        raise errors.MeshError("damaged")
+    assert str(caught.value) == "frame 3: a.obj: damaged"
+    assert has_prefix(caught.value, "frame 3")
+    assert not has_prefix(caught.value, "a.obj")
+    assert has_prefix(FileNotFoundError(2, "No such file", "a.obj"), "a.obj")
+    assert not has_prefix(MemoryError(), "a.obj")
 
 
 def test_other_errors_pass_unchanged() -> None:

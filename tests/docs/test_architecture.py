@@ -1,6 +1,7 @@
 """ARCHITECTURE.md names files that exist; tests/test_package.py holds its table of folders."""
 
 import re
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -37,6 +38,15 @@ def test_every_task_has_a_file_to_start_at() -> None:
         paths = [path for path in re.findall(r"`([\w./]+)`", files) if "/" in path]
         assert paths, task
         assert all(path in PATHS for path in paths)
+
+
+def test_the_page_says_why_packages_that_are_imported_late_are_required() -> None:
+    section = PAGE.split("\n## Dependencies\n")[1].split("\n## ")[0]
+    required = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["dependencies"]
+    names = {re.split("[<>=]", requirement)[0] for requirement in required}
+    assert set(re.findall(r"`(\w+)` (?:parses|has|triangulates|shows)", section)) == names - {
+        *("numpy", "pillow", "trimesh", "wgpu")
+    }
 
 
 def test_the_page_is_one_page() -> None:

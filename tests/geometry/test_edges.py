@@ -235,11 +235,12 @@ def test_points_weld_where_they_are_equal_and_nowhere_else() -> None:
 
 
 def test_a_pole_of_needles_shows_no_spokes() -> None:
-    """A cap whose quads all end in the pole, in copies of it or in one point: flat, so that only its rim shows."""
+    """A cap whose quads all end in the pole, in copies of it or in one point: flat, so that only its boundary shows."""
     angles = np.arange(8) * (math.tau / 8)
-    rim = np.stack([np.cos(angles), np.sin(angles), np.zeros(8)], axis=1)
-    copies = Mesh(np.concatenate([np.zeros((8, 3)), rim]), [(i, i + 8, (i + 1) % 8 + 8, (i + 1) % 8) for i in range(8)])
-    one = Mesh(np.concatenate([np.zeros((1, 3)), rim]), [(0, i + 1, (i + 1) % 8 + 1, 0) for i in range(8)])
+    boundary = np.stack([np.cos(angles), np.sin(angles), np.zeros(8)], axis=1)
+    quads = [(i, i + 8, (i + 1) % 8 + 8, (i + 1) % 8) for i in range(8)]
+    copies = Mesh(np.concatenate([np.zeros((8, 3)), boundary]), quads)
+    one = Mesh(np.concatenate([np.zeros((1, 3)), boundary]), [(0, i + 1, (i + 1) % 8 + 1, 0) for i in range(8)])
     for mesh in (copies, one, triangulated(copies), triangulated(one), unwelded(triangulated(copies))):
         assert len(places(mesh, resolve_edges(mesh, "feature"))) == 8
         assert len(resolve_edges(mesh, "boundary")) == 8

@@ -152,7 +152,7 @@ def test_a_matrix_of_sixteen_distinct_entries_arrives_transposed_once(
     device: Device, dtype: np.dtype[Any], number_type: str
 ) -> None:
     matrix = np.arange(1.0, 17.0).reshape(4, 4)
-    struct = layouts.transform_structs(matrix[None], dtype, 7)[0]
+    struct = layouts.pack_transforms(matrix[None], dtype, 7)[0]
     basis = ["1, 0, 0, 0", "0, 1, 0, 0", "0, 0, 1, 0", "0, 0, 0, 1"]
     columns = [f"(given.target_from_source * Vec4({vector}))[{row}]" for row in range(4) for vector in basis]
     declaration = declarations("transform_points", number_type)
@@ -161,10 +161,10 @@ def test_a_matrix_of_sixteen_distinct_entries_arrives_transposed_once(
 
 def test_a_stack_of_matrices_is_transposed_one_by_one() -> None:
     stack = np.arange(48.0).reshape(3, 4, 4)
-    np.testing.assert_array_equal(layouts.columns(stack), [matrix.T for matrix in stack])
+    np.testing.assert_array_equal(layouts.to_column_major(stack), [matrix.T for matrix in stack])
 
 
 def test_a_matrix_is_rounded_once() -> None:
     matrix = np.full((4, 4), 1.0 + 2.0**-24 + 2.0**-40)  # just over the middle of two single precision numbers
-    struct = layouts.transform_structs(matrix[None], SINGLE, 1)[0]
+    struct = layouts.pack_transforms(matrix[None], SINGLE, 1)[0]
     assert (struct[:64].view(np.float32) == np.float32(1.0 + 2.0**-23)).all()

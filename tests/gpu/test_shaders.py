@@ -4,9 +4,12 @@ import os
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
+import gpu_xform as gx
 from gpu_xform.errors import DeviceError, ShaderError
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.wgsl import Sources
@@ -109,6 +112,23 @@ def test_a_shader_of_another_folder_is_read_again_when_it_changes(
         assert again is not first
         assert again.id != first.id
         assert other.pipelines.compute("self_test") is again
+
+
+def test_the_next_picture_is_drawn_by_the_shader_as_it_is_now(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = copy_with(tmp_path, "self_test.wgsl", "", "")
+    file = folder / "raster_compute" / "composite_lines.wgsl"
+    monkeypatch.setenv("GPU_XFORM_WGSL", str(folder))
+    with Device() as other:
+        options: dict[str, Any] = {"device": other, "size": (40, 40), "line_width": 3.0, "edges": "all"}
+        black = gx.render_array(gx.samples.cube(), **options)
+        assert (black[..., :3] == 0).all(axis=2).any()
+        text = file.read_text("utf-8")
+        assert "vec4(style.color.rgb, 1.0)" in text
+        file.write_text(text.replace("vec4(style.color.rgb, 1.0)", "vec4(1.0, style.color.gb, 1.0)"), "utf-8")
+        touch(file)
+        red = gx.render_array(gx.samples.cube(), **options)
+    np.testing.assert_array_equal(red[..., 1:], black[..., 1:])
+    assert (red[..., 0] == 255).all()
 
 
 def test_reloading_compiles_anew(device: Device) -> None:

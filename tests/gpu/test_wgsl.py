@@ -82,6 +82,11 @@ def test_shared_files_have_no_free_names_but_those_that_they_say_their_entry_dec
             compiles(code="\n".join([line for other, line in own_lines.items() if other != own] + [code]))
 
 
+def test_lines_are_as_short_as_those_of_python() -> None:
+    for file in FOLDER.rglob("*.wgsl"):
+        assert max(map(len, file.read_text("utf-8").splitlines())) <= 120, file
+
+
 @pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
 def test_every_line_reaches_the_device_as_it_stands_in_its_file(stage: str, number_type: str | None) -> None:
     resolved = source(stage, number_type)

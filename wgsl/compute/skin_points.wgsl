@@ -1,5 +1,5 @@
-// Linear blend skinning: one point per invocation, through the matrix that its index names, or through a weighted sum of
-// several.
+// Linear blend skinning: one point per invocation, through the matrix that its index names, or through a weighted sum
+// of several.
 #import real
 #import transform
 

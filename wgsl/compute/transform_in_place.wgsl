@@ -1,5 +1,5 @@
-// Points through one matrix, a packet of four per invocation, written where it was read: half the memory to pass through
-// the caches. The buffer holds whole workgroups, as those of transform_points.wgsl do.
+// Points through one matrix, a packet of four per invocation, written where it was read: half the memory to pass
+// through the caches. The buffer holds whole workgroups, as those of transform_points.wgsl do.
 #import real
 #import transform
 #import packet

@@ -1,6 +1,6 @@
-// Anti-aliased lines to the absorbance of pixels, in which the order of lines does not matter. Of lines of several colours,
-// each pixel keeps the depth keys of its nearest edges as well: a k-buffer, which says in what colours light is absorbed.
-// Bavoil et al., "Multi-fragment effects on the GPU using the k-buffer", 2007.
+// Anti-aliased lines to the absorbance of pixels, in which the order of lines does not matter. Of lines of several
+// colours, each pixel keeps the depth keys of its nearest edges as well: a k-buffer, which says in what colours light
+// is absorbed. Bavoil et al., "Multi-fragment effects on the GPU using the k-buffer", 2007.
 #import absorbance
 #import coverage
 #import dda
@@ -27,7 +27,7 @@ const SATURATED_ABSORBANCE = 0x80000000u; // far from the largest number, as oth
 @group(0) @binding(5) var<storage, read> colors: array<u32>; // as color_mode says, straight alpha
 @group(0) @binding(6) var<storage, read_write> absorbance: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> touched_pixels: TouchedPixels;
-@group(0) @binding(8) var<storage, read_write> k_buffer: array<atomic<u32>>; // k depth keys per pixel, the nearest first
+@group(0) @binding(8) var<storage, read_write> k_buffer: array<atomic<u32>>; // k keys per pixel, nearest first
 
 override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
@@ -39,7 +39,7 @@ override k: u32; // 2 or 4
 override is_wide: bool; // opacity is asked for each pixel across a line, not once per column
 override absorbance_steps_per_e: f32;
 override min_transmittance: f32; // of a line in a pixel
-override is_listed: bool; // the touched pixels are few: what comes next goes through their list, not through all pixels
+override is_listed: bool; // the touched pixels are few: the next stage visits their list, not all pixels
 override may_overflow: bool; // there are so many lines that all through one pixel could be more than it holds
 
 fn color_alpha_at(index: u32, line: Segment, t: f32) -> f32 {

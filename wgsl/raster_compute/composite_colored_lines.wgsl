@@ -1,5 +1,5 @@
-// Composites lines of several colours over the target, as opaque together as their absorbance says. The nearest edges of a
-// pixel, in its k-buffer, each take what they leave no light through by themselves; the last one takes the rest.
+// Composites lines of several colours over the target, as opaque together as their absorbance says. The nearest edges
+// of a pixel, in its k-buffer, each take what they leave no light through by themselves; the last one takes the rest.
 #import absorbance
 #import composite
 #import coverage
@@ -82,7 +82,8 @@ fn color_at_pixel(index: u32) -> vec4<f32> {
     return color;
 }
 
-// The next pixel with absorbance, from an index on; what lies before it becomes background if nothing has been drawn yet.
+// The next pixel with absorbance, from an index on; what lies before it becomes background if nothing has been drawn
+// yet.
 fn next_touched(first: u32, n: u32, stride: u32, background: u32) -> u32 {
     var index = first;
     while index < n && absorbance[index] == 0u {

@@ -20,7 +20,8 @@ override absorbance_steps_per_e: f32;
 override is_listed: bool; // the pixels with absorbance are few, and listed in touched_pixels
 override is_first: bool = false; // nothing has been drawn yet, not even the background
 
-// The next pixel with absorbance, from an index on; what lies before it becomes background if nothing has been drawn yet.
+// The next pixel with absorbance, from an index on; what lies before it becomes background if nothing has been drawn
+// yet.
 fn next_touched(first: u32, n: u32, stride: u32, background: u32) -> u32 {
     var index = first;
     while index < n && absorbance[index] == 0u {

@@ -1,5 +1,5 @@
-// Depths, or visibility, of large triangles: a workgroup takes a band of the bounding box of one, a block of pixels at a
-// time.
+// Depths, or visibility, of large triangles: a workgroup takes a band of the bounding box of one, a block of pixels at
+// a time.
 #import depth_prepass
 
 struct LargeTriangles {

@@ -1,5 +1,5 @@
 // Absorbance: the negative logarithm of transmittance, in whole steps, so that sums do not depend on their order. The
-// product of what shines through each of several lines is the sum of their absorbances.
+// product of the transmittances of several lines is the sum of their absorbances.
 const OPAQUE_ABSORBANCE = 8.0; // factors of e, from which on no light is seen
 
 fn absorbance_of(alpha: f32, min_transmittance: f32, steps_per_e: f32) -> u32 {

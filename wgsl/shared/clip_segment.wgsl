@@ -34,8 +34,8 @@ fn clip_range(range: vec2<f32>, at_a: f32, at_b: f32) -> vec2<f32> {
 
 // The segment from a to b, both in clip space, in a picture of `size` pixels with a margin for the width of the line.
 fn clip_segment(a: vec4<f32>, b: vec4<f32>, margin_px: f32, size: vec2<f32>) -> Segment {
-    // At the near and the far plane, so that nothing folds through the eye, and at the picture's sides, so that distances
-    // stay small enough for single precision. The sides let no negative w pass.
+    // At the near and the far plane, so that nothing folds through the eye, and at the picture's sides, so that
+    // distances stay small enough for single precision. The sides let no negative w pass.
     let side = 1.0 + 4.0 * margin_px / size;
     var range = clip_range(vec2(0.0, 1.0), a.z, b.z);
     range = clip_range(range, a.w - a.z, b.w - b.z);
@@ -59,8 +59,8 @@ fn clip_segment(a: vec4<f32>, b: vec4<f32>, margin_px: f32, size: vec2<f32>) -> 
     return segment;
 }
 
-// The part of the edge in clip space at the part t of its segment: even steps in the picture are not even along the edge,
-// because nearer parts look longer.
+// The part of the edge in clip space at the part t of its segment: even steps in the picture are not even along the
+// edge, because nearer parts look longer.
 fn t_clip_at(line: Segment, t: f32) -> f32 {
     let weights = vec2(1.0 - t, t) * line.inverse_w;
     return mix(line.t_clip.x, line.t_clip.y, weights.y / (weights.x + weights.y));

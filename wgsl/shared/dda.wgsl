@@ -1,5 +1,5 @@
-// A digital differential analyser: a segment stepped through along its major axis, a column of pixels at a time. Columns
-// are rows of the picture if the segment is steep.
+// A digital differential analyser: a segment stepped through along its major axis, a column of pixels at a time.
+// Columns are rows of the picture if the segment is steep.
 #import clip_segment
 #import tile
 

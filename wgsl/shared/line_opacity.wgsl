@@ -15,8 +15,8 @@ fn is_behind(at: vec2<f32>, depth: f32) -> bool {
     return depth < bitcast<f32>(face_depths[depth_index(tile, vec2<i32>(floor(at)))]);
 }
 
-// Whether a face hides the part t of a segment. Within a pixel of a silhouette a round body comes far towards the eye: what
-// hides a silhouette must do so on both of its sides.
+// Whether a face hides the part t of a segment. Within a pixel of a silhouette a round body comes far towards the eye:
+// what hides a silhouette must do so on both of its sides.
 fn is_hidden(line: Segment, t: f32) -> bool {
     let at = mix(line.p, line.q, t);
     let depth = mix(line.depth.x, line.depth.y, t);
@@ -28,7 +28,8 @@ fn is_hidden(line: Segment, t: f32) -> bool {
     return is_behind(at - aside, depth) && is_behind(at + aside, depth);
 }
 
-// How much of a pixel's length lies on a dash, at a distance from the start of the edge; the first dash has the edge's cap.
+// How much of a pixel's length lies on a dash, at a distance from the start of the edge; the first dash has the edge's
+// cap.
 fn dash_coverage(distance_px: f32) -> f32 {
     let pattern = vec2(DASH_ON_WIDTHS, DASH_OFF_WIDTHS) * max(style.line_width, MIN_DASH_WIDTH_PX);
     let period = pattern.x + pattern.y;

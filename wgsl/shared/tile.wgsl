@@ -1,5 +1,5 @@
-// A tile: the part of a picture that is drawn at once. All geometry is in pixels of the whole picture, so that a picture
-// is the same whatever tiles it is split into.
+// A tile: the part of a picture that is drawn at once. All geometry is in pixels of the whole picture, so that a
+// picture is the same whatever tiles it is split into.
 struct Tile {
     size: vec2<f32>, // of the picture, pixels
     origin: vec2<i32>, // of the tile in the picture

@@ -22,8 +22,8 @@ fn homogeneous_pixels(clip: vec4<f32>, size: vec2<f32>) -> vec3<f32> {
     return vec3((clip.xy * vec2(0.5, -0.5) + 0.5 * clip.w) * size, clip.w);
 }
 
-// Whether a triangle that reaches behind the eye lies before the near plane, or beside the tile by a pixel. Else it may be
-// seen anywhere: its corners do not bound it. The columns are the x, y and w of the corners.
+// Whether a triangle that reaches behind the eye lies before the near plane, or beside the tile by a pixel. Else it may
+// be seen anywhere: its corners do not bound it. The columns are the x, y and w of the corners.
 fn is_outside_tile(corners: mat3x3<f32>, depth: vec3<f32>, tile: Tile) -> bool {
     let x = corners[0];
     let y = corners[1];

@@ -1,5 +1,5 @@
-// Visibility: what a face leaves in a pixel of the visibility buffer. It is an id, counted from 1, or, if a depth cue fades
-// the faces, a colour's index, counted from 1, beside the opacity that the cue leaves.
+// Visibility: what a face leaves in a pixel of the visibility buffer. It is an id, counted from 1, or, if a depth cue
+// fades the faces, a colour's index, counted from 1, beside the opacity that the cue leaves.
 const OPACITY_STEPS = 255.0;
 const OPACITY_BITS = 8u;
 

@@ -1,5 +1,5 @@
-// Edges to spans that are wholly visible or wholly hidden, for vector pictures: counted first, then written. One pipeline
-// does both: another might round otherwise, and write another number of spans than was counted.
+// Edges to spans that are wholly visible or wholly hidden, for vector pictures: counted first, then written. One
+// pipeline does both: another might round otherwise, and write another number of spans than was counted.
 #import dda
 #import line_opacity
 #import line_style

@@ -1,4 +1,4 @@
-"""The job of a kernel: the one record of which points go through which matrices, and what happens to the results."""
+"""The job of a kernel: one record of the points, the matrices that transform them, and the use of the results."""
 
 from dataclasses import dataclass
 from enum import IntEnum

@@ -33,7 +33,7 @@ def run_skinning(job: SkinningJob) -> None:
             "weights": pool.scratch(POOL_OWNER, "weights", weight_bytes),
             "matrices": pool.scratch(POOL_OWNER, "matrices", len(job.matrices) * 16 * dtype.itemsize),
         }
-        buffers["matrices"].upload(layouts.matrix_array(job.matrices, dtype))
+        buffers["matrices"].upload(layouts.pack_matrices(job.matrices, dtype))
         for part in plan.chunks(n_points):
             n_part = part.stop - part.start
             buffers["source"].upload(np.ascontiguousarray(job.points[part], dtype))

@@ -145,7 +145,7 @@ def dispatch_transform(
 def upload_transforms(plan: DispatchPlan, matrices: Float64Array, n_points: int) -> list[Binding]:
     """Upload `Transform` structs of `matrices` (k, 4, 4) as WGSL arrays of `MATRICES_PER_DISPATCH`; return where."""
     n_packets = plan.aligned_count(n_points) // POINTS_PER_INVOCATION
-    structs = layouts.transform_structs(
+    structs = layouts.pack_transforms(
         matrices, plan.dtype, n_points, first_packets=n_packets * np.arange(len(matrices))
     )
     n_groups = -(-len(matrices) // MATRICES_PER_DISPATCH)

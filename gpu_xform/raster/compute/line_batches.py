@@ -63,7 +63,7 @@ def _split(device: Device, projected: ProjectedDrawable, lines: Lines) -> Iterat
         yield LineBatch(projected, lines, n_edges, edges, colors)
 
 
-def line_style_struct(batch: LineBatch) -> npt.NDArray[np.void]:
+def make_line_style(batch: LineBatch) -> npt.NDArray[np.void]:
     """Return the WGSL struct of a batch."""
     lines = batch.lines
     struct = np.zeros((), layouts.LINE_STYLE)
@@ -74,11 +74,11 @@ def line_style_struct(batch: LineBatch) -> npt.NDArray[np.void]:
     struct["n_edges"] = batch.n_edges
     struct["instance_stride"] = batch.projected.instance_stride
     struct["edge_bits"] = max(batch.n_instance_edges.bit_length(), MIN_EDGE_BITS)  # edges are counted from 1
-    struct["log2_lanes"] = log2_lanes(batch)
+    struct["log2_lanes"] = choose_log2_lanes(batch)
     return struct
 
 
-def log2_lanes(batch: LineBatch) -> int:
+def choose_log2_lanes(batch: LineBatch) -> int:
     """Return how many invocations share an edge, as a power of two: enough for short loops, and for all processors."""
     lines = batch.lines
     width = math.ceil((lines.line_width or 1.0) * math.sqrt(2.0)) + 2
@@ -98,7 +98,7 @@ def opacity_constants(batch: LineBatch, *, nothing_hides: bool) -> dict[str, flo
     }
 
 
-def line_bindings(batch: LineBatch, tile: Binding, style: Binding, face_depths: Buffer) -> Bindings:
+def make_line_bindings(batch: LineBatch, tile: Binding, style: Binding, face_depths: Buffer) -> Bindings:
     """Return the bindings that every stage has which reads the edges of a batch."""
     return {
         "tile": tile,

@@ -16,10 +16,10 @@ from .line_batches import (
     COLOR_BYTES,
     Bindings,
     LineBatch,
+    choose_log2_lanes,
     dispatch_over_edges,
-    line_bindings,
-    line_style_struct,
-    log2_lanes,
+    make_line_bindings,
+    make_line_style,
     opacity_constants,
     split_batches,
 )
@@ -56,7 +56,7 @@ class LineStage:
     ) -> None:
         self._device = device
         self._batches = split_batches(device, projected)
-        structs = [line_style_struct(batch) for batch in self._batches]
+        structs = [make_line_style(batch) for batch in self._batches]
         self._styles = uniforms.upload(device, POOL_OWNER, "line styles", structs)
         self._constants = [opacity_constants(batch, nothing_hides=triangles.is_empty) for batch in self._batches]
         self._face_depths = triangles.face_depths
@@ -95,7 +95,7 @@ class LineStage:
 
     def _parts(self, tile: Binding) -> Iterator[_Part]:
         for batch, style, constants in zip(self._batches, self._styles, self._constants, strict=True):
-            yield _Part(batch, line_bindings(batch, tile, style, self._face_depths), constants)
+            yield _Part(batch, make_line_bindings(batch, tile, style, self._face_depths), constants)
 
     def _draw_aliased(self, encoder: CommandEncoder, target: RenderTarget, parts: Sequence[_Part]) -> None:
         for batch, bindings, opacity in parts:
@@ -129,7 +129,7 @@ class LineStage:
         accumulated = {**bindings, **self._absorbance, "colors": self._colors(batch), "k_buffer": self._k_buffer}
         constants |= {**opacity, **_color_constants(batch), "min_transmittance": MIN_TRANSMITTANCE}
         constants["has_transparency"] = batch.lines.has_transparency
-        n_lanes = 1 << log2_lanes(batch)
+        n_lanes = 1 << choose_log2_lanes(batch)
         dispatch_over_edges(self._device, encoder, "accumulate_lines", batch, accumulated, n_lanes, **constants)
 
     def _composite(

@@ -23,7 +23,7 @@ from ..tiles import TILE_SIDE_PX, Region, split_into_tiles
 from .binding_limits import split_to_binding_limits
 from .lines import LineStage
 from .render_target import POOL_OWNER, RenderTarget
-from .tile_struct import Tile, tile_struct
+from .tile_struct import Tile, make_tile_struct
 from .triangles import TriangleStage
 from .vertex_stage import VertexStage
 
@@ -69,49 +69,72 @@ class ComputeRasterizer:
         self, draw_list: DrawList, view: View, background: Rgba, *, overlap_with: PendingImage | None = None
     ) -> ComputePendingImage:
         """Begin to draw, as `Rasterizer.draw` says."""
-        device, drawables = self._device, draw_list.drawables
+        device = self._device
         is_opaque = background[3] == 1.0
-        region = screen_bounds(drawables, view.size)
-        margin = _depth_margin(drawables)
+        region = screen_bounds(draw_list.drawables, view.size)
+        margin = _depth_margin(draw_list.drawables)
         tiles = [Tile(part, margin) for part in split_into_tiles(region, TILE_SIDE_PX)]
         clear_color = _premultiplied_bytes(background)
         pixels = _filled_border(region, view.size, clear_color if is_opaque else unpremultiply(clear_color))
-        n_depths = max(math.prod(tile.depth_region.extent) for tile in tiles)
+        is_overlapping = overlap_with is not None and overlap_with.device is device
+        wait = overlap_with.wait if overlap_with and is_overlapping else lambda: None
         with device.lock, contextlib.ExitStack() as stack, contextlib.ExitStack() as unread:
-            palette = None
-            if len(draw_list.palette):
-                palette = Buffer(device.context, draw_list.palette.nbytes, label="raster: palette")
-                stack.callback(palette.release)
-                palette.upload(draw_list.palette)
-            parts = [part for drawable in drawables for part in split_to_binding_limits(device, drawable)]
-            vertices = VertexStage(device, parts)
-            triangles = TriangleStage(device, vertices.projected, n_depths, palette)
-            lines = LineStage(device, vertices.projected, triangles, tiles[0].region.extent)
-            common = [*vertices.buffers, *triangles.buffers, *lines.buffers]
-
-            @defer_sigint()
-            def draw_tile(tile: Tile, wait: Callable[[], None]) -> RenderTarget:
-                (struct,) = uniforms.upload(device, POOL_OWNER, "tile", [tile_struct(tile, view, clear_color)])
-                target = RenderTarget(device, tile.region.extent, struct)
-                unread.callback(_cancel, target)
-                with device.encode_commands(*target.buffers, *common, label="raster tile") as encoder:
-                    if tile is tiles[0]:
-                        vertices.record(encoder)
-                    triangles.depth_prepass(encoder, struct)
-                    triangles.composite(encoder, target, struct)
-                    lines.draw(encoder, target, struct)
-                    target.resolve(encoder)
-                    wait()
-                return target
-
-            is_overlapping = overlap_with is not None and overlap_with.device is device
-            target = draw_tile(tiles[0], overlap_with.wait if overlap_with and is_overlapping else lambda: None)
+            stages = _Stages(device, draw_list, view, clear_color, tiles, stack)
+            target = stages.draw(tiles[0], unread, wait)
             for last, tile in pairwise(tiles):
-                next_target = draw_tile(tile, target.wait)
+                next_target = stages.draw(tile, unread, target.wait)
                 _collect(pixels, is_opaque, last.region, target)  # while the next tile is drawn
                 target = next_target
             unread.pop_all()
         return ComputePendingImage(device, pixels, is_opaque, tiles[-1].region, target)
+
+
+class _Stages:
+    """The stages of one picture; what they alone need on the device is released as `stack` unwinds."""
+
+    def __init__(
+        self,
+        device: Device,
+        draw_list: DrawList,
+        view: View,
+        clear_color: Pixels,
+        tiles: Sequence[Tile],
+        stack: contextlib.ExitStack,
+    ) -> None:
+        self._device = device
+        self._view = view
+        self._clear_color = clear_color
+        self._first_tile = tiles[0]
+        palette = None
+        if len(draw_list.palette):
+            palette = Buffer(device.context, draw_list.palette.nbytes, label="raster: palette")
+            stack.callback(palette.release)
+            palette.upload(draw_list.palette)
+        parts = [part for drawable in draw_list.drawables for part in split_to_binding_limits(device, drawable)]
+        n_depths = max(math.prod(tile.depth_region.extent) for tile in tiles)
+        self._vertices = VertexStage(device, parts)
+        projected = self._vertices.projected
+        self._triangles = TriangleStage(device, projected, n_depths, palette)
+        self._lines = LineStage(device, projected, self._triangles, tiles[0].region.extent)
+
+    @defer_sigint()
+    def draw(self, tile: Tile, unread: contextlib.ExitStack, wait: Callable[[], None]) -> RenderTarget:
+        """Record a tile, call `wait`, submit the tile; its target is cancelled if `unread` unwinds."""
+        (struct,) = uniforms.upload(
+            self._device, POOL_OWNER, "tile", [make_tile_struct(tile, self._view, self._clear_color)]
+        )
+        target = RenderTarget(self._device, tile.region.extent, struct)
+        unread.callback(_cancel, target)
+        used = [*target.buffers, *self._vertices.buffers, *self._triangles.buffers, *self._lines.buffers]
+        with self._device.encode_commands(*used, label="raster tile") as encoder:
+            if tile is self._first_tile:
+                self._vertices.record(encoder)
+            self._triangles.depth_prepass(encoder, struct)
+            self._triangles.composite(encoder, target, struct)
+            self._lines.draw(encoder, target, struct)
+            target.resolve(encoder)
+            wait()
+        return target
 
 
 def _cancel(target: RenderTarget) -> None:

@@ -29,7 +29,7 @@ class Tile:
         return self.region.padded(self.margin)
 
 
-def tile_struct(tile: Tile, view: View, background: npt.NDArray[np.uint8] = TRANSPARENT) -> npt.NDArray[np.void]:
+def make_tile_struct(tile: Tile, view: View, background: npt.NDArray[np.uint8] = TRANSPARENT) -> npt.NDArray[np.void]:
     """Return the WGSL struct of a tile; `background` is (4,), premultiplied."""
     slope = depth_slope_per_pixel(view.clip_from_world, view.size[0])
     return np.array((view.size, *tile.region, *tile.depth_region, slope, background / 255.0), layouts.TILE)

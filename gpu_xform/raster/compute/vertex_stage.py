@@ -45,7 +45,7 @@ class VertexStage:
             stride = align_points(drawable.points.n_points)
             n_bytes = len(drawable.clip_from_points) * stride * CLIP_POSITION_BYTES
             clip_positions = device.pool.scratch(POOL_OWNER, f"clip positions {number}", n_bytes)
-            stack = layouts.matrix_array(drawable.clip_from_points, drawable.points.dtype)
+            stack = layouts.pack_matrices(drawable.clip_from_points, drawable.points.dtype)
             matrices = device.pool.scratch(POOL_OWNER, f"clip from points {number}", stack.nbytes)
             matrices.upload(stack)
             struct = np.array((stride // POINTS_PER_INVOCATION,), layouts.VERTEX_TRANSFORM)
