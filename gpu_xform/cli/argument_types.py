@@ -11,6 +11,7 @@ import numpy as np
 
 from .. import matrices
 from .._core.arguments import as_float, as_nonzero_vector, as_square_matrix, as_vector
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..drawing.enums import HIDDEN_STYLES
 from ..errors import GpuXformError
@@ -256,7 +257,10 @@ def parse_edge_sets(text: str) -> list[str | Template]:
     """Parse one or more names of edge sets or of .npy files."""
     words = [word.strip() for word in text.split(",")]
     if not all(word in EDGE_SETS or _is_npy_file(word) for word in words):
-        raise ValueError(f"expected {', '.join(EDGE_SETS)}, an .npy file, or several of these, got {quote(text)}")
+        unknown = next(word for word in words if word not in EDGE_SETS and not _is_npy_file(word))
+        hint = did_you_mean(unknown, EDGE_SETS)
+        expected = f"{', '.join(EDGE_SETS)}, an .npy file, or several of these"
+        raise ValueError(f"expected {expected}, got {quote(text)}{hint}")
     return [word if word in EDGE_SETS else Template(word) for word in words]
 
 
@@ -272,7 +276,7 @@ def parse_array_file(text: str) -> Template:
 def parse_hidden(text: str) -> str:
     """Parse a style of hidden edges."""
     if text not in HIDDEN_STYLES:
-        raise ValueError(f"expected {', '.join(HIDDEN_STYLES)}, got {quote(text)}")
+        raise ValueError(f"expected {', '.join(HIDDEN_STYLES)}, got {quote(text)}{did_you_mean(text, HIDDEN_STYLES)}")
     return text
 
 

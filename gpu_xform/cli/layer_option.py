@@ -5,7 +5,7 @@ from typing import NoReturn
 
 from . import options as groups
 from .argument_types import argument_type
-from .argv import OptionParser, attach_values
+from .argv import OptionParser, attach_values, split_words
 from .paths import require_path
 
 
@@ -17,14 +17,12 @@ class _LayerParser(OptionParser):
 @argument_type
 def parse_layer(text: str) -> argparse.Namespace:
     """Parse models and their options, written as after `gpu-xform render`."""
-    import shlex
-
     parser = _LayerParser()
     parser.add_argument("models", metavar="MODEL", nargs="+")
     groups.add_file_type(parser)
     groups.add_transforms(parser)
     groups.add_style(parser)
-    options, rest = parser.parse_known_args(attach_values(shlex.split(text)))
+    options, rest = parser.parse_known_args(attach_values(split_words(text)))
     options.models += rest
     for path in options.models:
         if path.startswith("-"):

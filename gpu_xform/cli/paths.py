@@ -4,6 +4,7 @@ import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
+from .._core.suggestions import did_you_mean
 from ..errors import ArgumentError
 
 STDIO = "-"
@@ -20,7 +21,8 @@ def require_type(path: str, known: Collection[str], declared: str | None = None)
     """Raise `ArgumentError` if the type of `path`, or `declared`, is not among `known`."""
     found = file_type(path, declared)
     if found not in known:
-        raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {found or 'none'}")
+        hint = did_you_mean(found, known)
+        raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {found or 'none'}{hint}")
 
 
 def require_path(path: str) -> None:

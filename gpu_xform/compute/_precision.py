@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.memmap import release_pages
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..errors import ArgumentError, PrecisionError, PrecisionWarning
 from ..gpu.device import Device
@@ -33,7 +34,9 @@ class Computation:
 def resolve_precision(precision: Precision, dtype: np.dtype[Any], device: Device) -> Computation:
     """Return how points of `dtype` are computed on `device`; raise `PrecisionError` if it cannot be done."""
     if precision not in get_args(Precision):
-        raise ArgumentError.expecting("precision", f"be one of {', '.join(get_args(Precision))}", repr(precision))
+        hint = did_you_mean(str(precision), get_args(Precision))
+        expected = f"be one of {', '.join(get_args(Precision))}"
+        raise ArgumentError.expecting("precision", expected, f"{precision!r}{hint}")
     if precision == "auto":
         if dtype.itemsize == SINGLE.itemsize:
             return Computation(SINGLE)

@@ -22,6 +22,15 @@ from .kernels.transform import run_transform
 
 POINTS_PER_BLOCK = 4096
 MAX_BLOCKS_PER_PART = 1024
+_MORTON_CELLS = 1 << 21  # per axis
+# Shifts and masks that move the bits of a number of 21 bits to every third place.
+_SPREADS = (
+    (32, 0x001F00000000FFFF),
+    (16, 0x001F0000FF0000FF),
+    (8, 0x100F00F00F00F00F),
+    (4, 0x10C30C30C30C30C3),
+    (2, 0x1249249249249249),
+)
 
 
 def run_rebased(job: Job) -> None:
@@ -30,13 +39,56 @@ def run_rebased(job: Job) -> None:
     for start in range(0, len(job.points), step):
         points = job.points[start : start + step]
         out = job.out[:, start : start + step]
-        origins, block = _find_origins(points), np.arange(len(points)) // POINTS_PER_BLOCK
-        offsets = (points - origins[block]).astype(np.float32)
-        part = replace(job, points=offsets, out=out, dtype=SINGLE)
-        if job.epilogue is Epilogue.NONE:
-            _transform_affine(part, origins, block)
+        if job.is_sorted_in_space:
+            order = _morton_order(points)
+            moved = np.empty(out.shape, out.dtype)
+            _run_part(replace(job, points=points[order], out=moved))
+            out[:, order] = moved
         else:
-            _transform_projective(part, origins, block)
+            _run_part(replace(job, points=points, out=out))
+
+
+def _run_part(job: Job) -> None:
+    """Do what `run_rebased` does, for as many points as one dispatch takes."""
+    points = job.points
+    is_zero = np.asarray(~points.any(axis=1))  # before anything is written, which may be over the points
+    origins, block = _find_origins(points), np.arange(len(points)) // POINTS_PER_BLOCK
+    offsets = (points - origins[block]).astype(np.float32)
+    part = replace(job, points=offsets, dtype=SINGLE)
+    if job.epilogue is Epilogue.NONE:
+        _transform_affine(part, origins, block)
+    else:
+        _transform_projective(part, origins, block)
+    if is_zero.any():
+        _place_zeros(job, is_zero)
+
+
+def _place_zeros(job: Job, is_zero: npt.NDArray[np.bool_]) -> None:
+    """Write the results of points at zero, which float64 knows exactly: the last column of each matrix."""
+    for matrix, out in zip(job.matrices, job.out, strict=True):
+        result = matrix[[0, 1, 2][: job.points.shape[1]], 3]
+        if job.epilogue is Epilogue.PERSPECTIVE_DIVIDE:
+            result = result / matrix[3, 3] if matrix[3, 3] else np.full_like(result, np.nan)
+        out[is_zero] = result
+
+
+def _morton_order(points: npt.NDArray[Any]) -> npt.NDArray[np.intp]:
+    """Return the order of points (n, 2 or 3) along a Morton curve through their bounds: neighbours lie together."""
+    finite = np.where(np.isfinite(points), points, 0.0)
+    low, high = finite.min(axis=0), finite.max(axis=0)
+    extent = np.where(high > low, high - low, 1.0)
+    cells = np.minimum((finite - low) / extent * _MORTON_CELLS, _MORTON_CELLS - 1).astype(np.uint64)
+    keys = np.zeros(len(points), np.uint64)
+    for axis in range(points.shape[1]):
+        keys |= _spread_bits(cells[:, axis]) << np.uint64(axis)
+    return np.argsort(keys, kind="stable")
+
+
+def _spread_bits(values: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
+    """Return numbers of 21 bits with two zeros behind each bit."""
+    for shift, mask in _SPREADS:
+        values = (values | (values << np.uint64(shift))) & np.uint64(mask)
+    return values
 
 
 def _transform_affine(job: Job, origins: Float64Array, block: npt.NDArray[np.int64]) -> None:

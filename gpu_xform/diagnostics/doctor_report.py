@@ -65,7 +65,10 @@ def _format_adapters(report: Report) -> list[str]:
         return ["No adapters."]
     lines = [f"Adapters ({len(report.adapters)}):"]
     for adapter in report.adapters:
-        lines += [f"  {adapter.name}", f"    {adapter.kind}, {adapter.backend}, {adapter.driver}"]
+        lines += [
+            f"  {adapter.name}",
+            "    " + ", ".join(filter(None, (adapter.kind, adapter.backend, adapter.driver.strip(" ,")))),
+        ]
     return lines
 
 

@@ -12,6 +12,7 @@ from .._core.arguments import as_float, as_real_array, as_square_matrices
 from .._core.error_context import prefix_errors
 from .._core.masked import Mask, drop_hidden_rows, find_hidden_rows
 from .._core.public import public
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..compute._arrays import as_host_array
 from ..compute.point_buffer import PointBuffer
@@ -157,7 +158,8 @@ class Layer:
         hidden: object = self.hidden
         if not (hidden is None or (isinstance(hidden, str) and hidden in HIDDEN_STYLES)):
             names = ", ".join(map(repr, HIDDEN_STYLES))
-            raise ArgumentError.expecting("hidden", f"be one of {names}", repr(self.hidden))
+            hint = did_you_mean(self.hidden, HIDDEN_STYLES) if isinstance(self.hidden, str) else ""
+            raise ArgumentError.expecting("hidden", f"be one of {names}", f"{self.hidden!r}{hint}")
         if not isinstance(self.antialias, bool | np.bool_):
             raise ArgumentTypeError.expecting("antialias", "be True or False", repr(self.antialias))
         object.__setattr__(self, "feature_angle", as_crease_angle(self.feature_angle, "feature_angle"))
@@ -219,6 +221,12 @@ Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]
 
 _COLOR_ARRAYS = ("face_colors", "edge_colors", "vertex_colors", "scalars")
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
+_PICTURE_NAMES = frozenset({"background", "camera", "device", "size"})
+
+
+def _describe_keyword(name: str) -> str:
+    """Return an unknown keyword, and the one that it may be a misspelling of."""
+    return f"{name!r}{did_you_mean(name, sorted(_STYLE_NAMES | _PICTURE_NAMES))}"
 
 
 def _is_file(color: object) -> bool:
@@ -245,7 +253,7 @@ def as_layers(models: Models, style: Style) -> list[Layer]:
     """
     unknown = style.keys() - _STYLE_NAMES
     if unknown:
-        raise ArgumentTypeError(f"unexpected keyword argument {min(unknown)!r}")
+        raise ArgumentTypeError(f"unexpected keyword argument {_describe_keyword(min(unknown))}")
     if isinstance(models, Layer) and style:
         raise ArgumentError(f"{min(style)} must be given to the Layer itself")
     sequence = [models] if isinstance(models, str) or not isinstance(models, Sequence) else models
@@ -267,7 +275,9 @@ def _layer_of_instances(shown: Instances, style: Style) -> Layer:
     """Return the layer of a scene's model: its own style precedes `style`, whose transform is for the whole scene."""
     unknown = shown.style.keys() - _STYLE_NAMES
     if unknown:
-        raise ArgumentTypeError(f"{shown.node!r} shows a model with an unexpected keyword argument {min(unknown)!r}")
+        raise ArgumentTypeError(
+            f"{shown.node!r} shows a model with an unexpected keyword argument {_describe_keyword(min(unknown))}"
+        )
     with prefix_errors(repr(shown.node)):
         layer = Layer(shown.model, **{"name": shown.node, **style, **shown.style})
     return replace(layer, transform=(layer.world_from_model[:, np.newaxis] @ shown.transform).reshape(-1, 4, 4))

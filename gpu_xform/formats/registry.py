@@ -11,6 +11,7 @@ import numpy as np
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_error, prefix_errors
 from .._core.public import public
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
@@ -277,7 +278,9 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
         raise ArgumentError.expecting("file_type", "be given for a file that has no name")
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
     if kind not in known:
-        got = repr(kind) if kind else "no suffix"
+        if known is READERS and path is source:
+            Path(source).stat()  # a file that is missing is the graver mistake
+        got = f"{kind!r}{did_you_mean(kind, sorted(known))}" if kind else "no suffix"
         error = MeshError(f"the type must be one of {', '.join(sorted(known))}, got {got}")
         raise prefix_error(error, name or _UNNAMED)
     return name or _UNNAMED, kind

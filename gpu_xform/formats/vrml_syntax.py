@@ -297,7 +297,7 @@ class _Names:
         self._nodes.append({})
         self._declared.append([])
 
-    def leave(self) -> None:
+    def pop_scope(self) -> None:
         """End the body of a prototype."""
         self._nodes.pop()
         for name in self._declared.pop():

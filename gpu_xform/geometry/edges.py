@@ -9,6 +9,7 @@ import numpy.typing as npt
 
 from .._core.arguments import as_float
 from .._core.masked import require_unmasked
+from .._core.suggestions import did_you_mean
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
 from .mesh import Mesh, pack_pairs, unpack_pairs
@@ -180,7 +181,9 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
     for part in list_edge_parts(edges):
         if isinstance(part, str) and part not in finders:
             names = ", ".join(map(repr, EDGE_SETS))
-            raise ArgumentError.expecting("edges", f"be {names} or an array of shape (m, 2)", repr(part))
+            raise ArgumentError.expecting(
+                "edges", f"be {names} or an array of shape (m, 2)", f"{part!r}{did_you_mean(part, EDGE_SETS)}"
+            )
         pairs.append(as_index_pairs(finders[part](mesh) if isinstance(part, str) else part, mesh.n_points))
     if len(pairs) == 1:
         return pairs[0]

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_real_array, as_vector
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError
 from .colors import to_rgba_array
@@ -84,6 +85,7 @@ def _resolve_colormap(cmap: ColormapLike) -> Callable[..., Any]:
     try:
         full_name = Colormap.catalog().resolve(name)  # `Colormap` would log a warning for an ambiguous name
     except KeyError:
-        raise ArgumentError.expecting("cmap", "be a colormap's name, such as 'viridis'", repr(cmap)) from None
+        hint = did_you_mean(name, Colormap.catalog().short_keys())
+        raise ArgumentError.expecting("cmap", "be a colormap's name, such as 'viridis'", f"{cmap!r}{hint}") from None
     colormap = Colormap(full_name + cmap[len(name) :])
     return partial(colormap, N=max(256, len(colormap.color_stops)))

@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from .._core.arguments import as_float, as_real_array
 from .._core.masked import require_unmasked
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 
@@ -60,7 +61,8 @@ def to_rgba(color: ColorLike, name: str) -> Rgba:
         try:
             return _parse_color_text(color.strip())
         except ValueError:
-            raise ArgumentError.expecting(name, "be a colour's name or #rrggbb", repr(color)) from None
+            hint = did_you_mean(color.strip().lower(), _list_color_names())
+            raise ArgumentError.expecting(name, "be a colour's name or #rrggbb", f"{color!r}{hint}") from None
     if isinstance(color, tuple) and len(color) == 2 and isinstance(color[0], str | Sequence | np.ndarray):
         return _replace_alpha(color[0], color[1], name)
     components = as_real_array(color, name)
@@ -68,6 +70,12 @@ def to_rgba(color: ColorLike, name: str) -> Rgba:
         raise ArgumentError.expecting(name, "be a colour's name, or three or four numbers from 0 to 1", repr(color))
     red, green, blue, *rest = components.tolist()
     return red, green, blue, rest[0] if rest else 1.0
+
+
+def _list_color_names() -> list[str]:
+    from PIL import ImageColor
+
+    return list(ImageColor.colormap)
 
 
 def parse_background(background: ColorLike | None) -> Rgba:

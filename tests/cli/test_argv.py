@@ -4,7 +4,8 @@ import shlex
 
 import pytest
 
-from gpu_xform.cli.argv import attach_values
+from gpu_xform.cli import main
+from gpu_xform.cli.argv import attach_values, split_words
 from tests.support.cli import error_of, list_pngs
 
 
@@ -44,3 +45,59 @@ def test_an_unknown_option_is_no_model(typed: str, meant: str, capsys: pytest.Ca
     message = error_of(["render", "house.obj", "-o", "x.png", *typed.split()], capsys)
     assert message == f"gpu-xform: error: unrecognized arguments: {typed}{meant}\n"
     assert not list_pngs()
+
+
+@pytest.mark.parametrize(
+    ("text", "elsewhere", "on_windows"),
+    [
+        (r"C:\parts\bolt.obj --scale 2", ["C:partsbolt.obj", "--scale", "2"], [r"C:\parts\bolt.obj", "--scale", "2"]),
+        (r"'C:\my parts\bolt.obj' -x", [r"C:\my parts\bolt.obj", "-x"], [r"C:\my parts\bolt.obj", "-x"]),
+        (r'"my parts/bolt.obj" a#b', ["my parts/bolt.obj", "a#b"], ["my parts/bolt.obj", "a#b"]),
+        (r"a\ b.obj", ["a b.obj"], ["a\\", "b.obj"]),
+        ("", [], []),
+    ],
+)
+def test_words_of_an_option(text: str, elsewhere: list[str], on_windows: list[str]) -> None:
+    assert split_words(text, is_windows=False) == elsewhere == shlex.split(text)
+    assert split_words(text, is_windows=True) == on_windows
+
+
+@pytest.mark.parametrize(
+    ("typed", "message"),
+    [
+        (
+            "rendr a.obj",
+            "explain, doctor, bench, got 'rendr'; did you mean 'render'?",
+        ),
+        (
+            "bench --dtype float23",
+            "--dtype: expected float32, float64, got 'float23'; did you mean 'float32'?",
+        ),
+        ("render a.obj --cmap virids", "got 'virids'; did you mean 'viridis'?"),
+        ("render a.obj --edges sillhouette", "got 'sillhouette'; did you mean 'silhouette'?"),
+        ("render a.obj --edges all,bundary", "got 'all,bundary'; did you mean 'boundary'?"),
+        ("render a.obj --hidden removed", "got 'removed'; did you mean 'remove'?"),
+        ("render a.obj --color gren", "got 'gren'; did you mean 'green'?"),
+        ("render a.obj -o a.pngg", "got pngg; did you mean 'png'?"),
+    ],
+)
+def test_misspelt_commands_and_values(typed: str, message: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(shlex.split(typed)) == 2
+    assert message in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        "render none.obj -o a.png",
+        "render none.obj other.obj -o {model}.png",
+        "animate none.obj -o a.gif",
+        "transform none.obj a.obj",
+        "transform none.npy a.npy",
+    ],
+)
+def test_input_is_checked_before_the_device_is_opened(typed: str, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main([*shlex.split(typed), "--adapter", "no such adapter"]) == 2
+    error = capfd.readouterr().err
+    assert "No such file or directory" in error
+    assert "adapter" not in error

@@ -178,3 +178,54 @@ def test_ordinary_coordinates_and_vectors_do_not_warn(offset: float) -> None:
     gx.transform_points(points, AFFINE)
     gx.transform_vectors(points + np.float32(EARTH), AFFINE)
     gx.transform_points(np.full((5, 3), EARTH, np.float32), AFFINE)
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+def test_points_at_zero_stay_exact(columns: int) -> None:
+    points = np.random.default_rng(1).uniform(-EARTH, EARTH, (2 * BLOCK + 3, columns))
+    zeros = [0, 17, BLOCK - 1, BLOCK, 2 * BLOCK + 2]
+    points[zeros] = 0.0
+    linear = np.eye(columns + 1)
+    linear[:columns, :columns] = np.random.default_rng(2).normal(size=(columns, columns))
+    moved = linear.copy()
+    moved[:columns, columns] = 0.1
+    projective = moved.copy()
+    projective[columns] = [*[0.0] * (columns - 1), 1e-9, 3.0]
+    for order in ("input", "morton"):
+        assert not gx.transform_points(points, linear, precision="rebased", order=order)[zeros].any()
+        result = gx.transform_points(points, np.stack([linear, moved]), precision="rebased", order=order)
+        assert (result[1, zeros] == 0.1).all()
+        assert (gx.project_points(points, projective, precision="rebased", order=order)[zeros] == 0.1 / 3.0).all()
+    assert not gx.transform_vectors(points, moved, normalize=True, precision="rebased")[zeros].any()
+    assert np.array_equal(gx.transform_points(points, linear, precision="rebased", out=points)[zeros], points[zeros])
+    assert not points[zeros].any()
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+def test_points_in_any_order_keep_the_bound_of_their_neighbourhood(columns: int) -> None:
+    side = 45
+    axes = [np.linspace(-EARTH, EARTH, side)] * columns
+    grid = np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, columns)
+    points = np.random.default_rng(4).permutation(np.concatenate([grid] * (1 if columns == 3 else 40)))
+    matrix = np.eye(columns + 1)
+    matrix[:2, :2] = [[0.6, -0.8], [0.8, 0.6]]
+    exact = points @ matrix[:columns, :columns].T
+    plain = np.abs(gx.transform_points(points, matrix, precision="rebased") - exact).mean()
+    result = gx.transform_points(points, matrix, precision="rebased", order="morton")
+    assert np.abs(result - exact).mean() < 0.6 * plain
+    again = points.copy()
+    gx.transform_points(again, matrix, precision="rebased", order="morton", out=again)
+    assert np.array_equal(again, result)
+    assert_rebased(result, points, matrix)
+
+
+def test_the_order_does_not_matter_to_other_precisions() -> None:
+    points = some_points(100, np.float64)
+    expected = gx.transform_points(points, AFFINE, precision="float64")
+    assert np.array_equal(gx.transform_points(points, AFFINE, precision="float64", order="morton"), expected)
+    points[3] = np.nan
+    points[4, 1] = np.inf
+    result = gx.transform_points(points, AFFINE, precision="rebased", order="morton")
+    assert np.isnan(result[3]).all()
+    with pytest.raises(ArgumentError, match="order must be one of input, morton, got 'hilbert'"):
+        gx.transform_points(points, AFFINE, order="hilbert")  # type: ignore[arg-type]

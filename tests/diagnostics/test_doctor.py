@@ -218,3 +218,10 @@ def test_without_a_driver_the_report_says_what_to_install() -> None:
 )
 def test_bytes_in_human_units(n_bytes: int, text: str) -> None:
     assert doctor_report._format_bytes(n_bytes) == text
+
+
+@pytest.mark.parametrize("driver", ["", " ", ", "])
+def test_a_driver_without_a_version_leaves_no_comma_behind(report: Report, device: Device, driver: str) -> None:
+    adapter = dataclasses.replace(device.adapter, driver=driver)
+    lines = dataclasses.replace(report, adapters=(adapter,)).text().splitlines()
+    assert f"    {adapter.kind}, {adapter.backend}" in lines

@@ -83,7 +83,7 @@ BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"edges": "silhouettes"}, ArgumentError, "^edges must be 'all', 'feature', 'boundary', 'silhouette' or an array"),
     ({"edges": []}, MeshError, r"^edges must choose at least one edge"),
     ({"edges": "feature", "feature_angle": 200.0}, ArgumentError, "^feature_angle must be in"),
-    ({"colour": "red"}, ArgumentTypeError, "^unexpected keyword argument 'colour'$"),
+    ({"colour": "red"}, ArgumentTypeError, r"^unexpected keyword argument 'colour'; did you mean 'color'\?$"),
     ({"model": CUBE}, ArgumentTypeError, "^unexpected keyword argument 'model'$"),
 ]
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from gpu_xform import samples
 from gpu_xform._core.atomic_files import atomic_write
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-from gpu_xform.formats import load_mesh, registry, save_mesh
+from gpu_xform.formats import load_mesh, load_scene, registry, save_mesh
 from gpu_xform.geometry.mesh import Mesh
 
 coordinates = st.floats(allow_nan=False, allow_infinity=False)
@@ -90,10 +90,11 @@ def test_the_file_type_can_be_an_argument(tmp_path: Path, kind: str) -> None:
 
 def test_unknown_types_name_the_known_ones(tmp_path: Path) -> None:
     for source, kind, got in (("a.xyz", None, "'xyz'"), ("a", None, "no suffix"), ("a.obj", "step", "'step'")):
+        (tmp_path / source).touch()
         with pytest.raises(MeshError) as caught:
-            load_mesh(source, file_type=kind)
+            load_mesh(tmp_path / source, file_type=kind)
         known = "3mf, glb, gltf, npy, obj, off, ply, stl, vrml, wrl, wrz"
-        assert str(caught.value) == f"{source}: the type must be one of {known}, got {got}"
+        assert str(caught.value) == f"{tmp_path / source}: the type must be one of {known}, got {got}"
     with pytest.raises(MeshError, match="the type must be one of glb, gltf, npy, obj, off, ply, stl, got 'wrl'"):
         save_mesh(samples.cube(), tmp_path / "a.wrl")
     with pytest.raises(ArgumentError, match="file_type must be given for a file that has no name"):
@@ -233,3 +234,12 @@ def test_an_error_of_the_system_names_the_path_of_the_caller(
         save_mesh(samples.cube(), place)
     assert caught.value.filename == place
     assert isinstance(caught.value, FileNotFoundError | NotADirectoryError)
+
+
+def test_a_missing_file_is_graver_than_a_wrong_suffix(tmp_path: Path) -> None:
+    for read in (load_mesh, load_scene):
+        with pytest.raises(FileNotFoundError, match=r"nope\.xyz"):
+            read(tmp_path / "nope.xyz")
+    (tmp_path / "there.xyz").write_bytes(b"x")
+    with pytest.raises(MeshError, match="the type must be one of"):
+        load_mesh(tmp_path / "there.xyz")

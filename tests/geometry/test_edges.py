@@ -369,11 +369,11 @@ def test_angles_outside_0_to_180_degrees_are_refused(angle: float) -> None:
 @pytest.mark.slow
 def test_a_million_triangles_cost_a_few_sorts() -> None:
     keys = np.random.default_rng(0).integers(0, 2**63, 4_000_000, dtype=np.uint64)
-    start = time.perf_counter()
+    start = time.process_time()
     np.argsort(keys, kind="stable")
-    one_sort = time.perf_counter() - start
+    one_sort = time.process_time() - start
     mesh = triangulated(samples.grid(700))
     assert mesh.n_faces == 980_000
-    start = time.perf_counter()
+    start = time.process_time()
     assert len(resolve_edges(mesh, "feature")) == 4 * 700
-    assert time.perf_counter() - start < 10 * one_sort + 1.0
+    assert time.process_time() - start < 10 * one_sort + 1.0

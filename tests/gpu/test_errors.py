@@ -23,11 +23,15 @@ def test_exhausted_memory_is_a_device_memory_error(device: Device) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (used + (200 << 20), -1))
         try:
             Buffer(device.context, 1 << 30, label="test")
+            print("not counted")
         except gpu_xform.DeviceMemoryError as error:
             print(error)
         gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity(), device=device)
     """
-    assert python_output(code) == "the device has not enough memory to allocate 1,073,741,824 bytes ('test')\n"
+    output = python_output(code)
+    if output == "not counted\n":
+        pytest.skip("the memory of this driver is not counted in the address space, which the test limits")
+    assert output == "the device has not enough memory to allocate 1,073,741,824 bytes ('test')\n"
 
 
 @pytest.mark.parametrize(

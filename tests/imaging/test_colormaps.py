@@ -134,10 +134,16 @@ def grey(places: Array) -> Array:
         ({"clim": (2, 1)}, "clim must be (low, high), got (2, 1); a cmap ending in '_r' is reversed"),
         ({"clim": (1, 2, 3)}, "clim must have shape (2,), got (3,)"),
         ({"clim": (0, np.nan)}, "clim must be finite, got nan at index 1"),
-        ({"cmap": "virdis"}, "cmap must be a colormap's name, such as 'viridis', got 'virdis'"),
+        (
+            {"cmap": "virdis"},
+            "cmap must be a colormap's name, such as 'viridis', got 'virdis'; did you mean 'viridis'?",
+        ),
         ({"cmap": ""}, "cmap must be a colormap's name, such as 'viridis', got ''"),
         ({"cmap": "_r"}, "cmap must be a colormap's name, such as 'viridis', got '_r'"),
-        ({"cmap": "viridis_r_r"}, "cmap must be a colormap's name, such as 'viridis', got 'viridis_r_r'"),
+        (
+            {"cmap": "viridis_r_r"},
+            "cmap must be a colormap's name, such as 'viridis', got 'viridis_r_r'; did you mean 'viridis'?",
+        ),
         ({"cmap": lambda t: grey(t)[1:]}, "the colours from cmap must have one row for each of the 12 points, got 11"),
         ({"cmap": lambda t: t}, "the colours from cmap must have shape (12, 3) or (12, 4), got (12,)"),
         (

@@ -81,7 +81,6 @@ def test_matplotlibs_letters_are_its_own_and_not_the_names_they_stand_for() -> N
     "color",
     [
         *(
-            "blurple",
             "",
             "#12345",
             "#gggggg",
@@ -90,7 +89,6 @@ def test_matplotlibs_letters_are_its_own_and_not_the_names_they_stand_for() -> N
             "c0",
             "C",
             "C-1",
-            "tab:magenta",
             "1.1",
             "-0.5",
             "1.2.3",
@@ -103,6 +101,13 @@ def test_an_unknown_name_is_refused(color: str) -> None:
     with pytest.raises(ArgumentError) as caught:
         to_rgba(color, "paint")
     assert str(caught.value) == f"paint must be a colour's name or #rrggbb, got {color!r}"
+
+
+@pytest.mark.parametrize(("color", "meant"), [("blurple", "purple"), ("tab:magenta", "magenta"), ("Gren", "green")])
+def test_a_misspelt_name_is_refused_with_a_suggestion(color: str, meant: str) -> None:
+    with pytest.raises(ArgumentError) as caught:
+        to_rgba(color, "paint")
+    assert str(caught.value) == f"paint must be a colour's name or #rrggbb, got {color!r}; did you mean {meant!r}?"
 
 
 @pytest.mark.parametrize("color", [(1, 2, 3), (0.1, 0.2), (0.1, 0.2, 0.3, -0.1), (0.1,) * 5, [[0.1, 0.2, 0.3]], 0.5])
@@ -122,7 +127,9 @@ def test_what_holds_no_numbers_is_refused_by_type() -> None:
 def test_an_alpha_outside_of_0_to_1_is_refused(alpha: float) -> None:
     with pytest.raises(ArgumentError, match=rf"^the alpha of paint must be from 0 to 1, got {alpha}$"):
         to_rgba(("red", alpha), "paint")
-    with pytest.raises(ArgumentError, match=r"^paint must be a colour's name or #rrggbb, got 'blurple'$"):
+    with pytest.raises(
+        ArgumentError, match=r"^paint must be a colour's name or #rrggbb, got 'blurple'; did you mean 'purple'\?$"
+    ):
         to_rgba(("blurple", 0.5), "paint")
 
 
@@ -200,7 +207,10 @@ def test_no_rows_are_the_colours_of_no_things(columns: int) -> None:
         ),
         (np.full((12, 3), np.nan), "face_colors must be finite, got nan at index (0, 0)"),
         ("red", "face_colors must be one colour for each of the 12 faces, got the one 'red'"),
-        (["red"] * 3 + ["blurple"], "face_colors[3] must be a colour's name or #rrggbb, got 'blurple'"),
+        (
+            ["red"] * 3 + ["blurple"],
+            "face_colors[3] must be a colour's name or #rrggbb, got 'blurple'; did you mean 'purple'?",
+        ),
         (
             [(0.1, 0.2, 0.3), (0.1, 0.2)],
             "face_colors[1] must be a colour's name, or three or four numbers from 0 to 1, got (0.1, 0.2)",

@@ -521,7 +521,11 @@ BAD_ARGUMENTS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"line_width": 1e39}, ArgumentError, r"^line_width must be positive and at most 1e\+06"),
     ({"line_width": float("nan")}, ArgumentError, "line_width"),
     ({"line_width": "thick"}, ArgumentTypeError, "line_width"),
-    ({"color": "blurple"}, ArgumentError, r"^color must be a colour's name or #rrggbb, got 'blurple'$"),
+    (
+        {"color": "blurple"},
+        ArgumentError,
+        r"^color must be a colour's name or #rrggbb, got 'blurple'; did you mean 'purple'\?$",
+    ),
     ({"color": (1, 2, 3)}, ArgumentError, "^color must be"),
     ({"background": "face"}, ArgumentError, "^background must be"),
     ({"background": (0.5,)}, ArgumentError, "^background must be"),

@@ -130,7 +130,8 @@ def run(options: argparse.Namespace) -> int:
     references.require_reference_options(options)
     models = expand_globs(options.models)
     pictures = plan_outputs(models, options.output, options.reference, options.reference_diff)
-    make = functools.partial(_make_picture, options, compose_transforms(options), choose_device(options))
+    open_device = functools.cache(lambda: choose_device(options))  # once for all pictures, when the first is read
+    make = functools.partial(_make_picture, options, compose_transforms(options), open_device)
     if len(pictures) > 1:
         return _make_each(pictures, make)
     make(pictures[0])
@@ -162,10 +163,13 @@ def _make_each(pictures: Sequence[PlannedPicture], make: Callable[[PlannedPictur
 
 
 def _make_picture(
-    options: argparse.Namespace, world_from_model: Float64Array, device: "Device", picture: PlannedPicture
+    options: argparse.Namespace,
+    world_from_model: Float64Array,
+    open_device: Callable[[], "Device"],
+    picture: PlannedPicture,
 ) -> None:
     """Draw a picture, write it, and compare it with its reference."""
-    drawn = _draw(options, world_from_model, device, picture)
+    drawn = _draw(options, world_from_model, open_device, picture)
     if picture.output is not None:
         files.write_picture(drawn, picture.output, make_folders=options.output.is_per_model)
     if picture.reference is not None:
@@ -173,12 +177,15 @@ def _make_picture(
 
 
 def _draw(
-    options: argparse.Namespace, world_from_model: Float64Array, device: "Device", picture: PlannedPicture
+    options: argparse.Namespace,
+    world_from_model: Float64Array,
+    open_device: Callable[[], "Device"],
+    picture: PlannedPicture,
 ) -> Any:
     """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
     layers = read_layers(options, picture.models, world_from_model)
     with name_options_in_errors(options, picture.models):
-        return _find_renderer(picture.file_type)(layers, **collect_picture_arguments(options, layers, device))
+        return _find_renderer(picture.file_type)(layers, **collect_picture_arguments(options, layers, open_device()))
 
 
 def _find_renderer(file_type: str) -> Callable[..., Any]:

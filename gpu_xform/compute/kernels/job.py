@@ -27,6 +27,7 @@ class Job:
     points : (n, 2) or (n, 3), n > 0
     matrices : (k, 4, 4), k > 0; for points of the plane with an idle z
     out : where the results go, (k, n, 2 or 3)
+    is_sorted_in_space : whether "rebased" precision brings points together that lie together
     """
 
     device: Device
@@ -35,6 +36,7 @@ class Job:
     out: npt.NDArray[Any]
     dtype: np.dtype[Any]
     epilogue: Epilogue = Epilogue.NONE
+    is_sorted_in_space: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)

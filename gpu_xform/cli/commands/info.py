@@ -1,0 +1,160 @@
+"""`gpu-xform info`: what model files hold."""
+
+import argparse
+import json
+import warnings
+from typing import Any
+
+import numpy as np
+
+from ...errors import MeshWarning
+from ...geometry.attributes import RaggedArray
+from ...geometry.mesh import Mesh
+from ...geometry.scene import Scene
+from .. import argument_types as types
+from .. import files
+from .. import options as groups
+from ..paths import expand_globs, file_type
+from ..streams import print_stdout
+
+USAGE = "FILE... [options]"
+DESCRIPTION = """\
+Print what model files hold: points, faces by their number of corners, edges,
+bounds, attributes, nodes, units, comments, and what cannot be read."""
+EPILOG = """\
+examples:
+  gpu-xform info scan.ply
+  gpu-xform info *.glb --json
+"""
+MAX_TEXTS = 12
+
+
+def add_options(parser: argparse.ArgumentParser) -> None:
+    """Add the options of `info`."""
+    group = parser.add_argument_group("files")
+    group.add_argument(
+        "models",
+        metavar="FILE",
+        nargs="+",
+        type=types.parse_file_path,
+        help="a model file, or a pattern such as *.obj; - for standard input",
+    )
+    groups.add_file_type(group)
+    groups.add_json(parser, "descriptions of the files")
+    groups.add_general_options(parser, adapter=False)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print what files hold."""
+    found = [_describe(path, options.file_type) for path in expand_globs(options.models)]
+    print_stdout(json.dumps(found, indent=2) + "\n" if options.json else "\n".join(map(_format, found)))
+    return 0
+
+
+def _describe(path: str, declared_type: str | None) -> dict[str, Any]:
+    """Return what a file holds, as JSON has it."""
+    from ...formats import load_scene
+    from ...formats.gltf import merge_scene
+
+    kind = file_type(path, declared_type)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", MeshWarning)
+        scene = load_scene(files.open_source(path), file_type=kind)
+        is_one = len(scene) == 1 and not scene.metadata
+        mesh = next(iter(scene)).models[0].model if is_one and _is_mesh(scene) else merge_scene(scene)
+    sizes, counts = np.unique(np.diff(mesh.offsets), return_counts=True)
+    return {
+        "file": path,
+        "type": kind,
+        "points": mesh.n_points,
+        "faces": {int(size): int(count) for size, count in zip(sizes, counts, strict=True)},
+        "edges": len(mesh.edges),
+        "bounds": mesh.bounds.tolist(),
+        "attributes": _describe_attributes(mesh),
+        "labels": {name: list(texts) for name, texts in mesh.attributes.labels.items()},
+        "materials": list(mesh.attributes.material),
+        "nodes": [{"name": node.name, "parent": node.parent, "models": len(node.models)} for node in scene],
+        "animations": list(scene.animations),
+        "units": _find_units(kind, scene),
+        "encoding": mesh.metadata.get(kind, {}).get("encoding"),
+        "comments": _find_comments(mesh),
+        "warnings": [str(warning.message) for warning in caught if issubclass(warning.category, MeshWarning)],
+    }
+
+
+def _is_mesh(scene: Scene) -> bool:
+    """Return whether the one node shows one mesh where the file has it."""
+    node = next(iter(scene))
+    return (
+        len(node.models) == 1 and isinstance(node.models[0].model, Mesh) and np.array_equal(node.transform, np.eye(4))
+    )
+
+
+def _describe_attributes(mesh: Mesh) -> dict[str, dict[str, str]]:
+    attributes = mesh.attributes
+    tables = {"point": attributes.point, "corner": attributes.corner, "face": attributes.face}
+    return {what: {name: _describe_column(column) for name, column in table.items()} for what, table in tables.items()}
+
+
+def _describe_column(column: Any) -> str:
+    """Return the type and the number of columns, such as "3 x float32"."""
+    if isinstance(column, RaggedArray):
+        return f"lists of {column.dtype}"
+    return " x ".join([*map(str, column.shape[1:]), str(column.dtype)])
+
+
+def _find_units(kind: str, scene: Scene) -> str | None:
+    """Return the unit of the coordinates, if the format says it."""
+    if kind == "3mf":
+        unit = scene.metadata.get("3mf", {}).get("unit", "millimeter")
+        return "millimeter" if unit == "millimeter" else f"millimeter, converted from {unit}"
+    return "metre" if kind in ("glb", "gltf") else None
+
+
+def _find_comments(mesh: Mesh) -> list[str]:
+    """Return the comments that a file of any format holds."""
+    held = mesh.metadata
+    lines = [
+        text if keyword == "comment" else f"obj_info {text}"
+        for keyword, *_, text in held.get("ply", {}).get("header", ())
+        if keyword in ("comment", "obj_info")
+    ]
+    return lines + [text.strip() for source in ("obj", "off") for text in held.get(source, {}).get("comments", ())]
+
+
+def _format(found: dict[str, Any]) -> str:
+    """Return a paragraph that says what a file holds."""
+    encoding = f", {found['encoding']}" if found["encoding"] else ""
+    low, high = found["bounds"]
+    faces = [f"{count:,} of {size} corners" for size, count in found["faces"].items()]
+    rows: list[tuple[str, str]] = [
+        ("type", f"{found['type']}{encoding}"),
+        ("points", f"{found['points']:,}"),
+        ("faces", f"{sum(found['faces'].values()):,}" + (f" ({_shorten(faces)})" if faces else "")),
+        ("edges", f"{found['edges']:,}"),
+        ("bounds", f"{_join(low)} to {_join(high)}"),
+    ]
+    rows += [
+        (f"per {what}", ", ".join(f"{name} ({kind})" for name, kind in table.items()))
+        for what, table in found["attributes"].items()
+        if table
+    ]
+    rows += [(name, _shorten(texts)) for name, texts in found["labels"].items()]
+    names = [node["name"] for node in found["nodes"]]
+    rows += [("nodes", f"{len(names)}: {_shorten(names)}")] if len(names) > 1 else []
+    shown = ["animations", "comments"] if "material" in found["labels"] else ["materials", "animations", "comments"]
+    rows += [(key, _shorten(found[key])) for key in shown if found[key]]
+    rows += [("units", found["units"])] if found["units"] else []
+    rows += [("warning", " ".join(text.split())) for text in found["warnings"]]
+    width = max(len(name) for name, _ in rows)
+    return "".join([f"{found['file']}\n", *(f"  {name:{width}}  {text}\n" for name, text in rows)])
+
+
+def _shorten(texts: list[str]) -> str:
+    """Return texts in one line, the first ones of many."""
+    more = f", and {len(texts) - MAX_TEXTS} more" if len(texts) > MAX_TEXTS else ""
+    return ", ".join(texts[:MAX_TEXTS]) + more
+
+
+def _join(point: list[float]) -> str:
+    return "(" + ", ".join(f"{value:g}" for value in point) + ")"
