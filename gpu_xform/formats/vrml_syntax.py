@@ -348,5 +348,5 @@ def _resolve_names(roots: list[Any]) -> None:
                 pending.append(item)
             pending += reversed(item.slots)
         elif isinstance(item, Prototype):
-            pending += [partial(names.declare, item), names.leave, *reversed(item.body_slots)]
+            pending += [partial(names.declare, item), names.pop_scope, *reversed(item.body_slots)]
             pending += [names.enter, *reversed(item.default_slots)]
