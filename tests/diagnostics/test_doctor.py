@@ -24,7 +24,8 @@ from gpu_xform.gpu.device import Device
 from gpu_xform.raster import rasterizer
 
 NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
-CHECKS = ["matrix layout", "struct layout", "long loop", "float32 transform", "float64 transform", "picture"]
+PICTURES = ["picture (render)", "picture (compute)"]
+CHECKS = ["matrix layout", "struct layout", "long loop", "float32 transform", "float64 transform", *PICTURES]
 
 
 @pytest.fixture(scope="module")
@@ -140,7 +141,7 @@ def test_a_wrong_picture_is_noticed(
 ) -> None:
     result = rasterizer.TiledPendingImage.result
     monkeypatch.setattr(rasterizer.TiledPendingImage, "result", lambda pending: mutant(result(pending)))
-    assert wrong(examine().checks) == ["picture"]
+    assert wrong(examine().checks) == PICTURES
     assert main(["doctor"]) == 1
 
 
@@ -150,8 +151,8 @@ def test_a_device_that_fails_while_it_works_is_reported(monkeypatch: pytest.Monk
 
     monkeypatch.setattr(rasterizer.TiledRasterizer, "draw", lost)
     report = examine()
-    assert wrong(report.checks) == ["picture"]
-    assert "WRONG  picture           the device is lost\n" in report.text()
+    assert wrong(report.checks) == PICTURES
+    assert "WRONG  picture (render)  the device is lost\n" in report.text()
 
 
 def test_a_device_that_does_not_open_is_reported(
