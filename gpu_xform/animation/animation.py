@@ -27,6 +27,8 @@ from ..imaging.colors import ColorLike, to_rgba
 from ..imaging.image import Pixels
 from ..matrices import rotate, translate
 from ..raster.base import PendingImage
+from ..raster.choose import require_rasterizer
+from ..raster.names import RasterizerName
 from ..rendering.raster import begin_render
 from .encoders import html
 from .encoders.frames import FrameSequence
@@ -54,6 +56,7 @@ def animate(
     camera: CameraLike | None = None,
     background: ColorLike | None = "white",
     device: Device | None = None,
+    rasterizer: RasterizerName = "auto",
     progress: Progress | None = None,
     **style: Unpack[Style],
 ) -> "Animation":
@@ -85,6 +88,8 @@ def animate(
         The colour behind the models; None is transparent.
     device : Device, optional
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    rasterizer : "auto", "render" or "compute"
+        How edges become pixels, as `render` takes it.
     progress : function, optional
         Called with the number of frames drawn and the number of all frames while the file is written. By default a
         progress bar appears after a second, on a terminal only.
@@ -109,7 +114,7 @@ def animate(
         As `Animation.save` raises them, if a path is given.
     """
     motion = make_motion(frames, fps, n_frames, duration)
-    animation = Animation(load_models(models), motion, size, camera, background, device, style)
+    animation = Animation(load_models(models), motion, size, camera, background, device, rasterizer, style)
     if path is not None:
         animation.save(path, progress=progress)
     return animation
@@ -188,6 +193,7 @@ class Animation:
         camera: CameraLike | None,
         background: ColorLike | None,
         device: Device | None,
+        rasterizer: RasterizerName,
         style: Style,
     ) -> None:
         self._models = models
@@ -195,7 +201,9 @@ class Animation:
         self._size = parse_size(size)
         self._background = background
         self._device = device
+        self._rasterizer = rasterizer
         self._style = style
+        require_rasterizer(rasterizer)
         apply_pose(models, np.eye(4), style)
         self._is_opaque = background is not None and to_rgba(background, "background")[3] == 1.0
         if isinstance(camera, Camera):
@@ -326,7 +334,8 @@ class Animation:
 
     def _begin(self, k: int, overlap_with: PendingImage | None = None) -> PendingImage:
         frame = Frame(self.camera, self.size, self._background, self._device)
-        return begin_render(self._layers(k), frame, {}, overlap_with=overlap_with)
+        layers = self._layers(k)
+        return begin_render(layers, frame, {}, rasterizer=self._rasterizer, overlap_with=overlap_with)
 
     def _framing_points(self, k: int) -> Float64Array:
         """Return points of the world (n, 3) that a camera must hold in frame k."""

@@ -17,6 +17,7 @@ from ..drawing.enums import HIDDEN_STYLES
 from ..errors import GpuXformError
 from ..geometry.edges import EDGE_SETS
 from ..imaging.colors import ColorLike, to_rgba
+from ..raster.names import RASTERIZERS
 from . import files
 from .path_templates import Template
 from .paths import STDIO, file_type, require_path
@@ -277,6 +278,14 @@ def parse_hidden(text: str) -> str:
     """Parse a style of hidden edges."""
     if text not in HIDDEN_STYLES:
         raise ValueError(f"expected {', '.join(HIDDEN_STYLES)}, got {quote(text)}{did_you_mean(text, HIDDEN_STYLES)}")
+    return text
+
+
+@argument_type
+def parse_rasterizer(text: str) -> str:
+    """Parse the name of a rasteriser."""
+    if text not in RASTERIZERS:
+        raise ValueError(f"expected {', '.join(RASTERIZERS)}, got {quote(text)}")
     return text
 
 

@@ -44,7 +44,7 @@ def collect_style_arguments(options: Namespace) -> dict[str, Any]:
 
 
 def collect_picture_arguments(options: Namespace, layers: Sequence["Layer"], device: "Device") -> dict[str, Any]:
-    """Return the keywords that `render`, `animate` and `view` share."""
+    """Return the keywords that `render`, `render_svg`, `animate` and `view` share."""
     return {
         "camera": make_camera(options, layers),
         "size": options.resolution,

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from ..drawing.enums import HIDDEN_STYLES
 from ..geometry.edges import EDGE_SETS
+from ..raster.names import RASTERIZERS
 from . import argument_types as types
 
 # The types that `load_mesh` reads; asking it would import all readers.
@@ -255,14 +256,24 @@ def add_drawing_options(parser: argparse.ArgumentParser, resolution: str) -> Non
     add_camera(parser)
 
 
-def add_general_options(parser: argparse.ArgumentParser, *, adapter: bool) -> Any:
-    """Add the options of every command; return the group."""
+def add_general_options(parser: argparse.ArgumentParser, *, adapter: bool, rasterizer: bool = False) -> Any:
+    """Add the options of every command, and those of the commands that use a device or draw; return the group."""
     group = parser.add_argument_group("other options")
     if adapter:
         group.add_argument(
             "--adapter",
             metavar="NAME",
             help="graphics adapter, by a part of its name (default: $GPU_XFORM_ADAPTER, else the fastest)",
+        )
+    if rasterizer:
+        *others, last = RASTERIZERS
+        group.add_argument(
+            "--rasterizer",
+            metavar="NAME",
+            type=types.parse_rasterizer,
+            default="auto",
+            help=f"how edges become pixels: {', '.join(others)} or {last} "
+            "(default: $GPU_XFORM_RASTERIZER, else the faster one)",
         )
     group.add_argument("-h", "--help", action="help", help="print this help")
     return group

@@ -3,6 +3,7 @@
 import os
 import platform
 from collections.abc import Callable
+from functools import partial
 from importlib.metadata import version
 from typing import Literal
 
@@ -15,6 +16,7 @@ from ..geometry.mesh import Mesh
 from ..gpu import self_test
 from ..gpu.adapters import Adapter, adapters, describe_adapter, find_adapter
 from ..gpu.device import Device
+from ..raster.names import RASTERIZERS, RasterizerName
 from ..rendering.raster import render_array
 from .doctor_report import Check, Report
 
@@ -74,7 +76,10 @@ def _run_checks(adapter: str | None) -> tuple[Check, ...]:
         checks.append(_run_check("float32 transform", lambda: _check_transform(device, "float32")))
         if device.has_float64:
             checks.append(_run_check("float64 transform", lambda: _check_transform(device, "float64")))
-        checks.append(_run_check("picture", lambda: _check_picture(device)))
+        checks += [
+            _run_check(f"picture ({rasterizer})", partial(_check_picture, device, rasterizer))
+            for rasterizer in RASTERIZERS[1:]
+        ]
     return tuple(checks)
 
 
@@ -98,7 +103,7 @@ def _check_transform(device: Device, dtype: Literal["float32", "float64"]) -> tu
     return n_wrong == 0, f"{N_POINTS - n_wrong:,} of {N_POINTS:,} points agree with NumPy's"
 
 
-def _check_picture(device: Device) -> tuple[bool, str]:
+def _check_picture(device: Device, rasterizer: RasterizerName) -> tuple[bool, str]:
     """Draw a line two pixels wide, left of and above the centre, and test the pixels on it and away from it."""
     line = Mesh([(-0.75, 0.5, 0.0), (0.25, 0.5, 0.0)], [(0, 1)])
     pixels = render_array(
@@ -107,6 +112,7 @@ def _check_picture(device: Device) -> tuple[bool, str]:
         camera=Camera.window((-1.0, 1.0), (-1.0, 1.0)),
         background="black",
         device=device,
+        rasterizer=rasterizer,
         color="white",
         line_width=2.0,
     )

@@ -1,5 +1,6 @@
-"""The only folder that imports wgpu: adapters, the device, its buffers, shaders and dispatches.
+"""The only folder that imports wgpu: adapters, the device, its memory, shaders, dispatches and render passes.
 
 Reading order: drivers, type_lookups, adapters, errors, layouts, context, buffers, buffer_pool, resource_cache, stages,
-wgsl, shaders, dispatch, timestamps, trace, self_test, device, uniforms, chunking, device_points, timing, debug.
+wgsl, shaders, textures, dispatch, timestamps, trace, self_test, device, uniforms, chunking, device_points, timing,
+debug.
 """

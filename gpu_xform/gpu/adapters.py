@@ -39,12 +39,15 @@ class Limits:
         Workgroups per dispatch, in each dimension.
     max_workgroup_size : int
         Invocations per workgroup.
+    max_texture_side : int
+        Texels across a texture, and down.
     """
 
     max_buffer_bytes: int
     max_binding_bytes: int
     max_workgroups: int
     max_workgroup_size: int
+    max_texture_side: int = 8192
 
     @property
     def max_bound_bytes(self) -> int:
@@ -107,6 +110,7 @@ def describe_adapter(adapter: wgpu.GPUAdapter) -> Adapter:
             max_workgroup_size=min(
                 limits["max-compute-workgroup-size-x"], limits["max-compute-invocations-per-workgroup"]
             ),
+            max_texture_side=limits["max-texture-dimension-2d"],
         ),
         features=frozenset(adapter.features),
     )

@@ -8,7 +8,7 @@ import os
 import threading
 import weakref
 from collections.abc import Iterator, Sequence
-from typing import Protocol
+from typing import Any, Protocol
 
 import wgpu
 
@@ -21,7 +21,7 @@ from .errors import translate_wgpu_errors
 # is faster; on integrated ones wgpu makes what the host may write write-combined, from which it reads at a crawl.
 HOST_MAPPABLE_KINDS = {"CPU"}
 MAPPABLE = "mappable-primary-buffers"
-WANTED_FEATURES = frozenset({"shader-f64", "timestamp-query", MAPPABLE})
+WANTED_FEATURES = frozenset({"shader-f64", "timestamp-query", "float32-blendable", MAPPABLE})
 WANTED_LIMITS = (
     "max-buffer-size",
     "max-storage-buffer-binding-size",
@@ -37,7 +37,7 @@ class Submittable(Protocol):
     """Device memory that a submission can use."""
 
     @property
-    def handle(self) -> wgpu.GPUBuffer:
+    def handle(self) -> Any:
         """The object that wgpu knows it by."""
 
     @property
@@ -55,11 +55,11 @@ class DispatchObserver:
         """Begin: no command is encoded yet."""
 
     def timestamp_writes(self) -> dict[str, object] | None:
-        """Return where a dispatch about to be encoded writes its timestamps, as wgpu takes it; None for nowhere."""
+        """Return where a pass about to be encoded writes its timestamps, as wgpu takes it; None for nowhere."""
         return None
 
     def end_dispatch(self, encoder: "CommandEncoder", label: str) -> None:
-        """Look on after a dispatch; `label` is its pipeline's."""
+        """Look on after a dispatch or a render pass; `label` is its pipeline's."""
 
     def end_encoding(self, encoder: "CommandEncoder") -> None:
         """Look on after the last command; more may be encoded."""
@@ -72,10 +72,19 @@ class CommandEncoder:
     """The commands of one submission, in the order in which the device runs them."""
 
     def __init__(self, context: "GpuContext", used: Sequence[Submittable], label: str) -> None:
-        self._context = context
+        self.context = context
         self._used = used
         self._label = label
-        self.handle = context.handle.create_command_encoder(label=label)
+        self._handle = context.handle.create_command_encoder(label=label)
+        self._compute_pass: wgpu.GPUComputePassEncoder | None = None  # of the last dispatch, if nothing came after it
+
+    @property
+    def handle(self) -> wgpu.GPUCommandEncoder:
+        """The encoder that wgpu knows, outside of any compute pass."""
+        if self._compute_pass is not None:
+            self._compute_pass.end()
+            self._compute_pass = None
+        return self._handle
 
     def copy_buffer(
         self, source: Submittable, destination: Submittable, n_bytes: int, *, source_offset_bytes: int = 0
@@ -87,23 +96,70 @@ class CommandEncoder:
         """Fill the first `n_bytes` of `buffer` with zeros."""
         self.handle.clear_buffer(buffer.handle, 0, n_bytes)
 
-    def begin_compute_pass(self) -> wgpu.GPUComputePassEncoder:
-        """Return wgpu's encoder of one pass; `end_compute_pass` takes it back."""
-        writes = None
-        for observer in self._context.observers:
-            writes = writes or observer.timestamp_writes()
-        return self.handle.begin_compute_pass(timestamp_writes=writes)
+    def copy_buffer_to_texture(
+        self, source: Submittable, destination: Submittable, extent: tuple[int, int], row_bytes: int, first_row: int = 0
+    ) -> None:
+        """Copy rows of `row_bytes` in `source` to `extent` texels of `destination` from its row `first_row` on."""
+        width, height = extent
+        rows = {"buffer": source.handle, "bytes_per_row": row_bytes, "rows_per_image": height}
+        texels = {"texture": destination.handle, "origin": (0, first_row, 0)}
+        self.handle.copy_buffer_to_texture(rows, texels, (width, height, 1))
 
-    def end_compute_pass(self, compute: wgpu.GPUComputePassEncoder, label: str) -> None:
-        """End a pass of one dispatch; `label` is its pipeline's."""
-        compute.end()
-        for observer in self._context.observers:
+    def copy_texture_to_buffer(
+        self, source: Submittable, destination: Submittable, extent: tuple[int, int], row_bytes: int
+    ) -> None:
+        """Copy the first `extent` texels of `source` to `destination`, a row every `row_bytes`."""
+        width, height = extent
+        rows = {"buffer": destination.handle, "bytes_per_row": row_bytes, "rows_per_image": height}
+        self.handle.copy_texture_to_buffer({"texture": source.handle}, rows, (width, height, 1))
+
+    def copy_texture(self, source: Submittable, destination: Submittable, extent: tuple[int, int]) -> None:
+        """Copy the first `extent` texels of `source` to the same place in `destination`."""
+        self.handle.copy_texture_to_texture({"texture": source.handle}, {"texture": destination.handle}, (*extent, 1))
+
+    def begin_compute_pass(self) -> wgpu.GPUComputePassEncoder:
+        """Return wgpu's encoder of a pass, for one dispatch; `end_dispatch` follows it.
+
+        Dispatches that follow one another share a pass: beginning one takes as long as many dispatches.
+        """
+        if self._compute_pass is None:
+            self._compute_pass = self._handle.begin_compute_pass(timestamp_writes=self._timestamp_writes())
+        return self._compute_pass
+
+    def end_dispatch(self, label: str) -> None:
+        """Note that a dispatch is encoded; `label` is its pipeline's. What is observed has a pass of its own."""
+        for observer in self.context.observers:
+            _ = self.handle
             observer.end_dispatch(self, label)
+
+    def begin_render_pass(
+        self, view: wgpu.GPUTextureView, clear_color: tuple[float, float, float, float] | None = None
+    ) -> wgpu.GPURenderPassEncoder:
+        """Return wgpu's encoder of one pass over the texels of `view`; `end_render_pass` takes it back.
+
+        clear_color : what the texels are before; None for what they hold
+        """
+        attachment = {"view": view, "load_op": "load", "store_op": "store"}
+        if clear_color is not None:
+            attachment |= {"load_op": "clear", "clear_value": clear_color}
+        return self.handle.begin_render_pass(color_attachments=[attachment], timestamp_writes=self._timestamp_writes())
+
+    def end_render_pass(self, render: wgpu.GPURenderPassEncoder, label: str) -> None:
+        """End a pass; `label` is its pipeline's."""
+        render.end()
+        for observer in self.context.observers:
+            observer.end_dispatch(self, label)
+
+    def _timestamp_writes(self) -> dict[str, object] | None:
+        writes = None
+        for observer in self.context.observers:
+            writes = writes or observer.timestamp_writes()
+        return writes
 
     def flush(self) -> None:
         """Submit what has been encoded so far: for observers, which may split a submission."""
         self.submit()
-        self.handle = self._context.handle.create_command_encoder(label=self._label)
+        self._handle = self.context.handle.create_command_encoder(label=self._label)
 
     def submit(self) -> None:
         """Submit what has been encoded; called once, by `GpuContext.encode_commands`.
@@ -111,10 +167,10 @@ class CommandEncoder:
         wgpu aborts the process if a submission is not valid: what could make it so is checked here.
         """
         for buffer in self._used:
-            buffer.require_submittable(self._context)
+            buffer.require_submittable(self.context)
         with translate_wgpu_errors("record the commands", self._label, *[each.label for each in self._used]):
             commands = self.handle.finish()
-        self._context.handle.queue.submit([commands])
+        self.context.handle.queue.submit([commands])
 
 
 class GpuContext:

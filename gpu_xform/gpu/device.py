@@ -15,6 +15,7 @@ from .context import CommandEncoder, GpuContext, Submittable
 from .dispatch import BindGroupCache
 from .resource_cache import ResourceCache
 from .shaders import Pipelines
+from .textures import TexturePool
 from .timestamps import DispatchTimer, create_timer
 from .trace import Tracer, trace_from_environment
 
@@ -61,6 +62,7 @@ class Device:
         self.pipelines = Pipelines(context)
         self.bind_groups = BindGroupCache(context)
         self.pool = BufferPool(context)
+        self.textures = TexturePool(context)
         self.resource_cache = ResourceCache(context)
         self._trace = trace_from_environment()
         self._tracer = Tracer(context, self._trace) if self._trace else None
@@ -106,6 +108,7 @@ class Device:
             if not self.context.is_closed:
                 self.bind_groups.clear()
                 self.pool.clear()
+                self.textures.clear()
                 self.resource_cache.clear()
                 self.context.close()
                 if self._trace:

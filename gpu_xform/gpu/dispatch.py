@@ -1,7 +1,8 @@
-"""Bind groups and compute dispatches: a pipeline, its buffers, a grid of workgroups."""
+"""Bind groups, compute dispatches and render passes: a pipeline, its buffers and textures, and what it runs over."""
 
-from collections.abc import Mapping
-from typing import Any, NamedTuple
+import contextlib
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple, TypeAlias
 
 import wgpu
 
@@ -9,7 +10,8 @@ from ..errors import ShaderError
 from .buffers import Buffer
 from .context import CommandEncoder, GpuContext
 from .errors import translate_wgpu_errors
-from .shaders import ComputePipeline
+from .shaders import ComputePipeline, Pipeline, RenderPipeline
+from .textures import Texture
 
 MAX_BIND_GROUPS = 256  # kept for the next time; small pictures take a tenth less time for it
 
@@ -22,6 +24,9 @@ class Binding(NamedTuple):
     n_bytes: int
 
 
+Bindable: TypeAlias = Buffer | Binding | Texture
+
+
 class BindGroupCache:
     """The bind groups of one device."""
 
@@ -29,22 +34,22 @@ class BindGroupCache:
         self._context = context
         self._groups: dict[tuple[Any, ...], wgpu.GPUBindGroup] = {}
 
-    def bind(self, pipeline: ComputePipeline, /, **bindings: Buffer | Binding) -> wgpu.GPUBindGroup:
-        """Bind whole buffers and parts of them to the variables of a pipeline's WGSL, by name.
+    def bind(self, pipeline: Pipeline, /, **bindings: Bindable) -> wgpu.GPUBindGroup:
+        """Bind buffers, parts of buffers, and textures to the variables of a pipeline's WGSL, by name.
 
-        A group whose buffers are all persistent is kept and given again. Raises `ShaderError` if the names are not
-        those of the WGSL.
+        A group of what is all persistent is kept and given again. Raises `ShaderError` if the names are not those of
+        the WGSL.
         """
         parts = {
-            name: part if isinstance(part, Binding) else Binding(part, 0, part.n_bytes)
+            name: Binding(part, 0, part.n_bytes) if isinstance(part, Buffer) else part
             for name, part in bindings.items()
         }
-        for buffer, _, _ in parts.values():
-            buffer.require_submittable(self._context)
-        if not all(part.buffer.persistent for part in parts.values()):
+        for part in parts.values():
+            _owner(part).require_submittable(self._context)
+        if not all(_owner(part).persistent for part in parts.values()):
             return self._create(pipeline, parts)
-        # Neither the id of a pipeline nor that of a buffer comes again: no key can mean another group.
-        key = (pipeline.id, *((name, buffer.id, offset, n) for name, (buffer, offset, n) in parts.items()))
+        # Neither the id of a pipeline nor that of a buffer or of a texture comes again: no key can mean another group.
+        key = (pipeline.id, *((name, *_identity(part)) for name, part in parts.items()))
         if key not in self._groups:
             if len(self._groups) == MAX_BIND_GROUPS:
                 self._groups.pop(next(iter(self._groups)))
@@ -58,23 +63,35 @@ class BindGroupCache:
     def __len__(self) -> int:
         return len(self._groups)
 
-    def _create(self, pipeline: ComputePipeline, parts: Mapping[str, Binding]) -> wgpu.GPUBindGroup:
+    def _create(self, pipeline: Pipeline, parts: Mapping[str, Binding | Texture]) -> wgpu.GPUBindGroup:
         if parts.keys() != pipeline.bindings.keys():
             expected = ", ".join(pipeline.bindings)
             raise ShaderError(f"the bindings of {pipeline.label} must be {expected}, got {', '.join(parts) or 'none'}")
-        labels = [part.buffer.label for part in parts.values()]
+        labels = [_owner(part).label for part in parts.values()]
         with translate_wgpu_errors("bind the buffers", pipeline.label, *labels):
             return self._context.handle.create_bind_group(
                 label=pipeline.label,
                 layout=pipeline.handle.get_bind_group_layout(0),
                 entries=[
-                    {
-                        "binding": pipeline.bindings[name],
-                        "resource": {"buffer": buffer.handle, "offset": offset, "size": n_bytes},
-                    }
-                    for name, (buffer, offset, n_bytes) in parts.items()
+                    {"binding": pipeline.bindings[name], "resource": _resource(part)} for name, part in parts.items()
                 ],
             )
+
+
+def _owner(part: Binding | Texture) -> Buffer | Texture:
+    return part if isinstance(part, Texture) else part.buffer
+
+
+def _identity(part: Binding | Texture) -> tuple[object, ...]:
+    if isinstance(part, Texture):
+        return ("texture", part.id)
+    return (part.buffer.id, part.offset_bytes, part.n_bytes)
+
+
+def _resource(part: Binding | Texture) -> Any:
+    if isinstance(part, Texture):
+        return part.view
+    return {"buffer": part.buffer.handle, "offset": part.offset_bytes, "size": part.n_bytes}
 
 
 def dispatch(
@@ -83,7 +100,7 @@ def dispatch(
     bindings: wgpu.GPUBindGroup,
     *n_workgroups: int | Buffer,
 ) -> None:
-    """Encode one dispatch, in a compute pass of its own.
+    """Encode one dispatch.
 
     n_workgroups : up to three numbers, or the one buffer that begins with three
     """
@@ -94,4 +111,43 @@ def dispatch(
         compute.dispatch_workgroups_indirect(n_workgroups[0].handle, 0)
     else:
         compute.dispatch_workgroups(*n_workgroups)
-    encoder.end_compute_pass(compute, pipeline.label)
+    encoder.end_dispatch(pipeline.label)
+
+
+class RenderPass:
+    """Triangles drawn into a texture by one pipeline; `begin_render_pass` lends it."""
+
+    def __init__(self, handle: wgpu.GPURenderPassEncoder) -> None:
+        self._handle = handle
+
+    def draw(self, n_vertices: int) -> None:
+        """Draw a triangle per three vertices."""
+        self._handle.draw(n_vertices)
+
+    def draw_indexed(self, indices: Buffer, n_indices: int, first_vertex: int) -> None:
+        """Draw a triangle per three of the first 16-bit indices, which count from `first_vertex`."""
+        self._handle.set_index_buffer(indices.handle, "uint16")
+        self._handle.draw_indexed(n_indices, 1, 0, first_vertex)
+
+
+@contextlib.contextmanager
+def begin_render_pass(
+    encoder: CommandEncoder,
+    target: Texture,
+    extent: tuple[int, int],
+    pipeline: RenderPipeline,
+    bindings: wgpu.GPUBindGroup,
+    *,
+    clear_color: tuple[float, float, float, float] | None = None,
+) -> Iterator[RenderPass]:
+    """Encode a render pass into the first `extent` texels of a texture.
+
+    clear_color : what all texels of the texture are before; None for what they hold
+    """
+    target.require_submittable(encoder.context)
+    render = encoder.begin_render_pass(target.view, clear_color)
+    render.set_viewport(0.0, 0.0, *map(float, extent), 0.0, 1.0)
+    render.set_pipeline(pipeline.handle)
+    render.set_bind_group(0, bindings)
+    yield RenderPass(render)
+    encoder.end_render_pass(render, pipeline.label)

@@ -6,6 +6,7 @@ import os
 import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +20,37 @@ _ids = itertools.count()  # no two pipelines of a process have the same
 
 
 @dataclass(frozen=True, eq=False)
-class ComputePipeline:
-    """A compute pipeline, and the numbers of its bindings by the names that WGSL gives them."""
+class Pipeline:
+    """A pipeline, and the numbers of its bindings by the names that WGSL gives them."""
 
-    handle: wgpu.GPUComputePipeline
+    handle: Any
     label: str
     bindings: Mapping[str, int]
     id: int = field(default_factory=lambda: next(_ids))
+
+
+class ComputePipeline(Pipeline):
+    """A pipeline that dispatches run."""
+
+
+class RenderPipeline(Pipeline):
+    """A pipeline that draws triangles into one texture."""
+
+
+class ColorWrite(Enum):
+    """What becomes of the colour that a fragment returns."""
+
+    REPLACE = "replace"
+    MULTIPLY_BY_REST = "multiply by rest"  # each component of the texel, by 1 less the fragment's
+    NOTHING = "nothing"
+
+
+_REST: dict[str, object] = {"src_factor": "zero", "dst_factor": "one-minus-src", "operation": "add"}
+_COLOR_WRITES: dict[ColorWrite, dict[str, object]] = {
+    ColorWrite.REPLACE: {},
+    ColorWrite.MULTIPLY_BY_REST: {"blend": {"color": _REST, "alpha": _REST}},
+    ColorWrite.NOTHING: {"write_mask": 0},
+}
 
 
 class Pipelines:
@@ -40,6 +65,7 @@ class Pipelines:
         self._context = context
         self._modules: dict[tuple[str, str | None], wgpu.GPUShaderModule] = {}
         self._compute: dict[tuple[str, str | None, tuple[tuple[str, float], ...]], ComputePipeline] = {}
+        self._render: dict[tuple[str, str, ColorWrite, tuple[tuple[str, float], ...]], RenderPipeline] = {}
         folder = os.environ.get("GPU_XFORM_WGSL")
         self._is_watching = bool(folder)
         self._sources = Sources(Path(folder)) if folder else installed_sources()
@@ -69,9 +95,7 @@ class Pipelines:
         """Return the compute pipeline of a stage with its `override` constants set to `constants`."""
         key = (stage, number_type, tuple(sorted(constants.items())))
         with self._context.lock:
-            self._context.require_usable()
-            if self._is_watching and self._sources.have_changed():
-                self.reload()
+            self._require_current()
             if key not in self._compute:
                 self._compute[key] = self._create_compute(stage, number_type, constants)
             return self._compute[key]
@@ -89,12 +113,52 @@ class Pipelines:
             raise ShaderError(f"{row.file} with {dict(constants)} is refused: {error}") from error
         return ComputePipeline(handle, label, self._sources.source(stage, number_type).bindings)
 
+    def render(
+        self, stage: str, texture_format: str, write: ColorWrite = ColorWrite.REPLACE, /, **constants: float
+    ) -> RenderPipeline:
+        """Return the pipeline that draws triangles of a stage into a texture, with its constants set to `constants`."""
+        key = (stage, texture_format, write, tuple(sorted(constants.items())))
+        with self._context.lock:
+            self._require_current()
+            if key not in self._render:
+                target = {"format": texture_format, **_COLOR_WRITES[write]}
+                self._render[key] = self._create_render(stage, target, constants)
+            return self._render[key]
+
+    def _create_render(
+        self, stage: str, target: Mapping[str, object], constants: Mapping[str, float]
+    ) -> RenderPipeline:
+        module = self.module(stage)
+        row = self._sources.stages[stage]
+        vertex, fragment = (
+            {"module": module, "entry_point": row.entry_points[kind], "constants": constants}
+            for kind in ("vertex", "fragment")
+        )
+        try:
+            handle = self._context.handle.create_render_pipeline(
+                label=stage,
+                layout="auto",
+                vertex=vertex,
+                primitive={"topology": "triangle-list"},
+                fragment=fragment | {"targets": [target]},
+            )
+        except wgpu.GPUError as error:
+            raise ShaderError(f"{row.file} with {dict(constants)} is refused: {error}") from error
+        return RenderPipeline(handle, stage, self._sources.source(stage).bindings)
+
+    def _require_current(self) -> None:
+        """Raise `DeviceError` if the device takes no work; forget what is compiled of files that have changed since."""
+        self._context.require_usable()
+        if self._is_watching and self._sources.have_changed():
+            self.reload()
+
     def reload(self) -> None:
         """Forget every compiled stage: the next use of one reads and compiles its WGSL files again."""
         with self._context.lock:
             self._sources.reload()
             self._modules.clear()
             self._compute.clear()
+            self._render.clear()
 
 
 def _label(stage: str, number_type: str | None) -> str:

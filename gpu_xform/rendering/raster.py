@@ -10,7 +10,8 @@ from ..gpu.device import Device
 from ..imaging import image as images
 from ..imaging.colors import ColorLike
 from ..raster.base import PendingImage
-from ..raster.choose import rasterizer_for
+from ..raster.choose import rasterizer_for, require_rasterizer
+from ..raster.names import RasterizerName
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -24,6 +25,7 @@ def render(
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
+    rasterizer: RasterizerName = "auto",
     **style: Unpack[Style],
 ) -> "Image":
     """Draw models as lines, points and filled faces; return a Pillow image.
@@ -43,6 +45,10 @@ def render(
         The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
     device : Device, optional
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    rasterizer : "auto", "render" or "compute"
+        How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
+        2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
+        CPUs, "render" on GPUs.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
@@ -64,7 +70,9 @@ def render(
     OSError
         A model file cannot be read.
     """
-    return images.to_pillow(begin_render(models, Frame(camera, size, background, device), style).result())
+    return images.to_pillow(
+        begin_render(models, Frame(camera, size, background, device), style, rasterizer=rasterizer).result()
+    )
 
 
 @public
@@ -75,6 +83,7 @@ def render_array(
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
+    rasterizer: RasterizerName = "auto",
     **style: Unpack[Style],
 ) -> images.Pixels:
     """Draw models as `render` does; return the pixels as an array.
@@ -94,6 +103,10 @@ def render_array(
         The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
     device : Device, optional
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    rasterizer : "auto", "render" or "compute"
+        How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
+        2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
+        CPUs, "render" on GPUs.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
@@ -115,16 +128,22 @@ def render_array(
     OSError
         A model file cannot be read.
     """
-    return begin_render(models, Frame(camera, size, background, device), style).result()
+    return begin_render(models, Frame(camera, size, background, device), style, rasterizer=rasterizer).result()
 
 
 def begin_render(
-    models: Models, frame: Frame, style: Style, *, overlap_with: PendingImage | None = None
+    models: Models,
+    frame: Frame,
+    style: Style,
+    *,
+    rasterizer: RasterizerName = "auto",
+    overlap_with: PendingImage | None = None,
 ) -> PendingImage:
     """Begin to draw as `render` does; return the image, which may still be being drawn.
 
     overlap_with : a picture that was begun earlier, to be read while this one is drawn
     """
+    require_rasterizer(rasterizer)
     with prepare_frame(models, frame, style) as prepared:
-        rasterizer = rasterizer_for(prepared.device)
-        return rasterizer.draw(prepared.draw_list, prepared.view, prepared.background, overlap_with=overlap_with)
+        chosen = rasterizer_for(prepared.device, rasterizer)
+        return chosen.draw(prepared.draw_list, prepared.view, prepared.background, overlap_with=overlap_with)

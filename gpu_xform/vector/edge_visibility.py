@@ -18,18 +18,18 @@ from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.device import Device
 from ..gpu.dispatch import Binding, dispatch
 from ..gpu.layouts import COUNT_OR_WRITE, SPAN
-from ..raster.compute.binding_limits import split_to_binding_limits
-from ..raster.compute.line_batches import (
+from ..raster.binding_limits import split_to_binding_limits
+from ..raster.line_batches import (
     LineBatch,
     make_line_bindings,
     make_line_style,
     opacity_constants,
     split_batches,
 )
-from ..raster.compute.tile_struct import Tile, make_tile_struct
-from ..raster.compute.triangles import TriangleStage
-from ..raster.compute.vertex_stage import VertexStage
+from ..raster.tile_struct import Tile, make_tile_struct
 from ..raster.tiles import Region
+from ..raster.triangles import TriangleStage
+from ..raster.vertex_stage import VertexStage
 
 MARGIN_PX = 2  # around the picture, for which depths are known
 

@@ -19,6 +19,7 @@ from ..gpu.device import Device
 from ..imaging import image as images
 from ..imaging.colors import ColorLike, parse_background
 from ..imaging.image import Pixels
+from ..raster.names import RasterizerName
 from ..rendering.raster import render_array
 from .controls import Controls, Event, InitialView, Request
 from .help_overlay import draw_help
@@ -42,17 +43,21 @@ class Session:
         size: tuple[int, int],
         background: ColorLike | None,
         device: Device | None,
+        rasterizer: RasterizerName,
         style: Style,
     ) -> None:
         self._layers = as_layers(load_models(models), style)
         self._name = Path(models).stem if isinstance(models, PATH_TYPES) else self._layers[0].name or "gpu-xform"
         self._background = background
         self._device = device
+        self._rasterizer = rasterizer
         self._size, self._pixel_ratio = size, 1.0
         if not isinstance(camera, Camera):
             camera = ({} if up is None else {"up": up}) | fit_options(camera)
         # What cannot be drawn raises here, before there is a window.
-        render_array(self._layers, camera=camera, size=size, background=background, device=device)
+        render_array(
+            self._layers, camera=camera, size=size, background=background, device=device, rasterizer=rasterizer
+        )
         points = framing_points(self._layers)
         if not isinstance(camera, Camera):
             camera = Camera.fit(points, **camera)
@@ -106,6 +111,7 @@ class Session:
                 size=self._size,
                 background=background,
                 device=self._device,
+                rasterizer=self._rasterizer,
             )
         except DRAWING_ERRORS as error:
             self._problem = str(error)

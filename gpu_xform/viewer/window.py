@@ -20,6 +20,7 @@ from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import lend_runtime_dir
 from ..gpu.device import Device
 from ..imaging.colors import ColorLike
+from ..raster.names import RasterizerName
 from .session import Session
 
 DEFAULT_SIZE = (960, 720)
@@ -36,6 +37,7 @@ def view(
     size: Size = DEFAULT_SIZE,
     background: ColorLike | None = "white",
     device: Device | None = None,
+    rasterizer: RasterizerName = "auto",
     **style: Unpack[Style],
 ) -> None:
     """Show models in an interactive window; return when it is closed.
@@ -60,6 +62,8 @@ def view(
         The colour behind the models; None is transparent, which is shown on white.
     device : Device, optional
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    rasterizer : "auto", "render" or "compute"
+        How edges become pixels, as `render` takes it.
     **style
         Keywords of `Layer`, as `render` takes them.
 
@@ -75,7 +79,7 @@ def view(
     width, height = parse_size(size)
     axis = None if up is None else as_unit_vector(up, "up", 3)
     backend = _import_backend()
-    session = Session(models, camera, axis, (width, height), background, device, style)
+    session = Session(models, camera, axis, (width, height), background, device, rasterizer, style)
     with lend_runtime_dir():
         canvas = backend.RenderCanvas(size=(width, height), title=session.title, max_fps=MAX_FPS)
         failures = connect(canvas, session)

@@ -13,7 +13,7 @@ from gpu_xform import render_array, samples, scale, transform_points
 from gpu_xform._core.interrupts import defer_sigint
 from gpu_xform.gpu.context import CommandEncoder, Submittable
 from gpu_xform.gpu.device import Device
-from gpu_xform.raster.compute import rasterizer
+from gpu_xform.raster import rasterizer
 
 
 @pytest.fixture(autouse=True)

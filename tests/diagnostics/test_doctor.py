@@ -21,10 +21,11 @@ from gpu_xform.diagnostics.doctor_report import Check, Report
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu import self_test
 from gpu_xform.gpu.device import Device
-from gpu_xform.raster.compute import rasterizer
+from gpu_xform.raster import rasterizer
 
 NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
-CHECKS = ["matrix layout", "struct layout", "long loop", "float32 transform", "float64 transform", "picture"]
+PICTURES = ["picture (render)", "picture (compute)"]
+CHECKS = ["matrix layout", "struct layout", "long loop", "float32 transform", "float64 transform", *PICTURES]
 
 
 @pytest.fixture(scope="module")
@@ -138,9 +139,9 @@ def test_a_wrong_transform_is_noticed(
 def test_a_wrong_picture_is_noticed(
     mutant: Callable[[npt.NDArray[np.uint8]], npt.NDArray[np.uint8]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    result = rasterizer.ComputePendingImage.result
-    monkeypatch.setattr(rasterizer.ComputePendingImage, "result", lambda pending: mutant(result(pending)))
-    assert wrong(examine().checks) == ["picture"]
+    result = rasterizer.TiledPendingImage.result
+    monkeypatch.setattr(rasterizer.TiledPendingImage, "result", lambda pending: mutant(result(pending)))
+    assert wrong(examine().checks) == PICTURES
     assert main(["doctor"]) == 1
 
 
@@ -148,10 +149,10 @@ def test_a_device_that_fails_while_it_works_is_reported(monkeypatch: pytest.Monk
     def lost(*_: object, **__: object) -> None:
         raise DeviceError("the device is lost")
 
-    monkeypatch.setattr(rasterizer.ComputeRasterizer, "draw", lost)
+    monkeypatch.setattr(rasterizer.TiledRasterizer, "draw", lost)
     report = examine()
-    assert wrong(report.checks) == ["picture"]
-    assert "WRONG  picture           the device is lost\n" in report.text()
+    assert wrong(report.checks) == PICTURES
+    assert "WRONG  picture (render)  the device is lost\n" in report.text()
 
 
 def test_a_device_that_does_not_open_is_reported(

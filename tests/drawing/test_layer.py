@@ -12,7 +12,7 @@ from gpu_xform.drawing.draw_list import Drawable, Faces, Lines
 from gpu_xform.drawing.enums import HiddenStyle
 from gpu_xform.drawing.layer import Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-from gpu_xform.raster.compute.binding_limits import split_to_binding_limits
+from gpu_xform.raster.binding_limits import split_to_binding_limits
 from tests.support.types import DeviceFactory
 
 CUBE = samples.cube()

@@ -12,7 +12,8 @@ from gpu_xform.gpu import dispatch
 from gpu_xform.gpu.buffers import STORAGE, UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.shaders import Pipelines
-from tests.support.wgsl import STAGES, VARIANTS, source
+from gpu_xform.gpu.textures import Texture
+from tests.support.wgsl import STAGES, VARIANTS, create_pipeline, source
 
 CAMERA = Camera.window((-2, 2), (-2, 2))
 STYLES: list[dict[str, Any]] = [
@@ -102,19 +103,24 @@ def test_a_stage_uses_every_binding_that_it_declares(stage: str, number_type: st
     if number_type == "f64" and not device.has_float64:
         pytest.skip("no double precision")
     constants = dict.fromkeys((name for names in STAGES[stage].overrides.values() for name in names), 1.0)
-    pipeline = device.pipelines.compute(stage, number_type, **constants)
-    buffers = {
-        name: Buffer(device.context, 4096, usage, label=name)
-        for name in pipeline.bindings
-        for usage in [UNIFORM if f"var<uniform> {name}:" in source(stage, number_type).code else STORAGE]
-    }
-    assert device.bind_groups.bind(pipeline, **dict(reversed(buffers.items())))
-    for buffer in buffers.values():
-        buffer.release()
+    pipeline = create_pipeline(device, stage, number_type, constants)
+    code = source(stage, number_type).code
+
+    def create(name: str) -> Buffer | Texture:
+        if f" {name}: texture_2d<f32>" in code:
+            return Texture(device.context, (4, 4), "rgba8unorm", label=name)
+        usage = UNIFORM if f"var<uniform> {name}:" in code else STORAGE
+        return Buffer(device.context, 4096, usage, label=name)
+
+    parts = {name: create(name) for name in pipeline.bindings}
+    assert device.bind_groups.bind(pipeline, **dict(reversed(parts.items())))
+    for part in parts.values():
+        part.release()
 
 
 def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
     device.bind_groups.clear()
+    draw(device)
     with gx.PointBuffer(np.eye(3, dtype=np.float32), device=device) as points:
         gx.render_array(points, edges=[(0, 1)], device=device, camera=CAMERA, size=(64, 48))
         own = points.device_points().buffer.id

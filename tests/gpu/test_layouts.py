@@ -11,7 +11,7 @@ import pytest
 from gpu_xform.gpu import layouts
 from gpu_xform.gpu.buffers import UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
-from gpu_xform.raster.compute.triangles import HEAD_BYTES
+from gpu_xform.raster.triangles import HEAD_BYTES
 from tests.support import wgsl
 from tests.support.evaluate import evaluate
 
@@ -34,7 +34,6 @@ STRUCTS = [
 
 ONLY_ON_THE_DEVICE = {
     "LargeTriangles": "the host clears its head, and dispatches by it",
-    "TouchedPixels": "the host clears its count",
 }
 
 EVERY_STRUCT = pytest.mark.parametrize(("name", "stage", "number_type", "mirror"), STRUCTS)
@@ -132,9 +131,6 @@ def test_the_structs_are_as_large_as_wgsl_makes_them(
     [
         ("LargeTriangles", "depth_small_triangles", "read_write", HEAD_BYTES),
         ("LargeTriangles", "depth_large_triangles", "read", HEAD_BYTES),
-        ("TouchedPixels", "accumulate_lines", "read_write", 4),
-        ("TouchedPixels", "composite_lines", "read", 4),
-        ("TouchedPixels", "composite_colored_lines", "read", 4),
     ],
 )
 def test_lists_of_the_device_have_a_head_as_large_as_the_host_clears(

@@ -9,7 +9,7 @@ from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
 from gpu_xform.drawing.enums import ColorMode, Hidden
 from gpu_xform.drawing.geometry_source import NO_FACE
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
-from gpu_xform.raster.compute.triangles import OPACITY_BITS
+from gpu_xform.raster.triangles import OPACITY_BITS
 from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
 from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WIDTH_PX
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
@@ -31,6 +31,7 @@ TWINS = {
 }
 
 WGSL_ALONE = {
+    "COVER_MARGIN_PX": "only the shaders draw quads",
     "CONSERVATIVE_MARGIN_PX": "only the shaders rasterise triangles",
     "DEPTH_BIAS_PX": "only the shaders test depths",
     "MAX_BANDS": "the shaders choose their own grid",
@@ -38,6 +39,7 @@ WGSL_ALONE = {
     "MAX_WORKGROUPS": "the shaders choose their own grid; the number is WebGPU's",
     "MIN_SEEN_OPACITY": "half a step of the eight bits that shaders pack",
     "MIN_WORKGROUPS": "the shaders choose their own grid",
+    "NOWHERE": "only the shaders draw quads",
     "NO_POINT": "one shader writes it for others to read",
     "OPACITY_STEPS": "shaders pack and unpack it",
     "OPAQUE_ABSORBANCE": "shaders write and read absorbance",

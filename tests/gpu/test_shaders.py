@@ -13,7 +13,7 @@ import gpu_xform as gx
 from gpu_xform.errors import DeviceError, ShaderError
 from gpu_xform.gpu.device import Device
 from gpu_xform.gpu.wgsl import Sources
-from tests.support.wgsl import FOLDER, STAGES, VARIANTS, copy_with, source
+from tests.support.wgsl import FOLDER, STAGES, VARIANTS, copy_with, create_pipeline, source
 
 
 def choices(stage: str) -> Iterator[dict[str, float]]:
@@ -39,7 +39,7 @@ def test_every_stage_compiles_for_every_combination_of_its_constants(
             device.pipelines.module(stage, number_type)
         return
     for constants in choices(stage):
-        pipeline = device.pipelines.compute(stage, number_type, **constants)
+        pipeline = create_pipeline(device, stage, number_type, constants)
         assert pipeline.bindings == source(stage, number_type).bindings
 
 

@@ -66,13 +66,13 @@ def test_shared_files_have_no_free_names_but_those_that_they_say_their_entry_dec
     stages = [stage for stage in STAGES if any(origin.file == file for origin in source(stage).origins)]
     entries = [(FOLDER / STAGES[stage].file).read_text("utf-8") for stage in stages]
     declarations = {
-        own: re.findall(rf"^(?:@.* var<.*> |override ){own}:.*;", entry, re.MULTILINE)
+        own: re.findall(rf"^(?:@.* var(?:<.*>)? |override ){own}:.*;", entry, re.MULTILINE)
         for entry in entries
         for own in names
     }
     assert all(len(found) == 1 for found in declarations.values())
     for entry in entries:
-        assert all(re.search(rf"^(?:@.* var<.*> |override ){own}:", entry, re.MULTILINE) for own in names)
+        assert all(re.search(rf"^(?:@.* var(?:<.*>)? |override ){own}:", entry, re.MULTILINE) for own in names)
     code = wgsl.resolve(FOLDER, file, number_type).code
     own_lines = {own: line for own, [line] in declarations.items()}
     compiles = device.context.handle.create_shader_module

@@ -1,6 +1,6 @@
 """Every stage compiles in Chromium too, whose compiler accepts other programs than wgpu's."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import pytest
@@ -17,12 +17,18 @@ navigator.gpu.requestAdapter().then(adapter => adapter.requestDevice()).then(dev
 """
 
 COMPILE = """
-const [code, entryPoint, constants, done] = arguments;
+const [code, entryPoints, constants, done] = arguments;
 (async () => {
     const module = device.createShaderModule({code});
     const messages = (await module.getCompilationInfo()).messages;
     if (messages.length) return messages.map(each => `${each.lineNum}: ${each.message}`);
-    await device.createComputePipelineAsync({layout: "auto", compute: {module, entryPoint, constants}});
+    const stage = kind => ({module, entryPoint: entryPoints[kind], constants});
+    if (entryPoints.compute) {
+        await device.createComputePipelineAsync({layout: "auto", compute: stage("compute")});
+    } else {
+        const fragment = {...stage("fragment"), targets: [{format: "rgba8unorm"}]};
+        await device.createRenderPipelineAsync({layout: "auto", vertex: stage("vertex"), fragment});
+    }
     return [];
 })().then(done, error => done([String(error)]));
 """
@@ -39,9 +45,9 @@ def webgpu(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
         yield browser
 
 
-def compile_in(browser: Browser, code: str, entry_point: str, constants: dict[str, float]) -> list[str]:
+def compile_in(browser: Browser, code: str, entry_points: Mapping[str, str], constants: dict[str, float]) -> list[str]:
     """Return what the browser's compiler says of WGSL."""
-    said: Any = browser.driver.execute_async_script(COMPILE, code, entry_point, constants)
+    said: Any = browser.driver.execute_async_script(COMPILE, code, dict(entry_points), constants)
     return [str(line) for line in said]
 
 
@@ -51,10 +57,10 @@ def test_every_stage_compiles_in_chromium(stage: str, webgpu: Browser) -> None:
     """Those in double precision do not: WebGPU has none, and wgpu's is an extension."""
     row = STAGES[stage]
     constants = {name: 1.0 for names in row.overrides.values() for name in names}
-    assert compile_in(webgpu, source(stage).code, row.entry_points["compute"], constants) == []
+    assert compile_in(webgpu, source(stage).code, row.entry_points, constants) == []
 
 
 @pytest.mark.browser
 def test_a_shader_that_does_not_compile_in_chromium_is_noticed(webgpu: Browser) -> None:
-    [message] = compile_in(webgpu, "\nfn main() -> u32 { return 1.5; }", "main", {})
+    [message] = compile_in(webgpu, "\nfn main() -> u32 { return 1.5; }", {"compute": "main"}, {})
     assert message.startswith("2: ")

@@ -52,7 +52,7 @@ class FlatRasterizer:
 @pytest.fixture
 def flat(device: Device, monkeypatch: pytest.MonkeyPatch) -> FlatRasterizer:
     rasterizer = FlatRasterizer(device)
-    monkeypatch.setattr("gpu_xform.rendering.raster.rasterizer_for", lambda _: rasterizer)
+    monkeypatch.setattr("gpu_xform.rendering.raster.rasterizer_for", lambda *_: rasterizer)
     return rasterizer
 
 

@@ -9,7 +9,7 @@ import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.errors import ArgumentError
 from gpu_xform.imaging.colors import COLOR_CYCLE, to_rgba
-from gpu_xform.raster.compute import triangles as face_pass
+from gpu_xform.raster import triangles as face_pass
 from tests.support.meshes import triangles_of
 from tests.support.projection import clip_to_pixels
 from tests.support.solids import STAR_RADII, concatenate, interlocking, star_prism

@@ -8,9 +8,9 @@ import pytest
 from gpu_xform import ArgumentError, DeviceError, Mesh, render_array, rotate, samples
 from gpu_xform.drawing.prepare import Frame
 from gpu_xform.gpu.device import Device
+from gpu_xform.raster import rasterizer
 from gpu_xform.raster.base import PendingImage
-from gpu_xform.raster.compute import rasterizer
-from gpu_xform.raster.compute.render_target import RenderTarget
+from gpu_xform.raster.render_target import RenderTarget
 from gpu_xform.rendering.raster import begin_render
 
 STYLES: dict[str, dict[str, Any]] = {

@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.imaging.image import Pixels
-from gpu_xform.raster import screen_bounds
-from gpu_xform.raster.compute import rasterizer
+from gpu_xform.raster import rasterizer, screen_bounds
 from gpu_xform.raster.tiles import Region
 
 SIZE = (331, 207)

@@ -8,9 +8,8 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.errors import ArgumentError
-from gpu_xform.raster import tiles
-from gpu_xform.raster.compute import rasterizer
-from gpu_xform.raster.compute.tile_struct import Tile
+from gpu_xform.raster import rasterizer, tiles
+from gpu_xform.raster.tile_struct import Tile
 
 SNUB = samples.snub_dodecahedron()
 HEIGHTS = SNUB.positions @ [0.3, 1.0, -0.2]

@@ -6,7 +6,7 @@ from gpu_xform.drawing.view import View, ndc_to_pixels
 from gpu_xform.gpu import layouts
 from gpu_xform.gpu.buffers import UNIFORM, Buffer
 from gpu_xform.gpu.device import Device
-from gpu_xform.raster.compute.tile_struct import Tile, make_tile_struct
+from gpu_xform.raster.tile_struct import Tile, make_tile_struct
 from gpu_xform.raster.tiles import Region
 from tests.support.evaluate import evaluate
 from tests.support.wgsl import FOLDER

@@ -46,7 +46,7 @@ def test_pending_transforms_are_drawn_without_a_readback(monkeypatch: pytest.Mon
 
         monkeypatch.setattr(buffers.Buffer, "map_read", spy)
         drawn = gx.render_array(moved, edges=HOUSE.edges, camera=CAMERA, size=(300, 200))
-        assert read == [200 * 300 * 4]  # the picture, and nothing else
+        assert read == [200 * 1280]  # the picture, in rows of 256 bytes, and nothing else
         flat = gx.render_array(
             moved.projected(gx.perspective_from_eye(5)),
             edges=HOUSE.edges,

@@ -2,8 +2,11 @@
 
 import re
 import shutil
+from collections.abc import Mapping
 from pathlib import Path
 
+from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.shaders import Pipeline
 from gpu_xform.gpu.wgsl import Source, installed_sources
 
 SOURCES = installed_sources()
@@ -16,6 +19,13 @@ VARIANTS = [(name, number_type) for name, stage in STAGES.items() for number_typ
 def source(stage: str, number_type: str | None = None) -> Source:
     """Return the resolved WGSL of a stage; of its first number type if none is given."""
     return SOURCES.source(stage, number_type or next(iter(STAGES[stage].number_types), None))
+
+
+def create_pipeline(device: Device, stage: str, number_type: str | None, constants: Mapping[str, float]) -> Pipeline:
+    """Return the pipeline of a stage, for dispatches or for a texture of bytes, as its entry points ask."""
+    if "compute" in STAGES[stage].entry_points:
+        return device.pipelines.compute(stage, number_type, **constants)
+    return device.pipelines.render(stage, "rgba8unorm", **constants)
 
 
 def constants(stage: str) -> dict[str, str]:

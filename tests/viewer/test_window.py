@@ -44,7 +44,7 @@ class Window:
         pixel_ratio: float = 1.0,
         **style: Unpack[Style],
     ) -> None:
-        self.session = Session(models, camera, up, SIZE, background, None, style)
+        self.session = Session(models, camera, up, SIZE, background, None, "auto", style)
         self.canvas = OffscreenRenderCanvas(size=SIZE, pixel_ratio=pixel_ratio)
         self.titles: list[str] = []
         self.canvas._rc_set_title = self.titles.append

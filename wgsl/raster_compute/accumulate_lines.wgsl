@@ -1,23 +1,13 @@
 // Anti-aliased lines to the absorbance of pixels, in which the order of lines does not matter. Of lines of several
 // colours, each pixel keeps the depth keys of its nearest edges as well: a k-buffer, which says in what colours light
 // is absorbed. Bavoil et al., "Multi-fragment effects on the GPU using the k-buffer", 2007.
-#import absorbance
 #import coverage
 #import dda
-#import depth_key
-#import edge_color
-#import edge_depth
+#import line_fragment
 #import line_opacity
 #import line_style
 #import load_segment
 #import tile
-
-struct TouchedPixels {
-    n: atomic<u32>,
-    indices: array<u32>, // of the tile's pixels
-}
-
-const SATURATED_ABSORBANCE = 0x80000000u; // far from the largest number, as others add at the same time
 
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var<uniform> style: LineStyle;
@@ -26,8 +16,7 @@ const SATURATED_ABSORBANCE = 0x80000000u; // far from the largest number, as oth
 @group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
 @group(0) @binding(5) var<storage, read> colors: array<u32>; // as color_mode says, straight alpha
 @group(0) @binding(6) var<storage, read_write> absorbance: array<atomic<u32>>;
-@group(0) @binding(7) var<storage, read_write> touched_pixels: TouchedPixels;
-@group(0) @binding(8) var<storage, read_write> k_buffer: array<atomic<u32>>; // k keys per pixel, nearest first
+@group(0) @binding(7) var<storage, read_write> k_buffer: array<atomic<u32>>; // k keys per pixel, nearest first
 
 override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
@@ -39,50 +28,7 @@ override k: u32; // 2 or 4
 override is_wide: bool; // opacity is asked for each pixel across a line, not once per column
 override absorbance_steps_per_e: f32;
 override min_transmittance: f32; // of a line in a pixel
-override is_listed: bool; // the touched pixels are few: the next stage visits their list, not all pixels
 override may_overflow: bool; // there are so many lines that all through one pixel could be more than it holds
-
-fn color_alpha_at(index: u32, line: Segment, t: f32) -> f32 {
-    if color_mode == COLOR_UNIFORM {
-        return style.color.a;
-    }
-    if !has_transparency {
-        return 1.0;
-    }
-    return color_at(index, line, t).a;
-}
-
-// Keys come in any order: of those that come to a slot, all but the largest go on from it.
-fn insert_key(slot: u32, key: u32) -> u32 {
-    if key == 0u {
-        return 0u;
-    }
-    return min(key, atomicMax(&k_buffer[slot], key));
-}
-
-fn accumulate_absorbance(pixel: u32, alpha: f32) {
-    let amount = absorbance_of(alpha, min_transmittance, absorbance_steps_per_e);
-    let before = atomicAdd(&absorbance[pixel], amount);
-    if is_listed && before == 0u && amount > 0u {
-        touched_pixels.indices[atomicAdd(&touched_pixels.n, 1u)] = pixel;
-    }
-    if may_overflow && before > SATURATED_ABSORBANCE {
-        atomicStore(&absorbance[pixel], opaque_absorbance(absorbance_steps_per_e));
-    }
-}
-
-fn emit_fragment(pixel: u32, alpha: f32, edge: u32, line: Segment, t: f32) {
-    accumulate_absorbance(pixel, alpha);
-    if color_mode == COLOR_UNIFORM {
-        return;
-    }
-    let slots = k * pixel;
-    let key = depth_key(normalized_depth_at(line, t, style.depth_cue), edge, style.edge_bits);
-    let third = insert_key(slots + 1u, insert_key(slots, key)); // no loop: a driver ends long ones
-    if k == 4u {
-        insert_key(slots + 3u, insert_key(slots + 2u, third));
-    }
-}
 
 // Every so many-th column of an edge, as one of several invocations takes them.
 fn rasterize(index: u32, instance: u32, lane: u32) {

@@ -1,13 +1,10 @@
 // Aliased lines, one pixel wide: each pixel keeps the depth key of the nearest edge through it.
+#import aliased_fragment
 #import dda
-#import depth_key
-#import edge_depth
 #import line_opacity
 #import line_style
 #import load_segment
 #import tile
-
-const MIN_SEEN_OPACITY = 0.5 / 255.0;
 
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var<uniform> style: LineStyle;
@@ -29,24 +26,12 @@ fn rasterize(index: u32, instance: u32) {
     }
     let axis = major_axis(line);
     let bounds = bounds_in_tile(axis, tile);
-    // Half open, so that a chain of edges lights each column once; but every edge lights a pixel.
-    let begin = i32(ceil(axis.start.x - 0.5));
-    let end = max(i32(ceil(axis.start.x + axis.length_major - 0.5)), begin + 1);
-    for (var x = max(begin, bounds.x); x < min(end, bounds.y + 1); x++) {
-        let distance_major = clamp(f32(x) + 0.5 - axis.start.x, 0.0, axis.length_major);
-        let y = i32(floor(axis.start.y + axis.slope * distance_major));
-        if y < bounds.z || y > bounds.w {
-            continue;
-        }
-        let slot = pixel_index(tile, pixel_at(axis, x, y));
-        if is_uniform_style && hidden == HIDDEN_SHOW {
-            atomicStore(&depth_keys[slot], 1u);
-            continue;
-        }
-        let t = t_at_column(axis, x);
-        if (hidden == HIDDEN_SHOW && !has_depth_cue) || opacity_at(line, t) >= MIN_SEEN_OPACITY {
-            let depth = normalized_depth_at(line, t, style.depth_cue);
-            atomicMax(&depth_keys[slot], depth_key(depth, instance * style.n_edges + index, style.edge_bits));
+    let columns = aliased_columns(axis);
+    for (var x = max(columns.x, bounds.x); x < min(columns.y, bounds.y + 1); x++) {
+        let y = aliased_row(axis, x);
+        if y >= bounds.z && y <= bounds.w {
+            let slot = pixel_index(tile, pixel_at(axis, x, y));
+            emit_aliased(slot, instance * style.n_edges + index, line, t_at_column(axis, x));
         }
     }
 }

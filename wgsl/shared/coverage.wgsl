@@ -45,3 +45,9 @@ fn coverage(spans: ColumnSpans, y: i32) -> f32 {
     let heights = max(min(spans.top, row + 1.0) - max(spans.bottom, row), vec4(0.0));
     return spans.width * (heights.x + heights.y + heights.z + heights.w);
 }
+
+// The part of a pixel under the capsule around a segment.
+fn pixel_coverage(axis: MajorAxis, half_width: f32, pixel: vec2<i32>) -> f32 {
+    let step = select(pixel, pixel.yx, axis.is_steep);
+    return coverage(column_spans(axis, half_width, edge_offset(axis, half_width), step.x), step.y);
+}

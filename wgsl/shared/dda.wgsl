@@ -36,6 +36,11 @@ fn t_at_pixel(line: Segment, pixel: vec2<i32>) -> f32 {
     return select(0.0, clamp(dot(vec2<f32>(pixel) + 0.5 - line.p, span) / square, 0.0, 1.0), square > 0.0);
 }
 
+// The part of the segment, from p to q, that says how opaque a pixel is: its own, or that of all its column.
+fn t_of_opacity(line: Segment, axis: MajorAxis, pixel: vec2<i32>, is_wide: bool) -> f32 {
+    return select(t_at_column(axis, select(pixel.x, pixel.y, axis.is_steep)), t_at_pixel(line, pixel), is_wide);
+}
+
 // The columns and rows of the tile: the first and the last along the axis, the first and the last across it.
 fn bounds_in_tile(axis: MajorAxis, tile: Tile) -> vec4<i32> {
     let first = select(tile.origin, tile.origin.yx, axis.is_steep);

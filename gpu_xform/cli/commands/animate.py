@@ -83,7 +83,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--fps", metavar="N", type=types.parse_frame_rate, default="20", help="frames per second (default: %(default)s)"
     )
     groups.add_drawing_options(parser, resolution="640,480")
-    groups.add_general_options(parser, adapter=True)
+    groups.add_general_options(parser, adapter=True, rasterizer=True)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -100,7 +100,8 @@ def run(options: argparse.Namespace) -> int:
     if options.animation is not None:
         return _play(options, paths)
     layers = read_layers(options, paths, compose_transforms(options))
-    arguments = collect_picture_arguments(options, layers, choose_device(options)) | {"fps": options.fps}
+    arguments = collect_picture_arguments(options, layers, choose_device(options))
+    arguments |= {"fps": options.fps, "rasterizer": options.rasterizer}
     with name_options_in_errors(options, paths):
         if options.matrices is None:
             axis = options.up if options.axis is None else options.axis

@@ -7,6 +7,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..._core.types import Float64Array
+from ...errors import ArgumentError
 from .. import argument_types as types
 from .. import exit_codes, files, references
 from .. import options as groups
@@ -96,7 +97,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     groups.add_file_type(group)
     groups.add_drawing_options(parser, resolution="1024,1024")
     _add_reference(parser)
-    groups.add_general_options(parser, adapter=True)
+    groups.add_general_options(parser, adapter=True, rasterizer=True)
 
 
 def _add_reference(parser: argparse.ArgumentParser) -> None:
@@ -130,12 +131,19 @@ def run(options: argparse.Namespace) -> int:
     references.require_reference_options(options)
     models = expand_globs(options.models)
     pictures = plan_outputs(models, options.output, options.reference, options.reference_diff)
+    _require_pixels(options, pictures)
     open_device = functools.cache(lambda: choose_device(options))  # once for all pictures, when the first is read
     make = functools.partial(_make_picture, options, compose_transforms(options), open_device)
     if len(pictures) > 1:
         return _make_each(pictures, make)
     make(pictures[0])
     return 0
+
+
+def _require_pixels(options: argparse.Namespace, pictures: Sequence[PlannedPicture]) -> None:
+    vector = next((picture.output for picture in pictures if picture.file_type != "png"), None)
+    if vector is not None and options.rasterizer != "auto":
+        raise ArgumentError(f"{vector}: --rasterizer must come with a .png: other pictures have no pixels")
 
 
 def _make_each(pictures: Sequence[PlannedPicture], make: Callable[[PlannedPicture], None]) -> int:
@@ -185,14 +193,15 @@ def _draw(
     """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
     layers = read_layers(options, picture.models, world_from_model)
     with name_options_in_errors(options, picture.models):
-        return _find_renderer(picture.file_type)(layers, **collect_picture_arguments(options, layers, open_device()))
+        renderer = _find_renderer(options, picture.file_type)
+        return renderer(layers, **collect_picture_arguments(options, layers, open_device()))
 
 
-def _find_renderer(file_type: str) -> Callable[..., Any]:
+def _find_renderer(options: argparse.Namespace, file_type: str) -> Callable[..., Any]:
     if file_type == "png":
         from ...rendering import raster
 
-        return raster.render
+        return functools.partial(raster.render, rasterizer=options.rasterizer)
     from ...rendering import vector
 
     return {"svg": vector.render_svg, "pdf": vector.render_pdf}[file_type]

@@ -37,7 +37,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     groups.add_models(group, parse_layer)
     groups.add_file_type(group)
     groups.add_drawing_options(parser, resolution="960,720")
-    groups.add_general_options(parser, adapter=True)
+    groups.add_general_options(parser, adapter=True, rasterizer=True)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -51,6 +51,7 @@ def run(options: argparse.Namespace) -> int:
         view(
             layers,
             up=options.up if options.camera_view_up is None else None,
+            rasterizer=options.rasterizer,
             **collect_picture_arguments(options, layers, choose_device(options)),
         )
     return 0

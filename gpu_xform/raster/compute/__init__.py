@@ -1,4 +1,4 @@
-"""The rasteriser that is made of compute shaders.
+"""Lines by compute shaders.
 
-Reading order: tile_struct, render_target, vertex_stage, line_batches, triangles, binding_limits, lines, rasterizer.
+Reading order: lines.
 """

@@ -1,4 +1,4 @@
-"""The rasteriser made of compute shaders: points are projected once, then the picture is drawn tile by tile."""
+"""What all rasterisers do: points are projected once, then the picture is drawn tile by tile."""
 
 import contextlib
 import math
@@ -7,31 +7,31 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..._core.interrupts import defer_sigint
-from ...drawing.draw_list import Drawable, DrawList
-from ...drawing.enums import Hidden
-from ...drawing.view import View
-from ...errors import DeviceError
-from ...gpu import uniforms
-from ...gpu.buffers import Buffer
-from ...gpu.device import Device
-from ...imaging.colors import Rgba
-from ...imaging.image import Pixels, unpremultiply
-from ..base import PendingImage
-from ..screen_bounds import screen_bounds
-from ..tiles import TILE_SIDE_PX, Region, split_into_tiles
+from .._core.interrupts import defer_sigint
+from ..drawing.draw_list import Drawable, DrawList
+from ..drawing.enums import Hidden
+from ..drawing.view import View
+from ..errors import DeviceError
+from ..gpu import uniforms
+from ..gpu.buffers import Buffer
+from ..gpu.device import Device
+from ..imaging.colors import Rgba
+from ..imaging.image import Pixels, unpremultiply
+from .base import PendingImage
 from .binding_limits import split_to_binding_limits
-from .lines import LineStage
+from .line_stage import LineStageFactory
 from .render_target import POOL_OWNER, RenderTarget
+from .screen_bounds import screen_bounds
 from .tile_struct import Tile, make_tile_struct
+from .tiles import TILE_SIDE_PX, Region, split_into_tiles
 from .triangles import TriangleStage
 from .vertex_stage import VertexStage
 
 MAX_DEPTH_MARGIN_PX = 256
 
 
-class ComputePendingImage:
-    """A picture whose last tile is drawn, or being drawn, by compute shaders."""
+class TiledPendingImage:
+    """A picture whose last tile is drawn, or being drawn."""
 
     def __init__(self, device: Device, pixels: Pixels, is_opaque: bool, last: Region, target: RenderTarget) -> None:
         self.device = device
@@ -59,34 +59,39 @@ class ComputePendingImage:
             self._target.wait()
 
 
-class ComputeRasterizer:
-    """Draws on one device by compute shaders alone, as adapters without a GPU do fastest."""
+class TiledRasterizer:
+    """Draws on one device.
 
-    def __init__(self, device: Device) -> None:
+    line_stage : how it draws lines
+    """
+
+    def __init__(self, device: Device, line_stage: LineStageFactory) -> None:
         self._device = device
+        self._line_stage = line_stage
 
     def draw(
         self, draw_list: DrawList, view: View, background: Rgba, *, overlap_with: PendingImage | None = None
-    ) -> ComputePendingImage:
+    ) -> TiledPendingImage:
         """Begin to draw, as `Rasterizer.draw` says."""
         device = self._device
         is_opaque = background[3] == 1.0
         region = screen_bounds(draw_list.drawables, view.size)
         margin = _depth_margin(draw_list.drawables)
-        tiles = [Tile(part, margin) for part in split_into_tiles(region, TILE_SIDE_PX)]
+        side = min(TILE_SIDE_PX, device.limits.max_texture_side)
+        tiles = [Tile(part, margin) for part in split_into_tiles(region, side)]
         clear_color = _premultiplied_bytes(background)
         pixels = _filled_border(region, view.size, clear_color if is_opaque else unpremultiply(clear_color))
         is_overlapping = overlap_with is not None and overlap_with.device is device
         wait = overlap_with.wait if overlap_with and is_overlapping else lambda: None
         with device.lock, contextlib.ExitStack() as stack, contextlib.ExitStack() as unread:
-            stages = _Stages(device, draw_list, view, clear_color, tiles, stack)
+            stages = _Stages(device, self._line_stage, draw_list, view, clear_color, tiles, stack)
             target = stages.draw(tiles[0], unread, wait)
             for last, tile in pairwise(tiles):
                 next_target = stages.draw(tile, unread, target.wait)
                 _collect(pixels, is_opaque, last.region, target)  # while the next tile is drawn
                 target = next_target
             unread.pop_all()
-        return ComputePendingImage(device, pixels, is_opaque, tiles[-1].region, target)
+        return TiledPendingImage(device, pixels, is_opaque, tiles[-1].region, target)
 
 
 class _Stages:
@@ -95,6 +100,7 @@ class _Stages:
     def __init__(
         self,
         device: Device,
+        line_stage: LineStageFactory,
         draw_list: DrawList,
         view: View,
         clear_color: Pixels,
@@ -115,7 +121,7 @@ class _Stages:
         self._vertices = VertexStage(device, parts)
         projected = self._vertices.projected
         self._triangles = TriangleStage(device, projected, n_depths, palette)
-        self._lines = LineStage(device, projected, self._triangles, tiles[0].region.extent)
+        self._lines = line_stage(device, projected, self._triangles, tiles[0].region.extent)
 
     @defer_sigint()
     def draw(self, tile: Tile, unread: contextlib.ExitStack, wait: Callable[[], None]) -> RenderTarget:
@@ -123,7 +129,7 @@ class _Stages:
         (struct,) = uniforms.upload(
             self._device, POOL_OWNER, "tile", [make_tile_struct(tile, self._view, self._clear_color)]
         )
-        target = RenderTarget(self._device, tile.region.extent, struct)
+        target = RenderTarget(self._device, tile.region.extent, struct, self._clear_color)
         unread.callback(_cancel, target)
         used = [*target.buffers, *self._vertices.buffers, *self._triangles.buffers, *self._lines.buffers]
         with self._device.encode_commands(*used, label="raster tile") as encoder:

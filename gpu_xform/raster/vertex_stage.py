@@ -5,14 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...drawing.draw_list import Drawable
-from ...drawing.limits import CLIP_POSITION_BYTES
-from ...gpu import layouts, uniforms
-from ...gpu.buffers import Buffer
-from ...gpu.chunking import POINTS_PER_INVOCATION, align_points, choose_workgroup_size, name_number_type
-from ...gpu.context import CommandEncoder
-from ...gpu.device import Device
-from ...gpu.dispatch import Binding, dispatch
+from ..drawing.draw_list import Drawable
+from ..drawing.limits import CLIP_POSITION_BYTES
+from ..gpu import layouts, uniforms
+from ..gpu.buffers import Buffer
+from ..gpu.chunking import POINTS_PER_INVOCATION, align_points, choose_workgroup_size, name_number_type
+from ..gpu.context import CommandEncoder
+from ..gpu.device import Device
+from ..gpu.dispatch import Binding, dispatch
 from .render_target import POOL_OWNER
 
 

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ...drawing.depth import depth_slope_per_pixel
-from ...drawing.view import View
-from ...gpu import layouts
-from ..tiles import Region
+from ..drawing.depth import depth_slope_per_pixel
+from ..drawing.view import View
+from ..gpu import layouts
+from .tiles import Region
 
 TRANSPARENT = np.zeros(4, np.uint8)
 

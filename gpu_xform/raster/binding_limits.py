@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from ...drawing.draw_list import Drawable
-from ...drawing.limits import CLIP_POSITION_BYTES
-from ...gpu.chunking import align_points
-from ...gpu.device import Device
+from ..drawing.draw_list import Drawable
+from ..drawing.limits import CLIP_POSITION_BYTES
+from ..gpu.chunking import align_points
+from ..gpu.device import Device
 from .triangles import HEAD_BYTES, INDEX_BYTES
 
 

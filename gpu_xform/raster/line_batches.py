@@ -8,15 +8,15 @@ from typing import TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from ...drawing.draw_list import EDGE_BYTES, Lines
-from ...drawing.enums import ColorMode, Hidden
-from ...gpu import layouts
-from ...gpu.buffers import Buffer
-from ...gpu.chunking import choose_workgroup_size, count_workgroups
-from ...gpu.context import CommandEncoder
-from ...gpu.device import Device
-from ...gpu.dispatch import Binding, dispatch
-from ..tiles import TILE_SIDE_PX
+from ..drawing.draw_list import EDGE_BYTES, Lines
+from ..drawing.enums import ColorMode, Hidden
+from ..gpu import layouts
+from ..gpu.buffers import Buffer
+from ..gpu.chunking import choose_workgroup_size, count_workgroups
+from ..gpu.context import CommandEncoder
+from ..gpu.device import Device
+from ..gpu.dispatch import Binding, dispatch
+from .tiles import TILE_SIDE_PX
 from .vertex_stage import ProjectedDrawable
 
 COLOR_BYTES = 4

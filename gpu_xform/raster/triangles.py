@@ -8,15 +8,15 @@ from itertools import accumulate
 import numpy as np
 import numpy.typing as npt
 
-from ...drawing.depth import DepthCue
-from ...drawing.draw_list import TRIANGLE_BYTES
-from ...errors import ArgumentError
-from ...gpu import layouts, uniforms
-from ...gpu.buffers import INDIRECT, Buffer
-from ...gpu.chunking import choose_workgroup_size, count_workgroups
-from ...gpu.context import CommandEncoder
-from ...gpu.device import Device
-from ...gpu.dispatch import Binding, dispatch
+from ..drawing.depth import DepthCue
+from ..drawing.draw_list import TRIANGLE_BYTES
+from ..errors import ArgumentError
+from ..gpu import layouts, uniforms
+from ..gpu.buffers import INDIRECT, Buffer
+from ..gpu.chunking import choose_workgroup_size, count_workgroups
+from ..gpu.context import CommandEncoder
+from ..gpu.device import Device
+from ..gpu.dispatch import Bindable, Binding, dispatch
 from .render_target import POOL_OWNER, RenderTarget
 from .vertex_stage import ProjectedDrawable
 
@@ -120,11 +120,7 @@ class TriangleStage:
     def composite(self, encoder: CommandEncoder, target: RenderTarget, tile: Binding) -> None:
         """Record the filled faces, if there are any."""
         if self._palette:
-            bindings: dict[str, Buffer | Binding] = {
-                "tile": tile,
-                "visibility": self._visibility,
-                "palette": self._palette,
-            }
+            bindings: dict[str, Bindable] = {"tile": tile, "visibility": self._visibility, "palette": self._palette}
             target.composite(encoder, "composite_triangles", bindings, has_depth_cue=self._has_depth_cue)
 
     def visible_triangles(self, projected: Sequence[ProjectedDrawable]) -> list[npt.NDArray[np.bool_]]:

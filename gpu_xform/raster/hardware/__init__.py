@@ -1,0 +1,4 @@
+"""Lines by the rasteriser in hardware.
+
+Reading order: lines.
+"""

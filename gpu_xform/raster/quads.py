@@ -1,0 +1,29 @@
+"""Quads: four vertices and two triangles per edge, drawn by indices that repeat every so many edges."""
+
+import numpy as np
+
+from ..gpu.buffers import Buffer, Usage
+from ..gpu.device import Device
+from ..gpu.dispatch import RenderPass
+
+QUADS_PER_DRAW = 1 << 14  # as many as 16 bits number the vertices of
+QUAD_VERTICES = 4
+QUAD_TRIANGLES = (0, 1, 2, 2, 1, 3)
+INDEX: int = Usage.INDEX | Usage.COPY_DST
+
+
+def draw_quads(device: Device, owner: str, render: RenderPass, n_quads: int) -> None:
+    """Draw `n_quads`: vertex 4 * i + k is corner k of quad i. `owner` keeps the indices in the pool."""
+    indices = _quad_indices(device, owner)
+    for first in range(0, n_quads, QUADS_PER_DRAW):
+        n_indices = len(QUAD_TRIANGLES) * min(QUADS_PER_DRAW, n_quads - first)
+        render.draw_indexed(indices, n_indices, QUAD_VERTICES * first)
+
+
+def _quad_indices(device: Device, owner: str) -> Buffer:
+    corners = QUAD_VERTICES * np.arange(QUADS_PER_DRAW)[:, np.newaxis] + QUAD_TRIANGLES
+    indices = device.pool.scratch(owner, "quad indices", 2 * corners.size, INDEX)
+    if indices.content_key is None:
+        indices.upload(corners.astype(np.uint16))
+        indices.content_key = b"quads"
+    return indices
