@@ -155,30 +155,44 @@ def _find_first_equal(rows: npt.NDArray[np.unsignedinteger[Any]]) -> IndexArray:
     A hash table without chains: the first row that claims a slot gets it; the rows that are not equal to their slot's
     owner claim slots of another hash in the next round.
     """
+    columns = np.ascontiguousarray(rows.T)
     n_bits = max(4, len(rows).bit_length())
     table = np.empty(1 << n_bits, np.int32 if len(rows) < 2**31 else np.int64)
-    owners = np.arange(len(rows), dtype=table.dtype)
-    factors = _FACTORS.astype(rows.dtype)
-    left = owners.copy()
-    for _ in range(_MAX_ROUNDS):
-        claims = rows if len(left) == len(rows) else rows[left]
-        keys = claims[:, 0] * factors[0]
-        keys += claims[:, 1] * factors[1]
-        keys += claims[:, 2] * factors[2]
-        keys ^= keys >> rows.dtype.type(4 * rows.itemsize - 1)
-        keys *= factors[0]
-        slots = (keys >> rows.dtype.type(8 * rows.itemsize - n_bits)).astype(np.intp)
-        table[slots[::-1]] = left[::-1]  # of equal slots NumPy keeps the last value, which is the first row
-        found = table[slots]
-        equal = (np.take(rows, found, axis=0) == claims).all(axis=1)
-        owners[left] = found
-        left = left[~equal]
+    every = np.arange(len(rows), dtype=table.dtype)
+    owners, left = _claim_slots(columns, every, table, _FACTORS.astype(rows.dtype))
+    for turn in range(1, _MAX_ROUNDS):
         if len(left) == 0:
-            return owners.astype(np.int64)
-        factors = factors[[1, 2, 0]] * factors[0] + factors.dtype.type(2)
-    _, first, inverse = np.unique(rows[left], axis=0, return_index=True, return_inverse=True)
-    owners[left] = left[first][inverse.ravel()]
+            break
+        factors = np.roll(_FACTORS, turn).astype(rows.dtype) + rows.dtype.type(2 * turn)
+        owners[left], left = _claim_slots(np.take(columns, left, axis=1), left, table, factors)
+    if len(left):
+        _, first, inverse = np.unique(rows[left], axis=0, return_index=True, return_inverse=True)
+        owners[left] = left[first][inverse.ravel()]
     return owners.astype(np.int64)
+
+
+def _claim_slots(
+    columns: npt.NDArray[Any], ids: npt.NDArray[Any], table: npt.NDArray[Any], factors: npt.NDArray[Any]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Return the owner of the slot that each of the columns (3, n) falls into, and which `ids` differ from theirs.
+
+    ids : (n,), ascending; owners are ids
+    """
+    dtype = columns.dtype
+    keys = columns[0] * factors[0]
+    keys += columns[1] * factors[1]
+    keys += columns[2] * factors[2]
+    keys ^= keys >> dtype.type(4 * dtype.itemsize - 1)
+    keys *= factors[0]
+    keys >>= dtype.type(8 * dtype.itemsize - (len(table).bit_length() - 1))
+    slots = keys.astype(np.intp)
+    places = np.arange(len(ids), dtype=table.dtype)
+    table[slots[::-1]] = places[::-1]  # of equal slots NumPy keeps the last value, which is the first place
+    found = np.take(table, slots)
+    equal = np.take(columns[0], found) == columns[0]
+    for column in columns[1:]:
+        equal &= np.take(column, found) == column
+    return np.take(ids, found), ids[~equal]
 
 
 def list_losses(mesh: Mesh) -> list[str]:
