@@ -1,22 +1,27 @@
 """OFF, and its variants with normals, colours or texture coordinates after each vertex (NOFF, COFF, STOFF, ...).
 
 Homogeneous coordinates (4OFF), fewer dimensions (nOFF) and Geomview's binary files are read as well.
-Numbers after the coordinates of a vertex and after the corners of a face are ignored. As in `obj`, a regular body is
-read in bulk, and any other line by line, which reports all errors.
+Numbers after the coordinates of a vertex and after the corners of a face become attributes. As in `obj`, a regular body
+is read in bulk, and any other line by line, which reports all errors.
 """
 
 import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import BinaryIO, TypeAlias
+from typing import Any, BinaryIO, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
+from ..geometry.attributes import RaggedArray
 from ..geometry.mesh import Mesh
 from ._text import parse_float, parse_int, parse_numbers, plain_text, quote, write_faces, write_points
+from .off_attributes import build_attributes, list_face_columns, list_point_columns, write_rows
+from .off_attributes import list_losses as list_losses
+from .off_attributes import write_faces as write_attributed_faces
 
 # The numbers of vertices and so on may follow without a blank, as in many files of ModelNet.
 _HEADER = re.compile(rb"(ST)?(C)?(N)?(4)?(n)?OFF(?=[0-9]|$)")
@@ -37,6 +42,8 @@ class _Layout:
     n_axes: int = 3
     has_weight: bool = False
     n_more: int = 0
+    flags: str = ""
+    """The letters of the header that say what the numbers behind are: N, C and S."""
 
     @property
     def width(self) -> int:
@@ -45,7 +52,7 @@ class _Layout:
 
     def points(self, rows: Float64Array) -> Float64Array:
         """Return the points (n, 3) of rows (n, width or more)."""
-        if self == _PLAIN:
+        if self.n_axes == 3 and not self.has_weight:
             return rows[:, :3]
         points = np.zeros((len(rows), 3))
         points[:, : self.n_axes] = rows[:, : self.n_axes]
@@ -55,9 +62,6 @@ class _Layout:
         return points
 
 
-_PLAIN = _Layout()
-
-
 def read(data: bytes) -> Mesh:
     """Return the mesh of an OFF file; raise MeshError with the line of malformed content."""
     if match := _BINARY_HEADER.match(data):
@@ -65,6 +69,16 @@ def read(data: bytes) -> Mesh:
     data = plain_text(data)
     if not data.endswith(b"\n"):
         data += b"\n"
+    mesh = _read_text(data)
+    comments = [match[0][1:].decode("utf-8", "replace") for match in _COMMENT.finditer(data)] if b"#" in data else []
+    if not comments:
+        return mesh
+    holds = [f"{len(comments)} comment{'s'[: len(comments) - 1]}"]
+    return mesh.with_attributes(mesh.attributes, metadata={"off": {"comments": comments, "holds": holds}})
+
+
+def _read_text(data: bytes) -> Mesh:
+    """Return the mesh of an ASCII file."""
     rows = _split_rows(data)
     layout, n_points, n_faces, end = _parse_header(rows)
     n_lines = data.count(b"\n", end)
@@ -111,7 +125,13 @@ def _parse_header(rows: Rows) -> tuple[_Layout, int, int, int]:
         raise MeshError(f"line {line}: expected the numbers of vertices, faces and edges, got {got}")
     if max(map(len, counts)) > 18:
         raise MeshError(f"line {line}: a count of {quote(max(counts, key=len))} is out of range")
-    return _Layout(n_axes, bool(match[4])), int(counts[0]), int(counts[1]), end
+    return _Layout(n_axes, bool(match[4]), flags=_find_flags(match)), int(counts[0]), int(counts[1]), end
+
+
+def _find_flags(match: re.Match[bytes]) -> str:
+    """Return the letters of a header for what is behind a vertex."""
+    texture, color, normal = match.groups()[:3]
+    return "N" * (normal is not None) + "C" * (color is not None) + "S" * (texture is not None)
 
 
 def _require_dimension(n_axes: int, where: str) -> int:
@@ -134,12 +154,13 @@ def _read_regular(body: bytes, layout: _Layout, n_points: int, n_faces: int) -> 
     if table.shape[1] <= layout.width or not np.isnan(table[:, -1]).all() or not np.isfinite(table[:, :-1]).all():
         raise ValueError("not regular")
     values = parse_numbers(body[split:].replace(b"\n", b" -1 "), "int")
-    offsets, indices = _split_faces(values, np.flatnonzero(values < 0), n_faces)
-    return Mesh.from_offsets(layout.points(table), offsets, indices)
+    offsets, indices, behind = _split_faces(values, np.flatnonzero(values < 0), n_faces)
+    attributes = build_attributes(layout.flags, table[:, layout.width : -1], behind)
+    return Mesh.from_offsets(layout.points(table), offsets, indices, attributes=attributes)
 
 
-def _split_faces(values: IndexArray, ends: IndexArray, n_faces: int) -> tuple[IndexArray, IndexArray]:
-    """Return (offsets, indices) of rows `k i1 ... ik and more`; `ends` holds the end of each row in `values`."""
+def _split_faces(values: IndexArray, ends: IndexArray, n_faces: int) -> tuple[IndexArray, IndexArray, Any]:
+    """Return (offsets, indices, more) of rows `k i1 ... ik and more`; `ends` holds the end of each row in `values`."""
     starts = np.concatenate([[0], ends[:-1] + 1]) if n_faces else np.zeros(0, np.int64)
     lengths = ends - starts
     if len(ends) != n_faces or (lengths == 0).any():
@@ -149,12 +170,28 @@ def _split_faces(values: IndexArray, ends: IndexArray, n_faces: int) -> tuple[In
         raise ValueError("not regular")
     offsets = np.zeros(n_faces + 1, np.int64)
     np.cumsum(sizes, out=offsets[1:])
-    return offsets, values[np.repeat(starts + 1 - offsets[:-1], sizes) + np.arange(offsets[-1])]
+    indices = values[np.repeat(starts + 1 - offsets[:-1], sizes) + np.arange(offsets[-1])]
+    n_behind = lengths - sizes - 1
+    if not n_behind.any():
+        return offsets, indices, None
+    behind_offsets = np.concatenate([[0], np.cumsum(n_behind)])
+    places = np.repeat(starts + 1 + sizes - behind_offsets[:-1], n_behind) + np.arange(behind_offsets[-1])
+    return offsets, indices, _as_table(values[places], behind_offsets)
+
+
+def _as_table(values: Any, offsets: IndexArray) -> Any:
+    """Return rows of equal length as an array (f, k), others as a RaggedArray."""
+    sizes = np.diff(offsets)
+    if len(sizes) and (sizes == sizes[0]).all():
+        return np.asarray(values).reshape(len(sizes), int(sizes[0]))
+    return RaggedArray(values, offsets)
 
 
 def _read_rows(rows: Rows, layout: _Layout, n_points: int, n_faces: int) -> Mesh:
     """Return the mesh of any body; raise MeshError for the first malformed row."""
     points: list[list[float]] = []
+    beside: list[list[float]] = []
+    behind: list[list[bytes]] = []
     offsets, flat = [0], []
     line = 1
     for i in range(n_points + n_faces):
@@ -163,12 +200,29 @@ def _read_rows(rows: Rows, layout: _Layout, n_points: int, n_faces: int) -> Mesh
             raise MeshError(f"declares {n_points} vertices and {n_faces} faces, {i} rows follow")
         if i < n_points:
             points.append(_parse_point(words, layout, line))
+            beside.append([parse_float(word, line) for word in words[layout.width :]])
         else:
-            flat += _parse_corners(words, line, n_points)
+            corners = _parse_corners(words, line, n_points)
+            behind.append(words[len(corners) + 1 :])
+            flat += corners
             offsets.append(len(flat))
     for line, words, _ in rows:
         raise MeshError(f"line {line}: expected the end of the file, got {quote(b' '.join(words))}")
-    return Mesh.from_offsets(points, offsets, flat)
+    numbers = np.array([number for row in beside for number in row], np.float64)
+    columns = _as_table(numbers, np.concatenate([[0], np.cumsum(list(map(len, beside)), dtype=np.int64)]))
+    attributes = build_attributes(layout.flags, columns, _collect_behind_faces(behind))
+    return Mesh.from_offsets(points, offsets, flat, attributes=attributes)
+
+
+def _collect_behind_faces(rows: list[list[bytes]]) -> Any:
+    """Return the numbers behind the corners of each face, as integers if all are."""
+    words = [word for row in rows for word in row]
+    if not words:
+        return None
+    values: Any = [float(word) for word in words]
+    if all(word.lstrip(b"+-").isdigit() for word in words):
+        values = list(map(int, words))
+    return _as_table(np.array(values), np.concatenate([[0], np.cumsum(list(map(len, rows)))]))
 
 
 def _parse_point(words: list[bytes], layout: _Layout, line: int) -> list[float]:
@@ -208,7 +262,8 @@ def _read_binary(body: bytes, header: re.Match[bytes]) -> Mesh:
             break
     else:
         raise MeshError("the binary header declares more vertices and faces than the file can hold")
-    layout = _Layout(_require_dimension(n_axes, "the binary header"), weight, normal * n_axes + color * 4 + texture * 2)
+    n_more = normal * n_axes + color * 4 + texture * 2
+    layout = _Layout(_require_dimension(n_axes, "the binary header"), weight, n_more, _find_flags(header))
     n_points, n_faces = int(counts[0]), int(counts[1])
     width = layout.width + layout.n_more
     if place + n_points * width > n_words:
@@ -220,6 +275,7 @@ def _read_binary(body: bytes, header: re.Match[bytes]) -> Mesh:
         row = int(np.argmax(~np.isfinite(points).all(axis=1)))
         raise MeshError(f"vertex {row}: coordinates must be finite, got {points[row].tolist()}")
     sizes, corners = [], []
+    colors_of_faces: list[npt.NDArray[Any]] = []
     values = words[end:].tolist()
     place = 0
     for face in range(n_faces):
@@ -229,12 +285,34 @@ def _read_binary(body: bytes, header: re.Match[bytes]) -> Mesh:
             raise MeshError(f"face {face}: {size} corners, at least 2, do not fit the file")
         sizes.append(size)
         corners += values[place + 1 : colors]
+        colors_of_faces.append(words[end + colors + 1 : end + colors + 1 + values[colors]].view(f"{order}f4"))
         place = colors + 1 + values[colors]
-    return Mesh.from_offsets(points, np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]), corners)
+    behind = None
+    if any(map(len, colors_of_faces)):
+        lengths = np.cumsum([0, *map(len, colors_of_faces)])
+        behind = _as_table(np.concatenate(colors_of_faces).astype(np.float64), lengths)
+    return Mesh.from_offsets(
+        points,
+        np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]),
+        corners,
+        attributes=build_attributes(layout.flags, table[:, layout.width :], behind),
+        metadata={"off": {"encoding": "binary"}},
+    )
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:
-    """Write the points and the faces, with segments as faces of two corners, and every number exact."""
-    file.write(b"OFF\n%d %d 0\n" % (mesh.n_points, mesh.n_faces))
-    write_points(file, b"%a %a %a\n", mesh)
-    write_faces(file, lambda size: b"%d" % size + b" %d" * size + b"\n", mesh, first=0)
+    """Write the points and the faces, with segments as faces of two corners, every number exact, and attributes."""
+    letters, columns = list_point_columns(mesh)
+    file.write(letters.encode() + b"OFF\n")
+    for comment in mesh.metadata.get("off", {}).get("comments", ()):
+        file.write(b"#" + comment.encode() + b"\n")
+    file.write(b"%d %d 0\n" % (mesh.n_points, mesh.n_faces))
+    if columns:
+        write_rows(file, mesh, columns)
+    else:
+        write_points(file, b"%a %a %a\n", mesh)
+    behind = list_face_columns(mesh)
+    if behind is None:
+        write_faces(file, lambda size: b"%d" % size + b" %d" * size + b"\n", mesh, first=0)
+    else:
+        write_attributed_faces(file, mesh, behind)

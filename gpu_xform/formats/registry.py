@@ -64,9 +64,9 @@ WRITERS: dict[str, Writer] = {
 _LOSSES: dict[str, ListLosses] = {
     "npy": list_attributes,
     "obj": obj.list_losses,
-    "off": list_attributes,
+    "off": off.list_losses,
     "ply": ply.list_losses,
-    "stl": list_attributes,
+    "stl": stl.list_losses,
 }
 
 

@@ -1,15 +1,19 @@
 """STL, binary and ASCII; corners with equal coordinates become one point."""
 
 import re
+from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core.types import IndexArray
+from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
+from ..geometry.attributes import Attributes
 from ..geometry.mesh import Mesh
-from . import _trimesh
+from ..geometry.triangulation import triangulate
+from ._losses import list_attributes
 from ._text import parse_float, parse_numbers, plain_text, quote, without_mark
 from ._warn import warn
 
@@ -17,26 +21,41 @@ _HEADER_BYTES = 84
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _VERTEX = re.compile(rb"^[ \t]*vertex[ \t]+([^\n]*)", re.MULTILINE | re.IGNORECASE)
 _END = re.compile(rb"^[ \t]*(endfacet|endsolid)\b", re.MULTILINE | re.IGNORECASE)
+_SOLID = re.compile(rb"^[ \t]*solid\b[ \t]*([^\n]*)", re.MULTILINE | re.IGNORECASE)
 # Statements need not begin a line.
 _ANY_VERTEX = re.compile(rb"(?<!\S)vertex\s+([-+.\dni]\S*\s+\S+\s+\S+)", re.IGNORECASE)
 _ANY_END = re.compile(rb"(?<!\S)(endfacet|endsolid)(?!\S)", re.IGNORECASE)
 # Odd factors that spread the bits of coordinates over a hash.
 _FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
 _MAX_ROUNDS = 8
+_ROWS_PER_WRITE = 1 << 14
 
 _Corners = npt.NDArray[np.floating[Any]]
 
 
 def read(data: bytes) -> Mesh:
-    """Return the mesh of an STL file; raise MeshError if it is truncated, or a coordinate is not finite."""
+    """Return the mesh of an STL file; raise MeshError if it is truncated, or a coordinate is not finite.
+
+    The two bytes behind each triangle become an attribute per face, unless they are all 0, as the format wants it. The
+    solids of an ASCII file become objects, if there are several.
+    """
     text = without_mark(data)
-    corners = _read_text(plain_text(text)) if _is_text(text) else _read_binary(data)
+    attributes: Attributes | None = None
+    layout: dict[str, Any]
+    if _is_text(text):
+        text = plain_text(text)
+        corners = _read_text(text)
+        attributes, layout = _read_solids(text, len(corners) // 3)
+    else:
+        corners, attributes = _read_binary(data)
+        layout = {"encoding": "binary", "header": data[: _HEADER_BYTES - 4]}
     if len(corners) == 0:
         raise MeshError("the file has no triangles")
     if not np.isfinite(corners).all():
         wrong = int(np.argmax(~np.isfinite(corners).all(axis=1)))
         raise MeshError(f"triangle {wrong // 3}: coordinates must be finite, got {corners[wrong].tolist()}")
-    return _merge_points(corners)
+    mesh = _merge_points(corners)
+    return mesh.with_attributes(attributes, metadata={"stl": layout})
 
 
 def _is_text(data: bytes) -> bool:
@@ -49,8 +68,8 @@ def _compute_expected_bytes(data: bytes) -> int:
     return _HEADER_BYTES + _TRIANGLE.itemsize * int.from_bytes(data[80:84], "little")
 
 
-def _read_binary(data: bytes) -> _Corners:
-    """Return (3 n, 3) float32, three corners per triangle."""
+def _read_binary(data: bytes) -> tuple[_Corners, Attributes | None]:
+    """Return (3 n, 3) float32, three corners per triangle, and the attribute bytes unless they are all 0."""
     if len(data) < _HEADER_BYTES:
         raise MeshError(
             f"expected a binary STL header of {_HEADER_BYTES} bytes or the word solid, got {len(data)} bytes"
@@ -61,8 +80,24 @@ def _read_binary(data: bytes) -> _Corners:
         raise MeshError(f"declares {count} triangles, which make {expected} bytes, got {len(data)}")
     if len(data) > expected:
         warn(f"{len(data) - expected} bytes behind its {count} triangles are left out")
-    corners = np.frombuffer(data, _TRIANGLE, count, offset=_HEADER_BYTES)["corners"]
-    return corners.reshape(-1, 3).astype(np.float32, copy=False)
+    triangles = np.frombuffer(data, _TRIANGLE, count, offset=_HEADER_BYTES)
+    attributes = Attributes(face={"attribute": triangles["attribute"]}) if triangles["attribute"].any() else None
+    return triangles["corners"].reshape(-1, 3).astype(np.float32, copy=False), attributes
+
+
+def _read_solids(data: bytes, n_triangles: int) -> tuple[Attributes | None, dict[str, Any]]:
+    """Return which solid each triangle of an ASCII file belongs to, if there are several, and the name of one."""
+    starts = list(_SOLID.finditer(data))
+    names = [match[1].strip().decode("utf-8", "replace") for match in starts]
+    if len(names) < 2:
+        return None, {"encoding": "ascii", "name": "".join(names)}
+    bounds = [*(match.start() for match in starts), len(data)]
+    counts = [_count(_ANY_END.findall(data, start, end), b"endfacet") for start, end in pairwise(bounds)]
+    if sum(counts) != n_triangles:
+        return None, {"encoding": "ascii", "name": names[0]}
+    labels = list(dict.fromkeys(names))
+    numbers = np.repeat(np.array([labels.index(name) for name in names], np.int32), counts)
+    return Attributes(face={"object": numbers}, labels={"object": labels}), {"encoding": "ascii", "name": ""}
 
 
 def _read_text(data: bytes) -> _Corners:
@@ -120,32 +155,130 @@ def _find_first_equal(rows: npt.NDArray[np.unsignedinteger[Any]]) -> IndexArray:
     A hash table without chains: the first row that claims a slot gets it; the rows that are not equal to their slot's
     owner claim slots of another hash in the next round.
     """
+    columns = np.ascontiguousarray(rows.T)
     n_bits = max(4, len(rows).bit_length())
     table = np.empty(1 << n_bits, np.int32 if len(rows) < 2**31 else np.int64)
-    owners = np.arange(len(rows), dtype=table.dtype)
-    factors = _FACTORS.astype(rows.dtype)
-    left = owners.copy()
-    for _ in range(_MAX_ROUNDS):
-        claims = rows if len(left) == len(rows) else rows[left]
-        keys = claims[:, 0] * factors[0]
-        keys += claims[:, 1] * factors[1]
-        keys += claims[:, 2] * factors[2]
-        keys ^= keys >> rows.dtype.type(4 * rows.itemsize - 1)
-        keys *= factors[0]
-        slots = (keys >> rows.dtype.type(8 * rows.itemsize - n_bits)).astype(np.intp)
-        table[slots[::-1]] = left[::-1]  # of equal slots NumPy keeps the last value, which is the first row
-        found = table[slots]
-        equal = (np.take(rows, found, axis=0) == claims).all(axis=1)
-        owners[left] = found
-        left = left[~equal]
+    every = np.arange(len(rows), dtype=table.dtype)
+    owners, left = _claim_slots(columns, every, table, _FACTORS.astype(rows.dtype))
+    for turn in range(1, _MAX_ROUNDS):
         if len(left) == 0:
-            return owners.astype(np.int64)
-        factors = factors[[1, 2, 0]] * factors[0] + factors.dtype.type(2)
-    _, first, inverse = np.unique(rows[left], axis=0, return_index=True, return_inverse=True)
-    owners[left] = left[first][inverse.ravel()]
+            break
+        factors = np.roll(_FACTORS, turn).astype(rows.dtype) + rows.dtype.type(2 * turn)
+        owners[left], left = _claim_slots(np.take(columns, left, axis=1), left, table, factors)
+    if len(left):
+        _, first, inverse = np.unique(rows[left], axis=0, return_index=True, return_inverse=True)
+        owners[left] = left[first][inverse.ravel()]
     return owners.astype(np.int64)
 
 
+def _claim_slots(
+    columns: npt.NDArray[Any], ids: npt.NDArray[Any], table: npt.NDArray[Any], factors: npt.NDArray[Any]
+) -> tuple[npt.NDArray[Any], npt.NDArray[Any]]:
+    """Return the owner of the slot that each of the columns (3, n) falls into, and which `ids` differ from theirs.
+
+    ids : (n,), ascending; owners are ids
+    """
+    dtype = columns.dtype
+    keys = columns[0] * factors[0]
+    keys += columns[1] * factors[1]
+    keys += columns[2] * factors[2]
+    keys ^= keys >> dtype.type(4 * dtype.itemsize - 1)
+    keys *= factors[0]
+    keys >>= dtype.type(8 * dtype.itemsize - (len(table).bit_length() - 1))
+    slots = keys.astype(np.intp)
+    places = np.arange(len(ids), dtype=table.dtype)
+    table[slots[::-1]] = places[::-1]  # of equal slots NumPy keeps the last value, which is the first place
+    found = np.take(table, slots)
+    equal = np.take(columns[0], found) == columns[0]
+    for column in columns[1:]:
+        equal &= np.take(column, found) == column
+    return np.take(ids, found), ids[~equal]
+
+
+def list_losses(mesh: Mesh) -> list[str]:
+    """Return what of a mesh STL cannot hold."""
+    held = set()
+    if _can_hold_attribute(mesh):
+        held.add("attribute per face")
+    if _is_written_as_text(mesh) and "object" in mesh.attributes.face:
+        held.add("object per face")
+    return [name for name in list_attributes(mesh) if name not in held]
+
+
 def write(mesh: Mesh, file: BinaryIO) -> None:
-    """Write binary STL."""
-    _trimesh.export(mesh, file, "stl")
+    """Write triangles with their normals: in ASCII if the mesh was read from such a file, else in binary."""
+    _require_triangles(mesh)
+    corners, owners = triangulate(mesh.positions, mesh.offsets, mesh.indices)
+    points = mesh.positions[corners]
+    normals = _compute_normals(points)
+    layout = mesh.metadata.get("stl", {})
+    if _is_written_as_text(mesh):
+        for name, chosen in _split_solids(mesh, owners, layout.get("name", "")):
+            _write_solid(file, name, normals[chosen], points[chosen])
+        return
+    table = np.zeros(len(points), _TRIANGLE)
+    table["normal"], table["corners"] = normals, points
+    if _can_hold_attribute(mesh):
+        table["attribute"] = mesh.attributes.face["attribute"][owners]
+    file.write(layout.get("header", b"").ljust(_HEADER_BYTES - 4, b"\0")[: _HEADER_BYTES - 4])
+    file.write(len(table).to_bytes(4, "little"))
+    file.write(table.tobytes())
+
+
+def _require_triangles(mesh: Mesh) -> None:
+    """Raise MeshError for a mesh that STL cannot hold."""
+    n_segments = int((np.diff(mesh.offsets) == 2).sum())
+    if mesh.n_faces == 0:
+        raise MeshError("STL holds triangles only, this mesh has no faces")
+    if n_segments:
+        raise MeshError(f"STL holds triangles only, this mesh has {n_segments} segments")
+    largest = np.abs(mesh.positions).max()
+    if not _is_written_as_text(mesh) and largest > np.finfo(np.float32).max:
+        raise MeshError(f"STL holds float32, this mesh has a coordinate of {largest:g}")
+
+
+def _is_written_as_text(mesh: Mesh) -> bool:
+    return bool(mesh.metadata.get("stl", {}).get("encoding") == "ascii")
+
+
+def _can_hold_attribute(mesh: Mesh) -> bool:
+    """Return whether the attribute of that name fits into two bytes per triangle."""
+    column = mesh.attributes.face.get("attribute")
+    if not isinstance(column, np.ndarray) or column.ndim != 1 or column.dtype.kind not in "iu" or len(column) == 0:
+        return False
+    return bool(column.min() >= 0 and column.max() < 2**16)
+
+
+def _compute_normals(points: Float64Array) -> Float64Array:
+    """Return the unit normals of triangles (t, 3, 3); zeros for those without area."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        scaled = points / (np.abs(points).max() or 1.0)
+        normals = np.cross(scaled[:, 1] - scaled[:, 0], scaled[:, 2] - scaled[:, 0])
+    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
+    lengths[lengths == 0] = 1.0
+    unit: Float64Array = normals / lengths
+    return unit
+
+
+def _split_solids(mesh: Mesh, owners: IndexArray, name: str) -> Iterator[tuple[str, slice]]:
+    """Yield the name and the triangles of each solid: the objects of the mesh, or all under one name."""
+    labels = mesh.attributes.labels.get("object")
+    if labels is None or "object" not in mesh.attributes.face:
+        yield name, slice(None)
+        return
+    objects = mesh.attributes.face["object"][owners]
+    starts = [0, *(np.flatnonzero(np.diff(objects)) + 1).tolist(), len(objects)]
+    for start, end in pairwise(starts):
+        number = int(objects[start])
+        yield labels[number] if 0 <= number < len(labels) else "", slice(start, end)
+
+
+def _write_solid(file: BinaryIO, name: str, normals: Float64Array, points: Float64Array) -> None:
+    """Write triangles in ASCII, every coordinate exact."""
+    facet = b" facet normal %a %a %a\n  outer loop\n" + b"   vertex %a %a %a\n" * 3 + b"  endloop\n endfacet\n"
+    numbers = np.concatenate([normals[:, np.newaxis], points], axis=1).reshape(-1, 12) + 0.0
+    file.write(b"solid " + name.encode() + b"\n")
+    for start in range(0, len(numbers), _ROWS_PER_WRITE):
+        rows = numbers[start : start + _ROWS_PER_WRITE]
+        file.write((facet * len(rows)) % tuple(rows.ravel().tolist()))
+    file.write(b"endsolid " + name.encode() + b"\n")

@@ -292,12 +292,12 @@ class _Names:
         self._prototypes: dict[str, list[Prototype]] = {}
         self._declared: list[list[str]] = [[]]
 
-    def enter(self) -> None:
+    def enter_scope(self) -> None:
         """Begin the body of a prototype, whose names are its own."""
         self._nodes.append({})
         self._declared.append([])
 
-    def pop_scope(self) -> None:
+    def exit_scope(self) -> None:
         """End the body of a prototype."""
         self._nodes.pop()
         for name in self._declared.pop():
@@ -348,5 +348,5 @@ def _resolve_names(roots: list[Any]) -> None:
                 pending.append(item)
             pending += reversed(item.slots)
         elif isinstance(item, Prototype):
-            pending += [partial(names.declare, item), names.pop_scope, *reversed(item.body_slots)]
-            pending += [names.enter, *reversed(item.default_slots)]
+            pending += [partial(names.declare, item), names.exit_scope, *reversed(item.body_slots)]
+            pending += [names.enter_scope, *reversed(item.default_slots)]

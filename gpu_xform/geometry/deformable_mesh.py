@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -9,6 +10,7 @@ import numpy.typing as npt
 from .._core.arguments import as_vector
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
+from .attributes import Attributes
 from .mesh import Mesh, move
 
 
@@ -43,6 +45,8 @@ class DeformableMesh:
     targets : (n, 3) each, what a weight of 1 adds to the points
     weights : one per target, unless the node that shows the mesh has its own
     skin, influences : both or neither
+
+    Normals and tangents turn with a skin. Morph weights other than 0 leave them out, because they would be wrong.
     """
 
     def __init__(
@@ -76,6 +80,22 @@ class DeformableMesh:
             self._last = key, self._deformed(factors, world_from_joint)
         return self._last[1]
 
+    def _with_directions(self, world_from_mesh: Float64Array | None) -> Mesh:
+        """Return the mesh with its normals and tangents as a skin turns them, without them after a morph alone."""
+        attributes = self.mesh.attributes
+        point = {name: column for name, column in attributes.point.items() if name not in ("normal", "tangent")}
+        if len(point) == len(attributes.point):
+            return self.mesh
+        if world_from_mesh is not None and self.influences is not None:
+            linear = _blend(world_from_mesh[:, :3, :3], self.influences)
+            for name in ("normal", "tangent") & attributes.point.keys():
+                point[name] = _turn(attributes.point[name], linear, is_normal=name == "normal")
+        return self.mesh.with_attributes(
+            Attributes(
+                point, attributes.corner, attributes.face, labels=attributes.labels, material=attributes.material
+            )
+        )
+
     def _deformed(self, weights: Float64Array, world_from_joint: Float64Array | None) -> Mesh:
         if world_from_joint is None and not weights.any():
             return self.mesh
@@ -85,11 +105,12 @@ class DeformableMesh:
                 if weight:
                     positions += weight * target
             if world_from_joint is None or self.skin is None or self.influences is None:
-                return move(self.mesh, positions, np.eye(4))
+                return move(self._with_directions(None), positions, np.eye(4))
             world_from_mesh = world_from_joint @ self.skin.joint_from_mesh
             used = np.unique(self.influences.joints[self.influences.weights != 0.0])
             mirrors = bool((np.linalg.det(world_from_mesh[used, :3, :3]) < 0.0).all()) and len(used) > 0
-            return move(self.mesh, skin_points(positions, world_from_mesh, self.influences), np.eye(4), flip=mirrors)
+            turned = self._with_directions(None if weights.any() else world_from_mesh)
+            return move(turned, skin_points(positions, world_from_mesh, self.influences), np.eye(4), flip=mirrors)
 
     def __repr__(self) -> str:
         parts = [f"{len(self.targets)} morph targets"] if self.targets else []
@@ -111,3 +132,28 @@ def skin_points(points: Float64Array, world_from_mesh: Float64Array, influences:
         placed = np.einsum("nij,nj->ni", matrices[:, :, :3], points[followers]) + matrices[:, :, 3]
         moved[followers] += weights[followers, np.newaxis] * placed
     return moved
+
+
+def _blend(matrices: Float64Array, influences: Influences) -> Float64Array:
+    """Return the sum of w M over the influences of each point (n, 3, 3)."""
+    blended = np.zeros((len(influences.joints), 3, 3))
+    for joints, weights in zip(influences.joints.T, influences.weights.T, strict=True):
+        blended += weights[:, np.newaxis, np.newaxis] * matrices[joints]
+    return blended
+
+
+def _turn(column: npt.NDArray[Any], linear: Float64Array, *, is_normal: bool) -> npt.NDArray[Any]:
+    """Return unit normals (n, 3) or tangents (n, 3 or 4) turned by a matrix each, in their own type.
+
+    The cofactors are the inverse transpose times the determinant, whose sign is put right.
+    """
+    turned = np.array(column, np.float64)
+    a, b, c = linear[:, 0], linear[:, 1], linear[:, 2]
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
+    signs = np.where(np.einsum("ni,ni->n", a, cofactors[:, 0]) < 0.0, -1.0, 1.0)
+    matrices = cofactors * signs[:, np.newaxis, np.newaxis] if is_normal else linear
+    directions = np.einsum("nij,nj->ni", matrices, turned[:, :3])
+    lengths = np.linalg.norm(directions, axis=1, keepdims=True)
+    turned[:, :3] = directions / np.where(lengths == 0.0, 1.0, lengths)
+    turned[:, 3:] *= signs[:, np.newaxis]
+    return turned.astype(column.dtype)

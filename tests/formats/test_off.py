@@ -1,4 +1,5 @@
 import io
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from gpu_xform import samples
 from gpu_xform.errors import MeshError
 from gpu_xform.formats import off
+from gpu_xform.geometry.attributes import RaggedArray
 from gpu_xform.geometry.mesh import Mesh
 
 SQUARE = Mesh([(0, 0, 0), (1, 0, 0), (1, 1, 0.5), (0, 1, 0)], [(0, 1, 2, 3), (0, 1, 2)])
@@ -46,7 +48,7 @@ PLAIN = "OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 .5\n0 1 0\n4 0 1 2 3\n3 0 1 2\n"
     ],
 )
 def test_variants_of_a_square(text: str) -> None:
-    assert off.read(text.encode()) == SQUARE
+    assert off.read(text.encode()).with_attributes(None) == SQUARE
 
 
 def test_other_encodings() -> None:
@@ -69,7 +71,7 @@ def test_binary_files(order: str, flags: str) -> None:
     data = f"{flags}OFF BINARY\n".encode() + np.array([*([3] if "n" in flags else []), 4, 2, 5], f"{order}i4").tobytes()
     data += np.hstack(columns).astype(f"{order}f4").tobytes()
     data += np.array([4, 0, 1, 2, 3, 0, 3, 0, 1, 2, 3], f"{order}i4").tobytes() + np.ones(3, f"{order}f4").tobytes()
-    assert off.read(data) == SQUARE
+    assert off.read(data).with_attributes(None) == SQUARE
     for end in range(len(data)):
         with pytest.raises(MeshError):
             off.read(data[:end])
@@ -127,7 +129,7 @@ def test_errors_name_the_line(text: str, message: str) -> None:
     assert message in str(caught.value)
 
 
-def both(data: bytes) -> tuple[object, object]:
+def both(data: bytes) -> tuple[Any, Any]:
     """What the bulk path (None where it declines) and the careful path make of a file."""
     try:
         rows = off._split_rows(data)
@@ -135,11 +137,11 @@ def both(data: bytes) -> tuple[object, object]:
     except MeshError:
         return None, None
     try:
-        bulk: object = off._read_regular(data[end:], layout, n_points, n_faces)
+        bulk: Any = off._read_regular(data[end:], layout, n_points, n_faces)
     except ValueError:
         bulk = None
     try:
-        careful: object = off._read_rows(rows, layout, n_points, n_faces)
+        careful: Any = off._read_rows(rows, layout, n_points, n_faces)
     except MeshError as error:
         careful = str(error)
     return bulk, careful
@@ -164,7 +166,8 @@ def test_both_paths_accept_the_same_language(n_points: int, n_faces: int, parts:
 def test_a_nan_behind_a_vertex_is_not_taken_for_the_end_of_its_line() -> None:
     bulk, careful = both(b"OFF 2 0 0\n0 0 1 0 0 0 0 nan 5 5 5\n0 0 2\n")
     assert bulk is None
-    assert careful == Mesh([(0, 0, 1), (0, 0, 2)])
+    assert careful.positions.tolist() == [[0, 0, 1], [0, 0, 2]]
+    assert [len(row) for row in careful.attributes.point["more"]] == [8, 0]
 
 
 def test_a_file_that_was_written_takes_the_bulk_path() -> None:
@@ -174,7 +177,10 @@ def test_a_file_that_was_written_takes_the_bulk_path() -> None:
     bulk, careful = both(file.getvalue())
     assert bulk == careful == mesh
     colored = b"OFF\n4 2 0\n0 0 0\n1 0 0\n1 1 .5\n0 1 0\n4 0 1 2 3 255 0 0\n3 0 1 2 0 0 255\n"
-    assert both(colored) == (SQUARE, SQUARE)
+    bulk, careful = both(colored)
+    assert (
+        bulk == careful == SQUARE.with_attributes({"face": {"color": np.array([(255, 0, 0), (0, 0, 255)], np.uint8)}})
+    )
 
 
 def test_triangles_are_those_of_trimesh() -> None:
@@ -190,3 +196,70 @@ def test_writing_is_plain() -> None:
     file = io.BytesIO()
     off.write(Mesh([(0, 0, 0), (1, 0, 0), (1e-300, 1, 0.1)], [(0, 1, 2), (0, 2)]), file)
     assert file.getvalue() == b"OFF\n3 2 0\n0.0 0.0 0.0\n1.0 0.0 0.0\n1e-300 1.0 0.1\n3 0 1 2\n2 0 2\n"
+
+
+def saved(mesh: Mesh) -> bytes:
+    file = io.BytesIO()
+    off.write(mesh, file)
+    return file.getvalue()
+
+
+@st.composite
+def attributed(draw: st.DrawFn) -> Mesh:
+    polygons = draw(st.lists(st.lists(st.integers(0, 3), min_size=2, max_size=5), min_size=1, max_size=5))
+    number = st.floats(-10, 10)
+    point: dict[str, Any] = {}
+    for name, widths in (("normal", [3]), ("texcoord", [2]), ("color", [3, 4])):
+        width = draw(st.sampled_from([0, *widths]))
+        if width and name == "color" and draw(st.integers(0, 1)):
+            whole = st.lists(st.integers(2, 255), min_size=width, max_size=width)
+            rows: Any = draw(st.lists(whole, min_size=4, max_size=4))
+            point[name] = np.array(rows, np.uint8)
+        elif width:
+            fractions = st.lists(st.floats(0.01, 0.99), min_size=width, max_size=width)
+            rows = draw(st.lists(fractions, min_size=4, max_size=4))
+            point[name] = np.array(rows, np.float64)
+    face: dict[str, Any] = {}
+    kind = draw(st.sampled_from(["", "uint8", "float", "index", "more"]))
+    n = len(polygons)
+    if kind == "uint8":
+        face["color"] = np.arange(2, 2 + 3 * n, dtype=np.uint8).reshape(n, 3)
+    elif kind == "float":
+        face["color"] = (np.arange(4 * n).reshape(n, 4) + 0.5) / (8 * n)
+    elif kind == "index":
+        face["color_index"] = np.arange(n)
+    elif kind == "more" and n > 1:
+        sizes = [5, *([0] * (n - 1))]
+        face["more"] = RaggedArray(np.arange(5), np.concatenate([[0], np.cumsum(sizes)]))
+    points = draw(st.lists(st.lists(number, min_size=3, max_size=3), min_size=4, max_size=4))
+    return Mesh(points, polygons, attributes={"point": point, "face": face})
+
+
+@given(attributed())
+def test_attributes_are_read_as_they_were_written(mesh: Mesh) -> None:
+    assert off.list_losses(mesh) == []
+    found = off.read(saved(mesh))
+    assert found == mesh
+    assert saved(found) == saved(mesh)
+
+
+def test_colors_normals_and_texture_of_the_variants() -> None:
+    text = (
+        b"STCNOFF\n# by hand\n3 1 0\n0 0 0 0 0 1 255 0 7 9 0 0.5\n1 0 0 0 0 1 254 0 7 9 1 0.5\n"
+        b"0 1 0 0 0 1 253 0 7 9 0 1\n3 0 1 2 9 8 7\n"
+    )
+    mesh = off.read(text)
+    assert mesh.attributes.point["normal"].tolist() == [[0, 0, 1]] * 3
+    assert mesh.attributes.point["color"].tolist() == [[255 - i, 0, 7, 9] for i in range(3)]
+    assert mesh.attributes.point["color"].dtype == np.uint8
+    assert mesh.attributes.point["texcoord"].tolist() == [[0, 0.5], [1, 0.5], [0, 1]]
+    assert mesh.attributes.face["color"].tolist() == [[9, 8, 7]]
+    assert saved(mesh).split(b"\n")[:3] == [b"STCNOFF", b"# by hand", b"3 1 0"]
+    assert [list(map(float, line.split())) for line in saved(mesh).split(b"\n")[3:-1]] == [
+        list(map(float, line.split())) for line in text.split(b"\n")[3:-1]
+    ]
+
+
+def test_what_off_cannot_hold_is_listed() -> None:
+    attributes = {"point": {"intensity": [1.0] * 8, "color": np.zeros((8, 3))}, "face": {"material": [0] * 6}}
+    assert off.list_losses(samples.cube().with_attributes(attributes)) == ["intensity per point", "material per face"]

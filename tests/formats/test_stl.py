@@ -5,6 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 import trimesh
+from hypothesis import given
+from hypothesis import strategies as st
 
 from gpu_xform import samples
 from gpu_xform.errors import MeshError, MeshWarning
@@ -52,7 +54,7 @@ ASCII = (
     ],
 )
 def test_both_kinds_join_corners_at_equal_points(data: bytes) -> None:
-    assert stl.read(data) == TRIANGLES
+    assert stl.read(data).with_attributes(None) == TRIANGLES
 
 
 @pytest.mark.parametrize(
@@ -163,3 +165,67 @@ def test_what_triangles_cannot_hold_is_not_written(mesh: Mesh, message: str) -> 
         save_mesh(mesh, file, file_type="stl")
     assert f"<file>: STL {message}" in str(caught.value)
     assert file.getvalue() == b""
+
+
+def saved(mesh: Mesh) -> bytes:
+    file = io.BytesIO()
+    stl.write(mesh, file)
+    return file.getvalue()
+
+
+@given(st.lists(st.integers(0, 2**16 - 1), min_size=12, max_size=12), st.binary(max_size=80))
+def test_attribute_bytes_and_the_header_come_back(values: list[int], header: bytes) -> None:
+    header = b"head" + header[:76]
+    cube = samples.cube().to_trimesh()
+    exported: Any = trimesh.Trimesh(cube.vertices, cube.faces, process=False).export(file_type="stl")
+    data = bytearray(exported)
+    data[:80] = header.ljust(80, b"\0")
+    for i, value in enumerate(values):
+        data[84 + 50 * i + 48 : 84 + 50 * i + 50] = value.to_bytes(2, "little")
+    mesh = stl.read(bytes(data))
+    if any(values):
+        assert mesh.attributes.face["attribute"].tolist() == values
+        assert mesh.attributes.face["attribute"].dtype == np.uint16
+    else:
+        assert not mesh.attributes
+    after = saved(mesh)
+    assert after[:84] == data[:84]
+    assert len(after) == len(data)
+    assert all(after[i + 12 : i + 50] == data[i + 12 : i + 50] for i in range(84, len(data), 50))
+    assert stl.read(after) == mesh
+    normals = trimesh.load_mesh(io.BytesIO(after), file_type="stl", process=False).face_normals
+    assert np.allclose(normals, cube.face_normals, atol=1e-6)
+
+
+def test_an_ascii_file_stays_one_with_its_solids() -> None:
+    rows = "   vertex 0 0 {z}\n   vertex 1 0 {z}\n   vertex 0 1 {z}\n"
+    facet = f" facet normal 0 0 1\n  outer loop\n{rows}  endloop\n endfacet\n"
+    text = "".join(
+        f"solid {name}\n{facet.format(z=z) * n}endsolid {name}\n" for name, z, n in (("a b", 0.1, 1), ("c", 2, 2))
+    )
+    mesh = stl.read(text.encode())
+    assert mesh.attributes.labels == {"object": ("a b", "c")}
+    assert mesh.attributes.face["object"].tolist() == [0, 1, 1]
+    assert stl.list_losses(mesh) == []
+    after = saved(mesh)
+    assert after.startswith(b"solid a b\n")
+    assert after.count(b"endsolid c") == 1
+    assert stl.read(after) == mesh
+    scene = trimesh.load_scene(io.BytesIO(after), file_type="stl_ascii")
+    assert {name: len(part.faces) for name, part in scene.geometry.items()} == {"a b": 1, "c": 2}
+    one = stl.read(("solid part 7\n" + facet.format(z=0.1) + "endsolid\n").encode())
+    assert saved(one).startswith(b"solid part 7\n")
+    assert one.positions[0, 2] == 0.1
+    assert stl.read(saved(one)) == one
+    assert not one.attributes
+
+
+def test_what_stl_cannot_hold_is_listed() -> None:
+    attributes = {
+        "point": {"color": np.zeros((8, 3), np.uint8)},
+        "face": {"attribute": np.arange(6), "area": np.ones(6)},
+    }
+    mesh = samples.cube().with_attributes(attributes)
+    assert stl.list_losses(mesh) == ["color per point", "area per face"]
+    assert stl.read(saved(mesh)).attributes.face["attribute"].tolist() == np.repeat(np.arange(6), 2).tolist()
+    assert stl.list_losses(samples.cube().with_attributes({"face": {"attribute": [-1] * 6}})) == ["attribute per face"]
