@@ -9,6 +9,7 @@ from ..gpu.dispatch import RenderPass
 QUADS_PER_DRAW = 1 << 14  # as many as 16 bits number the vertices of
 QUAD_VERTICES = 4
 QUAD_TRIANGLES = (0, 1, 2, 2, 1, 3)
+INDEX_BYTES = 2
 INDEX: int = Usage.INDEX | Usage.COPY_DST
 
 
@@ -21,9 +22,10 @@ def draw_quads(device: Device, owner: str, render: RenderPass, n_quads: int) -> 
 
 
 def _quad_indices(device: Device, owner: str) -> Buffer:
-    corners = QUAD_VERTICES * np.arange(QUADS_PER_DRAW)[:, np.newaxis] + QUAD_TRIANGLES
-    indices = device.pool.scratch(owner, "quad indices", 2 * corners.size, INDEX)
+    n_bytes = INDEX_BYTES * len(QUAD_TRIANGLES) * QUADS_PER_DRAW
+    indices = device.pool.scratch(owner, "quad indices", n_bytes, INDEX)
     if indices.content_key is None:
-        indices.upload(corners.astype(np.uint16))
+        first_corners = QUAD_VERTICES * np.arange(QUADS_PER_DRAW, dtype=np.uint16)
+        indices.upload(first_corners[:, np.newaxis] + np.array(QUAD_TRIANGLES, np.uint16))
         indices.content_key = b"quads"
     return indices

@@ -10,7 +10,7 @@ from ..drawing.draw_list import Drawable
 from ..drawing.view import ndc_to_pixels
 from .tiles import Region
 
-REGION_ALIGNMENT_PX = 64  # so that a model in motion finds buffers of its size again
+REGION_ALIGNMENT_PX = 16  # so that the bounds of a model in motion are few
 AA_MARGIN_PX = 3.0  # that a line may touch beside half its width, the error of single precision included
 MIN_RELATIVE_W = 1e-4  # of the largest coordinate; nearer to the eye, single precision could place a point anywhere
 

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from wgpu.backends import wgpu_native
 
 import gpu_xform as gx
 from gpu_xform import Camera, matrices, samples
@@ -127,6 +128,25 @@ def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
     kept = {number for _, *parts in device.bind_groups._groups for _, number, *_ in parts}
     assert kept
     assert own not in kept
+
+
+def test_dispatches_in_a_row_share_a_pass_unless_each_is_timed(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun: list[str] = []
+
+    def spy(encoder: wgpu_native.GPUCommandEncoder, **options: Any) -> Any:
+        begun.append(encoder.label)
+        return begin(encoder, **options)
+
+    begin = wgpu_native.GPUCommandEncoder.begin_compute_pass
+    monkeypatch.setattr(wgpu_native.GPUCommandEncoder, "begin_compute_pass", spy)
+    together = draw(device, hidden="dash")
+    n_together = len(begun)
+    with device.time_dispatches() as timer:
+        assert draw(device, hidden="dash") == together
+        labels = [time.label for time in timer.times]
+    n_dispatches = len([label for label in labels if not label.startswith("composite_")])
+    assert len(begun) - n_together == n_dispatches
+    assert 0 < n_together < n_dispatches
 
 
 def test_passes_that_must_round_alike_share_one_pipeline(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -35,6 +35,7 @@ WGSL_ALONE = {
     "CONSERVATIVE_MARGIN_PX": "only the shaders rasterise triangles",
     "DEPTH_BIAS_PX": "only the shaders test depths",
     "MAX_BANDS": "the shaders choose their own grid",
+    "MAX_PROBED_PX": "only the shaders look up depths",
     "MAX_SMALL_TRIANGLE_PX": "the shaders choose their own grid",
     "MAX_WORKGROUPS": "the shaders choose their own grid; the number is WebGPU's",
     "MIN_SEEN_OPACITY": "half a step of the eight bits that shaders pack",

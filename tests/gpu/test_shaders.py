@@ -116,7 +116,7 @@ def test_a_shader_of_another_folder_is_read_again_when_it_changes(
 
 def test_the_next_picture_is_drawn_by_the_shader_as_it_is_now(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = copy_with(tmp_path, "self_test.wgsl", "", "")
-    file = folder / "raster_compute" / "composite_lines.wgsl"
+    file = folder / "raster" / "composite_lines.wgsl"
     monkeypatch.setenv("GPU_XFORM_WGSL", str(folder))
     with Device() as other:
         options: dict[str, Any] = {"device": other, "size": (40, 40), "line_width": 3.0, "edges": "all"}

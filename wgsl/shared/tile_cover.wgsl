@@ -20,11 +20,11 @@ fn segment_corner(line: Segment, half_width: f32, corner: u32, tile: Tile) -> ve
     }
     let span = line.q - line.p;
     let length_px = length(span);
-    let along = select(vec2(1.0, 0.0), span / length_px, length_px > 0.0);
-    let across = vec2(-along.y, along.x);
+    let tangent = select(vec2(1.0, 0.0), span / length_px, length_px > 0.0);
+    let normal = vec2(-tangent.y, tangent.x);
     // A pixel is drawn if its centre lies in the quad: half a pixel reaches so far along the segment, and across it.
-    let reach = half_width + 0.5 * (abs(along.x) + abs(along.y)) + COVER_MARGIN_PX;
-    let end = select(line.p - along * reach, line.q + along * reach, (corner & 1u) == 1u);
-    let pixel = end + across * select(-reach, reach, corner >= 2u) - vec2<f32>(tile.origin);
+    let reach = half_width + 0.5 * (abs(tangent.x) + abs(tangent.y)) + COVER_MARGIN_PX;
+    let end = select(line.p - tangent * reach, line.q + tangent * reach, (corner & 1u) == 1u);
+    let pixel = end + normal * select(-reach, reach, corner >= 2u) - vec2<f32>(tile.origin);
     return vec4((pixel / vec2<f32>(tile.extent) - 0.5) * vec2(2.0, -2.0), 0.0, 1.0);
 }

@@ -1,27 +1,19 @@
 """Lines by render passes, a quad per edge: the fastest way on most GPUs."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
+from ...errors import DeviceError, ShaderError
 from ...gpu.context import CommandEncoder
 from ...gpu.device import Device
 from ...gpu.dispatch import begin_render_pass
-from ...gpu.shaders import ColorWrite
+from ...gpu.shaders import ColorWrite, RenderPipeline
 from ...gpu.textures import Texture
 from ..line_batches import Bindings
 from ..line_stage import LinePart, LineStage, is_wide
 from ..quads import draw_quads
-from ..render_target import POOL_OWNER, RenderTarget
+from ..render_target import PIXEL_FORMAT, POOL_OWNER, RenderTarget
 
 FULL_TRANSMITTANCE = (1.0, 1.0, 1.0, 1.0)
-
-
-class _Attachment(NamedTuple):
-    """What a pass draws into."""
-
-    texture: Texture
-    write: ColorWrite
-    clear_color: tuple[float, float, float, float] | None = None
 
 
 class HardwareLineStage(LineStage):
@@ -34,42 +26,53 @@ class HardwareLineStage(LineStage):
     def _rasterize_aliased(
         self, encoder: CommandEncoder, target: RenderTarget, part: LinePart, bindings: Bindings, **constants: float
     ) -> None:
-        attachment = _Attachment(target.next_texture(), ColorWrite.NOTHING)
-        self._draw_quads(encoder, target, "draw_aliased_lines", part, bindings, attachment, **constants)
+        pipeline = self._create_pipeline("draw_aliased_lines", PIXEL_FORMAT, ColorWrite.NOTHING, part, constants)
+        self._draw_quads(encoder, target, pipeline, part, bindings, target.next_texture())
 
     def _accumulate(
         self, encoder: CommandEncoder, target: RenderTarget, part: LinePart, bindings: Bindings, **constants: float
     ) -> None:
-        attachment = _Attachment(target.next_texture(), ColorWrite.NOTHING)
-        self._draw_quads(encoder, target, "draw_colored_lines", part, bindings, attachment, **constants)
+        pipeline = self._create_pipeline("draw_colored_lines", PIXEL_FORMAT, ColorWrite.NOTHING, part, constants)
+        self._draw_quads(encoder, target, pipeline, part, bindings, target.next_texture())
 
     def _draw_uncolored(self, encoder: CommandEncoder, target: RenderTarget, parts: Sequence[LinePart]) -> None:
-        texture_format = transmittance_format(self._device)
+        texture_format, write = transmittance_format(self._device), ColorWrite.MULTIPLY_BY_REST
+        pipelines = [
+            self._create_pipeline(
+                "draw_lines", texture_format, write, part, {**part.opacity, "is_wide": is_wide(part.batch.lines)}
+            )
+            for part in parts
+        ]
         texture = self._device.textures.scratch(POOL_OWNER, "transmittance", target.extent, texture_format)
-        for number, part in enumerate(parts):
-            clear_color = FULL_TRANSMITTANCE if number == 0 else None
-            attachment = _Attachment(texture, ColorWrite.MULTIPLY_BY_REST, clear_color)
-            constants = {**part.opacity, "is_wide": is_wide(part.batch.lines)}
-            self._draw_quads(encoder, target, "draw_lines", part, part.bindings, attachment, **constants)
+        clear_color: tuple[float, float, float, float] | None = FULL_TRANSMITTANCE
+        for part, pipeline in zip(parts, pipelines, strict=True):
+            self._draw_quads(encoder, target, pipeline, part, part.bindings, texture, clear_color)
+            clear_color = None
         self._composite_uncolored(encoder, target, parts, "composite_transmittance", {"transmittance": texture}, {})
+
+    def _create_pipeline(
+        self, stage: str, texture_format: str, write: ColorWrite, part: LinePart, constants: dict[str, float]
+    ) -> RenderPipeline:
+        is_instanced = part.batch.projected.n_instances > 1
+        try:
+            return self._device.pipelines.render(stage, texture_format, write, **constants, is_instanced=is_instanced)
+        except ShaderError as error:
+            reason = f"{self._device.name!r} cannot draw lines into a texture of {texture_format}"
+            raise DeviceError(f"{reason}, which rasterizer='compute' does without: {error}") from error
 
     def _draw_quads(
         self,
         encoder: CommandEncoder,
         target: RenderTarget,
-        stage: str,
+        pipeline: RenderPipeline,
         part: LinePart,
         bindings: Bindings,
-        attachment: _Attachment,
-        **constants: float,
+        texture: Texture,
+        clear_color: tuple[float, float, float, float] | None = None,
     ) -> None:
-        batch = part.batch
-        constants["is_instanced"] = batch.projected.n_instances > 1
-        texture, write, clear_color = attachment
-        pipeline = self._device.pipelines.render(stage, texture.format, write, **constants)
         group = self._device.bind_groups.bind(pipeline, **bindings)
         with begin_render_pass(encoder, texture, target.extent, pipeline, group, clear_color=clear_color) as render:
-            draw_quads(self._device, POOL_OWNER, render, batch.n_instance_edges)
+            draw_quads(self._device, POOL_OWNER, render, part.batch.n_instance_edges)
 
 
 def transmittance_format(device: Device) -> str:
