@@ -23,7 +23,6 @@ from .kernels.transform import POOL_OWNER, dispatch_transform, read_results
 
 
 @public
-@public
 class PointBuffer:
     """An array of points in the device's memory, and the transforms that are still to be applied to it.
 
@@ -231,7 +230,6 @@ class PointBuffer:
         return self._store.reduce(self.pending, self._epilogue)
 
 
-@public
 @public
 def bounds(points: npt.ArrayLike, *, device: Device | None = None) -> npt.NDArray[Any]:
     """Return the smallest and the largest coordinates of `points`, found on the device.

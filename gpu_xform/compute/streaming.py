@@ -25,7 +25,6 @@ CHUNK_BYTES = 32 << 20
 
 
 @public
-@public
 def transform_file(
     source: StrPath,
     destination: StrPath,

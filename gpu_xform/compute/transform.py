@@ -55,7 +55,6 @@ class _Options:
 
 
 @public
-@public
 def transform_points(
     points: npt.ArrayLike,
     matrix: MatrixLike,
@@ -120,7 +119,6 @@ def transform_points(
 
 
 @public
-@public
 def transform_vectors(
     points: npt.ArrayLike,
     matrix: MatrixLike,
@@ -174,7 +172,6 @@ def transform_vectors(
     )
 
 
-@public
 @public
 def transform_normals(
     points: npt.ArrayLike,
@@ -235,7 +232,6 @@ def transform_normals(
     )
 
 
-@public
 @public
 def project_points(
     points: npt.ArrayLike,
