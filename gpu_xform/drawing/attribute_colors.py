@@ -91,8 +91,11 @@ def _find_base_color(material: Any) -> tuple[float, ...] | None:
     """Return the base colour of a glTF material; None if it has none."""
     if not isinstance(material, Mapping):
         return None
-    factor = material.get("pbrMetallicRoughness", {}).get("baseColorFactor")
-    return tuple(map(float, factor)) if isinstance(factor, tuple | list) and len(factor) == 4 else None
+    surface = material.get("pbrMetallicRoughness")
+    factor = surface.get("baseColorFactor") if isinstance(surface, Mapping) else None
+    if not isinstance(factor, tuple | list) or len(factor) != 4:
+        return None
+    return tuple(map(float, factor)) if all(isinstance(part, int | float) for part in factor) else None
 
 
 def _is_scalar(column: Any) -> bool:

@@ -4,14 +4,15 @@ Prototypes are expanded, and files beside this one that it names are read. Nodes
 What holds geometry and cannot be shown, such as text, is counted and named in one warning.
 """
 
+import contextlib
 import gzip
 import zlib
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -23,6 +24,18 @@ from ..matrices import rotate
 from ._beside import find_beside
 from ._text import plain_text, quote
 from ._warn import warn
+from .vrml_attributes import (
+    Appearance,
+    AttributeBuilder,
+    Column,
+    Corners,
+    read_color,
+    read_colors_of_points,
+    read_normal,
+    read_parts,
+    read_texcoord,
+    says_color,
+)
 from .vrml_nodes import PlacedNode
 from .vrml_primitives import PRIMITIVES
 from .vrml_shapes import Polygons
@@ -107,6 +120,7 @@ class _State:
     coordinates: PlacedNode | None = None
     is_clockwise: bool = False
     is_vrml1: bool = False
+    appearance: Appearance = field(default_factory=Appearance)
     folder: Path | None = None
     inlined: tuple[Path, ...] = ()
 
@@ -148,6 +162,9 @@ class _MeshBuilder:
     sizes: list[IndexArray] = field(default_factory=list)
     corners: list[IndexArray] = field(default_factory=list)
     n_points: int = 0
+    n_corners: int = 0
+    n_faces: int = 0
+    attributes: AttributeBuilder = field(default_factory=AttributeBuilder)
     point_ranges: dict[tuple[int, bytes], tuple[int, int]] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
     as_groups: Counter[str] = field(default_factory=Counter)
@@ -183,18 +200,32 @@ class _MeshBuilder:
             i = int(np.argmax(wrong))
             line = index.line_of(i)
             raise MeshError(f"line {line}: index {values[i]} is out of range, there are {count} points")
-        inside = values != -1
+        corners = Corners.split(values)
         if shape.kind == "IndexedLineSet":
-            joined = (inside[:-1] & inside[1:]).nonzero()[0]  # a line of one point joins nothing
-            corners = np.stack([values[joined], values[joined + 1]], axis=1).ravel()
-            self._add_faces(corners + base, np.full(len(joined), 2), is_turned=False)
+            joined = (corners.is_corner[:-1] & corners.is_corner[1:]).nonzero()[0]  # a line of one point joins nothing
+            order = np.stack([joined, joined + 1], axis=1).ravel()
+            self._add_attributes(shape, state, corners, order, corners.row[joined])
+            self._add_faces(values[order] + base, np.full(len(joined), 2))
             return
-        ends = np.flatnonzero(np.diff(inside.astype(np.int8), prepend=0, append=0))
+        ends = np.flatnonzero(np.diff(corners.is_corner.astype(np.int8), prepend=0, append=0))
         begins, sizes = ends[::2], ends[1::2] - ends[::2]
         if (sizes < 2).any():
             line = index.line_of(int(begins[np.argmax(sizes < 2)]))
             raise MeshError(f"line {line}: {shape.kind} needs at least 2 indices before each -1, got 1")
-        self._add_faces(values[inside] + base, sizes, is_turned=_is_turned(shape, state))
+        order = np.flatnonzero(corners.is_corner)
+        if _is_turned(shape, state):
+            order = order[_reverse_faces(sizes)]
+        self._add_attributes(shape, state, corners, order, np.arange(len(sizes)))
+        self._add_faces(values[order] + base, sizes)
+
+    def add_point_set(self, shape: PlacedNode, coordinates: PlacedNode, state: _State) -> None:
+        """Add a point set."""
+        start, count = self.add_points(coordinates, state.matrix)
+        if says_color(shape, state.appearance):
+            with self._leave_out_misfits("color"):
+                colors = read_colors_of_points(shape, state.appearance, count, self.visit)
+                self.attributes.add("point", "color", start, colors)
+                self.attributes.has_colors = True
 
     def add_points(self, coordinates: PlacedNode, matrix: Float64Array) -> tuple[int, int]:
         """Return the index of the first transformed point and their number; sets of equal coordinates share points."""
@@ -209,13 +240,64 @@ class _MeshBuilder:
 
     def add_polygons(self, shape: PlacedNode, polygons: Polygons, state: _State) -> None:
         """Add a primitive shape."""
+        sizes = polygons.sizes
         self._count((polygons.points.size + len(polygons.corners)) // _PRIMITIVE_DISCOUNT, shape.line)
-        self._add_faces(polygons.corners + self.n_points, polygons.sizes, is_turned=_is_turned(shape, state))
+        order = _reverse_faces(sizes) if _is_turned(shape, state) else np.arange(len(polygons.corners))
+        if shape.kind == "ElevationGrid":
+            is_corner = np.ones(len(polygons.corners), bool)
+            corners = Corners(polygons.corners, is_corner, np.repeat(np.arange(len(sizes)), sizes), len(sizes))
+            self._add_attributes(shape, state, corners, order, np.arange(len(sizes)))
+        else:
+            with self._leave_out_misfits("color"):
+                colors = read_parts(shape, state.appearance, len(sizes), is_vrml1=state.is_vrml1)
+                self.attributes.add("face", "color", self.n_faces, colors)
+                self.attributes.has_colors |= says_color(shape, state.appearance)
+            self.attributes.note(state.appearance)
+        self._add_faces(polygons.corners[order] + self.n_points, sizes)
         self._append_points(polygons.points, state.matrix)
 
-    def _add_faces(self, corners: IndexArray, sizes: IndexArray, *, is_turned: bool) -> None:
+    def _add_attributes(
+        self, shape: PlacedNode, state: _State, corners: Corners, order: IndexArray, row_of_face: IndexArray
+    ) -> None:
+        """Add the attributes of the faces that come next.
+
+        order : which value of `corners` each corner of the faces is
+        row_of_face : which row of `corners` each face is, or is a part of
+        """
+        settings: dict[str, Any] = {"is_vrml1": state.is_vrml1, "visit": self.visit}
+        self.attributes.note(state.appearance)
+        found: dict[str, Column | None] = {}
+        with self._leave_out_misfits("color"):
+            found["color"] = read_color(shape, state.appearance, corners, **settings)
+            self.attributes.has_colors |= says_color(shape, state.appearance)
+        if shape.kind != "IndexedLineSet":
+            with self._leave_out_misfits("normal"):
+                found["normal"] = read_normal(shape, state.appearance, corners, state.matrix, **settings)
+            with self._leave_out_misfits("texcoord"):
+                found["texcoord"] = read_texcoord(shape, state.appearance, corners, **settings)
+        for name, column in found.items():
+            if column is None:
+                continue
+            if column.is_per_corner:
+                self.attributes.add("corner", name, self.n_corners, column.rows[column.chosen[order]])
+            else:
+                self.attributes.add("face", name, self.n_faces, column.rows[column.chosen[row_of_face]])
+
+    @contextlib.contextmanager
+    def _leave_out_misfits(self, name: str) -> Iterator[None]:
+        """Leave out an attribute that is malformed or does not fit its shape, whose points and faces are good."""
+        try:
+            yield
+        except MeshError:
+            if self.visits_left < 0:
+                raise
+            self.attributes.misfits[name] += 1
+
+    def _add_faces(self, corners: IndexArray, sizes: IndexArray) -> None:
         self.sizes.append(sizes)
-        self.corners.append(_reverse_faces(corners, sizes) if is_turned else corners)
+        self.corners.append(corners)
+        self.n_corners += len(corners)
+        self.n_faces += len(sizes)
 
     def _append_points(self, points: Float64Array, matrix: Float64Array) -> None:
         if not np.array_equal(matrix, np.eye(4)):
@@ -230,6 +312,8 @@ class _MeshBuilder:
             for what, counts in (("not shown:", self.left_out), ("shown as groups, by their children:", self.as_groups))
             if counts
         ]
+        if misfits := self.attributes.describe_misfits():
+            parts.append(f"left out, for they do not fit: {misfits}")
         return "; ".join(parts)
 
     def warn_of_losses(self) -> None:
@@ -244,7 +328,15 @@ class _MeshBuilder:
             raise MeshError(f"no shapes: {losses}")
         empty = [np.zeros(0, np.int64)]
         offsets = np.concatenate([[0], np.cumsum(np.concatenate(self.sizes + empty))])
-        return Mesh.from_offsets(np.concatenate(self.points), offsets, np.concatenate(self.corners + empty))
+        indices = np.concatenate(self.corners + empty)
+        holds = self.attributes.describe_losses()
+        return Mesh.from_offsets(
+            np.concatenate(self.points),
+            offsets,
+            indices,
+            attributes=self.attributes.build(self.n_points, offsets, indices),
+            metadata={"vrml": {"holds": holds}} if holds else None,
+        )
 
 
 def _list_counts(counts: Counter[str]) -> str:
@@ -261,12 +353,12 @@ def _is_turned(shape: PlacedNode, state: _State) -> bool:
     return is_clockwise != bool(np.linalg.slogdet(state.matrix[:3, :3])[0] < 0)
 
 
-def _reverse_faces(corners: IndexArray, sizes: IndexArray) -> IndexArray:
-    """Return the corners with each face reversed: its first corner stays the first."""
+def _reverse_faces(sizes: IndexArray) -> IndexArray:
+    """Return the order of corners that reverses each face: its first corner stays the first."""
     size = np.repeat(sizes, sizes)
     starts = np.repeat(np.cumsum(sizes) - sizes, sizes)
-    reversed_corners: IndexArray = corners[starts + (size - (np.arange(len(corners)) - starts)) % size]
-    return reversed_corners
+    order: IndexArray = starts + (size - (np.arange(len(size)) - starts)) % size
+    return order
 
 
 _Entry: TypeAlias = PlacedNode | Callable[[_State], _State]
@@ -305,7 +397,7 @@ def _add_shape(node: PlacedNode, builder: _MeshBuilder, state: _State) -> bool:
         if node.kind in _INDEXED:
             builder.add_indexed(node, coordinates, state)
         elif coordinates is not None:
-            builder.add_points(coordinates, state.matrix)
+            builder.add_point_set(node, coordinates, state)
     elif node.kind in PRIMITIVES:
         polygons = PRIMITIVES[node.kind](node)
         if len(polygons.sizes):
@@ -319,6 +411,8 @@ def _change_state(node: PlacedNode, state: _State) -> _State | None:
     """Return the state after a node that changes it for what follows; None for other nodes."""
     if node.kind == "Coordinate3":
         return replace(state, coordinates=node)
+    if state.is_vrml1 and (appearance := _change_appearance(node, state.appearance)) is not None:
+        return replace(state, appearance=appearance)
     if node.kind == "ShapeHints":
         return replace(state, is_clockwise=node.words("vertexOrdering") == ["CLOCKWISE"])
     if node.kind in ("Translation", "Rotation", "Scale"):
@@ -330,6 +424,35 @@ def _change_state(node: PlacedNode, state: _State) -> _State | None:
     return None
 
 
+def _change_appearance(node: PlacedNode, appearance: Appearance) -> Appearance | None:
+    """Return the appearance after a node of VRML 1.0 that changes it; None for other nodes."""
+    match node.kind:
+        case "Material":
+            return replace(appearance, material=node)
+        case "MaterialBinding":
+            return replace(appearance, material_binding=next(iter(node.words("value")), "DEFAULT"))
+        case "Normal":
+            return replace(appearance, normal=node)
+        case "NormalBinding":
+            return replace(appearance, normal_binding=next(iter(node.words("value")), "DEFAULT"))
+        case "TextureCoordinate2":
+            return replace(appearance, texcoord=node)
+        case "Texture2":
+            return replace(appearance, texture=node)
+    return None
+
+
+def _read_appearance(shape: PlacedNode, builder: _MeshBuilder) -> Appearance:
+    """Return how the geometry of a Shape of VRML 97 looks."""
+    node = next(iter(shape.nodes("appearance")), None)
+    node = None if node is None else node.expanded(builder.visit)
+    if node is None:
+        return Appearance()
+    found = [next(iter(node.nodes(name)), None) for name in ("material", "texture")]
+    material, texture = (None if item is None else item.expanded(builder.visit) for item in found)
+    return Appearance(material=material, texture=texture)
+
+
 def _enter(
     node: PlacedNode, builder: _MeshBuilder, inlines: _Inlines, state: _State
 ) -> tuple[list[PlacedNode], _State | None]:
@@ -338,7 +461,7 @@ def _enter(
     is_scoped = not state.is_vrml1
     match node.kind:
         case "Shape":
-            return node.nodes("geometry") + children, state
+            return node.nodes("geometry") + children, replace(state, appearance=_read_appearance(node, builder))
         case "Transform":
             name = "scale" if "scale" in node.node.fields else "scaleFactor"
             return children, state.then(_make_matrix(node, name))

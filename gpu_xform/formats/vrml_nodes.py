@@ -55,6 +55,11 @@ class PlacedNode(NamedTuple):
         row: Float64Array = rows[0]
         return row
 
+    def table(self, name: str, width: int) -> Float64Array:
+        """Return a field of rows of equally many numbers: (n, width), without rows if it has none."""
+        numbers = self.numbers(name)
+        return np.empty((0, width)) if numbers is None else numbers.floats(width)
+
     def number(self, name: str, default: float) -> float:
         """Return a field of one number."""
         return float(self.floats(name, (default,))[0])
@@ -98,7 +103,7 @@ class PlacedNode(NamedTuple):
         value, scope = self.get(name)
         return [PlacedNode(item, scope) for item in value if isinstance(item, Node)] if isinstance(value, list) else []
 
-    def expanded(self, visit: "Callable[[PlacedNode], None]") -> "PlacedNode | None":
+    def expanded(self, visit: "Visit") -> "PlacedNode | None":
         """Return the first node of the prototype that it is an instance of, None if there is none; else itself.
 
         visit : is called with each node on the way
@@ -116,3 +121,6 @@ class PlacedNode(NamedTuple):
             placed = PlacedNode(body, scope)
             visit(placed)
         return placed
+
+
+Visit: TypeAlias = Callable[[PlacedNode], None]
