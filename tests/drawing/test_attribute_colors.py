@@ -107,3 +107,13 @@ def test_the_command_draws_a_scan_in_its_own_colors(capsys: pytest.CaptureFixtur
     assert ", or intensity of scan.ply, got 'depth'" in error_of(
         ["render", "scan.ply", "-o", "a.png", "--scalars", "depth"], capsys
     )
+
+
+def test_a_material_of_an_odd_shape_has_no_color() -> None:
+    # As in "badObject.gltf" of assimp's tests.
+    for surface in ([], {"baseColorFactor": [1, "x", 0, 1]}, {"baseColorFactor": 3}):
+        odd = {"odd": {"pbrMetallicRoughness": surface}}
+        face = {"material": np.zeros(CUBE.n_faces, int)}
+        mesh = with_attributes(face=face, labels={"material": ["odd"]}, material=odd)
+        with pytest.raises(gx.ArgumentError, match="no attribute 'color' and no coloured material"):
+            gx.render_array(mesh, color="file", **LOOK)
