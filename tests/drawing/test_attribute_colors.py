@@ -111,7 +111,8 @@ def test_the_command_draws_a_scan_in_its_own_colors(capsys: pytest.CaptureFixtur
 
 def test_a_material_of_an_odd_shape_has_no_color() -> None:
     # As in "badObject.gltf" of assimp's tests.
-    for surface in ([], {"baseColorFactor": [1, "x", 0, 1]}, {"baseColorFactor": 3}):
+    surfaces: list[Any] = [[], {"baseColorFactor": [1, "x", 0, 1]}, {"baseColorFactor": 3}]
+    for surface in surfaces:
         odd = {"odd": {"pbrMetallicRoughness": surface}}
         face = {"material": np.zeros(CUBE.n_faces, int)}
         mesh = with_attributes(face=face, labels={"material": ["odd"]}, material=odd)
