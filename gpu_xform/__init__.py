@@ -23,6 +23,8 @@ _PUBLIC_NAMES = {
         "perspective_from_eye project_onto reflect rotate rotate_x rotate_y rotate_z scale shear translate"
     ),
     "planar": "planar",
+    "surfaces.patches": "bezier",
+    "surfaces.curves": "curve",
     "samples": "samples",
     "geometry.attributes": "Attributes RaggedArray",
     "geometry.mesh": "Mesh",
@@ -121,6 +123,8 @@ if TYPE_CHECKING:
     from .rendering.raster import render_array as render_array
     from .rendering.vector import render_pdf as render_pdf
     from .rendering.vector import render_svg as render_svg
+    from .surfaces.curves import curve as curve
+    from .surfaces.patches import bezier as bezier
     from .viewer.window import view as view
 else:
 

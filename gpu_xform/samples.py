@@ -1,10 +1,11 @@
 """Sample models for pictures and tests: meshes computed from their geometry, and a scene of meshes.
 
-All faces are counter-clockwise as seen from outside.
+All faces are counter-clockwise as seen from outside, if there is an outside.
 """
 
 import math
 from collections.abc import Sequence
+from typing import SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
@@ -15,6 +16,8 @@ from .errors import ArgumentError
 from .geometry.mesh import Mesh
 from .geometry.scene import Scene
 from .matrices import rotate, translate
+from .surfaces.newell_teapot import make_teapot_patches
+from .surfaces.patches import bezier
 
 _PHI = (1.0 + math.sqrt(5.0)) / 2.0
 _MAX_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
@@ -139,6 +142,45 @@ def torus(n: int, m: int) -> Mesh:
     along, around = np.roll(corner, -1, axis=0), np.roll(corner, -1, axis=1)
     quads = np.stack([corner, along, np.roll(along, -1, axis=1), around], axis=-1)
     return Mesh(points.reshape(-1, 3), quads.reshape(-1, 4))
+
+
+def teapot(n: SupportsIndex = 8, bottom: bool = True, fit_lid: bool = False) -> Mesh:
+    """Return the Utah teapot, 32 Bézier patches of n x n quads each: 1,984 quads and 64 triangles for n = 8.
+
+    Its axis is y, and its spout points along x. The body has the radius 2, and its bottom lies at y = 0, the top of the
+    lid at 3.15. As the original it has six open borders: the rim, the lid, and both ends of the handle and of the
+    spout. The opening of the rim has the radius 1.380, the lid only 1.305. The lower end of the handle and the body
+    have one control point in common, and so one point.
+
+    Parameters
+    ----------
+    n : int
+        The number of steps along each side of each patch, at least 1.
+    bottom : bool
+        Whether there is a bottom. The original has none; it was added later, is not quite flat, and is wound the other
+        way in the usual file. Here it faces outwards.
+    fit_lid : bool
+        Whether to widen the lid by the factor 1.062, so that it touches the rim.
+
+    Returns
+    -------
+    Mesh
+        With "normal" per corner, as `bezier` returns it.
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 1, got 0".
+
+    Notes
+    -----
+    Source: M. Newell, "The utilization of procedure models in digital image synthesis", University of Utah, 1975. The
+    heights are those that J. Blinn scaled down, as in all copies of the numbers. They follow from six profiles, the
+    sections of handle and spout, and Newell's 0.56 for control points that approximate a quarter of a circle.
+    """
+    patches = make_teapot_patches(bottom=bottom, fit_lid=fit_lid)
+    x, y, z = np.moveaxis(patches, -1, 0)
+    return bezier(np.stack([x, z, 0.0 - y], axis=-1), n)
 
 
 def robot_arm() -> Scene:

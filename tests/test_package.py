@@ -33,7 +33,7 @@ DOCUMENTED = {
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
     *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
-    *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray"),
+    *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray", "bezier", "curve"),
 }
 
 
@@ -240,7 +240,7 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
     assert ("wgpu" in names) <= (file.parent == ROOT / "gpu")
 
 
-PURE = ["errors", "_core", "matrices", "planar", "geometry", "samples", "imaging"]
+PURE = ["errors", "_core", "matrices", "planar", "geometry", "surfaces", "samples", "imaging"]
 IMPORTED_LATE = {
     "_core": {"tqdm"},
     "geometry": {"trimesh", "mapbox_earcut"},
