@@ -15,8 +15,8 @@ __version__ = "0.1.0"
 _PUBLIC_NAMES = {
     "errors": (
         "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DisplayError GpuXformError MeshError "
-        "MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError SingularMatrixError "
-        "SizeWarning"
+        "MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError SimulationError "
+        "SingularMatrixError SizeWarning"
     ),
     "matrices": (
         "matrices chain decompose explain homogeneous identity inverse look_at orthographic perspective "
@@ -36,6 +36,9 @@ _PUBLIC_NAMES = {
     "compute.transform": "project_points transform_normals transform_points transform_vectors",
     "compute.point_buffer": "PointBuffer bounds",
     "compute.streaming": "transform_file",
+    "simulation.obstacles": "Box Capsule HalfSpace Sphere",
+    "simulation.springs": "Springs",
+    "simulation.trajectory": "Trajectory",
     "drawing.camera": "Camera",
     "drawing.layer": "Layer",
     "rendering.raster": "render render_array",
@@ -88,6 +91,7 @@ if TYPE_CHECKING:
     from .errors import PrecisionError as PrecisionError
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import ShaderError as ShaderError
+    from .errors import SimulationError as SimulationError
     from .errors import SingularMatrixError as SingularMatrixError
     from .errors import SizeWarning as SizeWarning
     from .formats import load_mesh as load_mesh
@@ -123,6 +127,12 @@ if TYPE_CHECKING:
     from .rendering.raster import render_array as render_array
     from .rendering.vector import render_pdf as render_pdf
     from .rendering.vector import render_svg as render_svg
+    from .simulation.obstacles import Box as Box
+    from .simulation.obstacles import Capsule as Capsule
+    from .simulation.obstacles import HalfSpace as HalfSpace
+    from .simulation.obstacles import Sphere as Sphere
+    from .simulation.springs import Springs as Springs
+    from .simulation.trajectory import Trajectory as Trajectory
     from .surfaces.curves import curve as curve
     from .surfaces.patches import bezier as bezier
     from .viewer.window import view as view

@@ -34,6 +34,7 @@ DOCUMENTED = {
     *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
     *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray", "bezier", "curve"),
+    *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box"),
 }
 
 
@@ -76,6 +77,7 @@ def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
         "DeviceError": RuntimeError,
         "DeviceMemoryError": MemoryError,
         "ShaderError": RuntimeError,
+        "SimulationError": RuntimeError,
     }
     assert {*bases, "GpuXformError", "MeshWarning", "PrecisionWarning", "SizeWarning"} == set(ERRORS)
     for name, base in bases.items():

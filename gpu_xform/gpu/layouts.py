@@ -90,6 +90,42 @@ SPAN = np.dtype(
     }
 )
 
+SPRING_STEP = np.dtype(
+    {
+        "names": [
+            *("gravity", "kick_s", "wind", "drift_s", "n_points", "is_first", "n_obstacles", "frame_part"),
+            *("damping_s", "face_drag", "drag_rate"),
+        ],
+        "formats": [("<f4", (3,)), "<f4", ("<f4", (3,)), "<f4", "<u4", "<u4", "<u4", "<f4", "<f4", "<f4", "<f4"],
+        "offsets": [0, 12, 16, 28, 32, 36, 40, 44, 48, 52, 56],
+        "itemsize": 64,
+    }
+)
+
+OBSTACLE = np.dtype(
+    {
+        "names": [
+            *("rotation_before", "rotation_after", "center_before", "friction", "center_after", "gap"),
+            *("half_size", "radius", "velocity", "is_half_space", "angular_velocity"),
+        ],
+        "formats": [
+            *(("<f4", (4,)), ("<f4", (4,)), ("<f4", (3,)), "<f4", ("<f4", (3,)), "<f4"),
+            *(("<f4", (3,)), "<f4", ("<f4", (3,)), "<u4", ("<f4", (3,))),
+        ],
+        "offsets": [0, 16, 32, 44, 48, 60, 64, 76, 80, 92, 96],
+        "itemsize": 112,
+    }
+)
+
+PIN = np.dtype(
+    {
+        "names": ["position", "point", "velocity"],
+        "formats": [("<f4", (3,)), "<u4", ("<f4", (3,))],
+        "offsets": [0, 12, 16],
+        "itemsize": 32,
+    }
+)
+
 
 def to_column_major(matrix: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
     """Return a matrix (4, 4), or each of a stack (k, 4, 4), in the order in which WGSL stores it."""

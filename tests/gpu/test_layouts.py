@@ -29,6 +29,9 @@ STRUCTS = [
     ("SilhouetteView", "extract_silhouette", None, layouts.SILHOUETTE_VIEW),
     ("Span", "split_edges_by_visibility", None, layouts.SPAN),
     ("CountOrWrite", "split_edges_by_visibility", None, layouts.COUNT_OR_WRITE),
+    ("SpringStep", "step_springs", None, layouts.SPRING_STEP),
+    ("Obstacle", "step_springs", None, layouts.OBSTACLE),
+    ("Pin", "place_pins", None, layouts.PIN),
     ("SelfTest", "self_test", None, layouts.SELF_TEST),
 ]
 

@@ -10,6 +10,7 @@ from gpu_xform.drawing.enums import ColorMode, Hidden
 from gpu_xform.drawing.geometry_source import NO_FACE
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
 from gpu_xform.raster.triangles import OPACITY_BITS
+from gpu_xform.simulation.obstacles import MAX_OBSTACLES
 from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
 from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WIDTH_PX
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
@@ -24,6 +25,7 @@ TWINS = {
     "DASH_ON_WIDTHS": DASH_ON_WIDTHS,
     "HIDDEN_FADE_ALPHA": HIDDEN_FADE_ALPHA,
     "MATRICES_PER_DISPATCH": MATRICES_PER_DISPATCH,
+    "MAX_OBSTACLES": MAX_OBSTACLES,
     "MAX_ROUNDS": MAX_ITERATIONS,
     "MIN_DASH_WIDTH_PX": MIN_DASH_WIDTH_PX,
     "NO_FACE": NO_FACE,
@@ -46,6 +48,7 @@ WGSL_ALONE = {
     "OPAQUE_ABSORBANCE": "shaders write and read absorbance",
     "PIXELS_PER_BAND": "the shaders choose their own grid",
     "SATURATED_ABSORBANCE": "shaders write and read absorbance",
+    "TINY": "only the shader divides by lengths",
     "SILHOUETTE_PROBE_PX": "only the shaders look up depths; the margin of tiles has room for it",
 }
 
