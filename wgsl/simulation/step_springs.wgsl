@@ -4,11 +4,11 @@
 
 @group(0) @binding(0) var<uniform> spring_step: SpringStep;
 @group(0) @binding(1) var<uniform> obstacles: array<Obstacle, MAX_OBSTACLES>;
-@group(0) @binding(2) var<storage, read> springs: array<vec4<u32>>; // three per packet of four springs, as packed below
-@group(0) @binding(3) var<storage, read> fans: array<vec2<u32>>; // the other corners of each triangle around a point
+@group(0) @binding(2) var<storage, read> springs: array<vec4<u32>>; // three per packet of four
+@group(0) @binding(3) var<storage, read> fans: array<vec2<u32>>; // other corners of triangles
 @group(0) @binding(4) var<storage, read> forces: array<vec4<f32>>; // N, per point
-@group(0) @binding(5) var<storage, read> positions: array<vec4<f32>>; // w: 1 / mass, 0 for pinned points
-@group(0) @binding(6) var<storage, read> velocities: array<vec4<f32>>; // w: how many steps of the frame were taken
+@group(0) @binding(5) var<storage, read> positions: array<vec4<f32>>; // w: 1 / mass, 0 for pins
+@group(0) @binding(6) var<storage, read> velocities: array<vec4<f32>>; // w: steps of the frame
 @group(0) @binding(7) var<storage, read_write> next_positions: array<vec4<f32>>;
 @group(0) @binding(8) var<storage, read_write> next_velocities: array<vec4<f32>>;
 
@@ -21,7 +21,7 @@ override has_obstacles: bool;
 
 const TINY = 1e-30; // m^2, so that a slot without a spring divides by no zero
 
-// Hooke's law for the springs of a point. A packet holds the other ends, the rest lengths (m) and the stiffnesses (N/m);
+// Hooke's law for the springs of a point. A packet holds other ends, then rest lengths (m), then stiffnesses (N/m);
 // the packets of all points with the same number follow one another. A slot without a spring has stiffness 0.
 fn gather_springs(i: u32, here: vec3<f32>, velocity: vec3<f32>) -> vec3<f32> {
     var force = vec3<f32>();
