@@ -50,8 +50,8 @@ fn gather_springs(i: u32, here: vec3<f32>, velocity: vec3<f32>) -> vec3<f32> {
     return force;
 }
 
-// The drag of the air on the triangles around a point: 1/2 density coefficient area (u.n)|u.n| n each, a third of it per
-// corner; u is the velocity of the air past the triangle.
+// The drag of the air on the triangles around a point: each feels 1/2 density coefficient area (u.n)|u.n| n, of which a
+// corner takes a third; u is the velocity of the air past the triangle.
 fn gather_drag(i: u32, here: vec3<f32>, velocity: vec3<f32>) -> vec3<f32> {
     var force = vec3<f32>();
     for (var fan = 0u; fan < n_fans; fan++) {
