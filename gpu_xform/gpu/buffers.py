@@ -27,6 +27,9 @@ MAPPED: int = Usage.MAP_READ | Usage.MAP_WRITE
 
 _ids = itertools.count()  # no two buffers of a process have the same
 
+# wgpu submits an empty command buffer before it maps for reading, which takes 0.1 ms, as writes that nothing has been
+# submitted since could be lost (wgpu-native, issue 305). Its own name for doing without:
+READ_WITHOUT_SUBMITTING = "READ_NOSYNC"
 MAX_QUEUED_BYTES = 1 << 18  # up to here the queue's own copy costs less than mapping and unmapping
 
 
@@ -55,12 +58,14 @@ class Buffer:
             self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
         self._released = False
         self._is_mapped = False
+        self._n_submissions_at_write = context.n_submissions
         context.buffers.add(self)
 
     def upload(self, array: npt.NDArray[Any]) -> None:
         """Copy `array` (C-ordered) to the buffer's start."""
         with self.context.lock, translate_wgpu_errors(f"upload {array.nbytes:,} bytes", self.label):
             self.require_submittable(self.context)
+            self._n_submissions_at_write = self.context.n_submissions
             if self._host_mappable and array.nbytes > MAX_QUEUED_BYTES:
                 self.handle.map_sync(wgpu.MapMode.WRITE, 0, array.nbytes)
                 try:
@@ -79,7 +84,9 @@ class Buffer:
             return
         with self.context.lock, defer_sigint(), translate_wgpu_errors(f"read {n_bytes:,} bytes back", self.label):
             self.require_submittable(self.context)
-            self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
+            is_submitted = self.context.n_submissions > self._n_submissions_at_write
+            mode = READ_WITHOUT_SUBMITTING if is_submitted else wgpu.MapMode.READ
+            self.handle.map_sync(mode, 0, n_bytes)
             self._is_mapped = True
 
     def unmap(self) -> None:

@@ -28,6 +28,33 @@ def test_what_is_uploaded_is_read_back(any_device: Device) -> None:
     buffer.release()
 
 
+def test_what_is_uploaded_after_a_submission_is_read_back(any_device: Device) -> None:
+    buffer = Buffer(any_device.context, DATA.nbytes, label="test")
+    buffer.upload(DATA)
+    other = Buffer(any_device.context, DATA.nbytes, label="other")
+    copy(any_device, buffer, other, lambda: None)
+    buffer.upload(DATA[::-1].copy())
+    assert read_uint32(buffer, DATA.nbytes).tolist() == DATA[::-1].tolist()
+    assert read_uint32(other, 16).tolist() == DATA[:4].tolist()
+    buffer.release()
+    other.release()
+
+
+def test_reading_what_a_submission_wrote_submits_nothing_more(
+    any_device: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = Buffer(any_device.context, DATA.nbytes, label="test")
+    readback = Buffer(any_device.context, DATA.nbytes, READBACK, label="readback")
+    source.upload(DATA)
+    copy(any_device, source, readback, lambda: None)
+    queue, submitted = any_device.context.handle.queue, []
+    monkeypatch.setattr(type(queue), "submit", lambda _, commands: submitted.append(commands))
+    assert read_uint32(readback, 16).tolist() == DATA[:4].tolist()
+    assert submitted == []
+    source.release()
+    readback.release()
+
+
 def test_a_shorter_upload_leaves_the_rest(any_device: Device) -> None:
     buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
