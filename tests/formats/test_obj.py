@@ -530,3 +530,9 @@ def test_comments_behind_statements_and_number_signs_in_names_are_kept(end: byte
     assert mesh.metadata["obj"]["comments"] == (" first", " smooth")
     commented = obj.read(data.replace(b"v 1 0 0", b"v 1 0 0 # right") + end)
     assert commented.metadata["obj"]["comments"] == (" first", " right", " smooth")
+
+
+def test_references_beyond_any_integer_are_those_to_nothing() -> None:
+    with pytest.warns(MeshWarning, match="1 corners name texture coordinates that the file does not hold"):
+        mesh = obj.read(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nf 1/1 2/99999999999999999999 3/1\n" + BY_LINES)
+    assert np.isnan(mesh.attributes.corner["texcoord"][1]).all()
