@@ -24,7 +24,7 @@ from .obj_attributes import list_losses as list_losses
 # Statements whose rest is a name, in which a number sign may stand.
 _NAMED = {b"g", b"mtllib", b"o", b"usemtl"}
 _POINTS_PER_LINE = 16
-_FAR = 1 << 40  # farther from 0 than any row
+_MAX_REFERENCE = 1 << 40  # farther from 0 than any row
 
 _IS_LETTER = np.zeros(256, bool)
 _IS_LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
@@ -390,7 +390,7 @@ def _split_references(word: bytes, n_texcoords: int, n_normals: int) -> tuple[in
     parts = [*word.split(b"/"), b"", b""]
     found = []
     for part, count in ((parts[1], n_texcoords), (parts[2], n_normals)):
-        value = max(-_FAR, min(int(part or b"0"), _FAR))
+        value = max(-_MAX_REFERENCE, min(int(part or b"0"), _MAX_REFERENCE))
         found.append(count + value if value < 0 else value - 1)
     return found[0], found[1]
 
