@@ -25,6 +25,8 @@ _PUBLIC_NAMES = {
     "planar": "planar",
     "surfaces.patches": "bezier",
     "surfaces.curves": "curve",
+    "surfaces.function_surfaces": "parametric",
+    "surfaces.subdivision": "Subdivision subdivide",
     "samples": "samples",
     "geometry.attributes": "Attributes RaggedArray",
     "geometry.mesh": "Mesh",
@@ -134,7 +136,10 @@ if TYPE_CHECKING:
     from .simulation.springs import Springs as Springs
     from .simulation.trajectory import Trajectory as Trajectory
     from .surfaces.curves import curve as curve
+    from .surfaces.function_surfaces import parametric as parametric
     from .surfaces.patches import bezier as bezier
+    from .surfaces.subdivision import Subdivision as Subdivision
+    from .surfaces.subdivision import subdivide as subdivide
     from .viewer.window import view as view
 else:
 

@@ -16,6 +16,7 @@ from .errors import ArgumentError
 from .geometry.mesh import Mesh
 from .geometry.scene import Scene
 from .matrices import rotate, translate
+from .surfaces.function_surfaces import parametric
 from .surfaces.newell_teapot import make_teapot_patches
 from .surfaces.patches import bezier
 
@@ -183,6 +184,130 @@ def teapot(n: SupportsIndex = 8, bottom: bool = True, fit_lid: bool = False) -> 
     return bezier(np.stack([x, z, 0.0 - y], axis=-1), n)
 
 
+def saddle(n: SupportsIndex) -> Mesh:
+    """Return the saddle z = x^2 - y^2 over [-1, 1]^2 as n x n quads that face +z: (n + 1)^2 points.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along each side, at least 1.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 1, got 0".
+    """
+    return parametric(lambda x, y: (x, y, x * x - y * y), (-1, 1), (-1, 1), closed=(False, False), n=n)
+
+
+def moebius(n: SupportsIndex, m: SupportsIndex) -> Mesh:
+    """Return a Möbius strip about the z-axis of radius 1 and width 0.8: n * (m + 1) points, n * m quads.
+
+    It has one side and one border. The first quads run the other way round than the last ones, their neighbours.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads around, at least 3.
+    m : int
+        The number of quads across, at least 1.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n[0] must be at least 3, got 2".
+    """
+
+    def f(u: Float64Array, v: Float64Array) -> tuple[Float64Array, ...]:
+        radius = 1.0 + v * np.cos(0.5 * u)
+        return radius * np.cos(u), radius * np.sin(u), v * np.sin(0.5 * u)
+
+    return parametric(f, (0, math.tau), (-0.4, 0.4), closed=(True, False), n=(n, m))
+
+
+def klein_bottle(n: SupportsIndex, m: SupportsIndex) -> Mesh:
+    """Return a Klein bottle, which stands along y and passes through itself: n * m points and quads.
+
+    It is closed and has one side. The first rings of quads run the other way round than the last ones, their
+    neighbours.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along the bottle, at least 3.
+    m : int
+        The number of quads around it, even and at least 4.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "m must be even and at least 4, got 3".
+
+    Notes
+    -----
+    Source of the polynomials: R. Israel, "Klein bottle", Maple Application Center, 2003.
+    """
+    count = _as_count(m, "m", 1)
+    if count < 4 or count % 2:  # the ends meet half a turn apart
+        raise ArgumentError.expecting("m", "be even and at least 4", count)
+
+    def f(u: Float64Array, v: Float64Array) -> tuple[Float64Array, ...]:
+        s, c, t = np.sin(u), np.cos(u), np.cos(v)
+        x = -c * (3 * t - 30 * s + 90 * c**4 * s - 60 * c**6 * s + 5 * c * t * s) * (2 / 15)
+        y = 3 * t - 3 * c**2 * t - 48 * c**4 * t + 48 * c**6 * t - 60 * s
+        y = y + 5 * c * t * s - 5 * c**3 * t * s - 80 * c**5 * t * s + 80 * c**7 * t * s
+        return x, -s * y / 15, (2 / 15) * (3 + 5 * c * s) * np.sin(v)
+
+    return parametric(f, (0, math.pi), (0, math.tau), closed=(True, True), n=(n, count))
+
+
+def trefoil_tube(n: SupportsIndex, m: SupportsIndex) -> Mesh:
+    """Return a tube of radius 0.5 around the trefoil knot, which lies about the z-axis: n * m points and quads.
+
+    The knot is (sin t + 2 sin 2t, cos t - 2 cos 2t, -sin 3t).
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along the knot, at least 3.
+    m : int
+        The number of quads around the tube, at least 3.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n[0] must be at least 3, got 2".
+    """
+
+    def f(t: Float64Array, v: Float64Array) -> Float64Array:
+        knot = np.stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)])
+        first = np.stack([np.cos(t) + 4 * np.cos(2 * t), -np.sin(t) + 4 * np.sin(2 * t), -3 * np.cos(3 * t)])
+        second = np.stack([-np.sin(t) - 8 * np.sin(2 * t), -np.cos(t) + 8 * np.cos(2 * t), 9 * np.sin(3 * t)])
+        binormal = np.cross(first, second, axis=0)  # nowhere zero: the knot bends everywhere
+        binormal /= np.linalg.norm(binormal, axis=0)
+        normal = np.cross(binormal, first, axis=0) / np.linalg.norm(first, axis=0)
+        tube: Float64Array = knot + 0.5 * (np.cos(v) * normal - np.sin(v) * binormal)
+        return tube
+
+    return parametric(f, (0, math.tau), (0, math.tau), closed=(True, True), n=(n, m))
+
+
 def robot_arm() -> Scene:
     """Return a robot arm that stands on the xz-plane, straight up along y.
 
@@ -222,7 +347,7 @@ def _make_prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Me
     return Mesh(points, [range(n), range(2 * n - 1, n - 1, -1), *sides])
 
 
-def _as_count(value: int, name: str, minimum: int, maximum: int | None = None) -> int:
+def _as_count(value: SupportsIndex, name: str, minimum: int, maximum: int | None = None) -> int:
     """Return `value` as an int from `minimum` to `maximum`."""
     count = as_int(value, name)
     if count < minimum or (maximum is not None and count > maximum):

@@ -35,6 +35,7 @@ DOCUMENTED = {
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
     *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray", "bezier", "curve"),
     *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box"),
+    *("parametric", "subdivide", "Subdivision"),
 }
 
 
@@ -246,6 +247,7 @@ PURE = ["errors", "_core", "matrices", "planar", "geometry", "surfaces", "sample
 IMPORTED_LATE = {
     "_core": {"tqdm"},
     "geometry": {"trimesh", "mapbox_earcut"},
+    "surfaces": {"scipy"},
     "imaging": {"PIL", "cmap"},
 }
 

@@ -1,4 +1,5 @@
-"""Smooth surfaces and curves as meshes: Bézier patches.
+"""Smooth surfaces and curves as meshes: Bézier patches, functions of two parameters, and subdivision.
 
-Reading order: bernstein, control_points, resolution, weld, patch_normals, patches, curves, newell_teapot.
+Reading order: bernstein, control_points, resolution, weld, patch_normals, patches, curves, function_surfaces,
+newell_teapot, cage, refine, subdivision.
 """

@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from .._core.public import public
 from .._core.types import Float64Array
-from ..geometry.mesh import Mesh
+from ..geometry.mesh import Mesh, adopt_arrays
 from .bernstein import differentiate_bernstein, evaluate_bernstein
 from .control_points import as_patches, divide_by_weights
 from .patch_normals import compute_corner_normals
@@ -68,7 +68,7 @@ def bezier(control_points: npt.ArrayLike, n: SupportsIndex | None = None, tolera
     positions = place_points(numbers, divide_by_weights(evaluate_patches(patches, steps)))
     normals = compute_corner_normals(patches, grids, quads, kept)
     indices = numbers.reshape(-1)[quads[kept]]
-    return Mesh.from_offsets(positions, offsets, indices, attributes={"corner": {"normal": normals}})
+    return adopt_arrays(positions, offsets, indices, {"corner": {"normal": normals}})
 
 
 def evaluate_patches(patches: Float64Array, n: int) -> Float64Array:

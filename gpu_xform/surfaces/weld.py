@@ -95,8 +95,12 @@ def list_quads(grids: IndexArray) -> IndexArray:
 
     Returns (k (m - 1) (n - 1), 4).
     """
-    corners = [grids[:, :-1, :-1], grids[:, 1:, :-1], grids[:, 1:, 1:], grids[:, :-1, 1:]]
-    return np.stack(corners, axis=-1).reshape(-1, 4)
+    k, m, n = grids.shape
+    quads = np.empty((k, m - 1, n - 1, 4), np.int64)
+    corners = (grids[:, :-1, :-1], grids[:, 1:, :-1], grids[:, 1:, 1:], grids[:, :-1, 1:])
+    for i, corner in enumerate(corners):
+        quads[..., i] = corner
+    return quads.reshape(-1, 4)
 
 
 def drop_repeated_corners(quads: IndexArray) -> tuple[IndexArray, BoolArray]:
