@@ -64,16 +64,17 @@ def read(data: bytes) -> Mesh:
 
 def _read_regular(data: bytes) -> Mesh | None:
     """Return the mesh of a file of plain `v`, `f` and `l` lines, or None in case of doubt."""
-    if b"\\\n" in data or b"\v" in data or b"\f" in data:
+    if (b"\\" in data and b"\\\n" in data) or b"\v" in data or b"\f" in data:
         return None
     if not data.endswith(b"\n"):
         data += b"\n"
     byte = np.frombuffer(data, np.uint8)
     starts = np.concatenate([[0], np.flatnonzero(byte == ord("\n")) + 1])
     first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
-    is_point = (first == ord("v")) & _IS_BLANK[second]
-    is_line = (first == ord("l")) & _IS_BLANK[second]
-    is_face = is_line | ((first == ord("f")) & _IS_BLANK[second])
+    is_before_blank = _IS_BLANK[second]
+    is_point = (first == ord("v")) & is_before_blank
+    is_line = (first == ord("l")) & is_before_blank
+    is_face = is_line | ((first == ord("f")) & is_before_blank)
     other = ~(is_point | is_face)
     first, second = first[other], second[other]
     ignored = (first == ord("\n")) | (first == ord("#"))
@@ -251,9 +252,10 @@ def _parse_faces(text: bytes, count: int, *, has_lines: bool) -> tuple[IndexArra
     """Return (offsets, indices) of `count` lines; raise ValueError for malformed indices."""
     if has_lines:
         text = text.replace(b"l", b"f")
-    if text.count(b"f") != count or b" /" in text or b"\t/" in text:
+    has_slashes = b"/" in text
+    if text.count(b"f") != count or (has_slashes and (b" /" in text or b"\t/" in text)):
         raise ValueError("not regular")
-    only_double = b"//" in text
+    only_double = has_slashes and b"//" in text
     if only_double:
         text = text.replace(b"//", b"/")
     # Each f becomes a 0, which is no index, and 1/2/3 becomes 1 -2 -3: only indices of positions are positive.
