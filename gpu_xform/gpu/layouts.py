@@ -93,11 +93,11 @@ SPAN = np.dtype(
 SPRING_STEP = np.dtype(
     {
         "names": [
-            *("gravity", "kick_s", "wind", "drift_s", "n_points", "is_first", "n_obstacles", "frame_part"),
+            *("gravity", "kick_s", "wind", "drift_s", "n_points", "is_first", "frame_part"),
             *("damping_s", "face_drag", "drag_rate"),
         ],
-        "formats": [("<f4", (3,)), "<f4", ("<f4", (3,)), "<f4", "<u4", "<u4", "<u4", "<f4", "<f4", "<f4", "<f4"],
-        "offsets": [0, 12, 16, 28, 32, 36, 40, 44, 48, 52, 56],
+        "formats": [("<f4", (3,)), "<f4", ("<f4", (3,)), "<f4", "<u4", "<u4", "<f4", "<f4", "<f4", "<f4"],
+        "offsets": [0, 12, 16, 28, 32, 36, 40, 44, 48, 52],
         "itemsize": 64,
     }
 )
@@ -116,6 +116,8 @@ OBSTACLE = np.dtype(
         "itemsize": 112,
     }
 )
+
+SLOT_PACKET = np.dtype([("rest", "<f4", (4,)), ("stiffness", "<f4", (4,)), ("shift", "<i4", (4,))])
 
 PIN = np.dtype(
     {

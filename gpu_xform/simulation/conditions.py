@@ -107,7 +107,6 @@ class Conditions:
         step = np.zeros((), SPRING_STEP)
         step["gravity"], step["wind"] = self.gravity, self._wind_at(start_s)
         step["n_points"] = self._system.n_points
-        step["n_obstacles"] = len(self._obstacles)
         step["damping_s"] = self._system.damping_s
         step["face_drag"] = self.drag * AIR_DENSITY / 12.0
         step["drag_rate"] = self.drag_rate

@@ -12,10 +12,10 @@ from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size
 from ..gpu.device import Device
 from ..gpu.dispatch import Bindable, dispatch
-from ..gpu.layouts import OBSTACLE, as_bytes
+from ..gpu.layouts import OBSTACLE, SLOT_PACKET, as_bytes
 from ..gpu.shaders import ComputePipeline
 from .conditions import FrameConditions
-from .incidence import count_packets, pack_fans, pack_springs
+from .incidence import MAX_PACKETS, Slots, pack_fans, pack_slots
 from .obstacles import MAX_OBSTACLES
 from .spring_system import SpringSystem
 
@@ -35,12 +35,13 @@ class Leapfrog:
         self.device = device
         self._system = system
         n_points = system.n_points
-        self._n_packets = count_packets(system)
+        self._slots = pack_slots(system)
         self._fans = pack_fans(system.triangles, n_points)
         self._require_room()
         self._buffers: list[Buffer] = []
         weakref.finalize(self, _release, self._buffers)
-        self._springs = self._upload("springs", pack_springs(system))
+        self._springs = self._upload("springs", self._slots.springs)
+        self._masks = self._upload("masks", self._slots.masks)
         self._unused = self._allocate("unused", UNUSED_BYTES)
         self._fan_buffer: Buffer | None = None
         self._force_buffer: Buffer | None = None
@@ -51,7 +52,9 @@ class Leapfrog:
 
     def _require_room(self) -> None:
         limits = self.device.limits
-        per_point = max(16, 48 * self._n_packets, 8 * len(self._fans))
+        per_point = max(
+            16, (48 if self._slots.kind is Slots.LISTED else 16) * self._slots.n_packets, 8 * len(self._fans)
+        )
         in_dispatch = limits.max_workgroups * choose_workgroup_size(self.device)
         most = min(limits.max_bound_bytes // per_point, in_dispatch)
         if self._system.n_points > most:
@@ -86,7 +89,7 @@ class Leapfrog:
     def read_kicked_velocities(self, seconds: float, conditions: FrameConditions) -> npt.NDArray[np.float32]:
         """Return what the velocities (n, 3) would be after a kick of so many seconds; the state stays."""
         with self.device.lock:
-            self._run(1, seconds, 0.0, 0.0, conditions, begin=None)
+            self._run(1, seconds, seconds, 1.0, conditions, begin=None)  # touching the obstacles where they are then
             self._current ^= 1
             return self._read(self._velocities[self._current ^ 1])[:, :3].copy()
 
@@ -129,12 +132,17 @@ class Leapfrog:
         with self.device.lock:
             pipeline = self._pipeline(conditions)
             structs = uniforms.upload(self.device, POOL_OWNER, "steps", [first_step, step])
-            packed = np.zeros(MAX_OBSTACLES, OBSTACLE)
-            packed[: len(conditions.obstacles)] = conditions.obstacles
-            [obstacles] = uniforms.upload(self.device, POOL_OWNER, "obstacles", [as_bytes(packed)])
+            [obstacles] = uniforms.upload(
+                self.device, POOL_OWNER, "obstacles", [_fill(MAX_OBSTACLES, OBSTACLE, conditions.obstacles)]
+            )
+            [packets] = uniforms.upload(
+                self.device, POOL_OWNER, "packets", [_fill(MAX_PACKETS, SLOT_PACKET, self._slots.packets)]
+            )
             fixed: dict[str, Bindable] = {
                 "obstacles": obstacles,
+                "packets": packets,
                 "springs": self._springs,
+                "masks": self._masks,
                 "fans": self._fans_on_device() if conditions.has_drag else self._unused,
                 "forces": self._forces_on_device(conditions.forces),
             }
@@ -164,11 +172,12 @@ class Leapfrog:
         return self.device.pipelines.compute(
             "step_springs",
             workgroup_size=choose_workgroup_size(self.device),
-            n_packets=self._n_packets,
+            n_packets=self._slots.n_packets,
+            slots=self._slots.kind,
             n_fans=len(self._fans) if conditions.has_drag else 0,
             has_damping=self._system.damping_s > 0.0,
             has_forces=conditions.forces is not None,
-            has_obstacles=len(conditions.obstacles) > 0,
+            n_obstacles=len(conditions.obstacles),
         )
 
     def _fans_on_device(self) -> Buffer:
@@ -200,6 +209,13 @@ class Leapfrog:
                     pipeline, pins=self._pin_buffer, positions=positions, velocities=velocities
                 )
                 dispatch(encoder, pipeline, bindings, -(-len(pins) // size))
+
+
+def _fill(n: int, dtype: np.dtype[np.void], structs: npt.NDArray[np.void]) -> npt.NDArray[np.uint8]:
+    """Return the bytes of an array of n structs, of which the first are given."""
+    filled = np.zeros(n, dtype)
+    filled[: len(structs)] = structs
+    return as_bytes(filled)
 
 
 def _release(buffers: list[Buffer]) -> None:

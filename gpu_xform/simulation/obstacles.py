@@ -14,6 +14,7 @@ from ..gpu.layouts import OBSTACLE
 from ._validation import as_nonnegative_float, as_positive_float, call_at
 
 MAX_OBSTACLES = 32  # that one uniform holds
+MAX_ROUNDING = 1e-12  # of components of quaternions
 MAX_RIGIDITY_ERROR = 1e-5  # of the products of a rotation's columns
 
 Transform: TypeAlias = MatrixLike | Callable[[float], MatrixLike]
@@ -233,14 +234,20 @@ def pack_obstacles(obstacles: Sequence[Obstacle], start_s: float, end_s: float) 
         first, last = _to_quaternion(before[:3, :3]), _to_quaternion(after[:3, :3])
         if first @ last < 0.0:  # of the two quaternions of a rotation, the closer one
             last = -last
-        struct["rotation_before"], struct["rotation_after"] = first, last
+        struct["rotation_before"], struct["rotation_after"] = _drop_tiny(first), _drop_tiny(last)
         struct["center_before"], struct["center_after"] = before[:3, 3], after[:3, 3]
         struct["velocity"] = (after[:3, 3] - before[:3, 3]) / (end_s - start_s)
-        struct["angular_velocity"] = _rotation_vector(after[:3, :3] @ before[:3, :3].T) / (end_s - start_s)
+        turn = _rotation_vector(after[:3, :3] @ before[:3, :3].T)
+        struct["angular_velocity"] = _drop_tiny(turn) / (end_s - start_s)
         struct["half_size"], struct["radius"] = obstacle._half_size, obstacle._radius
         struct["friction"], struct["gap"] = obstacle.friction, obstacle.gap
         struct["is_half_space"] = obstacle._is_half_space
     return structs
+
+
+def _drop_tiny(vector: Float64Array) -> Float64Array:
+    """Return a vector with zeros for what is rounding, whose products would be denormal and slow."""
+    return np.where(np.abs(vector) < MAX_ROUNDING, 0.0, vector)
 
 
 def _place(center: Float64Array, rotation: Float64Array) -> Float64Array:

@@ -45,32 +45,30 @@ fn surface_distance(half_size: vec3<f32>, radius: f32, p: vec3<f32>) -> vec4<f32
 }
 
 // Push a particle out of an obstacle, take the approaching part of its velocity, and of the sliding part what Coulomb's
-// law lets friction take for it.
-fn collide(obstacle: Obstacle, time: f32, particle: Particle) -> Particle {
-    let center = mix(obstacle.center_before, obstacle.center_after, time);
-    let q = normalize(mix(obstacle.rotation_before, obstacle.rotation_after, time));
+// law lets friction take for it. What friction takes has not moved it either, in the drift before.
+fn collide(k: u32, time: f32, drift_s: f32, particle: Particle) -> Particle {
+    let center = mix(obstacles[k].center_before, obstacles[k].center_after, time);
+    let q = normalize(mix(obstacles[k].rotation_before, obstacles[k].rotation_after, time));
     let arm = particle.position - center;
     let local = rotate_by(vec4(-q.xyz, q.w), arm);
-    var surface = vec4(0.0, 1.0, 0.0, local.y);
-    if obstacle.is_half_space == 0u {
-        surface = surface_distance(obstacle.half_size, obstacle.radius, local);
-    }
-    if surface.w >= obstacle.gap {
+    let of_box = surface_distance(obstacles[k].half_size, obstacles[k].radius, local);
+    // Not an `if`: see `n_obstacles`.
+    let surface = select(of_box, vec4(0.0, 1.0, 0.0, local.y), obstacles[k].is_half_space != 0u);
+    if surface.w >= obstacles[k].gap {
         return particle;
     }
     let normal = rotate_by(q, surface.xyz);
-    let carried = obstacle.velocity + cross(obstacle.angular_velocity, arm);
+    let carried = obstacles[k].velocity + cross(obstacles[k].angular_velocity, arm);
     let relative = particle.velocity - carried;
-    let approach = min(dot(relative, normal), 0.0);
-    let sliding = relative - dot(relative, normal) * normal;
+    let approach = dot(relative, normal);
+    let sliding = relative - approach * normal;
     let speed = length(sliding);
-    var kept = 0.0;
-    if speed > 0.0 {
-        kept = max(0.0, 1.0 + obstacle.friction * approach / speed);
+    var lost = vec3<f32>();
+    if approach < 0.0 && speed > 0.0 {
+        lost = min(1.0, -obstacles[k].friction * approach / speed) * sliding;
     }
-    let parting = max(dot(relative, normal), 0.0) * normal;
     return Particle(
-        particle.position + (obstacle.gap - surface.w) * normal,
-        carried + parting + select(sliding, kept * sliding, approach < 0.0),
+        particle.position + (obstacles[k].gap - surface.w) * normal - drift_s * lost,
+        particle.velocity - min(approach, 0.0) * normal - lost,
     );
 }

@@ -6,7 +6,6 @@ struct SpringStep {
     drift_s: f32,
     n_points: u32,
     is_first: u32, // of its frame
-    n_obstacles: u32,
     frame_part: f32, // of a frame, that a step takes
     damping_s: f32, // of each spring, over its stiffness
     face_drag: f32, // kg/m^3: a sixth of the drag coefficient times half the density of air

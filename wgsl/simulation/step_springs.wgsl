@@ -1,35 +1,57 @@
 // One leapfrog step of points joined by springs: one point per invocation, which gathers the forces of its springs.
 #import spring_step
 #import obstacle
+#import spring_slots
 
 @group(0) @binding(0) var<uniform> spring_step: SpringStep;
 @group(0) @binding(1) var<uniform> obstacles: array<Obstacle, MAX_OBSTACLES>;
-@group(0) @binding(2) var<storage, read> springs: array<vec4<u32>>; // three per packet of four
+@group(0) @binding(2) var<storage, read> springs: array<vec4<u32>>; // one or three per packet
 @group(0) @binding(3) var<storage, read> fans: array<vec2<u32>>; // other corners of triangles
 @group(0) @binding(4) var<storage, read> forces: array<vec4<f32>>; // N, per point
 @group(0) @binding(5) var<storage, read> positions: array<vec4<f32>>; // w: 1 / mass, 0 for pins
 @group(0) @binding(6) var<storage, read> velocities: array<vec4<f32>>; // w: steps of the frame
 @group(0) @binding(7) var<storage, read_write> next_positions: array<vec4<f32>>;
 @group(0) @binding(8) var<storage, read_write> next_velocities: array<vec4<f32>>;
+@group(0) @binding(9) var<uniform> packets: array<SlotPacket, MAX_PACKETS>;
+@group(0) @binding(10) var<storage, read> masks: array<u32>; // a bit per slot that a point uses
 
 override workgroup_size: u32;
-override n_packets: u32; // of four springs, per point
+override n_packets: u32; // of four slots, per point
+override slots: u32; // how springs are found
 override n_fans: u32; // triangles per point
 override has_damping: bool;
 override has_forces: bool;
-override has_obstacles: bool;
+override n_obstacles: u32; // a constant: lavapipe compiles a shader anew at each dispatch if a uniform bounds a loop
 
 const TINY = 1e-30; // m^2, so that a slot without a spring divides by no zero
 
-// Hooke's law for the springs of a point. A packet holds other ends, then rest lengths (m), then stiffnesses (N/m);
-// the packets of all points with the same number follow one another. A slot without a spring has stiffness 0.
+// Hooke's law for the springs of a point. The packets of all points with the same number follow one another. A slot that
+// a point doesn't use joins it to itself: the force is zero.
 fn gather_springs(i: u32, here: vec3<f32>, velocity: vec3<f32>) -> vec3<f32> {
     var force = vec3<f32>();
+    var mask = 0u;
+    if slots == SLOTS_SHIFTED {
+        mask = masks[i];
+    }
     for (var packet = 0u; packet < n_packets; packet++) {
-        let at = 3u * (packet * spring_step.n_points + i);
-        let ends = springs[at];
-        let rest = bitcast<vec4<f32>>(springs[at + 1u]);
-        let stiffness = bitcast<vec4<f32>>(springs[at + 2u]);
+        let at = packet * spring_step.n_points + i;
+        var ends: vec4<u32>;
+        var rest: vec4<f32>;
+        var stiffness: vec4<f32>;
+        if slots == SLOTS_LISTED {
+            ends = springs[3u * at];
+            rest = bitcast<vec4<f32>>(springs[3u * at + 1u]);
+            stiffness = bitcast<vec4<f32>>(springs[3u * at + 2u]);
+        } else {
+            rest = packets[packet].rest;
+            stiffness = packets[packet].stiffness;
+            if slots == SLOTS_ALIKE {
+                ends = springs[at];
+            } else {
+                let is_used = (vec4(mask >> (4u * packet)) & vec4(1u, 2u, 4u, 8u)) != vec4(0u);
+                ends = vec4(i) + bitcast<vec4<u32>>(select(vec4(0i), packets[packet].shift, is_used));
+            }
+        }
         let d0 = positions[ends.x].xyz - here;
         let d1 = positions[ends.y].xyz - here;
         let d2 = positions[ends.z].xyz - here;
@@ -89,10 +111,10 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     }
     var position = here.xyz + spring_step.drift_s * velocity;
     let n_steps = select(motion.w, 0.0, spring_step.is_first != 0u) + 1.0;
-    if has_obstacles && here.w > 0.0 {
+    if n_obstacles > 0u && here.w > 0.0 {
         var particle = Particle(position, velocity);
-        for (var k = 0u; k < spring_step.n_obstacles; k++) {
-            particle = collide(obstacles[k], n_steps * spring_step.frame_part, particle);
+        for (var k = 0u; k < n_obstacles; k++) {
+            particle = collide(k, n_steps * spring_step.frame_part, spring_step.drift_s, particle);
         }
         position = particle.position;
         velocity = particle.velocity;
