@@ -1,4 +1,5 @@
 // Obstacles: half spaces, and boxes with rounded edges, of which spheres and capsules are special cases.
+// Entry declares: obstacles.
 const MAX_OBSTACLES = 32u;
 
 struct Obstacle {

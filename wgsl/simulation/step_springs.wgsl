@@ -25,8 +25,8 @@ override n_obstacles: u32; // a constant: lavapipe compiles a shader anew at eac
 
 const TINY = 1e-30; // m^2, so that a slot without a spring divides by no zero
 
-// Hooke's law for the springs of a point. The packets of all points with the same number follow one another. A slot that
-// a point doesn't use joins it to itself: the force is zero.
+// Hooke's law for the springs of a point. The packets of all points with the same number follow one another. A slot
+// that a point doesn't use joins it to itself: the force is zero.
 fn gather_springs(i: u32, here: vec3<f32>, velocity: vec3<f32>) -> vec3<f32> {
     var force = vec3<f32>();
     var mask = 0u;
