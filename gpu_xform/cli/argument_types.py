@@ -285,7 +285,7 @@ def parse_hidden(text: str) -> str:
 def parse_rasterizer(text: str) -> str:
     """Parse the name of a rasteriser."""
     if text not in RASTERIZERS:
-        raise ValueError(f"expected {', '.join(RASTERIZERS)}, got {quote(text)}")
+        raise ValueError(f"expected {', '.join(RASTERIZERS)}, got {quote(text)}{did_you_mean(text, RASTERIZERS)}")
     return text
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_error, prefix_errors
 from .._core.public import public
-from .._core.suggestions import did_you_mean
+from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
@@ -280,7 +280,7 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     if kind not in known:
         if known is READERS and path is source:
             Path(source).stat()  # a file that is missing is the graver mistake
-        got = f"{kind!r}{did_you_mean(kind, sorted(known))}" if kind else "no suffix"
+        got = f"{kind!r}{did_you_mean(kind, sorted(known), MIN_FILE_TYPE_SIMILARITY)}" if kind else "no suffix"
         error = MeshError(f"the type must be one of {', '.join(sorted(known))}, got {got}")
         raise prefix_error(error, name or _UNNAMED)
     return name or _UNNAMED, kind
