@@ -10,7 +10,7 @@ from typing import SupportsIndex
 import numpy as np
 import numpy.typing as npt
 
-from ._core.arguments import as_int
+from ._core.arguments import as_float, as_int
 from ._core.types import Float64Array, IndexArray
 from .errors import ArgumentError
 from .geometry.mesh import Mesh
@@ -111,9 +111,80 @@ def grid(n: int) -> Mesh:
     n = _as_count(n, "n", 1)
     steps = np.linspace(-1.0, 1.0, n + 1)
     y, x = np.meshgrid(steps, steps, indexing="ij")
-    corner = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    quads = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]], axis=-1)
-    return Mesh(np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3), quads.reshape(-1, 4))
+    return _join_rows(np.stack([x, y, np.zeros_like(x)], axis=-1))
+
+
+def cloth(n: int, m: int, width: float = 1.0, depth: float = 1.0) -> Mesh:
+    """Return a cloth that lies flat in the xz-plane, as n x m quads that face +y: (n + 1) (m + 1) points.
+
+    Its centre is the origin. Points follow one another along x, and rows along z: the first n + 1 points are the row at
+    the back, so points 0 and n are the corners there.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along x, at least 1.
+    m : int
+        The number of quads along z, at least 1.
+    width : float
+        Its length along x, in metres.
+    depth : float
+        Its length along z, in metres.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 1, got 0", "width must be positive, got -1".
+    """
+    n, m = _as_count(n, "n", 1), _as_count(m, "m", 1)
+    width, depth = _as_length(width, "width"), _as_length(depth, "depth")
+    z, x = np.meshgrid(_spread(m, depth), _spread(n, width), indexing="ij")
+    return _join_rows(np.stack([x, np.zeros_like(x), z], axis=-1), is_downwards=True)
+
+
+def curtain(
+    n: int, m: int, width: float = 1.0, height: float = 1.0, pleats: int = 8, pleat_depth: float = 0.04
+) -> Mesh:
+    """Return a pleated curtain that hangs from the x-axis, as n x m quads that face +z: (n + 1) (m + 1) points.
+
+    The first n + 1 points are the top row, along x: pin them, or some of them. The depth of the pleats is
+    z = pleat_depth sin(2 pi pleats x / width), so the cloth itself is wider than `width`.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along x, at least 4 per pleat.
+    m : int
+        The number of quads from top to bottom, at least 1.
+    width : float
+        The distance between its sides, in metres.
+    height : float
+        In metres.
+    pleats : int
+        The number of pleats, at least 0.
+    pleat_depth : float
+        How far pleats reach from the xy-plane, to the front and to the back, in metres.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 32, got 20".
+    """
+    pleats = _as_count(pleats, "pleats", 0)
+    n, m = _as_count(n, "n", max(1, 4 * pleats)), _as_count(m, "m", 1)
+    width, height = _as_length(width, "width"), _as_length(height, "height")
+    pleat_depth = _as_length(pleat_depth, "pleat_depth")
+    y, x = np.meshgrid(np.linspace(0.0, -height, m + 1), _spread(n, width), indexing="ij")
+    phase = np.broadcast_to(np.linspace(0.0, math.tau * pleats, n + 1), x.shape)
+    return _join_rows(np.stack([x, y, pleat_depth * np.sin(phase)], axis=-1), is_downwards=True)
 
 
 def torus(n: int, m: int) -> Mesh:
@@ -345,6 +416,28 @@ def _make_prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Me
     points = [(x, y, z) for z in (high, low) for x, y in np.asarray(profile)]
     sides = [(i, i + n, (i + 1) % n + n, (i + 1) % n) for i in range(n)]
     return Mesh(points, [range(n), range(2 * n - 1, n - 1, -1), *sides])
+
+
+def _join_rows(rows: Float64Array, *, is_downwards: bool = False) -> Mesh:
+    """Return the quads between rows of points (m, n, 3), which follow one another upwards as seen from the front."""
+    m, n, _ = rows.shape
+    corner = np.arange(m * n).reshape(m, n)
+    below, above = (corner[1:], corner[:-1]) if is_downwards else (corner[:-1], corner[1:])
+    quads = np.stack([below[:, :-1], below[:, 1:], above[:, 1:], above[:, :-1]], axis=-1)
+    return Mesh(rows.reshape(-1, 3), quads.reshape(-1, 4))
+
+
+def _spread(n: int, length: float) -> Float64Array:
+    """Return n + 1 numbers from -length / 2 to length / 2."""
+    return np.linspace(-length / 2.0, length / 2.0, n + 1)
+
+
+def _as_length(value: float, name: str) -> float:
+    """Return `value` as a finite float above 0."""
+    length = as_float(value, name)
+    if length <= 0.0:
+        raise ArgumentError.expecting(name, "be positive", f"{length:g}")
+    return length
 
 
 def _as_count(value: SupportsIndex, name: str, minimum: int, maximum: int | None = None) -> int:
