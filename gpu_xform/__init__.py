@@ -38,6 +38,8 @@ _PUBLIC_NAMES = {
     "compute.transform": "project_points transform_normals transform_points transform_vectors",
     "compute.point_buffer": "PointBuffer bounds",
     "compute.streaming": "transform_file",
+    "compute.convolution.filters": "box_kernel gaussian sobel_kernel",
+    "compute.convolution.convolve": "convolve correlate",
     "simulation.obstacles": "Box Capsule HalfSpace Sphere",
     "simulation.springs": "Springs",
     "simulation.trajectory": "Trajectory",
@@ -71,6 +73,11 @@ if TYPE_CHECKING:
     from .animation import Animation as Animation
     from .animation import animate as animate
     from .animation import turntable as turntable
+    from .compute.convolution.convolve import convolve as convolve
+    from .compute.convolution.convolve import correlate as correlate
+    from .compute.convolution.filters import box_kernel as box_kernel
+    from .compute.convolution.filters import gaussian as gaussian
+    from .compute.convolution.filters import sobel_kernel as sobel_kernel
     from .compute.point_buffer import PointBuffer as PointBuffer
     from .compute.point_buffer import bounds as bounds
     from .compute.streaming import transform_file as transform_file

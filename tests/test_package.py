@@ -36,6 +36,7 @@ DOCUMENTED = {
     *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray", "bezier", "curve"),
     *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box"),
     *("parametric", "subdivide", "Subdivision"),
+    *("convolve", "correlate", "gaussian", "box_kernel", "sobel_kernel"),
 }
 
 

@@ -75,6 +75,26 @@ class Buffer:
             else:
                 self.context.handle.queue.write_buffer(self.handle, 0, array)
 
+    @contextlib.contextmanager
+    def map_write(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
+        """Lend the first `n_bytes` (a multiple of 4) as an array to fill, valid inside the block only.
+
+        What it holds at first is undefined, and so is the buffer if the block raises.
+        """
+        with self.context.lock, translate_wgpu_errors(f"upload {n_bytes:,} bytes", self.label):
+            self.require_submittable(self.context)
+            if not self._host_mappable:
+                staging = np.empty(n_bytes, np.uint8)
+                yield staging
+                self.context.handle.queue.write_buffer(self.handle, 0, staging)
+                return
+            self.handle.map_sync(wgpu.MapMode.WRITE, 0, n_bytes)
+            try:
+                # wgpu has no other way to lend memory for writing: `write_mapped` copies.
+                yield np.frombuffer(self.handle._experimental_get_mapped_range(0, n_bytes), np.uint8)
+            finally:
+                self.handle.unmap()
+
     def wait_mapped(self, n_bytes: int) -> None:
         """Wait until the device is done with the first `n_bytes`, and map them; `map_read` then lends them at once.
 

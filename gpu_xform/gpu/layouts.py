@@ -27,6 +27,27 @@ TRANSFORM = {
     ),
 }
 
+_CONVOLUTION_REALS = ["scale", "opaque", "zero", "offset_whole", "offset_fraction"]
+_CONVOLUTION_SIZES = [
+    "n_blocks",
+    "blocks_per_row",
+    "source_stride",
+    "destination_stride",
+    "kernel_height",
+    "rows_per_sum",
+]
+
+CONVOLUTION_PASS = {
+    np.dtype(real): np.dtype(
+        {
+            "names": [*_CONVOLUTION_REALS, *_CONVOLUTION_SIZES],
+            "formats": [real] * len(_CONVOLUTION_REALS) + ["<u4"] * len(_CONVOLUTION_SIZES),
+            "itemsize": n_bytes,
+        }
+    )
+    for real, n_bytes in (("<f4", 44), ("<f8", 64))
+}
+
 SELF_TEST = np.dtype(
     {
         "names": ["entries", "scalar", "count"],

@@ -175,3 +175,17 @@ def test_a_mapped_buffer_is_lent_once_and_then_free_again(any_device: Device) ->
     assert read_uint32(readback, 8).tolist() == [1, 2]
     source.release()
     readback.release()
+
+
+def test_memory_is_lent_to_be_written(any_device: Device) -> None:
+    buffer = Buffer(any_device.context, DATA.nbytes, label="test")
+    with buffer.map_write(DATA.nbytes - 4) as view:
+        view.view(np.uint32)[:] = DATA[:-1]
+    assert read_uint32(buffer, DATA.nbytes - 4).tolist() == DATA[:-1].tolist()
+    with pytest.raises(ZeroDivisionError), buffer.map_write(16):
+        raise ZeroDivisionError
+    buffer.upload(DATA)
+    assert read_uint32(buffer, DATA.nbytes).tolist() == DATA.tolist()
+    buffer.release()
+    with pytest.raises(DeviceError, match="released"), buffer.map_write(16):
+        pass

@@ -4,6 +4,7 @@ import re
 
 import pytest
 
+from gpu_xform.compute.kernels.convolve import Format
 from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
 from gpu_xform.drawing.enums import ColorMode, Hidden
@@ -17,7 +18,7 @@ from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WID
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
 from tests.support.wgsl import FOLDER, STAGES
 
-ENUMERATIONS = {"HIDDEN": Hidden, "COLOR": ColorMode, "EPILOGUE": Epilogue, "SLOTS": Slots}
+ENUMERATIONS = {"HIDDEN": Hidden, "COLOR": ColorMode, "EPILOGUE": Epilogue, "SLOTS": Slots, "FORMAT": Format}
 
 TWINS = {
     **{f"{prefix}_{member.name}": member for prefix, enumeration in ENUMERATIONS.items() for member in enumeration},
