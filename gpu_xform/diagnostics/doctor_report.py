@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from dataclasses import dataclass
+from itertools import zip_longest
 
 from ..gpu.adapters import Adapter
 from ..gpu.context import HOST_MAPPABLE_KINDS
@@ -28,6 +29,8 @@ class Report:
     reason: str
     """Why this adapter is in use, or why none is."""
     checks: tuple[Check, ...]
+    render_passes: tuple[str, ...] = ()
+    """For each of the adapters, what a render pass has drawn there."""
 
     @property
     def passed(self) -> bool:
@@ -64,10 +67,11 @@ def _format_adapters(report: Report) -> list[str]:
     if not report.adapters:
         return ["No adapters."]
     lines = [f"Adapters ({len(report.adapters)}):"]
-    for adapter in report.adapters:
+    for adapter, render_pass in zip_longest(report.adapters, report.render_passes):
         lines += [
             f"  {adapter.name}",
             "    " + ", ".join(filter(None, (adapter.kind, adapter.backend, adapter.driver.strip(" ,")))),
+            *([f"    {render_pass}"] if render_pass else []),
         ]
     return lines
 
