@@ -179,7 +179,8 @@ def test_the_demo_draws_what_the_page_shows(tmp_path: Path) -> None:
     assert (ran.returncode, ran.stderr) == (0, "")
     written = re.findall("^wrote (.+)$", ran.stdout, re.MULTILINE)
     assert sorted(written) == sorted(path.relative_to(tmp_path).as_posix() for path in tmp_path.glob("demo/*"))
-    for shown in re.findall(r'src="([^"]+)"', PAGE):
+    pictures = set(re.findall(r'src="([^"]+)"', PAGE))
+    for shown in pictures - {"docs/images/cloth_over_ball.png"}:  # tests/examples compares that one
         with Image.open(ROOT / shown) as image, Image.open(tmp_path / "demo" / Path(shown).name) as drawn:
             assert (image.mode, image.size) == (drawn.mode, drawn.size)
             difference = np.abs(np.asarray(image, np.int16) - np.asarray(drawn)).max(axis=2)
