@@ -25,6 +25,7 @@ _PUBLIC_NAMES = {
     "planar": "planar",
     "surfaces.patches": "bezier",
     "surfaces.curves": "curve",
+    "surfaces.bsplines": "bspline_to_bezier",
     "surfaces.function_surfaces": "parametric",
     "surfaces.subdivision": "Subdivision subdivide",
     "samples": "samples",
@@ -142,6 +143,7 @@ if TYPE_CHECKING:
     from .simulation.obstacles import Sphere as Sphere
     from .simulation.springs import Springs as Springs
     from .simulation.trajectory import Trajectory as Trajectory
+    from .surfaces.bsplines import bspline_to_bezier as bspline_to_bezier
     from .surfaces.curves import curve as curve
     from .surfaces.function_surfaces import parametric as parametric
     from .surfaces.patches import bezier as bezier

@@ -35,7 +35,7 @@ DOCUMENTED = {
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
     *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray", "bezier", "curve"),
     *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box"),
-    *("parametric", "subdivide", "Subdivision"),
+    *("parametric", "subdivide", "Subdivision", "bspline_to_bezier"),
     *("convolve", "correlate", "gaussian", "box_kernel", "sobel_kernel"),
 }
 

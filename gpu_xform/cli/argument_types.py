@@ -176,6 +176,15 @@ def parse_line_width(text: str) -> float:
 
 
 @argument_type
+def parse_tolerance(text: str) -> float:
+    """Parse a distance."""
+    (value,) = parse_numbers(text, "a number greater than 0", 1)
+    if not value > 0:
+        raise ValueError(f"expected a number greater than 0, got {text!r}")
+    return value
+
+
+@argument_type
 def parse_view_angle(text: str) -> float:
     """Parse degrees between 0 and 180."""
     (degrees,) = parse_numbers(text, "degrees", 1)

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from ..geometry.scene import Scene
 
 
-def read_mesh(path: str, declared_type: str | None) -> Mesh:
+def read_mesh(path: str, declared_type: str | None, tolerance: float | None) -> Mesh:
     """Read the mesh in `path`."""
     from ..formats import load_mesh
 
-    return load_mesh(open_source(path), file_type=file_type(path, declared_type))
+    return load_mesh(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
 
 
 def read_scene(path: str, declared_type: str | None) -> "Scene":

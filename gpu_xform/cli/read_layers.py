@@ -43,7 +43,7 @@ def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Flo
     """Read a layer per model; the limits of scalars are those of all models together."""
     from ..drawing.layer import Layer
 
-    meshes = [files.read_mesh(path, options.file_type) for path in paths]
+    meshes = [files.read_mesh(path, options.file_type, options.tolerance) for path in paths]
     typed = collect_style_arguments(options)
     source, instances = typed.pop("scalars", None), typed.pop("instances", None)
     styles = [

@@ -1,4 +1,4 @@
-"""Wavefront OBJ: points, polygons and polylines with their attributes; curves and surfaces are ignored.
+"""Wavefront OBJ: points, polygons and polylines with their attributes; curves and surfaces become such.
 
 `_read_regular` reads a regular file as a few long runs of numbers. In case of doubt, `_read_lines` reads the file line
 by line: it accepts the same language, and reports all errors.
@@ -18,7 +18,16 @@ from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from ._text import parse_float, parse_numbers, plain_text, quote, write_faces, write_points
 from ._warn import warn
-from .obj_attributes import STATES, Extras, build_attributes, describe_file, list_beside_points, list_rows, split_states
+from .obj_attributes import (
+    FREE_FORMS,
+    STATES,
+    Extras,
+    build_attributes,
+    describe_file,
+    list_beside_points,
+    list_rows,
+    split_states,
+)
 from .obj_attributes import list_losses as list_losses
 
 # Statements whose rest is a name, in which a number sign may stand.
@@ -56,13 +65,16 @@ for _role, _followers in (
 _TO_BLANKS = bytes.maketrans(b"fl/", b"   ")
 
 
-def read(data: bytes) -> Mesh:
-    """Return the mesh of an OBJ file; raise MeshError with the line of malformed content."""
+def read(data: bytes, tolerance: float | None = None) -> Mesh:
+    """Return the mesh of an OBJ file; raise MeshError with the line of malformed content.
+
+    tolerance : how far polygons may be from surfaces; a thousandth of the points' diagonal if it is None
+    """
     data = plain_text(data)
-    return _read_regular(data) or _read_lines(data)
+    return _read_regular(data, tolerance) or _read_lines(data, tolerance)
 
 
-def _read_regular(data: bytes) -> Mesh | None:
+def _read_regular(data: bytes, tolerance: float | None = None) -> Mesh | None:
     """Return the mesh of a file of plain `v`, `f` and `l` lines, or None in case of doubt."""
     if (b"\\" in data and b"\\\n" in data) or b"\v" in data or b"\f" in data:
         return None
@@ -105,11 +117,18 @@ def _read_regular(data: bytes) -> Mesh | None:
     if other.any():
         _add_lines(extras, data, starts, other, is_point, is_face, n_faces)
         _add_references(extras, text, data, starts, is_face, corners)
-    return _build_mesh(table[:, :3], offsets, indices, extras)
+    return _build_mesh(table[:, :3], offsets, indices, extras, tolerance)
 
 
-def _build_mesh(positions: npt.ArrayLike, offsets: npt.ArrayLike, indices: npt.ArrayLike, extras: Extras) -> Mesh:
+def _build_mesh(
+    positions: npt.ArrayLike, offsets: IndexArray, indices: IndexArray, extras: Extras, tolerance: float | None
+) -> Mesh:
     """Return the mesh with its attributes."""
+    if extras.free_forms:
+        from .obj_free_forms import insert_free_forms
+
+        points = np.asarray(positions, np.float64)
+        positions, offsets, indices = insert_free_forms(points, offsets, indices, extras, tolerance)
     n_points = len(np.asarray(positions))
     attributes = build_attributes(extras, n_points, len(np.asarray(offsets)) - 1)
     metadata = describe_file(extras, n_points)
@@ -132,13 +151,14 @@ def _add_lines(
     faces_before = np.concatenate([[0], np.cumsum(n_faces)])[(np.cumsum(is_face))[read]]
     points_before = np.cumsum(is_point)[read]
     spans = zip(
-        *(column.tolist() for column in (starts[read], starts[read + 1], points_before, faces_before)), strict=True
+        *(column.tolist() for column in (starts[read], starts[read + 1], read + 1, points_before, faces_before)),
+        strict=True,
     )
-    for start, end, n_points, before in spans:
-        _add_statement(extras, data[start : end - 1], n_points, before)
+    for start, end, line, n_points, before in spans:
+        _add_statement(extras, data[start : end - 1], line, n_points, before)
 
 
-def _add_statement(extras: Extras, text: bytes, points_before: int, faces_before: int) -> None:
+def _add_statement(extras: Extras, text: bytes, line: int, points_before: int, faces_before: int) -> None:
     """Add what a line that begins with no blank says, unless it is a point or a face."""
     if text[:1] == b"#":
         extras.comments.append(text[1:].decode("utf-8", "replace"))
@@ -156,7 +176,10 @@ def _add_statement(extras: Extras, text: bytes, points_before: int, faces_before
     elif keyword == b"p":
         extras.drawn_points.append((points_before, words))
     else:
-        extras.unread[keyword.partition(b"#")[0].decode("utf-8", "replace")] += 1
+        name = keyword.partition(b"#")[0].decode("utf-8", "replace")
+        extras.unread[name] += 1
+        if name in FREE_FORMS:
+            extras.free_forms.append((line, points_before, faces_before, len(extras.states), f"{name} {words}"))
 
 
 def _add_references(
@@ -329,7 +352,7 @@ def _split_lines(offsets: IndexArray, is_line: BoolArray) -> tuple[IndexArray, I
     return part_offsets, np.repeat(first - part_offsets[:-1], part_sizes) + np.arange(part_offsets[-1])
 
 
-def _read_lines(data: bytes) -> Mesh:
+def _read_lines(data: bytes, tolerance: float | None = None) -> Mesh:
     """Return the mesh of any OBJ file; raise MeshError for the first malformed statement."""
     points: list[list[float]] = []
     beside: list[list[float]] = []
@@ -366,7 +389,7 @@ def _read_lines(data: bytes) -> Mesh:
                 flat += corners
         elif _is_ignored(keyword):
             if keyword[:1] != b"v":
-                _add_statement(extras, text, len(points), len(sizes))
+                _add_statement(extras, text, line, len(points), len(sizes))
         else:
             raise MeshError(f"line {line}: expected a statement such as v, f or l, got {quote(keyword)}")
     if not points:
@@ -384,7 +407,7 @@ def _read_lines(data: bytes) -> Mesh:
     extras.texcoords = _parse_rows(b"\n".join(rows[b"vt"]), b"vt")
     extras.normals = _parse_rows(b"\n".join(rows[b"vn"]), b"vn")
     extras.texcoord_of_corner, extras.normal_of_corner = np.array(references, np.int64).reshape(-1, 2).T
-    return _build_mesh(points, offsets, indices, extras)
+    return _build_mesh(points, offsets, indices, extras, tolerance)
 
 
 def _split_references(word: bytes, n_texcoords: int, n_normals: int) -> tuple[int, int]:

@@ -17,7 +17,9 @@ STATES = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smooth"}
 KEYWORDS = {name: keyword for keyword, name in STATES.items()}
 _WORDS = {"texcoord": "texture coordinates", "normal": "normals"}
 # Statements that draw what is not read.
-_FREE_FORMS = frozenset({"bsp", "bzp", "cdc", "cdp", "curv", "curv2", "res", "surf"})
+# Curves and surfaces, and all that belongs to them.
+SHAPES = frozenset({"bsp", "bzp", "cdc", "cdp", "curv", "curv2", "surf"})
+FREE_FORMS = SHAPES | {"bmat", "con", "cstype", "deg", "end", "hole", "parm", "scrv", "sp", "step", "trim"}
 _MAX_NAMED = 8
 
 
@@ -41,6 +43,12 @@ class Extras:
     """The points before a statement `p`, and the rest of it."""
     unread: Counter[str] = field(default_factory=Counter)
     """How often each other statement stands there."""
+    free_forms: list[tuple[int, int, int, int, str]] = field(default_factory=list)
+    """The line of a statement about curves and surfaces; the points, faces and states before it; and its words."""
+    not_shown: Counter[str] = field(default_factory=Counter)
+    """How many of each kind of curves and surfaces are not in the mesh."""
+    reasons: list[str] = field(default_factory=list)
+    """Why they are not, with the line."""
     left_out: list[str] = field(default_factory=list)
     """Words for what has no place in a mesh."""
 
@@ -111,9 +119,9 @@ def describe_file(extras: Extras, n_points: int) -> dict[str, Any]:
     drawn = _read_drawn_points(extras, n_points)
     if len(drawn):
         found["drawn_points"] = drawn
-    not_shown = {name: count for name, count in extras.unread.items() if name in _FREE_FORMS}
-    if not_shown:
-        warn(f"not shown: {_list_counts(Counter(not_shown))}")
+    if extras.not_shown:
+        reason = f"; {extras.reasons[0]}" if extras.reasons else ""
+        warn(f"not shown: {_list_counts(extras.not_shown)}{reason}")
     if extras.unread:
         extras.left_out.append(_list_counts(extras.unread))
     if extras.left_out:

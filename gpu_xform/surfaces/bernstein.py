@@ -44,18 +44,23 @@ def expand_bernstein(degree: int, t: Float64Array) -> Float64Array:
 def make_splitting(degree: int, n_pieces: int) -> Float64Array:
     """Return the matrices that give the control points of equal pieces of a curve: (n_pieces, degree + 1, degree + 1).
 
-    Piece i runs over [i, i + 1] / n_pieces. Its j-th control point is the blossom at j parameters of its end and
-    degree - j of its start.
+    Piece i runs over [i, i + 1] / n_pieces.
     """
-    pieces = np.empty((n_pieces, degree + 1, degree + 1))
-    for i in range(n_pieces):
-        low, high = i / n_pieces, (i + 1) / n_pieces
-        for j in range(degree + 1):
-            points = np.eye(degree + 1)
-            for t in [high] * j + [low] * (degree - j):  # de Casteljau's steps
-                points = (1.0 - t) * points[:-1] + t * points[1:]
-            pieces[i, j] = points[0]
-    return pieces
+    return np.stack([make_cut(degree, i / n_pieces, (i + 1) / n_pieces) for i in range(n_pieces)])
+
+
+def make_cut(degree: int, low: float, high: float) -> Float64Array:
+    """Return the matrix that gives the control points of a part of a curve: (degree + 1, degree + 1).
+
+    The j-th is the blossom at j parameters `high` and degree - j parameters `low`.
+    """
+    cut = np.empty((degree + 1, degree + 1))
+    for j in range(degree + 1):
+        points = np.eye(degree + 1)
+        for t in [high] * j + [low] * (degree - j):  # de Casteljau's steps
+            points = (1.0 - t) * points[:-1] + t * points[1:]
+        cut[j] = points[0]
+    return cut
 
 
 def make_elevation(degree: int, raised: int) -> Float64Array:

@@ -56,11 +56,20 @@ def curve(
     """
     require_one(n, tolerance)
     curves = _as_curves(control_points, "control_points")
-    steps = choose_steps(n, tolerance, bound_second_derivatives(curves, 1), 1, len(curves))
+    return Mesh(*tessellate_curves(curves, choose_curve_steps(curves, n, tolerance)))
+
+
+def choose_curve_steps(curves: Float64Array, n: SupportsIndex | None, tolerance: float | None) -> int:
+    """Return `n`, or the least number of steps with which all curves keep `tolerance`."""
+    return choose_steps(n, tolerance, bound_second_derivatives(curves, 1), 1, len(curves))
+
+
+def tessellate_curves(curves: Float64Array, steps: int) -> tuple[Float64Array, IndexArray]:
+    """Return the points (n, 3) and the segments (k steps, 2) of curves (k, a, 3 or 4), one after another."""
     numbers = _number_curve_points(curves, steps)
     points = evaluate_bernstein(curves.shape[1] - 1, np.arange(steps + 1) / steps) @ curves
     segments = np.stack([numbers[:, :-1], numbers[:, 1:]], axis=-1).reshape(-1, 2)
-    return Mesh(place_points(numbers, divide_by_weights(points)), segments)
+    return place_points(numbers, divide_by_weights(points)), segments
 
 
 def _as_curves(value: npt.ArrayLike | Sequence[npt.ArrayLike], name: str) -> Float64Array:

@@ -1,12 +1,12 @@
 """Bézier patches to meshes of quads, as two matrix products."""
 
-from typing import SupportsIndex
+from typing import NamedTuple, SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core.public import public
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..geometry.mesh import Mesh, adopt_arrays
 from .bernstein import differentiate_bernstein, evaluate_bernstein
 from .control_points import as_patches, divide_by_weights
@@ -58,9 +58,30 @@ def bezier(control_points: npt.ArrayLike, n: SupportsIndex | None = None, tolera
     """
     require_one(n, tolerance)
     patches = as_patches(control_points, "control_points")
-    steps = choose_steps(
-        n, tolerance, bound_second_derivatives(patches, 1) + bound_second_derivatives(patches, 2), 2, len(patches)
-    )
+    made = tessellate_patches(patches, choose_patch_steps(patches, n, tolerance))
+    return adopt_arrays(made.positions, made.offsets, made.indices, {"corner": {"normal": made.normals}})
+
+
+class Tessellation(NamedTuple):
+    """The mesh of patches, one after another, in arrays."""
+
+    positions: Float64Array
+    offsets: IndexArray
+    indices: IndexArray
+    normals: Float64Array
+    """Of each corner: (c, 3)."""
+    patch: IndexArray
+    """Of each face: (f,)."""
+
+
+def choose_patch_steps(patches: Float64Array, n: SupportsIndex | None, tolerance: float | None) -> int:
+    """Return `n`, or the least number of steps with which all patches keep `tolerance`."""
+    bounds = bound_second_derivatives(patches, 1) + bound_second_derivatives(patches, 2)
+    return choose_steps(n, tolerance, bounds, 2, len(patches))
+
+
+def tessellate_patches(patches: Float64Array, steps: int) -> Tessellation:
+    """Return the mesh of patches (k, a, b, 3 or 4) in `steps` steps per side, as `bezier` does."""
     numbers = number_grid_points(patches, steps)
     quads = list_quads(np.arange(numbers.size).reshape(numbers.shape))
     offsets, kept = drop_repeated_corners(numbers.reshape(-1)[quads])
@@ -68,7 +89,8 @@ def bezier(control_points: npt.ArrayLike, n: SupportsIndex | None = None, tolera
     positions = place_points(numbers, divide_by_weights(evaluate_patches(patches, steps)))
     normals = compute_corner_normals(patches, grids, quads, kept)
     indices = numbers.reshape(-1)[quads[kept]]
-    return adopt_arrays(positions, offsets, indices, {"corner": {"normal": normals}})
+    patch = np.flatnonzero(kept.any(axis=1)) // steps**2
+    return Tessellation(positions, offsets, indices, normals, patch)
 
 
 def evaluate_patches(patches: Float64Array, n: int) -> Float64Array:

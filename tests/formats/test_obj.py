@@ -512,9 +512,9 @@ def test_what_no_face_names_is_named_when_it_is_lost(end: bytes) -> None:
         save_mesh(obj.read(data.replace(b"/1", b"").replace(b"/2", b"") + end), io.BytesIO(), file_type="obj")
 
 
-def test_curves_and_surfaces_are_named() -> None:
-    data = b"v 0 0 0\nv 1 0 0\nv 1 1 0\ncstype bezier\ndeg 2\ncurv 0 1 1 2 3\nparm u 0 1\nend\nl 1 2\n"
-    with pytest.warns(MeshWarning, match="not shown: 1 curv$"):
+def test_curves_and_surfaces_that_cannot_be_shown_are_named() -> None:
+    data = b"v 0 0 0\nv 1 0 0\nv 1 1 0\ncstype taylor\ndeg 2\ncurv 0 1 1 2 3\nparm u 0 1\nend\nl 1 2\n"
+    with pytest.warns(MeshWarning, match="not shown: 1 curv; line 6: curv of type taylor is none of curv and surf of"):
         mesh = obj.read(data)
     assert mesh.metadata["obj"]["left_out"] == ("1 cstype, 1 deg, 1 curv, 1 parm, 1 end",)
 

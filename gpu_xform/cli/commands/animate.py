@@ -57,7 +57,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="the animation; the end of its name gives the format",
     )
-    groups.add_file_type(group)
+    groups.add_reading_options(group)
     group = parser.add_argument_group("motion, applied after the transforms")
     either = group.add_mutually_exclusive_group()
     either.add_argument(
