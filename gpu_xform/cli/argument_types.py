@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from .. import matrices
-from .._core.arguments import as_float, as_nonzero_vector, as_square_matrix, as_vector
+from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_square_matrix, as_vector
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..drawing.enums import HIDDEN_STYLES
@@ -340,6 +340,35 @@ def parse_feature_angle(text: str) -> float:
     if not 0.0 <= degrees <= 180.0:
         raise ValueError(f"expected degrees from 0 to 180, got {quote(text)}")
     return degrees
+
+
+@argument_type
+def parse_sigma(text: str) -> tuple[float, float]:
+    """Parse one standard deviation, or a vertical and a horizontal one."""
+    sigmas = parse_numbers(text, "one number, or two", 1, 2)
+    if not all(0.0 <= sigma < math.inf for sigma in sigmas):
+        raise ValueError(f"expected numbers that are 0 or more, got {quote(text)}")
+    return sigmas[0], sigmas[-1]
+
+
+@argument_type
+def parse_box_side(text: str) -> int:
+    """Parse an odd number of pixels."""
+    if not re.fullmatch(r"\d{1,5}", text) or int(text) % 2 == 0:
+        raise ValueError(f"expected an odd number of pixels, got {quote(text)}")
+    return int(text)
+
+
+@argument_type
+def parse_kernel(text: str) -> Float64Array:
+    """Parse rows of numbers, separated by semicolons, or the name of a file that holds a row per line."""
+    if not re.fullmatch(r"[-+.,;\s\deE]*", text):
+        return as_real_array(files.read_table(text), text)
+    try:
+        rows = [parse_numbers(row, "numbers", *range(1, len(row) + 1)) for row in text.strip("; ").split(";")]
+        return as_real_array(rows, "the matrix")
+    except ValueError:
+        raise ValueError(f"expected rows of as many numbers, got {quote(text)}") from None
 
 
 def _is_npy_file(text: str) -> bool:

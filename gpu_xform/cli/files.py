@@ -88,6 +88,19 @@ def read_matrix(path: str) -> npt.NDArray[Any]:
         raise ArgumentError(f"{path}: expected a text of 16 numbers, row by row, or an .npy file") from None
 
 
+def read_table(path: str) -> npt.NDArray[Any]:
+    """Read the rows of numbers in an .npy file, or in a text with a row per line."""
+    if file_type(path) == "npy":
+        return read_array(path)
+    try:
+        lines = Path(path).read_text("utf-8").replace(",", " ").splitlines()
+        return np.array([[float(word) for word in line.split()] for line in lines if line.strip()])
+    except OSError as error:
+        raise ArgumentError(f"expected rows of numbers or a file of them, got {path!r} ({error.strerror})") from None
+    except ValueError:
+        raise ArgumentError(f"{path}: expected a text of rows of as many numbers, or an .npy file") from None
+
+
 def write_picture(picture: "Image | str | bytes", path: str, *, make_folders: bool) -> None:
     """Write an image as PNG, and a document as it is."""
     data = _encode(picture)

@@ -24,6 +24,7 @@ examples:
   gpu-xform animate house.obj -o house.gif --color face
   gpu-xform view house.obj
   gpu-xform transform scan.ply moved.ply --scale 0.001 --translate -0.5,2,0
+  gpu-xform convolve photo.png soft.png --gaussian 2
   gpu-xform info scan.ply
   gpu-xform explain --scale 0.3 --rotate-z 90 --translate -0.5,2,0 --point 1,1,0
   gpu-xform doctor

@@ -39,7 +39,8 @@ def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [[], ["render"], ["animate"], ["view"], ["transform"], ["info"], ["explain"], ["doctor"], ["bench"]]
+    "name",
+    [[], ["render"], ["animate"], ["view"], ["transform"], ["convolve"], ["info"], ["explain"], ["doctor"], ["bench"]],
 )
 def test_help_fits_a_terminal_and_its_examples_parse(
     name: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -74,7 +75,7 @@ def test_help_says_that_a_reference_stands_in_for_a_picture(capsys: pytest.Captu
     assert capsys.readouterr().out.startswith("usage: gpu-xform render MODEL... (-o OUT | --reference PNG) [options]\n")
 
 
-@pytest.mark.parametrize("name", ["render", "animate", "view", "transform", "explain", "doctor", "bench"])
+@pytest.mark.parametrize("name", ["render", "animate", "view", "transform", "convolve", "explain", "doctor", "bench"])
 def test_help_is_the_last_option(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--help"]) == 0
     options = re.findall(r"^  (-.*?)(?:  |\n)", capsys.readouterr().out, re.MULTILINE)

@@ -1,4 +1,5 @@
-// Correlation of an image with a small matrix, a block of two rows of four vectors per invocation.
+// Correlation of an image with a small matrix, a block of two rows of four vectors per invocation; with a column of
+// eight numbers or more, a block of eight rows of one vector.
 //
 // A vector is four numbers of a row, whose pixels have one to four each. Rows are padded on the way in, by borders and
 // to whole blocks, so that nothing here asks where the image ends. No tap is added that the matrix does not have: a
@@ -19,6 +20,7 @@
 @group(0) @binding(5) var<storage, read_write> destination_words: array<u32>;
 
 override workgroup_size: u32;
+override is_column: bool; // the matrix is one of 8 rows or more, summed as they come
 override kernel_width: u32; // compiled in, because columns are unrolled by fours
 override n_channels: u32; // of a pixel, 1 to 4
 override source_format: u32;
@@ -178,9 +180,79 @@ fn add_row(sums: TwoRows, i: u32, top: u32, bottom: u32, has_top: bool, has_bott
     return taps.sums;
 }
 
+// Eight rows of outputs. `k` holds what the next row of the image is multiplied by, for each of them.
+struct Column {
+    a: Vec4,
+    b: Vec4,
+    c: Vec4,
+    d: Vec4,
+    e: Vec4,
+    f: Vec4,
+    g: Vec4,
+    h: Vec4,
+    k: array<Real, 8>,
+}
+
+// The next row of the image into the sums of rows `first` to `last`, which are known where this is called.
+fn add_to_column(column: Column, next: Vec4, coefficient: Real, first: u32, last: u32) -> Column {
+    var result = column;
+    let k = column.k;
+    result.k = array(coefficient, k[0], k[1], k[2], k[3], k[4], k[5], k[6]);
+    if first <= 0u { result.a = fma(Vec4(coefficient), next, column.a); }
+    if first <= 1u && last >= 1u { result.b = fma(Vec4(k[0]), next, column.b); }
+    if first <= 2u && last >= 2u { result.c = fma(Vec4(k[1]), next, column.c); }
+    if first <= 3u && last >= 3u { result.d = fma(Vec4(k[2]), next, column.d); }
+    if first <= 4u && last >= 4u { result.e = fma(Vec4(k[3]), next, column.e); }
+    if first <= 5u && last >= 5u { result.f = fma(Vec4(k[4]), next, column.f); }
+    if first <= 6u && last >= 6u { result.g = fma(Vec4(k[5]), next, column.g); }
+    if last >= 7u { result.h = fma(Vec4(k[6]), next, column.h); }
+    return result;
+}
+
+fn convolve_column(block: u32) {
+    let y = 8u * (block / parameters.blocks_per_row);
+    let x = block % parameters.blocks_per_row;
+    let stride = parameters.source_stride;
+    var i = y * stride + x;
+    var column = Column();
+    column = add_to_column(column, load_vector(i), coefficients[0].x, 0u, 0u);
+    column = add_to_column(column, load_vector(i + stride), coefficients[1].x, 0u, 1u);
+    column = add_to_column(column, load_vector(i + 2u * stride), coefficients[2].x, 0u, 2u);
+    column = add_to_column(column, load_vector(i + 3u * stride), coefficients[3].x, 0u, 3u);
+    column = add_to_column(column, load_vector(i + 4u * stride), coefficients[4].x, 0u, 4u);
+    column = add_to_column(column, load_vector(i + 5u * stride), coefficients[5].x, 0u, 5u);
+    column = add_to_column(column, load_vector(i + 6u * stride), coefficients[6].x, 0u, 6u);
+    i += 7u * stride;
+    for (var row = 7u; row < parameters.kernel_height; row++) {
+        column = add_to_column(column, load_vector(i), coefficients[row].x, 0u, 7u);
+        i += stride;
+    }
+    column = add_to_column(column, load_vector(i), Real(), 1u, 7u);
+    column = add_to_column(column, load_vector(i + stride), Real(), 2u, 7u);
+    column = add_to_column(column, load_vector(i + 2u * stride), Real(), 3u, 7u);
+    column = add_to_column(column, load_vector(i + 3u * stride), Real(), 4u, 7u);
+    column = add_to_column(column, load_vector(i + 4u * stride), Real(), 5u, 7u);
+    column = add_to_column(column, load_vector(i + 5u * stride), Real(), 6u, 7u);
+    column = add_to_column(column, load_vector(i + 6u * stride), Real(), 7u, 7u);
+    let step = parameters.destination_stride;
+    let j = y * step + x;
+    store_vector(j, column.a);
+    store_vector(j + step, column.b);
+    store_vector(j + 2u * step, column.c);
+    store_vector(j + 3u * step, column.d);
+    store_vector(j + 4u * step, column.e);
+    store_vector(j + 5u * step, column.f);
+    store_vector(j + 6u * step, column.g);
+    store_vector(j + 7u * step, column.h);
+}
+
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     if invocation.x >= parameters.n_blocks {
+        return;
+    }
+    if is_column {
+        convolve_column(invocation.x);
         return;
     }
     let y = 2u * (invocation.x / parameters.blocks_per_row);

@@ -21,6 +21,7 @@ NUMBERS_PER_VECTOR = 4
 MAX_CHANNELS = 4  # of a pixel
 VECTORS_PER_BLOCK = 4  # of each of the rows of a block
 ROWS_PER_BLOCK = 2
+ROWS_PER_COLUMN = 8  # of a block of one vector, for matrices of one column
 WORKGROUP_SIZE = 64  # 256 take half as long again on lavapipe
 UNIFORM_BYTES = 64 << 10  # what a uniform binding holds at least
 MAX_TILE_BYTES = 32 << 20  # smaller ones lose more to the calls than they gain by the caches of a CPU
@@ -58,6 +59,17 @@ class Stencil:
     matrix: Float64Array
     top: int
     left: int
+
+    @property
+    def is_column(self) -> bool:
+        """Whether its dispatch makes blocks of one vector and many rows, which load each number fewer times."""
+        rows, columns = self.matrix.shape
+        return bool(columns == 1 and ROWS_PER_COLUMN <= rows <= MAX_TAPS_PER_SUM)
+
+    @property
+    def rows_per_block(self) -> int:
+        """Rows of a block of its dispatch."""
+        return ROWS_PER_COLUMN if self.is_column else ROWS_PER_BLOCK
 
     @property
     def bottom(self) -> int:
@@ -137,7 +149,7 @@ def plan_tiles(job: ConvolutionJob) -> Iterator[Tile]:
     pixel_bytes = n_channels * item_bytes
     n_pixels = min(MAX_TILE_BYTES, job.device.limits.max_bound_bytes) // pixel_bytes
     beside = margins.left + margins.right + 2 * VECTORS_PER_BLOCK * NUMBERS_PER_VECTOR
-    above = margins.top + margins.bottom + ROWS_PER_BLOCK
+    above = margins.top + margins.bottom + ROWS_PER_COLUMN
     columns = min(width, max(NUMBERS_PER_VECTOR, n_pixels // (min(height, MIN_TILE_ROWS) + above) - beside))
     rows = min(height, max(ROWS_PER_BLOCK, n_pixels // (columns + beside) - above))
     if (rows, columns) == (height, width):
@@ -190,11 +202,12 @@ class _Passes:
         idle = [self._pool.scratch(POOL_OWNER, f"idle {k}", NUMBERS_PER_VECTOR * job.dtype.itemsize) for k in range(2)]
         used = [*buffers, *idle, parameters[0].buffer, coefficients[0].buffer]
         with job.device.encode_commands(*used, label="convolve") as encoder:
-            for number, height_of_pass in enumerate(heights):
+            for number in range(len(heights)):
                 pipeline = job.device.pipelines.compute(
                     "convolve",
                     name_number_type(job.dtype),
                     workgroup_size=self._workgroup_size,
+                    is_column=job.stencils[number].is_column,
                     kernel_width=job.stencils[number].matrix.shape[1],
                     n_channels=self._n_channels,
                     source_format=formats[number],
@@ -211,7 +224,7 @@ class _Passes:
                     **_views("source", buffers[number], formats[number], idle[0]),
                     **_views("destination", buffers[number + 1], formats[number + 1], idle[1]),
                 )
-                n_blocks = height_of_pass // ROWS_PER_BLOCK * blocks_per_row
+                n_blocks = int(structs[number].view(layouts.CONVOLUTION_PASS[job.dtype])["n_blocks"][0])
                 dispatch(encoder, pipeline, bindings, -(-n_blocks // self._workgroup_size))
         row_numbers = strides[-1] * NUMBERS_PER_VECTOR
         with buffers[-1].map_read(n_rows * row_numbers * job.out.itemsize) as view:
@@ -232,7 +245,7 @@ class _Passes:
         """Return how many rows each pass makes, whole blocks: the rows that the next pass reads."""
         heights = []
         for stencil in reversed(self._job.stencils):
-            height = _align(height, ROWS_PER_BLOCK)
+            height = _align(height, stencil.rows_per_block)
             heights.append(height)
             height += len(stencil.matrix) - 1
         return heights[::-1]
@@ -266,7 +279,9 @@ class _Passes:
         struct["opaque"] = job.opaque
         struct["zero"] = self._zero
         struct["offset_fraction"], struct["offset_whole"] = self._offset
-        struct["n_blocks"] = height // ROWS_PER_BLOCK * blocks_per_row
+        stencil = job.stencils[number]
+        blocks_per_row *= VECTORS_PER_BLOCK if stencil.is_column else 1
+        struct["n_blocks"] = height // stencil.rows_per_block * blocks_per_row
         struct["blocks_per_row"] = blocks_per_row
         struct["source_stride"], struct["destination_stride"] = strides[number], strides[number + 1]
         matrix = job.stencils[number].matrix
