@@ -25,6 +25,8 @@ from .paths import STDIO, file_type, require_path
 Value = TypeVar("Value")
 
 AXES = ("x", "y", "z")
+PIN_SIDES = ("left", "right", "bottom", "top", "back", "front")  # low and high along each axis
+PIN_NAMES = (*PIN_SIDES, "corners")
 
 
 def argument_type(parse: Callable[[str], Value]) -> Callable[[str], Value]:
@@ -253,6 +255,51 @@ def parse_count(text: str) -> int:
     if not re.fullmatch(r"\d{1,15}", text.strip(), re.ASCII):
         raise ValueError(f"expected a whole number, got {quote(text)}")
     return int(text)
+
+
+@argument_type
+def parse_number(text: str) -> float:
+    """Parse a finite number."""
+    return as_float(parse_numbers(text, "one number", 1)[0], "the number")
+
+
+@argument_type
+def parse_count_pair(text: str) -> tuple[int, int]:
+    """Parse two whole numbers, N,M."""
+    words = text.split(",")
+    if len(words) != 2:
+        raise ValueError(f"expected two whole numbers, N,M, got {quote(text)}")
+    return parse_count(words[0]), parse_count(words[1])
+
+
+@argument_type
+def parse_pins(text: str) -> list[int | str]:
+    """Parse numbers of points and names of sides."""
+    words = [word.strip() for word in text.split(",")]
+    for word in words:
+        if word not in PIN_NAMES and not re.fullmatch(r"\d{1,15}", word, re.ASCII):
+            hint = did_you_mean(word, PIN_NAMES)
+            raise ValueError(f"expected numbers of points, {', '.join(PIN_NAMES)}, got {quote(text)}{hint}")
+    return [word if word in PIN_NAMES else int(word) for word in words]
+
+
+@argument_type
+def parse_sphere(text: str) -> tuple[Float64Array, float]:
+    """Parse a centre and a radius, X,Y,Z,R."""
+    *center, radius = parse_numbers(text, "a centre and a radius, X,Y,Z,R", 4)
+    if not 0.0 < radius < math.inf:
+        raise ValueError(f"expected a positive radius, got {quote(text)}")
+    return as_vector(center, "the centre", 3), radius
+
+
+@argument_type
+def parse_box(text: str) -> tuple[Float64Array, Float64Array]:
+    """Parse a centre and the lengths of three sides, X,Y,Z,A,B,C."""
+    numbers = parse_numbers(text, "a centre and the lengths of three sides, X,Y,Z,A,B,C", 6)
+    center, sides = as_vector(numbers[:3], "the centre", 3), as_vector(numbers[3:], "the sides", 3)
+    if (sides <= 0.0).any():
+        raise ValueError(f"expected positive lengths of sides, got {quote(text)}")
+    return center, sides
 
 
 @argument_type

@@ -92,6 +92,9 @@ def test_a_command_line(line: str, folder: Path) -> None:
         case "animate":
             with Image.open(folder / words[words.index("-o") + 1]) as image:
                 assert getattr(image, "n_frames", 1) == 100
+        case "simulate":
+            with Image.open(folder / words[words.index("-o") + 1]) as image:
+                assert getattr(image, "n_frames", 1) == 51
         case "transform":
             moved = gx.load_mesh(folder / words[3])
             assert moved.n_faces == house.n_faces
@@ -107,7 +110,7 @@ def test_a_command_line(line: str, folder: Path) -> None:
 
 def test_there_are_commands_to_run() -> None:
     assert [line.split()[1] for line in command_lines()] == [
-        *("render", "render", "render", "render", "animate", "transform", "transform", "explain", "doctor")
+        *("render", "render", "render", "render", "animate", "simulate", "transform", "transform", "explain", "doctor")
     ]
 
 

@@ -125,7 +125,9 @@ def _play(options: argparse.Namespace, paths: Sequence[str]) -> int:
     if options.animation not in scene.animations:
         held = ", ".join(map(repr, scene.animations)) or "none"
         raise ArgumentError(f"--animation: {path} has no {options.animation!r}, its animations: {held}")
-    style = read_style(options, path) | {"transform": compose_transforms(options)}
+    style = read_style(options, path, "a file of several models, as --animation plays it") | {
+        "transform": compose_transforms(options)
+    }
     arguments = collect_picture_arguments(options, as_layers(scene, cast("Style", style)), choose_device(options))
     with name_options_in_errors(options, paths):
         clip = scene.animations[options.animation]
