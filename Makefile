@@ -15,7 +15,7 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 .PHONY: demo
-demo: .venv/library driver ## draw three pictures into demo/ and measure a bulk transform
+demo: .venv/library driver ## draw four pictures into demo/ and measure a bulk transform
 	@$(BIN)/python examples/demo.py
 
 .PHONY: test

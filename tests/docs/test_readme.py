@@ -56,6 +56,8 @@ def assert_what_python_made(place: Path, names: dict[str, Any]) -> None:
     assert colors_in(place / "house.png") >= 4
     with Image.open(place / "dashed.png") as dashed:
         assert (np.asarray(dashed)[..., 0] < 128).sum() > 3000
+    with Image.open(place / "teapot.png") as teapot:
+        assert 1000 < (np.asarray(teapot)[..., 0] < 128).sum() < 10000
     assert '"nFrames": 40' in (place / "arm.html").read_text("utf-8")
     assert re.search(r'(?s)<title>house</title>.*#ffd700.*<g id="[^"]+">', names["drawing"])
 
