@@ -35,6 +35,7 @@ check: .venv/tools ## check format, lint and types
 .PHONY: bench
 bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/load.py
+	@$(BIN)/python benchmarks/surfaces.py
 	@$(BIN)/python benchmarks/transform.py
 	@$(BIN)/python benchmarks/convolve.py
 	@$(BIN)/python benchmarks/render.py
