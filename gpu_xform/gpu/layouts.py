@@ -144,7 +144,7 @@ GRID_SPRINGS = np.dtype(
     {
         "names": [
             *("along_row", "over_row", "along_column", "over_column", "shear"),
-            *("n_rows", "n_columns", "row_shift", "column_shift", "n_blocks", "n_strips", "n_padded_rows"),
+            *("height", "width", "row_shift", "column_shift", "n_blocks", "n_strips", "n_padded_rows"),
         ],
         "formats": [*[("<f4", (2,))] * 5, *["<u4"] * 7],
         "offsets": [*range(0, 40, 8), *range(40, 68, 4)],

@@ -72,7 +72,7 @@ class Grid:
         struct = np.zeros((), GRID_SPRINGS)
         for name, spring in self.springs.items():
             struct[name] = spring
-        struct["n_rows"], struct["n_columns"] = self.n_rows, self.n_columns
+        struct["height"], struct["width"] = self.n_rows, self.n_columns
         struct["row_shift"], struct["column_shift"] = self.row_shift, self.column_shift
         struct["n_blocks"], struct["n_strips"] = self.n_blocks, self.n_strips
         struct["n_padded_rows"] = self.padded_shape[1]

@@ -5,8 +5,8 @@ struct GridSprings {
     along_column: vec2<f32>,
     over_column: vec2<f32>,
     shear: vec2<f32>, // across a cell
-    n_rows: u32,
-    n_columns: u32,
+    height: u32, // rows
+    width: u32, // columns
     row_shift: u32, // points from one row to the next
     column_shift: u32,
     n_blocks: u32, // of four columns

@@ -12,9 +12,9 @@ override is_packing: bool; // into blocks
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
-    let row = invocation.x / grid.n_columns;
-    let column = invocation.x % grid.n_columns;
-    if row >= grid.n_rows {
+    let row = invocation.x / grid.width;
+    let column = invocation.x % grid.width;
+    if row >= grid.height {
         return;
     }
     let point = row * grid.row_shift + column * grid.column_shift;

@@ -1,5 +1,5 @@
-// One leapfrog step of a regular grid of points joined by springs. An invocation goes down a strip of rows, four columns
-// wide, and keeps the rows around in registers: it loads each point once, not once per spring.
+// One leapfrog step of a regular grid of points joined by springs. An invocation goes down a strip of rows, four
+// columns wide, and keeps the rows around in registers: it loads each point once, not once per spring.
 #import spring_step
 #import grid_springs
 #import obstacle
@@ -94,8 +94,8 @@ fn subtract(a: Vectors, b: Vectors) -> Vectors {
     return Vectors(a.x - b.x, a.y - b.y, a.z - b.z);
 }
 
-// The forces with which springs pull points `a` to points `b`, in the columns for which `exists` is 1 and not 0.
-fn pull(a: Block, b: Block, spring: vec2<f32>, exists: vec4<f32>) -> Vectors {
+// The forces with which springs pull points `a` to points `b`, in the columns in which `is_there` is 1 and not 0.
+fn pull(a: Block, b: Block, spring: vec2<f32>, is_there: vec4<f32>) -> Vectors {
     let d = subtract(b.p, a.p);
     let inverse_length = inverseSqrt(max(d.x * d.x + d.y * d.y + d.z * d.z, vec4(TINY)));
     var tension = spring.x - spring.y * inverse_length;
@@ -104,27 +104,31 @@ fn pull(a: Block, b: Block, spring: vec2<f32>, exists: vec4<f32>) -> Vectors {
         let rate = (d.x * w.x + d.y * w.y + d.z * w.z) * inverse_length * inverse_length;
         tension += spring_step.damping_s * spring.x * rate;
     }
-    tension *= exists;
+    tension *= is_there;
     return Vectors(tension * d.x, tension * d.y, tension * d.z);
 }
 
-fn collide_block(block: Block, time: f32) -> Block {
-    var p = mat4x3<f32>();
-    var v = mat4x3<f32>();
-    for (var column = 0u; column < 4u; column++) {
-        var particle = Particle(
-            vec3(block.p.x[column], block.p.y[column], block.p.z[column]),
-            vec3(block.v.x[column], block.v.y[column], block.v.z[column]),
-        );
-        for (var k = 0u; k < n_obstacles; k++) {
-            particle = collide(k, time, spring_step.drift_s, particle);
-        }
-        p[column] = particle.position;
-        v[column] = particle.velocity;
+fn collide_with_all(position: vec3<f32>, velocity: vec3<f32>, time: f32) -> Particle {
+    var particle = Particle(position, velocity);
+    for (var k = 0u; k < n_obstacles; k++) {
+        particle = collide(k, time, spring_step.drift_s, particle);
     }
-    let pt = transpose(p);
-    let vt = transpose(v);
-    return Block(Vectors(pt[0], pt[1], pt[2]), Vectors(vt[0], vt[1], vt[2]));
+    return particle;
+}
+
+fn collide_block(block: Block, time: f32) -> Block {
+    let p = transpose(mat3x4(block.p.x, block.p.y, block.p.z));
+    let v = transpose(mat3x4(block.v.x, block.v.y, block.v.z));
+    let a = collide_with_all(p[0], v[0], time);
+    let b = collide_with_all(p[1], v[1], time);
+    let c = collide_with_all(p[2], v[2], time);
+    let d = collide_with_all(p[3], v[3], time);
+    let pushed = transpose(mat4x3(a.position, b.position, c.position, d.position));
+    let slowed = transpose(mat4x3(a.velocity, b.velocity, c.velocity, d.velocity));
+    return Block(
+        Vectors(pushed[0], pushed[1], pushed[2]),
+        Vectors(slowed[0], slowed[1], slowed[2]),
+    );
 }
 
 @compute @workgroup_size(workgroup_size)
@@ -138,14 +142,14 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     step_counts[invocation.x] = n_steps;
 
     let column = f32(4u * block) + vec4(0.0, 1.0, 2.0, 3.0);
-    let last = vec4(f32(grid.n_columns) - 1.0);
-    let exists = step(column, last);
+    let last = vec4(f32(grid.width) - 1.0);
+    let is_there = step(column, last);
     let has_right = step(column + 1.0, last);
     let has_right2 = step(column + 2.0, last);
-    let has_left = exists * step(vec4(1.0), column);
-    let has_left2 = exists * step(vec4(2.0), column);
+    let has_left = is_there * step(vec4(1.0), column);
+    let has_left2 = is_there * step(vec4(2.0), column);
 
-    let n_rows = f32(grid.n_rows);
+    let height = f32(grid.height);
     var number = f32(strip * rows_per_strip) - 2.0;
     var at = 3u * ((block + 1u) * grid.n_padded_rows + strip * rows_per_strip);
     var before: Row; // of the first row above the strip nothing is stored: that it knows no row before does not matter
@@ -155,9 +159,9 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     var force_after: Vectors;
     for (var k = 0u; k < rows_per_strip + 2u; k++) {
         let after2 = load_row(at + 6u);
-        let is_row = f32(number >= 0.0 && number < n_rows);
-        let has_after = is_row * f32(number + 1.0 < n_rows);
-        let has_after2 = is_row * f32(number + 2.0 < n_rows);
+        let is_row = f32(number >= 0.0 && number < height);
+        let has_after = is_row * f32(number + 1.0 < height);
+        let has_after2 = is_row * f32(number + 2.0 < height);
 
         let down = pull(row.own, after.own, grid.along_column, vec4(has_after));
         let down2 = pull(row.own, after2.own, grid.over_column, vec4(has_after2));
