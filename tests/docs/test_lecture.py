@@ -40,7 +40,7 @@ def test_it_is_kept_without_what_it_shows() -> None:
 def test_its_contents_lead_to_its_sections() -> None:
     text = "\n".join(cell.source for cell in notebook().cells if cell.cell_type == "markdown")
     titles = re.findall(r"^## (.+)$", text, re.MULTILINE)
-    assert [title.split(".")[0] for title in titles] == [str(i) for i in range(1, 11)]
+    assert [title.split(".")[0] for title in titles] == [str(i) for i in range(1, 12)]
     listed = re.findall(r"^(\d+)\. \[(.+)\]\(#(.+)\)$", text, re.MULTILINE)
     assert [f"{number}. {title}" for number, title, _ in listed] == titles
     assert [anchor for *_, anchor in listed] == [title.replace(" ", "-") for title in titles]
@@ -75,6 +75,7 @@ def test_every_figure_is_drawn(cells: list[Any]) -> None:
         7: (600, 360),
         8: (500, 430),
         10: (640, 360),
+        11: (500, 370),
     }
     for section, picture in pictures.items():
         ink = (picture < 128).any(axis=2)
@@ -125,3 +126,5 @@ def test_what_is_printed_is_what_the_lecture_says(cells: list[Any]) -> None:
     assert "divided by w  [ 2  4  0  1   ]" in printed[7]
     assert "after M3  [ -0.8  2    1 ]" in printed[8]
     assert "24 nodes show 1 model" in printed[10]
+    toeplitz = [[2, 1, 0, 0, 0], [3, 2, 1, 0, 0], [0, 3, 2, 1, 0], [0, 0, 3, 2, 1], [0, 0, 0, 3, 2]]
+    assert [float(number) for number in re.findall(r"[\d.]+", printed[11])] == np.ravel(toeplitz).tolist()
