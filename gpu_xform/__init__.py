@@ -32,6 +32,7 @@ _PUBLIC_NAMES = {
     "geometry.attributes": "Attributes RaggedArray",
     "geometry.mesh": "Mesh",
     "geometry.scene": "Scene",
+    "geometry.strands": "Strands",
     "formats": "load_mesh load_scene save_mesh",
     "imaging.compare": "compare_images",
     "gpu.adapters": "adapters",
@@ -41,6 +42,7 @@ _PUBLIC_NAMES = {
     "compute.streaming": "transform_file",
     "compute.convolution.filters": "box_kernel gaussian sobel_kernel",
     "compute.convolution.convolve": "convolve correlate",
+    "simulation.children": "ChildStrands",
     "simulation.obstacles": "Box Capsule HalfSpace Sphere",
     "simulation.springs": "Springs",
     "simulation.trajectory": "Trajectory",
@@ -111,6 +113,7 @@ if TYPE_CHECKING:
     from .geometry.attributes import RaggedArray as RaggedArray
     from .geometry.mesh import Mesh as Mesh
     from .geometry.scene import Scene as Scene
+    from .geometry.strands import Strands as Strands
     from .gpu.adapters import adapters as adapters
     from .gpu.device import Device as Device
     from .imaging.compare import compare_images as compare_images
@@ -137,6 +140,7 @@ if TYPE_CHECKING:
     from .rendering.raster import render_array as render_array
     from .rendering.vector import render_pdf as render_pdf
     from .rendering.vector import render_svg as render_svg
+    from .simulation.children import ChildStrands as ChildStrands
     from .simulation.obstacles import Box as Box
     from .simulation.obstacles import Capsule as Capsule
     from .simulation.obstacles import HalfSpace as HalfSpace

@@ -15,6 +15,7 @@ from ._core.types import Float64Array, IndexArray
 from .errors import ArgumentError
 from .geometry.mesh import Mesh
 from .geometry.scene import Scene
+from .geometry.strands import Strands
 from .matrices import rotate, translate
 from .surfaces.function_surfaces import parametric
 from .surfaces.newell_teapot import make_teapot_patches
@@ -185,6 +186,76 @@ def curtain(
     y, x = np.meshgrid(np.linspace(0.0, -height, m + 1), _spread(n, width), indexing="ij")
     phase = np.broadcast_to(np.linspace(0.0, math.tau * pleats, n + 1), x.shape)
     return _join_rows(np.stack([x, y, pleat_depth * np.sin(phase)], axis=-1), is_downwards=True)
+
+
+def hair(
+    strands: int,
+    points: int,
+    *,
+    radius: float = 0.1,
+    length: float = 0.25,
+    angle: float = 100.0,
+    curls: float = 0.0,
+    curl_radius: float = 0.01,
+) -> Strands:
+    """Return hair that stands up from a sphere about the origin, in the directions of a spiral around +y.
+
+    Parameters
+    ----------
+    strands : int
+        The number of strands, at least 1.
+    points : int
+        The number of points of each, at least 2.
+    radius : float
+        Of the sphere, in metres.
+    length : float
+        Of the strands without their curls, in metres.
+    angle : float
+        Up to how many degrees from +y roots lie, from 0 to 180.
+    curls : float
+        How many turns each strand makes around its direction; 0 for straight hair.
+    curl_radius : float
+        Of the helix of a curl, in metres; it is reached after the first quarter of the strand.
+
+    Returns
+    -------
+    Strands
+
+    Raises
+    ------
+    ArgumentError
+        "strands must be at least 1, got 0".
+
+    Notes
+    -----
+    The spiral of Fibonacci: R. Swinbank and R. J. Purser, Quarterly Journal of the Royal Meteorological Society 132,
+    2006.
+    """
+    strands, points = _as_count(strands, "strands", 1), _as_count(points, "points", 2)
+    radius, length, curl_radius = (
+        _as_length(value, name)
+        for value, name in ((radius, "radius"), (length, "length"), (curl_radius, "curl_radius"))
+    )
+    angle, curls = as_float(angle, "angle"), as_float(curls, "curls")
+    if not 0.0 < angle <= 180.0:
+        raise ArgumentError.expecting("angle", "lie above 0, up to 180 degrees", f"{angle:g}")
+    if curls < 0.0:
+        raise ArgumentError.expecting("curls", "not be negative", f"{curls:g}")
+    number = np.arange(strands) + 0.5
+    y = 1.0 - (1.0 - math.cos(math.radians(angle))) * number / strands
+    around = number * (math.tau / _PHI)
+    across = np.sqrt(1.0 - y * y)
+    direction = np.stack([across * np.cos(around), y, across * np.sin(around)], axis=1)
+    side = np.cross(direction, np.eye(3)[np.argmin(np.abs(direction), axis=1)])
+    side /= np.linalg.norm(side, axis=1, keepdims=True)
+    other = np.cross(direction, side)
+    along = np.linspace(0.0, 1.0, points)
+    curves = (radius + length * along)[np.newaxis, :, np.newaxis] * direction[:, np.newaxis]
+    if curls:
+        turned, reach = math.tau * curls * along, curl_radius * np.minimum(4.0 * along, 1.0)
+        curves += (reach * (np.cos(turned) - 1.0))[:, np.newaxis] * side[:, np.newaxis]
+        curves += (reach * np.sin(turned))[:, np.newaxis] * other[:, np.newaxis]
+    return Strands(curves, points_per_turn=round((points - 1) / curls) if curls else 0)
 
 
 def torus(n: int, m: int) -> Mesh:

@@ -34,7 +34,7 @@ DOCUMENTED = {
     *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
     *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray", "bezier", "curve"),
-    *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box"),
+    *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box", "Strands", "ChildStrands"),
     *("parametric", "subdivide", "Subdivision", "bspline_to_bezier"),
     *("convolve", "correlate", "gaussian", "box_kernel", "sobel_kernel"),
 }
