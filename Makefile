@@ -40,6 +40,7 @@ bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/convolve.py
 	@$(BIN)/python benchmarks/render.py
 	@$(BIN)/python benchmarks/animate.py
+	@$(BIN)/python benchmarks/springs.py
 
 .PHONY: wheel
 wheel: .venv/tools ## build dist/*.whl

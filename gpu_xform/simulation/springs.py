@@ -185,6 +185,11 @@ class Springs:
         return self._system.rest.copy()
 
     @property
+    def damping(self) -> float:
+        """The damping of each spring over its stiffness, in seconds."""
+        return self._system.damping_s
+
+    @property
     def masses(self) -> Float64Array:
         """The mass of every point in kilograms: (n,) float64."""
         return self._system.masses.copy()
