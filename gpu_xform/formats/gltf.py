@@ -12,7 +12,7 @@ from ._concatenate import concatenate
 from .gltf_accessors import MAX_SPARE_NUMBERS, Accessors
 from .gltf_document import Document, read_document, understand, write_gltf
 from .gltf_meshes import read_meshes
-from .gltf_nodes import build_scene
+from .gltf_nodes import build_scene, list_unheld
 from .gltf_write import make_document
 
 # Nodes can show one mesh many times: they may draw so many copies of everything, and MAX_SPARE_NUMBERS beyond.
@@ -36,7 +36,7 @@ def read_mesh(document: Document) -> Mesh:
     """Return all that a document shows as one mesh in the world."""
     mesh = merge_scene(make_scene(document, whole=False))
     content = document.content
-    unheld = [f"{len(content[name])} {name}" for name in ("animations", "cameras", "images") if content.get(name)]
+    unheld = list_unheld(content)
     if not unheld:
         return mesh
     holds = [*mesh.metadata.get("gltf", {}).get("holds", ()), *unheld]

@@ -62,7 +62,7 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
                 continue
             material = get_count(part, "material") if "material" in part else None
             described = None if material is None else (names[material], materials[material])
-            found[i].append(replace(primitive, mesh=_describe(primitive.mesh, mesh, described)))
+            found[i].append(replace(primitive, mesh=_describe(primitive.mesh, mesh, part, described)))
     return found
 
 
@@ -91,9 +91,14 @@ def _read_primitive(part: Any, accessors: Accessors, owner: str) -> Primitive:
     return Primitive(Mesh(positions, attributes={"point": table} if table else None), targets, influences)
 
 
-def _describe(mesh: Mesh, owner: Any, material: tuple[str, Any] | None) -> Mesh:
-    """Return a mesh with its material, and with what the file says of the mesh that it is a part of."""
+def _describe(mesh: Mesh, owner: Any, part: Any, material: tuple[str, Any] | None) -> Mesh:
+    """Return a mesh with its material, and with what the file says of it and of the mesh that it is a part of."""
     metadata = {name: value for name, value in owner.items() if name not in ("primitives", "weights")}
+    own = {name: part[name] for name in ("extras", "extensions") if name in part}
+    if _DRACO in own.get("extensions", {}):
+        own["extensions"] = {name: value for name, value in own["extensions"].items() if name != _DRACO}
+    if own := {name: value for name, value in own.items() if value}:
+        metadata["primitive"] = own
     if material is None and not metadata:
         return mesh
     attributes = mesh.attributes

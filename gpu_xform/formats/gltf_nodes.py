@@ -101,7 +101,53 @@ def _collect_metadata(source: Document, accessors: Accessors) -> dict[str, Any]:
     asset = {name: value for name, value in content.pop("asset", {}).items() if name not in ("version", "minVersion")}
     if asset:
         content["asset"] = asset
+    scenes = source.content.get("scenes", [])
+    scene = scenes[get_count(source.content, "scene", 0)] if scenes else {}
+    if described := {name: value for name, value in scene.items() if name != "nodes"}:
+        content["scene"] = described
+    if left_out := _list_left_out(source.content):
+        content["left_out"] = left_out
     return {"gltf": content} if content else {}
+
+
+def _list_left_out(content: Any) -> list[str]:
+    """Return words for what no scene keeps of a document."""
+    others = [_count(len(content.get("scenes", [])) - 1, "other scene")]
+    skins = [_count(sum("name" in skin for skin in content.get("skins", [])), "name", " of skins")]
+    animations = content.get("animations", [])
+    described = [_count(sum("extras" in animation for animation in animations), "animation", "'s extras")]
+    targets = [
+        target
+        for mesh in content.get("meshes", [])
+        for primitive in mesh["primitives"]
+        for target in primitive.get("targets", [])
+    ]
+    moved = sorted({name for target in targets for name in target} - {"POSITION"})
+    morphs = [f"{name} of morph targets" for name in moved]
+    return [words for words in others + skins + described + morphs if words]
+
+
+def list_unheld(content: Any) -> list[str]:
+    """Return words for what a document holds and no mesh does, beside its nodes."""
+    counts = [_count(len(content.get(f"{name}s", [])), name) for name in ("animation", "camera", "image", "skin")]
+    counts.append(_count(len(content.get("scenes", [])) - 1, "other scene"))
+    extensions = [
+        f"extension {name}"
+        for name in content.get("extensionsUsed", [])
+        if name not in _UNPACKED and not name.startswith(("KHR_materials_", "KHR_texture_"))
+    ]
+    parts = [*content.get("nodes", []), *content.get("meshes", []), *content.get("scenes", []), content]
+    rest = ["extras"] if any("extras" in part for part in parts) else []
+    is_morphed = any(any(part.get("weights", ())) for part in content.get("nodes", []) + content.get("meshes", []))
+    primitives = [primitive for mesh in content.get("meshes", []) for primitive in mesh["primitives"]]
+    if is_morphed and any("targets" in part and "NORMAL" in part["attributes"] for part in primitives):
+        rest.append("normals of morphed meshes")
+    return [words for words in counts + extensions + rest if words]
+
+
+def _count(n: int, name: str, rest: str = "") -> str:
+    """Return words for a number of things, no words for none."""
+    return f"{n} {name}{'s' if n > 1 else ''}{rest}" if n > 0 else ""
 
 
 def _collect_node_metadata(node: Any) -> dict[str, Any]:

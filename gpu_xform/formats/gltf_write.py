@@ -17,6 +17,7 @@ from ..geometry.mesh import Mesh
 from ..geometry.scene import Node, Scene
 from ..geometry.scene_animation import SceneAnimation
 from ..geometry.triangulation import triangulate
+from ._losses import warn_of
 from ._warn import warn
 from .gltf_accessors import DTYPES
 from .gltf_attributes import name_semantic
@@ -52,6 +53,8 @@ class _Writer:
         self._scene = scene
         kept = thaw_value(scene.metadata.get("gltf", {}))
         self._images: Sequence[bytes | None] = kept.pop("image_bytes", ())
+        self._described = _as_lists(kept.pop("scene", {}))
+        kept.pop("left_out", None)
         self._content: dict[str, Any] = {"asset": {"version": "2.0"}, **_as_lists(kept)}
         self._content.setdefault("asset", {})["version"] = "2.0"
         self._binary = bytearray()
@@ -60,6 +63,7 @@ class _Writer:
         self._skins: dict[int, int] = {}
         self._n_copies = 0
         self._unwritten: set[str] = set()
+        self._metadata: list[Mapping[str, Any]] = [scene.metadata]
         self._used: set[str] = set()
 
     def document(self) -> Document:
@@ -71,7 +75,7 @@ class _Writer:
         nodes = [self._node(node, children.get(node.name, []), node.name in animated) for node in self._scene]
         copies = [copy for node in self._scene for copy in self._copies(node, nodes)]
         self._content["nodes"] = nodes + copies
-        self._content["scenes"] = [{"nodes": children.get(None, [])}]
+        self._content["scenes"] = [{**self._described, "nodes": children.get(None, [])}]
         self._content["scene"] = 0
         animations = [self._animation(animation) for animation in self._scene.animations.values()]
         if animations:
@@ -79,8 +83,7 @@ class _Writer:
         self._add_images()
         if self._used:
             self._content["extensionsUsed"] = sorted({*self._content.get("extensionsUsed", ()), *self._used})
-        if self._unwritten:
-            warn(f"glTF does not hold {', '.join(sorted(self._unwritten))}")
+        warn_of(sorted(self._unwritten), self._metadata, "gltf")
         if self._binary:
             self._content["buffers"] = [{"byteLength": len(self._binary)}]
         return Document(self._content, [bytes(self._binary)] if self._binary else [])
@@ -108,7 +111,7 @@ class _Writer:
         if node.models and node.instances is None:
             self._show(made, node)
         for shown in node.models:
-            self._unwritten.update(f"the style {name!r}" for name in shown.style)
+            self._unwritten.update(f"the style {name}" for name in shown.style)
         return made
 
     def _copies(self, node: Node, nodes: list[dict[str, Any]]) -> list[dict[str, Any]]:
@@ -149,8 +152,11 @@ class _Writer:
         for model in models:
             mesh = model.mesh if isinstance(model, DeformableMesh) else model
             kept = _as_lists(thaw_value(mesh.metadata.get("gltf", {})))
+            of_part = kept.pop("primitive", {})
             made = {name: value for name, value in kept.items() if name != "holds"} | made
-            primitives += self._primitives(mesh, model if isinstance(model, DeformableMesh) else None, name)
+            self._metadata.append(mesh.metadata)
+            parts = self._primitives(mesh, model if isinstance(model, DeformableMesh) else None, name)
+            primitives += [of_part | part for part in parts]
             if isinstance(model, DeformableMesh) and model.targets:
                 made["weights"] = model.weights.tolist()
         meshes = self._content.setdefault("meshes", [])
@@ -171,7 +177,15 @@ class _Writer:
         if deformable is not None:
             self._add_deformation(shared, deformable, vertices)
         written = {"material"} | ({"color"} if _has_colors_of_faces(mesh) else set())
-        self._unwritten.update(f"{key!r} per face" for key in mesh.attributes.face if key not in written)
+        self._unwritten.update(f"{key} per face" for key in mesh.attributes.face if key not in written)
+        for place in ("point", "corner"):
+            columns = getattr(mesh.attributes, place).items()
+            is_kept = place == "point" or mesh.n_faces > 0
+            self._unwritten.update(
+                f"{key} per {place}" for key, column in columns if isinstance(column, RaggedArray) or not is_kept
+            )
+        named = mesh.attributes.labels.get("material", ())
+        self._unwritten.update(f"material ({key})" for key in mesh.attributes.material if key not in named)
         if mesh.n_faces == 0:
             return [shared | {"mode": _POINTS} | self._material(mesh, 0)]
         triangles, owners = triangulate(positions, mesh.offsets, corners)
@@ -198,7 +212,7 @@ class _Writer:
         column = column.reshape(len(column), -1)
         is_own = semantic.startswith("_")
         if column.dtype.kind not in "iufb" or column.shape[1] not in _TYPES or len(column) == 0:
-            self._unwritten.add(f"{name!r} per point")
+            self._unwritten.add(f"{name} per point")
             return
         dtype, normalized = column.dtype.newbyteorder("="), False
         if semantic.startswith("COLOR_") and dtype in (np.uint8, np.uint16):
@@ -207,7 +221,7 @@ class _Writer:
             with np.errstate(over="ignore"):
                 single = column.astype(np.float32)
             if not np.array_equal(single.astype(column.dtype), column, equal_nan=True) and is_own:
-                self._unwritten.add(f"all digits of {name!r}")
+                self._unwritten.add(f"all digits of {name}")
             column, dtype = single, np.dtype(np.float32)
         attributes[semantic] = self._array(column, dtype.str, target=_ARRAY_BUFFER, normalized=normalized)
 

@@ -90,6 +90,7 @@ def test_what_the_model_does_not_hold_is_an_error() -> None:
         Layer(CUBE, scalars="a")
 
 
+@pytest.mark.usefixtures("working_folder")
 def test_the_command_draws_a_scan_in_its_own_colors(capsys: pytest.CaptureFixture[str]) -> None:
     dtype = [("x", "f4"), ("y", "f4"), ("z", "f4"), ("intensity", "f4"), ("red", "u1"), ("green", "u1"), ("blue", "u1")]
     rows = [(*p, i, *c[:3]) for p, i, c in zip(CUBE.positions, INTENSITY, RED_TO_BLUE, strict=True)]

@@ -10,10 +10,13 @@ import numpy as np
 import pygltflib
 import pytest
 import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from gpu_xform import chain, load_mesh, load_scene, rotate_y, scale, translate
 from gpu_xform.cli import main
-from tests.formats.test_gltf_meshes import add_cube, add_skinned_cube, meshopt_cube
+from gpu_xform.formats.registry import transform_document
+from tests.formats.test_gltf_meshes import add_cube, add_skinned_cube, local, meshopt_cube
 from tests.formats.test_gltf_write import furnished
 from tests.support.gltf_files import BINARY, Builder, as_text, change, data_uri, document
 
@@ -80,6 +83,120 @@ def test_what_is_not_moved_is_equal(tmp_path: Path, kind: str) -> None:
     assert texts[0] == texts[1]
 
 
+texts = st.text(st.characters(codec="utf-8", exclude_categories=["Cs"]), max_size=5)
+extras = st.dictionaries(texts, st.one_of(st.integers(-9, 9), texts, st.lists(st.booleans(), max_size=2)), max_size=2)
+numbers = st.floats(-9, 9, width=32)
+placements = st.one_of(
+    st.just({}),
+    st.fixed_dictionaries(
+        {
+            "translation": st.lists(numbers, min_size=3, max_size=3),
+            "rotation": st.sampled_from([[0, 0, 0.6, 0.8], [1, 0, 0, 0], [0.5, 0.5, -0.5, 0.5]]),
+            "scale": st.lists(st.sampled_from([1, -2, 0.5]), min_size=3, max_size=3),
+        }
+    ),
+    st.lists(numbers, min_size=12, max_size=12).map(
+        lambda rows: {"matrix": np.vstack([np.reshape(rows, (3, 4)), (0, 0, 0, 1)]).T.ravel().tolist()}
+    ),
+)
+tables = st.lists(
+    st.sampled_from(
+        [
+            ("NORMAL", "<f4", 3, {}),
+            ("TANGENT", "<f4", 4, {}),
+            ("TEXCOORD_0", "<u2", 2, {"normalized": True}),
+            ("TEXCOORD_1", "<f4", 2, {}),
+            ("COLOR_0", "|u1", 4, {"normalized": True}),
+            ("_X", "<f4", None, {}),
+            ("_CLASS", "|u1", 4, {}),
+        ]
+    ),
+    unique_by=lambda column: column[0],
+)
+
+
+@st.composite
+def documents(draw: st.DrawFn) -> Builder:
+    """Return a document of meshes in nodes, with anything else that a document may hold."""
+    builder = Builder()
+    content = builder.content
+    content |= {"extras": draw(extras), "extensionsUsed": ["VENDOR_a"], "extensions": {"VENDOR_a": draw(extras)}}
+    content["images"] = [{"bufferView": builder.view(draw(st.binary(min_size=1, max_size=9))), "mimeType": "image/png"}]
+    content["textures"] = [{"source": 0, "extras": draw(extras)}]
+    color = {"baseColorTexture": {"index": 0}, "roughnessFactor": 0.25}
+    content["materials"] = [{"name": draw(texts), "pbrMetallicRoughness": color, "extras": draw(extras)}]
+    for _ in range(draw(st.integers(1, 2))):
+        attributes = {}
+        for name, dtype, width, more in draw(tables):
+            values = np.arange(8 * (width or 1)).reshape((8,) if width is None else (8, width))
+            attributes[name] = builder.array(values, dtype, **more)
+        builder.mesh(add_cube(builder, **attributes) | {"material": 0}, name=draw(texts), extras=draw(extras))
+    n_nodes = draw(st.integers(1, 5))
+    for i in range(n_nodes):
+        above = draw(st.integers(-1, i - 1))
+        builder.node(name=draw(texts), extras=draw(extras), mesh=draw(st.integers(0, len(content["meshes"]) - 1)))
+        content["nodes"][i] |= draw(placements)
+        if above >= 0:
+            content["nodes"][above].setdefault("children", []).append(i)
+    below = {child for node in content["nodes"] for child in node.get("children", [])}
+    content["scenes"] = [{"name": draw(texts), "nodes": [i for i in range(n_nodes) if i not in below]}]
+    if draw(st.booleans()):
+        joints = [draw(st.integers(0, n_nodes - 1))]
+        content["skins"] = [{"joints": joints, "inverseBindMatrices": builder.array([np.eye(4)])}]
+    moving: list[int] = [i for i, node in enumerate(content["nodes"]) if "matrix" not in node]
+    is_moving: bool = draw(st.booleans())
+    if moving and is_moving:
+        sampler = {"input": builder.array([0, 1], min=[0], max=[1]), "output": builder.array([(0, 0, 0), (1, 2, 3)])}
+        target = {"node": draw(st.sampled_from(moving)), "path": "translation"}
+        content["animations"] = [
+            {"name": draw(texts), "samplers": [sampler], "channels": [{"sampler": 0, "target": target}]}
+        ]
+    return builder
+
+
+def find_worlds(gltf: pygltflib.GLTF2) -> dict[int, Any]:
+    """Return the matrix of each node that shows a mesh, in the world, through pygltflib."""
+    worlds = {}
+    waiting = [(i, np.eye(4)) for i in gltf.scenes[0].nodes]
+    while waiting:
+        i, above = waiting.pop()
+        node = gltf.nodes[i]
+        matrix = above @ (local(node) if node.matrix is None else np.reshape(node.matrix, (4, 4)).T)
+        if node.mesh is not None:
+            worlds[i] = matrix
+        waiting += [(child, matrix) for child in node.children or []]
+    return worlds
+
+
+@settings(max_examples=30)
+@given(documents(), st.sampled_from(["glb", "gltf"]), st.booleans())
+def test_pygltflib_reads_all_that_was_there_before(builder: Builder, kind: str, is_moved: bool) -> None:
+    data, file = builder.pack(), io.BytesIO()
+    matrix = MATRIX if is_moved else np.eye(4)
+    transform_document(io.BytesIO(data), file, matrix, source_type="glb", target_type=kind)
+    written = file.getvalue()
+    before = pygltflib.GLTF2.load_from_bytes(data)
+    if kind == "glb":
+        after = pygltflib.GLTF2.load_from_bytes(written)
+        blob = after.binary_blob()
+    else:
+        after = pygltflib.GLTF2.gltf_from_json(written.decode())
+        blob = base64.b64decode(after.buffers[0].uri.split(",")[1])
+        after.buffers[0].uri = None
+    assert blob[: len(builder.binary)] == builder.binary
+    if is_moved:
+        old, new = find_worlds(before), find_worlds(after)
+        assert old.keys() == new.keys()
+        assert all(np.allclose(new[i], MATRIX @ old[i], atol=1e-9) for i in old)
+        del after.nodes[len(before.nodes) :]  # the parents of what an animation moves
+        roots = before.scenes[0].nodes
+        after.scenes[0].nodes = roots
+        for i in roots:
+            for node in (before.nodes[i], after.nodes[i]):
+                node.matrix = node.translation = node.rotation = node.scale = None
+    assert after.to_json() == before.to_json()
+
+
 def test_only_the_roots_are_changed(tmp_path: Path) -> None:
     builder = Builder()
     builder.mesh(add_cube(builder), name="cube")
@@ -92,8 +209,8 @@ def test_only_the_roots_are_changed(tmp_path: Path) -> None:
     transform(source, target, *MOVE)
     expected = json.loads(json.dumps(builder.content))
     read, data = parse(target)
-    for i, local in ((0, translate(1, 0, 0)), (2, scale(1, 2, 3))):
-        assert np.allclose(np.reshape(read["nodes"][i].pop("matrix"), (4, 4)).T, MATRIX @ local)
+    for i, placed in ((0, translate(1, 0, 0)), (2, scale(1, 2, 3))):
+        assert np.allclose(np.reshape(read["nodes"][i].pop("matrix"), (4, 4)).T, MATRIX @ placed)
         for name in ("translation", "matrix"):
             expected["nodes"][i].pop(name, None)
     assert read == expected

@@ -4,6 +4,7 @@ import io
 from typing import Any
 
 import numpy as np
+import pygltflib
 import pytest
 import trimesh
 from hypothesis import given
@@ -11,6 +12,7 @@ from hypothesis import strategies as st
 
 from gpu_xform import Mesh, Scene, load_mesh, load_scene, samples, save_mesh, scale, translate
 from gpu_xform.errors import MeshError, MeshWarning
+from gpu_xform.geometry.attributes import RaggedArray
 from gpu_xform.geometry.deformable_mesh import DeformableMesh
 from tests.formats.test_gltf_animations import MOVES, TURNS, animated
 from tests.formats.test_gltf_meshes import add_skinned_cube, scene_of
@@ -217,10 +219,46 @@ def test_what_is_not_held_is_named() -> None:
     faces = {"group": np.arange(6)}
     mesh = samples.cube().with_attributes({"face": faces, "point": {"time": np.arange(8) / 3}})
     scene.add(mesh, name="cube", color="red")
-    with pytest.warns(
-        MeshWarning, match="glTF does not hold 'group' per face, all digits of 'time', the style 'color'"
-    ):
+    with pytest.warns(MeshWarning, match="glTF does not hold all digits of time, group per face, the style color"):
         saved(scene)
+
+
+def test_what_a_mesh_holds_beside_tables_of_numbers_is_named_in_one_line() -> None:
+    lists = RaggedArray([1, 2, 3, 4], [0, 2, 3, 3, 4, 4, 4, 4, 4])
+    mesh = samples.cube().with_attributes(
+        {"point": {"tags": lists}, "material": {"mtllib": ["a.mtl"]}},
+        metadata={"obj": {"holds": ["1 comment"], "left_out": ["2 surfaces"]}},
+    )
+    for kind in KINDS:
+        scene = Scene()
+        scene.add(mesh)
+        for model in (mesh, scene):
+            with pytest.warns(MeshWarning) as caught:
+                saved(model, kind)
+            assert [str(warning.message) for warning in caught] == [
+                "<file>: glTF does not hold material (mtllib), tags per point, 1 comment; left out: 2 surfaces"
+            ]
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_scene_names_what_it_does_not_keep_of_its_file(kind: str) -> None:
+    builder = Builder()
+    add_skinned_cube(builder, 3)
+    content = builder.content
+    primitive = content["meshes"][0]["primitives"][0]
+    primitive |= {"extras": {"shade": 3}, "extensions": {"VENDOR_variants": {"of": [1, 2]}}}
+    up = builder.array(np.ones((8, 3)))
+    primitive["targets"] = [{"POSITION": up, "NORMAL": up}]
+    content["scenes"] = [{"nodes": [3], "name": "first"}, {"nodes": [3, 4], "name": "second", "extras": {"of": 2}}]
+    content["scene"] = 1
+    content["skins"][0]["name"] = "bones"
+    scene = scene_of(builder)
+    with pytest.warns(MeshWarning, match="left out: 1 other scene, 1 name of skins, NORMAL of morph targets$"):
+        data = saved(scene, kind)
+    after = pygltflib.GLTF2.gltf_from_json(data.decode()) if kind == "gltf" else pygltflib.GLTF2.load_from_bytes(data)
+    assert [(found.name, found.extras) for found in after.scenes] == [("second", {"of": 2})]
+    (written,) = after.meshes[0].primitives
+    assert (written.extras, written.extensions) == ({"shade": 3}, {"VENDOR_variants": {"of": [1, 2]}})
 
 
 def test_a_scene_in_another_format_is_one_mesh() -> None:
@@ -253,8 +291,8 @@ def test_coordinates_beyond_float32_are_refused() -> None:
 
 def test_a_mesh_of_a_document_names_what_only_its_scene_holds() -> None:
     mesh = load_mesh(io.BytesIO(furnished().pack()), file_type="glb")
-    with pytest.warns(MeshWarning, match="OBJ does not hold material .*, 2 nodes, 1 animations, 1 cameras, 1 images"):
+    with pytest.warns(MeshWarning, match="OBJ does not hold material .*, 2 nodes, 1 animation, 1 camera, 1 image"):
         saved(mesh, "obj")
-    with pytest.warns(MeshWarning, match="one mesh does not hold 2 nodes, 1 animations, 1 cameras, 1 images"):
+    with pytest.warns(MeshWarning, match="one mesh does not hold 2 nodes, 1 animation, 1 camera, 1 image"):
         data = saved(mesh)
     assert load_mesh(io.BytesIO(data), file_type="glb") == mesh

@@ -197,6 +197,28 @@ def test_attribute_bytes_and_the_header_come_back(values: list[int], header: byt
     assert np.allclose(normals, cube.face_normals, atol=1e-6)
 
 
+coordinates = st.floats(-1e6, 1e6, width=32)
+triangles = st.lists(st.tuples(*[st.tuples(coordinates, coordinates, coordinates)] * 3), min_size=1, max_size=6)
+
+
+@given(triangles, st.sampled_from(["stl", "stl_ascii"]))
+def test_trimesh_reads_the_same_triangles_of_what_was_written_again(rows: Any, kind: str) -> None:
+    corners = np.array(rows, np.float32)
+    faces = np.arange(3 * len(corners)).reshape(-1, 3)
+    exported: Any = trimesh.Trimesh(corners.reshape(-1, 3), faces, process=False).export(file_type=kind)
+    data = exported.encode() if isinstance(exported, str) else exported
+    mesh = stl.read(data)
+    assert stl.list_losses(mesh) == []
+    after = saved(mesh)
+    assert after.startswith(b"solid") == (kind == "stl_ascii")
+    assert stl.read(after) == mesh
+    expected, read = (
+        trimesh.load_mesh(io.BytesIO(text), file_type=kind, process=False).triangles for text in (data, after)
+    )
+    assert np.array_equal(read, expected)
+    assert np.array_equal(mesh.positions[mesh.indices].reshape(-1, 3, 3), expected)
+
+
 def test_an_ascii_file_stays_one_with_its_solids() -> None:
     rows = "   vertex 0 0 {z}\n   vertex 1 0 {z}\n   vertex 0 1 {z}\n"
     facet = f" facet normal 0 0 1\n  outer loop\n{rows}  endloop\n endfacet\n"
