@@ -43,8 +43,20 @@ def number_points(control_points: Float64Array) -> IndexArray:
     Weights do not count, nor what rounding may have changed.
     """
     points = divide_by_weights(control_points).reshape(-1, 3)
-    step = np.ldexp(_MAX_ROUNDING, np.frexp(np.abs(points).max())[1])
-    return number_rows(np.rint(points / step)).reshape(control_points.shape[:-1])
+    max_gap = _MAX_ROUNDING * float(np.abs(points).max())
+    numbers = np.stack([_cluster(values, max_gap) for values in points.T], axis=1)
+    return number_rows(numbers).reshape(control_points.shape[:-1])
+
+
+def _cluster(values: Float64Array, max_gap: float) -> IndexArray:
+    """Return one number for each value (n,), the same for neighbours up to `max_gap` apart.
+
+    Rounding to a grid would part equal values that happen to lie on both sides of a limit between two of its cells.
+    """
+    order = np.argsort(values)
+    numbers = np.zeros(len(values), np.int64)
+    numbers[order[1:]] = np.cumsum(np.diff(values[order]) > max_gap)
+    return numbers
 
 
 def number_rows(rows: npt.NDArray[Any]) -> IndexArray:
@@ -56,14 +68,13 @@ def number_rows(rows: npt.NDArray[Any]) -> IndexArray:
     return numbers
 
 
-def snap_weights(control_points: Float64Array) -> IndexArray | None:
-    """Return whole numbers, in proportion to the weights along curves (m, a, 4): (m, a); None without weights."""
+def number_weights(control_points: Float64Array) -> IndexArray | None:
+    """Return one number per weight of curves (m, a, 4), the same for equal ratios: (m, a); None without weights."""
     if control_points.shape[-1] == 3:
         return None
     weights = control_points[..., 3]
     ratios = weights / weights.max(axis=1, keepdims=True)
-    snapped: IndexArray = np.rint(ratios / _MAX_ROUNDING).astype(np.int64)
-    return snapped
+    return _cluster(ratios.reshape(-1), _MAX_ROUNDING).reshape(ratios.shape)
 
 
 def divide_by_weights(points: Float64Array) -> Float64Array:

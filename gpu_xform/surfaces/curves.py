@@ -12,7 +12,7 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from .bernstein import evaluate_bernstein, make_elevation
-from .control_points import divide_by_weights, number_points, require_control_points, snap_weights
+from .control_points import divide_by_weights, number_points, number_weights, require_control_points
 from .resolution import choose_steps, require_one
 from .weld import compact, number_curves, place_points
 
@@ -98,7 +98,7 @@ def _complete(curves: Float64Array, name: str) -> Float64Array:
 def _number_curve_points(control_points: Float64Array, n: int) -> IndexArray:
     """Return the number of each of the n + 1 points of each curve: (k, n + 1)."""
     control_numbers = number_points(control_points)
-    curves, n_curves, is_backward, is_point = number_curves(control_numbers, snap_weights(control_points))
+    curves, n_curves, is_backward, is_point = number_curves(control_numbers, number_weights(control_points))
     base = int(control_numbers.max()) + 1
     along = np.arange(n - 1)
     along = np.where(is_backward[:, np.newaxis], along[::-1], along)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import BoolArray, Float64Array, IndexArray
-from .control_points import number_points, number_rows, snap_weights
+from .control_points import number_points, number_rows, number_weights
 
 _Place: TypeAlias = tuple[int | None, int | None]
 _Array: TypeAlias = npt.NDArray[Any]
@@ -32,7 +32,7 @@ def number_grid_points(patches: Float64Array, n: int) -> IndexArray:
     keys[:, ::n, ::n] = control_numbers[:, :: control_numbers.shape[1] - 1, :: control_numbers.shape[2] - 1]
     base = n_controls
     for (borders, places), (points, _) in zip(_list_borders(control_numbers), _list_borders(patches), strict=True):
-        curves, n_curves, is_backward, is_point = number_curves(borders, snap_weights(points))
+        curves, n_curves, is_backward, is_point = number_curves(borders, number_weights(points))
         along = np.arange(n_inner)
         along = np.where(is_backward[:, np.newaxis], along[::-1], along)
         inner = base + curves[:, np.newaxis] * n_inner + along

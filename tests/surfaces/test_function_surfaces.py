@@ -177,6 +177,16 @@ def first_steps(f: Any, v: Any, closed: Any, tolerance: float) -> Any:
     return np.array(_estimate_steps(f, [TURN, v], [3 if c else 1 for c in closed], tolerance))
 
 
+def test_a_bump_that_the_first_samples_hardly_show_is_found() -> None:
+    def bump(u: Any, v: Any) -> Any:
+        return u, v, np.exp(-(((u - 0.37) / 0.03) ** 2)) + v * v
+
+    mesh = gx.parametric(bump, (0, 1), (0, 1), (False, False), tolerance=1e-3)
+    n_v = int((mesh.positions[:, 0] == 0).sum()) - 1
+    steps = (mesh.n_faces // n_v, n_v)
+    assert measured(bump, (0, 1), (0, 1), mesh, steps) < 1.1e-3
+
+
 def test_a_flat_direction_gets_one_step() -> None:
     mesh = gx.parametric(cylinder, TURN, (0, 5), tolerance=1e-3)
     n = mesh.n_faces
