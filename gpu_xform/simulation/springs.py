@@ -15,6 +15,7 @@ from .._core.types import BoolArray, Float64Array, IndexArray, Progress
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..geometry.mesh import Mesh, move
 from ..gpu.device import Device, resolve_device
+from ..gpu.layouts import SPRING_STEP
 from ._validation import as_points, as_positive_float
 from .conditions import GRAVITY, ConditionOptions, Conditions, Force, FrameConditions, PinMotion, Wind
 from .energy import Energy, Momentum, measure_energy, measure_momentum
@@ -458,7 +459,9 @@ class Springs:
                 arrays = {name: file[name] for name in file.files}
             version, system = int(arrays["version"]), str(arrays["system"])
             positions, velocities, clock = arrays["positions"], arrays["velocities"], arrays["clock"]
-            step = arrays["step"].astype(self._last.step.dtype)
+            step = np.zeros((), SPRING_STEP)  # whose padding is zeros, unlike that of a copy
+            for member in SPRING_STEP.names or ():
+                step[member] = arrays["step"][member]
         except (ValueError, TypeError, OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
             raise ArgumentError.expecting("state", "be what state() returns", reason=error) from None
         if version != STATE_VERSION:
