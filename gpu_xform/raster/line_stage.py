@@ -65,14 +65,13 @@ class LineStage(ABC):
         n_pixels = extent[0] * extent[1]
         k = max((_k_buffer_depth(batch) for batch in self._batches if _has_k_buffer(batch.lines)), default=0)
         pool = device.pool
-        self._per_pixel: Buffer = pool.scratch(POOL_OWNER, "absorbance or depth keys", 4 * n_pixels)
         self._k_buffer: Buffer = pool.scratch(POOL_OWNER, "k-buffer", max(4 * k * n_pixels, 4))
         self._no_colors: Buffer = pool.scratch(POOL_OWNER, "no colours", COLOR_BYTES)
 
     @property
     def buffers(self) -> list[Buffer]:
         """All that a submission of these stages uses."""
-        own = [self._face_depths, self._per_pixel, self._k_buffer, self._no_colors]
+        own = [self._face_depths, self._k_buffer, self._no_colors]
         own += [part.buffer for part in self._styles]
         for batch in self._batches:
             own += [batch.projected.clip_positions, batch.edges.buffer]
@@ -107,9 +106,9 @@ class LineStage(ABC):
 
     def _draw_aliased(self, encoder: CommandEncoder, target: RenderTarget, part: LinePart) -> None:
         batch, bindings, opacity = part
-        keyed: Bindings = {**bindings, "depth_keys": self._per_pixel}
+        keyed: Bindings = {**bindings, "depth_keys": target.per_pixel}
         constants = {**opacity, "is_uniform_style": _is_uniform_style(batch.lines)}
-        encoder.clear_buffer(self._per_pixel, 4 * target.n_pixels)
+        encoder.clear_buffer(target.per_pixel, 4 * target.n_pixels)
         self._rasterize_aliased(encoder, target, part, keyed, **constants)
         keyed["colors"] = self._colors(batch)
         constants |= {"color_mode": batch.lines.color_mode, "is_instanced": batch.projected.n_instances > 1}
@@ -118,13 +117,15 @@ class LineStage(ABC):
     def _draw_colored(self, encoder: CommandEncoder, target: RenderTarget, part: LinePart) -> None:
         batch = part.batch
         constants = self._accumulate_parts(encoder, target, [part])
-        bindings = {**part.bindings, **self._absorbance(batch)}
+        bindings = {**part.bindings, **self._absorbance(target, batch)}
         constants |= {**part.opacity, **_color_constants(batch), "is_instanced": batch.projected.n_instances > 1}
         target.composite_lines(encoder, "composite_colored_lines", bindings, batch.n_instance_edges, **constants)
 
     def _draw_uncolored(self, encoder: CommandEncoder, target: RenderTarget, parts: Sequence[LinePart]) -> None:
         constants = self._accumulate_parts(encoder, target, parts)
-        self._composite_uncolored(encoder, target, parts, "composite_lines", {"absorbance": self._per_pixel}, constants)
+        self._composite_uncolored(
+            encoder, target, parts, "composite_lines", {"absorbance": target.per_pixel}, constants
+        )
 
     def _accumulate_parts(
         self, encoder: CommandEncoder, target: RenderTarget, parts: Sequence[LinePart]
@@ -133,7 +134,7 @@ class LineStage(ABC):
         lines = parts[0].batch.lines
         n_edges = sum(part.batch.n_instance_edges for part in parts)
         steps_per_e, may_overflow = _choose_absorbance_steps(lines, n_edges)
-        encoder.clear_buffer(self._per_pixel, 4 * target.n_pixels)
+        encoder.clear_buffer(target.per_pixel, 4 * target.n_pixels)
         if _has_k_buffer(lines):
             encoder.clear_buffer(self._k_buffer, 4 * _k_buffer_depth(parts[0].batch) * target.n_pixels)
         for part in parts:
@@ -145,7 +146,7 @@ class LineStage(ABC):
                 "min_transmittance": MIN_TRANSMITTANCE,
                 "may_overflow": may_overflow,
             }
-            bindings = {**part.bindings, **self._absorbance(part.batch)}
+            bindings = {**part.bindings, **self._absorbance(target, part.batch)}
             self._accumulate(encoder, target, part, bindings, **constants)
         return {"absorbance_steps_per_e": steps_per_e}
 
@@ -166,8 +167,8 @@ class LineStage(ABC):
         n_edges = batch.n_instance_edges if len(parts) == 1 else None
         target.composite_lines(encoder, stage, {**bound, **own}, n_edges, is_instanced=is_instanced, **constants)
 
-    def _absorbance(self, batch: LineBatch) -> Bindings:
-        return {"absorbance": self._per_pixel, "k_buffer": self._k_buffer, "colors": self._colors(batch)}
+    def _absorbance(self, target: RenderTarget, batch: LineBatch) -> Bindings:
+        return {"absorbance": target.per_pixel, "k_buffer": self._k_buffer, "colors": self._colors(batch)}
 
     def _colors(self, batch: LineBatch) -> Binding:
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from ..gpu.buffers import READBACK, Buffer, Usage
+from ..gpu.buffers import READBACK, STORAGE, Buffer, Usage
 from ..gpu.context import CommandEncoder
 from ..gpu.device import Device
 from ..gpu.dispatch import Bindable, Binding, begin_render_pass
@@ -19,7 +19,7 @@ PIXEL_FORMAT = "rgba8unorm"
 PIXEL_BYTES = 4
 TILE_VERTICES = 3  # of a triangle over a tile
 MIN_PIXELS_PER_EDGE = 2048  # of a tile; where edges are fewer, quads over them are faster than a triangle over the tile
-MAX_BACKGROUND_BYTES = 1 << 21  # of whole rows, copied at once
+MAX_BACKGROUND_BYTES = 1 << 20  # of whole rows, copied at once; half as many take longer
 
 
 class RenderTarget:
@@ -33,14 +33,15 @@ class RenderTarget:
 
     def __init__(self, device: Device, extent: tuple[int, int], tile: Binding, background: Pixels) -> None:
         self._device = device
-        self.extent = width, height = extent
+        self.extent = extent
         self._tile = tile
         self._background = background
         self._keys = "picture", "other picture"
         self._pixels: Texture | None = None  # nothing has been recorded, not even the background
         self._is_acquired = True
-        self._row_bytes = align_row(PIXEL_BYTES * width)
-        self._readback = device.pool.acquire(POOL_OWNER, "readback", self._row_bytes * height, READBACK)
+        self._row_bytes = align_row(PIXEL_BYTES * extent[0])
+        self._usage = STORAGE if device.host_mappable else READBACK
+        self._readback = device.pool.acquire(POOL_OWNER, "readback", self._n_bytes, self._usage)
 
     @property
     def n_pixels(self) -> int:
@@ -52,6 +53,16 @@ class RenderTarget:
     def buffers(self) -> list[Buffer]:
         """All that a submission of these stages uses."""
         return [self._tile.buffer, self._readback]
+
+    @property
+    def per_pixel(self) -> Buffer:
+        """The 32 bits per pixel that stages may fill before `resolve` is recorded.
+
+        If the host can map them, they are the memory that the pixels are read from afterwards.
+        """
+        if self._usage == STORAGE:
+            return self._readback
+        return self._device.pool.scratch(POOL_OWNER, "per pixel", PIXEL_BYTES * self.n_pixels)
 
     def composite(
         self, encoder: CommandEncoder, stage: str, bindings: Mapping[str, Bindable], **constants: float

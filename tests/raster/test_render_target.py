@@ -1,5 +1,6 @@
 """Render targets: what they begin with, and what stages leave of what was drawn before."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, samples
+from gpu_xform.gpu.context import MAPPABLE, WANTED_FEATURES, GpuContext
 from gpu_xform.gpu.device import Device
 from gpu_xform.raster import render_target
 from gpu_xform.raster.quads import QUADS_PER_DRAW
@@ -94,3 +96,30 @@ def test_more_edges_than_one_draw_has_indices_for(device: Device) -> None:
     assert len(mesh.edges) > 2 * QUADS_PER_DRAW
     few = gx.render_array(mesh, size=(160, 160), rasterizer="render", device=device).astype(int)
     assert np.abs(few - gx.render_array(mesh, size=(160, 160), rasterizer="compute", device=device)).max() <= 2
+
+
+def device_bytes(device: Device) -> int:
+    """Return how much memory a device keeps for the next pictures."""
+    buffers = [*device.pool._scratch.values(), *(each for spare in device.pool._spare.values() for each in spare)]
+    n_texels = sum(math.prod(texture.extent) for texture in device.textures._kept.values())
+    return sum(buffer.n_bytes for buffer in buffers) + render_target.PIXEL_BYTES * n_texels
+
+
+@pytest.mark.parametrize(
+    ("rasterizer", "features", "expected"),
+    [
+        ("compute", WANTED_FEATURES, 8),  # what is read back lies where the absorbance was
+        ("compute", WANTED_FEATURES - {MAPPABLE}, 12),
+        ("render", WANTED_FEATURES, 12),
+        ("render", WANTED_FEATURES - {MAPPABLE}, 12),
+    ],
+)
+def test_a_pixel_takes_little_memory(rasterizer: Any, features: frozenset[str], expected: int) -> None:
+    camera = Camera.window((-0.5, 0.5), (-0.5, 0.5))
+    n_bytes = []
+    for side in (640, 1280):  # more bytes than are copied at once: the background takes as much for both
+        with Device.from_context(GpuContext(wanted_features=features)) as device:
+            model = samples.icosphere(4)
+            gx.render_array(model, size=(side, side), camera=camera, rasterizer=rasterizer, device=device)
+            n_bytes.append(device_bytes(device))
+    assert n_bytes[1] - n_bytes[0] == pytest.approx(expected * (1280**2 - 640**2), rel=0.01)
