@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -19,9 +19,8 @@ from .transform import POOL_OWNER
 
 NUMBERS_PER_VECTOR = 4
 MAX_CHANNELS = 4  # of a pixel
-VECTORS_PER_BLOCK = 4  # of each of the rows of a block
-ROWS_PER_BLOCK = 2
-ROWS_PER_COLUMN = 8  # of a block of one vector, for matrices of one column
+MAX_VECTORS_PER_BLOCK = 8  # rows of whole blocks of any kind
+MAX_ROWS_PER_BLOCK = 8
 WORKGROUP_SIZE = 64  # 256 take half as long again on lavapipe
 UNIFORM_BYTES = 64 << 10  # what a uniform binding holds at least
 MAX_TILE_BYTES = 32 << 20  # smaller ones lose more to the calls than they gain by the caches of a CPU
@@ -61,17 +60,6 @@ class Stencil:
     left: int
 
     @property
-    def is_column(self) -> bool:
-        """Whether its dispatch makes blocks of one vector and many rows, which load each number fewer times."""
-        rows, columns = self.matrix.shape
-        return bool(columns == 1 and ROWS_PER_COLUMN <= rows <= MAX_TAPS_PER_SUM)
-
-    @property
-    def rows_per_block(self) -> int:
-        """Rows of a block of its dispatch."""
-        return ROWS_PER_COLUMN if self.is_column else ROWS_PER_BLOCK
-
-    @property
     def bottom(self) -> int:
         """How many rows it reaches below its own."""
         return len(self.matrix) - 1 - self.top
@@ -80,6 +68,24 @@ class Stencil:
     def right(self) -> int:
         """How many columns it reaches beyond its own."""
         return int(self.matrix.shape[1]) - 1 - self.left
+
+
+class Block(NamedTuple):
+    """How many rows, of how many vectors each, an invocation makes."""
+
+    rows: int
+    vectors: int
+
+    @classmethod
+    def choose(cls, matrix: Float64Array, n_channels: int) -> "Block":
+        """Return the block for a matrix and pixels of `n_channels`: the one that loads numbers the fewest times."""
+        rows, columns = matrix.shape
+        if columns == 1 and COLUMN.rows <= rows <= MAX_TAPS_PER_SUM:
+            return COLUMN
+        return PIXELS if n_channels == NUMBERS_PER_VECTOR and columns <= MAX_COLUMNS_PER_SUM else VECTORS
+
+
+VECTORS, PIXELS, COLUMN = Block(2, 4), Block(2, 8), Block(8, 1)
 
 
 @dataclass(frozen=True)
@@ -148,10 +154,10 @@ def plan_tiles(job: ConvolutionJob) -> Iterator[Tile]:
     item_bytes = job.images.itemsize if len(job.stencils) == 1 else max(job.images.itemsize, job.dtype.itemsize)
     pixel_bytes = n_channels * item_bytes
     n_pixels = min(MAX_TILE_BYTES, job.device.limits.max_bound_bytes) // pixel_bytes
-    beside = margins.left + margins.right + 2 * VECTORS_PER_BLOCK * NUMBERS_PER_VECTOR
-    above = margins.top + margins.bottom + ROWS_PER_COLUMN
+    beside = margins.left + margins.right + 2 * MAX_VECTORS_PER_BLOCK * NUMBERS_PER_VECTOR
+    above = margins.top + margins.bottom + MAX_ROWS_PER_BLOCK
     columns = min(width, max(NUMBERS_PER_VECTOR, n_pixels // (min(height, MIN_TILE_ROWS) + above) - beside))
-    rows = min(height, max(ROWS_PER_BLOCK, n_pixels // (columns + beside) - above))
+    rows = min(height, max(MAX_ROWS_PER_BLOCK, n_pixels // (columns + beside) - above))
     if (rows, columns) == (height, width):
         step = max(1, n_pixels // ((columns + beside) * (rows + above)))
         for first in range(0, n_images, step):
@@ -171,6 +177,7 @@ class _Passes:
         self._pool = job.device.pool
         self._margins = _Margins.around(job.stencils)
         self._n_channels = int(job.images.shape[-1])
+        self._blocks = [Block.choose(stencil.matrix, self._n_channels) for stencil in job.stencils]
         # Integers are exact already if the stencils are.
         is_centered = job.images.dtype.kind == "u" and job.opaque == 0 and job.scale == 1.0
         self._zero = (np.iinfo(job.images.dtype).max + 1) // 2 if is_centered else 0
@@ -183,7 +190,7 @@ class _Passes:
         source, n_columns, stride, padded_height = self._upload(tile)
         n_images = tile.images.stop - tile.images.start
         height = tile.rows.stop - tile.rows.start
-        blocks_per_row = -(-self._count_vectors(n_columns) // VECTORS_PER_BLOCK)
+        result_stride = _align(self._count_vectors(n_columns), MAX_VECTORS_PER_BLOCK)
         # Images stand one below the other. What lies between two of them is computed for nothing.
         n_rows = (n_images - 1) * padded_height + height
         heights = self._pass_heights(n_rows)
@@ -192,12 +199,10 @@ class _Passes:
             is_last = number == len(heights) - 1
             formats.append(Format.of(job.out.dtype) if is_last else Format.REAL)
             itemsize = job.out.itemsize if is_last else job.dtype.itemsize
-            strides.append(blocks_per_row * VECTORS_PER_BLOCK)
+            strides.append(result_stride)
             n_bytes = heights[number] * strides[-1] * NUMBERS_PER_VECTOR * itemsize
             buffers.append(self._pool.scratch(POOL_OWNER, "destination" if is_last else "rows", n_bytes))
-        structs = [
-            self._pack_parameters(number, heights[number], blocks_per_row, strides) for number in range(len(heights))
-        ]
+        structs = [self._pack_parameters(number, heights[number], strides) for number in range(len(heights))]
         parameters = uniforms.upload(job.device, POOL_OWNER, "convolution passes", structs)
         idle = [self._pool.scratch(POOL_OWNER, f"idle {k}", NUMBERS_PER_VECTOR * job.dtype.itemsize) for k in range(2)]
         used = [*buffers, *idle, parameters[0].buffer, coefficients[0].buffer]
@@ -207,7 +212,8 @@ class _Passes:
                     "convolve",
                     name_number_type(job.dtype),
                     workgroup_size=self._workgroup_size,
-                    is_column=job.stencils[number].is_column,
+                    is_column=self._blocks[number] == COLUMN,
+                    is_pixels=self._blocks[number] == PIXELS,
                     kernel_width=job.stencils[number].matrix.shape[1],
                     n_channels=self._n_channels,
                     source_format=formats[number],
@@ -244,8 +250,8 @@ class _Passes:
     def _pass_heights(self, height: int) -> list[int]:
         """Return how many rows each pass makes, whole blocks: the rows that the next pass reads."""
         heights = []
-        for stencil in reversed(self._job.stencils):
-            height = _align(height, stencil.rows_per_block)
+        for stencil, block in zip(reversed(self._job.stencils), reversed(self._blocks), strict=True):
+            height = _align(height, block.rows)
             heights.append(height)
             height += len(stencil.matrix) - 1
         return heights[::-1]
@@ -256,7 +262,7 @@ class _Passes:
         height, width = job.images.shape[1:3]
         n_columns = tile.columns.stop - tile.columns.start
         widest = max(stencil.matrix.shape[1] for stencil in job.stencils)
-        n_vectors = _align(self._count_vectors(n_columns), VECTORS_PER_BLOCK) + self._count_vectors(widest) + 2
+        n_vectors = _align(self._count_vectors(n_columns), MAX_VECTORS_PER_BLOCK) + self._count_vectors(widest) + 2
         rows = job.extend(tile.rows.start - margins.top, tile.rows.stop + margins.bottom, height)
         columns = job.extend(tile.columns.start - margins.left, tile.columns.stop + margins.right, width)
         n_images = tile.images.stop - tile.images.start
@@ -270,18 +276,16 @@ class _Passes:
             copy_extended(job.images[tile.images], rows, columns, pixels)
         return buffer, n_columns, n_vectors, len(rows)
 
-    def _pack_parameters(
-        self, number: int, height: int, blocks_per_row: int, strides: list[int]
-    ) -> npt.NDArray[np.uint8]:
+    def _pack_parameters(self, number: int, height: int, strides: list[int]) -> npt.NDArray[np.uint8]:
         job = self._job
         struct = np.zeros((), layouts.CONVOLUTION_PASS[job.dtype])
         struct["scale"] = job.scale if number == len(job.stencils) - 1 else 1.0
         struct["opaque"] = job.opaque
         struct["zero"] = self._zero
         struct["offset_fraction"], struct["offset_whole"] = self._offset
-        stencil = job.stencils[number]
-        blocks_per_row *= VECTORS_PER_BLOCK if stencil.is_column else 1
-        struct["n_blocks"] = height // stencil.rows_per_block * blocks_per_row
+        block = self._blocks[number]
+        blocks_per_row = strides[number + 1] // block.vectors
+        struct["n_blocks"] = height // block.rows * blocks_per_row
         struct["blocks_per_row"] = blocks_per_row
         struct["source_stride"], struct["destination_stride"] = strides[number], strides[number + 1]
         matrix = job.stencils[number].matrix
