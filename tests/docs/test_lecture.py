@@ -40,7 +40,7 @@ def test_it_is_kept_without_what_it_shows() -> None:
 def test_its_contents_lead_to_its_sections() -> None:
     text = "\n".join(cell.source for cell in notebook().cells if cell.cell_type == "markdown")
     titles = re.findall(r"^## (.+)$", text, re.MULTILINE)
-    assert [title.split(".")[0] for title in titles] == [str(i) for i in range(1, 12)]
+    assert [title.split(".")[0] for title in titles] == [str(i) for i in range(1, 15)]
     listed = re.findall(r"^(\d+)\. \[(.+)\]\(#(.+)\)$", text, re.MULTILINE)
     assert [f"{number}. {title}" for number, title, _ in listed] == titles
     assert [anchor for *_, anchor in listed] == [title.replace(" ", "-") for title in titles]
@@ -76,6 +76,7 @@ def test_every_figure_is_drawn(cells: list[Any]) -> None:
         8: (500, 430),
         10: (640, 360),
         11: (500, 370),
+        12: (600, 180),
     }
     for section, picture in pictures.items():
         ink = (picture < 128).any(axis=2)
@@ -109,11 +110,13 @@ def assert_first_section(data: list[str]) -> None:
 @pytest.mark.slow  # runs the notebook
 def test_every_animation_has_its_frames(cells: list[Any]) -> None:
     shown = outputs(cells, "text/html")
-    assert {section: len(players) for section, players in shown.items()} == {4: 1, 9: 1, 10: 1}
+    assert {section: len(players) for section, players in shown.items()} == {4: 1, 9: 1, 10: 1, 13: 1, 14: 1}
     text = outputs(cells, "text/plain")
     assert text[4] == ["<Animation: 100 frames of 320 x 320, 10 a second>"]
     assert text[9] == ["<Animation: 100 frames of 320 x 320, 10 a second>"]
     assert text[10][1:] == ["<Animation: 60 frames of 400 x 320, 20 a second>"]
+    assert text[13] == ["<Animation: 25 frames of 320 x 260, 20 a second>"]
+    assert text[14] == ["<Animation: 25 frames of 320 x 320, 20 a second>"]
 
 
 @pytest.mark.slow  # runs the notebook
@@ -128,3 +131,5 @@ def test_what_is_printed_is_what_the_lecture_says(cells: list[Any]) -> None:
     assert "24 nodes show 1 model" in printed[10]
     toeplitz = [[2, 1, 0, 0, 0], [3, 2, 1, 0, 0], [0, 3, 2, 1, 0], [0, 0, 3, 2, 1], [0, 0, 0, 3, 2]]
     assert [float(number) for number in re.findall(r"[\d.]+", printed[11])] == np.ravel(toeplitz).tolist()
+    assert printed[12] == "omega = 50.00/s; of the steps 51.57/s\n"
+    assert "largest step 0.86 ms" in printed[13]
