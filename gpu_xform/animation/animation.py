@@ -1,6 +1,7 @@
 """Animations of models: `animate` and `turntable` make them, `Animation` draws and saves their frames."""
 
 import contextlib
+import inspect
 import io
 import os
 from collections.abc import Generator, Iterator, Sequence
@@ -17,7 +18,7 @@ from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
 from ..drawing.camera import Camera, CameraLike, extreme_points, fit_options, require_in_range
 from ..drawing.framing import framing_points
-from ..drawing.layer import Layer, Models, Style
+from ..drawing.layer import Layer, Models, Style, require_style
 from ..drawing.load_models import load_models
 from ..drawing.prepare import Frame, Size, parse_size
 from ..errors import ArgumentError, MeshError
@@ -113,6 +114,7 @@ def animate(
     MissingExtraError, OSError
         As `Animation.save` raises them, if a path is given.
     """
+    require_style(style, inspect.signature(animate).parameters)
     motion = make_motion(frames, fps, n_frames, duration)
     animation = Animation(load_models(models), motion, size, camera, background, device, rasterizer, style)
     if path is not None:
@@ -159,6 +161,8 @@ def turntable(
     ArgumentError
         An argument has an impossible value: "axis must be 'x', 'y', 'z' or a vector, got 'w'"; otherwise as `animate`.
     """
+    own, known = (inspect.signature(function).parameters for function in (turntable, animate))
+    require_style(options.keys() - known.keys(), [*own, *known])
     n_frames = parse_frame_count(frames, "frames")
     if isinstance(axis, str) and axis not in AXES:
         raise ArgumentError.expecting("axis", "be 'x', 'y', 'z' or a vector", repr(axis))

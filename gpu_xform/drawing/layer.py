@@ -1,7 +1,7 @@
 """Layers: the models of a picture, where each stands, and the style that it is drawn in."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
 from typing import Any, Self, TypeAlias, TypedDict, TypeGuard
 
@@ -228,12 +228,19 @@ Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]
 
 _COLOR_ARRAYS = ("face_colors", "edge_colors", "vertex_colors", "scalars")
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}
-_PICTURE_NAMES = frozenset({"background", "camera", "device", "size"})
+_PICTURE_NAMES = frozenset({"background", "camera", "device", "rasterizer", "size"})
 
 
-def _describe_keyword(name: str) -> str:
-    """Return an unknown keyword, and the one that it may be a misspelling of."""
-    return f"{name!r}{did_you_mean(name, sorted(_STYLE_NAMES | _PICTURE_NAMES))}"
+def _describe_keyword(name: str, others: Iterable[str] = _PICTURE_NAMES) -> str:
+    """Return an unknown keyword, and the one of a style or of `others` that it may be a misspelling of."""
+    return f"{name!r}{did_you_mean(name, sorted(_STYLE_NAMES.union(others)))}"
+
+
+def require_style(keywords: Iterable[str], others: Iterable[str] = _PICTURE_NAMES) -> None:
+    """Raise ArgumentTypeError for a keyword that is not in `Style`; it may be a misspelling of `others` too."""
+    unknown = set(keywords) - _STYLE_NAMES
+    if unknown:
+        raise ArgumentTypeError(f"unexpected keyword argument {_describe_keyword(min(unknown), others)}")
 
 
 def _is_file(color: object) -> bool:
@@ -258,9 +265,7 @@ def as_layers(models: Models, style: Style) -> list[Layer]:
 
     Raises `ArgumentError` if there are no models, `ArgumentTypeError` for a keyword that is not in `Style`.
     """
-    unknown = style.keys() - _STYLE_NAMES
-    if unknown:
-        raise ArgumentTypeError(f"unexpected keyword argument {_describe_keyword(min(unknown))}")
+    require_style(style)
     if isinstance(models, Layer) and style:
         raise ArgumentError(f"{min(style)} must be given to the Layer itself")
     sequence = [models] if isinstance(models, str) or not isinstance(models, Sequence) else models

@@ -1,5 +1,6 @@
 import re
 
+import numpy as np
 import pytest
 
 import gpu_xform as gx
@@ -27,6 +28,24 @@ def test_the_end_of_an_error() -> None:
 def test_misspelt_styles(style: dict[str, object], message: str) -> None:
     with pytest.raises((gx.ArgumentError, gx.ArgumentTypeError), match=re.escape(message)):
         gx.render(CUBE, **style)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("keywords", "message"),
+    [
+        ({"frmes": 3}, "unexpected keyword argument 'frmes'; did you mean 'frames'?"),
+        ({"axes": "x"}, "unexpected keyword argument 'axes'; did you mean 'axis'?"),
+        ({"backgroud": "red"}, "unexpected keyword argument 'backgroud'; did you mean 'background'?"),
+        ({"progres": None}, "unexpected keyword argument 'progres'; did you mean 'progress'?"),
+        ({"colour": "red"}, "unexpected keyword argument 'colour'; did you mean 'color'?"),
+    ],
+)
+def test_misspelt_keywords_of_an_animation(keywords: dict[str, object], message: str) -> None:
+    with pytest.raises(gx.ArgumentTypeError, match=re.escape(message)):
+        gx.turntable("missing.obj", **keywords)  # type: ignore[arg-type]
+    if "frmes" not in keywords and "axes" not in keywords:
+        with pytest.raises(gx.ArgumentTypeError, match=re.escape(message)):
+            gx.animate(CUBE, np.eye(4)[None], **keywords)  # type: ignore[arg-type]
 
 
 def test_misspelt_precision_and_file_types(tmp_path: object) -> None:

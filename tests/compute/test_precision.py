@@ -219,6 +219,20 @@ def test_points_in_any_order_keep_the_bound_of_their_neighbourhood(columns: int)
     assert_rebased(result, points, matrix)
 
 
+@pytest.mark.parametrize(("n", "gain"), [(4096, 5), (50_000, 15)])
+def test_points_scattered_over_the_globe_gain_by_sorting(n: int, gain: float) -> None:
+    points = np.random.default_rng(1).normal(size=(n, 3))
+    points *= EARTH / np.linalg.norm(points, axis=1, keepdims=True)
+    points[7] = 0.0
+    matrix = gx.translate(1, 2, 3) @ gx.rotate_z(0.3) @ gx.rotate_x(0.5)
+    exact = points @ matrix[:3, :3].T + matrix[:3, 3]
+    plain, sorted_ = (
+        np.abs(gx.transform_points(points, matrix, precision="rebased", order=order) - exact).max()
+        for order in ("input", "morton")
+    )
+    assert sorted_ * gain < plain < 2.0
+
+
 def test_the_order_does_not_matter_to_other_precisions() -> None:
     points = some_points(100, np.float64)
     expected = gx.transform_points(points, AFFINE, precision="float64")
