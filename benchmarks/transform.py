@@ -23,7 +23,7 @@ from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.chunking import DispatchPlan
-from gpu_xform.gpu.device import default_device
+from gpu_xform.gpu.device import GpuDevice, default_gpu_device
 from gpu_xform.gpu.dispatch import Binding, dispatch
 from gpu_xform.gpu.shaders import ComputePipeline
 from gpu_xform.gpu.timing import time_kernel
@@ -91,7 +91,7 @@ def checked(contenders: dict[str, Contender], expected: Points, tolerance: float
 class Copies:
     """What the device and the way to it cost alone: the loads and stores of the transform without its arithmetic."""
 
-    def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
+    def __init__(self, device: GpuDevice, points: Points, out: Points) -> None:
         self.plan = DispatchPlan.of(device, len(points), 3, points.dtype)
         if self.plan.chunk < len(points):
             raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
@@ -123,7 +123,7 @@ class Copies:
 class ManyCopies:
     """What a stack of matrices costs the device alone: each result stored and brought back, and nothing computed."""
 
-    def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
+    def __init__(self, device: GpuDevice, points: Points, out: Points) -> None:
         self.plan = DispatchPlan.of(device, len(points), 3, points.dtype, max_bytes=transform_kernel.MAX_BATCH_BYTES)
         if self.plan.chunk < len(points):
             raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
@@ -156,7 +156,7 @@ class ManyCopies:
                 dispatch(encoder, pipeline, bindings, self.plan.n_workgroups(len(self.points)))
 
 
-def end_to_end(device: gx.Device, n_points: int, dtype: npt.DTypeLike) -> list[Row]:
+def end_to_end(device: GpuDevice, n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     """Array in, array out, into a warm `out`."""
     rng = np.random.default_rng(1)
     points = rng.standard_normal((n_points, 3)).astype(dtype)
@@ -190,7 +190,7 @@ def end_to_end(device: gx.Device, n_points: int, dtype: npt.DTypeLike) -> list[R
     return rows
 
 
-def kernel(device: gx.Device, n_points: int) -> Row:
+def kernel(device: GpuDevice, n_points: int) -> Row:
     """Time the kernel by the device's own clock, beside one that copies."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     copies = Copies(device, points, np.empty_like(points))
@@ -209,7 +209,7 @@ def kernel(device: gx.Device, n_points: int) -> Row:
     return Row(f"kernel, float32, {n_points / 1e6:g} M, resident", "a copy kernel, same bytes", ours, copy, 1.15)
 
 
-def chain_of_five(device: gx.Device, n_points: int) -> Row:
+def chain_of_five(device: GpuDevice, n_points: int) -> Row:
     """Five matrices on resident points and one result read, beside NumPy applying each."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     steps = [gx.rotate((1, k, 2), 0.3) @ gx.translate(0.1 * k, 0, -0.2) for k in range(5)]
@@ -241,7 +241,7 @@ def chain_of_five(device: gx.Device, n_points: int) -> Row:
     return Row(what, "NumPy applying 5, out=", seconds["ours"], seconds["NumPy"], 0.15, seconds["copies"])
 
 
-def many_matrices(device: gx.Device, k: int, n_points: int) -> Row:
+def many_matrices(device: GpuDevice, k: int, n_points: int) -> Row:
     """Every one of k matrices on the same points."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     stack = np.array([gx.rotate((1, 2, 3), 0.1 * i) @ gx.translate(i, 0, 1) for i in range(k)])
@@ -312,7 +312,7 @@ def main() -> None:
     options = parser.parse_args()
     calm_threads()
     n_points = int(options.millions * 1e6)
-    device = default_device()
+    device = default_gpu_device()
     print(f"{device.name} ({device.adapter.kind}), {device.adapter.driver}; {os.cpu_count()} processors; ", end="")
     print(f"Python {platform.python_version()}, NumPy {np.__version__}\n")
     rows = end_to_end(device, n_points, np.float32)

@@ -10,8 +10,8 @@ import numpy.typing as npt
 from .._core.memmap import release_pages
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
+from ..device import Device
 from ..errors import ArgumentError, PrecisionError, PrecisionWarning
-from ..gpu.device import Device
 
 Precision = Literal["auto", "float32", "float64", "rebased"]
 

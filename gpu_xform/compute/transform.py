@@ -26,15 +26,14 @@ from .._core.arguments import as_square_matrices, require_affine
 from .._core.masked import Mask, find_hidden_rows, hide_rows
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
+from ..device import Device, resolve_device
 from ..errors import ArgumentError, PrecisionError
-from ..gpu.device import Device, resolve_device
 from ._arrays import as_4x4, as_point_array, require_output
 from ._precision import Precision, require_range, resolve_precision, rounds_to_float32, warn_if_coarse
 from ._rebased import run_rebased
 from ._skinning import Influences, validate_influences
+from .backend import find_backend
 from .kernels.job import Epilogue, Job, SkinningJob
-from .kernels.skin import run_skinning
-from .kernels.transform import run_transform
 
 Order: TypeAlias = Literal["input", "morton"]
 
@@ -358,7 +357,7 @@ def _plan_skinning(job: Job, influences: Influences, inverse_transpose: bool, *,
         raise PrecisionError("rebased precision takes the same matrices for all points: use precision='float32'")
     n_components = job.points.shape[-1]
     return partial(
-        run_skinning,
+        find_backend(job.device).run_skinning,
         SkinningJob(
             job.device,
             np.broadcast_to(job.points, job.out.shape).reshape(-1, n_components),
@@ -379,7 +378,7 @@ def _plan_broadcast(job: Job, *, rebased: bool) -> list[Run]:
         stack = as_4x4(job.matrices.reshape(-1, *job.matrices.shape[-2:]))
         results = job.out.reshape(len(stack), -1, n_components)
         flat = replace(job, points=job.points.reshape(-1, n_components), matrices=stack, out=results)
-        return [partial(run_rebased if rebased else run_transform, flat)]
+        return [partial(run_rebased if rebased else find_backend(job.device).run_transform, flat)]
     if not rebased:
         return [_plan_skinning(job, _one_matrix_per_set(job), False, rebased=False)]
     batch = job.out.shape[:-2]

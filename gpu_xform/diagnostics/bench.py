@@ -16,7 +16,7 @@ from ..compute.transform import transform_points
 from ..errors import DeviceError
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import DispatchPlan
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Binding
 from ..gpu.shaders import ComputePipeline
 from ..gpu.timing import time_kernel
@@ -70,7 +70,7 @@ class Timing:
         return asdict(self) | {name: getattr(self, name) for name in derived}
 
 
-def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) -> Timing:
+def measure(device: GpuDevice, n_points: int, dtype: npt.DTypeLike = np.float32) -> Timing:
     """Time one affine matrix on `n_points` > 0 random points (n, 3); raise `DeviceError` if the result is wrong.
 
     n_points is cut to what one dispatch takes, so that one kernel is timed.
@@ -119,7 +119,7 @@ def measure(device: Device, n_points: int, dtype: npt.DTypeLike = np.float32) ->
 
 
 def _time_kernels(
-    device: Device, plan: DispatchPlan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64]
+    device: GpuDevice, plan: DispatchPlan, points: npt.NDArray[Any], matrix: npt.NDArray[np.float64]
 ) -> tuple[float, float]:
     """Return the median seconds of the transform kernel and of a kernel that only copies, run alternately."""
     with device.lock:

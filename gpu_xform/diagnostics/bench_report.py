@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Sequence
 
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from .bench import ROUNDS, Timing
 
 ROWS: tuple[tuple[str, Callable[[Timing], str]], ...] = (
@@ -22,7 +22,7 @@ ROWS: tuple[tuple[str, Callable[[Timing], str]], ...] = (
 )
 
 
-def to_text(device: Device, dtype: str, timings: Sequence[Timing]) -> str:
+def to_text(device: GpuDevice, dtype: str, timings: Sequence[Timing]) -> str:
     """Return a table with a column per size."""
     lines = [f"{device.name}, {device.adapter.driver}; one affine matrix on {dtype} points (n, 3), medians of {ROUNDS}"]
     if device.adapter.kind == "CPU":
@@ -37,7 +37,7 @@ def to_text(device: Device, dtype: str, timings: Sequence[Timing]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def to_json(device: Device, dtype: str, timings: Sequence[Timing]) -> str:
+def to_json(device: GpuDevice, dtype: str, timings: Sequence[Timing]) -> str:
     """Return a JSON object with the device and an object per size."""
     fields = {
         "adapter": device.name,

@@ -10,12 +10,13 @@ from typing import Literal
 import numpy as np
 
 from ..compute.transform import transform_points
+from ..device import Adapter
 from ..drawing.camera import Camera
 from ..errors import GpuXformError, NoAdapterError
 from ..geometry.mesh import Mesh
 from ..gpu import self_test
-from ..gpu.adapters import Adapter, adapters, describe_adapter, find_adapter
-from ..gpu.device import Device
+from ..gpu.adapters import adapters, describe_adapter, find_adapter
+from ..gpu.device import GpuDevice
 from ..raster.names import RASTERIZERS, RasterizerName
 from ..rendering.raster import render_array
 from .doctor_report import Check, Report
@@ -66,7 +67,7 @@ def _explain_choice(adapter: str | None, n_adapters: int) -> str:
 
 def _run_checks(adapter: str | None) -> tuple[Check, ...]:
     try:
-        device = Device(adapter)
+        device = GpuDevice(adapter)
     except NoAdapterError:
         raise
     except GpuXformError as error:
@@ -90,7 +91,7 @@ def _run_check(name: str, attempt: Callable[[], tuple[bool, str]]) -> Check:
         return Check(name, False, str(error))
 
 
-def _check_transform(device: Device, dtype: Literal["float32", "float64"]) -> tuple[bool, str]:
+def _check_transform(device: GpuDevice, dtype: Literal["float32", "float64"]) -> tuple[bool, str]:
     """Compare a transform with NumPy's in float64, within the accuracy contract of the library."""
     points = np.random.default_rng(0).uniform(-100.0, 100.0, (N_POINTS, 3)).astype(dtype)
     result = np.full_like(points, np.nan)
@@ -103,7 +104,7 @@ def _check_transform(device: Device, dtype: Literal["float32", "float64"]) -> tu
     return n_wrong == 0, f"{N_POINTS - n_wrong:,} of {N_POINTS:,} points agree with NumPy's"
 
 
-def _check_picture(device: Device, rasterizer: RasterizerName) -> tuple[bool, str]:
+def _check_picture(device: GpuDevice, rasterizer: RasterizerName) -> tuple[bool, str]:
     """Draw a line two pixels wide, left of and above the centre, and test the pixels on it and away from it."""
     line = Mesh([(-0.75, 0.5, 0.0), (0.25, 0.5, 0.0)], [(0, 1)])
     pixels = render_array(

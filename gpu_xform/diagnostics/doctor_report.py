@@ -4,7 +4,7 @@ import dataclasses
 import json
 from dataclasses import dataclass
 
-from ..gpu.adapters import Adapter
+from ..device import Adapter
 from ..gpu.context import HOST_MAPPABLE_KINDS
 
 

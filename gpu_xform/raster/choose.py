@@ -3,7 +3,7 @@
 import os
 
 from ..errors import ArgumentError
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from .base import Rasterizer
 from .compute.lines import ComputeLineStage
 from .hardware.lines import HardwareLineStage
@@ -14,7 +14,7 @@ VARIABLE = "GPU_XFORM_RASTERIZER"
 COMPUTE_KINDS = {"CPU"}  # of adapters: there, the quads of the render pass take three to eight times as long
 
 
-def rasterizer_for(device: Device, name: RasterizerName = "auto") -> Rasterizer:
+def rasterizer_for(device: GpuDevice, name: RasterizerName = "auto") -> Rasterizer:
     """Return a rasteriser for `device`: the one of `name`, or for "auto" the one that GPU_XFORM_RASTERIZER names.
 
     If neither names one, adapters that are CPUs draw by compute shaders, GPUs by render passes. Raises `ArgumentError`
@@ -33,7 +33,7 @@ def require_rasterizer(name: RasterizerName, argument: str = "rasterizer") -> No
         raise ArgumentError.expecting(argument, f"be {names}", repr(name))
 
 
-def resolve_auto(device: Device) -> RasterizerName:
+def resolve_auto(device: GpuDevice) -> RasterizerName:
     """Return the name of the rasteriser that "auto" stands for on `device`."""
     requested: RasterizerName = os.environ.get(VARIABLE) or "auto"  # type: ignore[assignment]
     require_rasterizer(requested, VARIABLE)

@@ -12,7 +12,7 @@ import gpu_xform as gx
 from gpu_xform.compute import point_buffer
 from gpu_xform.compute.kernels import transform as transform_kernel
 from gpu_xform.errors import ArgumentError, DeviceError, PrecisionError
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, assert_transformed, some_points
 from tests.support.types import Array, DeviceFactory
 
@@ -159,7 +159,7 @@ def test_an_array_without_a_copy_is_refused() -> None:
         np.array(buffer, copy=False)
 
 
-def test_float64_needs_a_device_that_has_it(single_device: Device) -> None:
+def test_float64_needs_a_device_that_has_it(single_device: GpuDevice) -> None:
     with pytest.raises(PrecisionError, match="no double precision"):
         gx.PointBuffer(np.ones((4, 3)), device=single_device)
 
@@ -169,7 +169,7 @@ def test_a_projective_matrix_is_refused_where_nothing_divides() -> None:
         buffer.transformed(PROJECTIVE)
 
 
-def test_a_staging_device_gives_the_same_bytes(staging_device: Device) -> None:
+def test_a_staging_device_gives_the_same_bytes(staging_device: GpuDevice) -> None:
     points = some_points(4099, np.float32)
     with gx.PointBuffer(points, device=staging_device) as there, gx.PointBuffer(points) as here:
         assert np.array_equal(there.transformed(AFFINE).numpy(), here.transformed(AFFINE).numpy())

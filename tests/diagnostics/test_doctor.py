@@ -20,7 +20,7 @@ from gpu_xform.diagnostics.doctor import examine
 from gpu_xform.diagnostics.doctor_report import Check, Report
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu import self_test
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import rasterizer
 
 NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
@@ -37,7 +37,7 @@ def wrong(checks: tuple[Check, ...]) -> list[str]:
     return [check.name for check in checks if not check.passed]
 
 
-def test_this_machine_is_well(report: Report, device: Device) -> None:
+def test_this_machine_is_well(report: Report, device: GpuDevice) -> None:
     assert report.passed
     assert report.device == device.adapter
     assert report.adapters == tuple(gpu_xform.adapters())
@@ -107,7 +107,7 @@ def one_left_out(points: npt.NDArray[Any], matrix: npt.NDArray[Any], out: npt.ND
 def test_a_wrong_transform_is_noticed(
     mutant: Callable[..., None],
     failing: list[str],
-    device: Device,
+    device: GpuDevice,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -167,7 +167,7 @@ def test_a_device_that_does_not_open_is_reported(
 
 
 def test_the_reason_for_the_choice(
-    report: Report, device: Device, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    report: Report, device: GpuDevice, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     part = device.name[:4]
     monkeypatch.setattr(doctor, "_run_checks", lambda _: ())
@@ -222,7 +222,7 @@ def test_bytes_in_human_units(n_bytes: int, text: str) -> None:
 
 
 @pytest.mark.parametrize("driver", ["", " ", ", "])
-def test_a_driver_without_a_version_leaves_no_comma_behind(report: Report, device: Device, driver: str) -> None:
+def test_a_driver_without_a_version_leaves_no_comma_behind(report: Report, device: GpuDevice, driver: str) -> None:
     adapter = dataclasses.replace(device.adapter, driver=driver)
     lines = dataclasses.replace(report, adapters=(adapter,)).text().splitlines()
     assert f"    {adapter.kind}, {adapter.backend}" in lines

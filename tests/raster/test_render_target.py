@@ -7,7 +7,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, samples
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import render_target
 from gpu_xform.raster.quads import QUADS_PER_DRAW
 from tests.support.types import Pixels
@@ -89,7 +89,7 @@ def test_what_was_drawn_before_is_read_as_it_was_written() -> None:
         assert abs(int(picture[4, 4, 0]) - float(expected)) <= 1.0
 
 
-def test_more_edges_than_one_draw_has_indices_for(device: Device) -> None:
+def test_more_edges_than_one_draw_has_indices_for(device: GpuDevice) -> None:
     mesh = samples.icosphere(6)
     assert len(mesh.edges) > 2 * QUADS_PER_DRAW
     few = gx.render_array(mesh, size=(160, 160), rasterizer="render", device=device).astype(int)

@@ -43,9 +43,9 @@ def run(options: argparse.Namespace) -> int:
     from ..._core import progress
     from ...diagnostics.bench import measure
     from ...diagnostics.bench_report import to_json, to_text
-    from ...gpu.device import Device
+    from ...gpu.device import GpuDevice
 
-    device = Device(options.adapter)
+    device = GpuDevice(options.adapter)
     timings = []
     with progress.show_progress("bench", " sizes") as move:
         for done, n_points in enumerate(options.points, 1):

@@ -1,0 +1,49 @@
+"""The host device: the machine's own processors."""
+
+import importlib.metadata
+import os
+import sys
+
+from .device import HOST, Adapter, Device, Limits
+from .errors import DeviceError
+
+
+class HostDevice(Device):
+    """The machine's own processors, as a device: it takes points in both precisions, and draws nothing."""
+
+    def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:  # noqa: ARG002
+        self.limits = limits or Limits(sys.maxsize, sys.maxsize, sys.maxsize, 1)
+        self.adapter = Adapter(HOST, "CPU", HOST, _describe_loops(), self.limits, frozenset({"shader-f64"}))
+        self._is_closed = False
+
+    @property
+    def has_float64(self) -> bool:
+        """True."""
+        return True
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether `close` was called."""
+        return self._is_closed
+
+    def require_usable(self) -> None:
+        """Raise `DeviceError` if the device is closed."""
+        if self._is_closed:
+            raise DeviceError("the device 'host' is closed")
+
+    def close(self) -> None:
+        """Take no more work. Closing twice does nothing."""
+        self._is_closed = True
+
+    def __repr__(self) -> str:
+        return f"<Device: host, {self.adapter.driver}, {os.cpu_count()} processors>"
+
+
+def _describe_loops() -> str:
+    """Return what makes the loops, without importing it."""
+    for package in ("numba", "numpy"):
+        try:
+            return f"{package} {importlib.metadata.version(package)}"
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    return ""
