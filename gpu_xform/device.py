@@ -182,6 +182,11 @@ def default_device(adapter: str | None = None) -> Device:
         return _default
 
 
+def opened_device() -> Device | None:
+    """Return the process's own device, if it was opened before."""
+    return _default
+
+
 def resolve_device(device: Device | None) -> Device:
     """Return `device`, or by default the process's own; raise `ArgumentTypeError` for what is no Device."""
     if device is None:

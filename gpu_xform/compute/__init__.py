@@ -1,4 +1,5 @@
 """Arrays in, arrays out, computed on the device: transforms, point buffers, files of points.
 
-Reading order: _arrays, _precision, _skinning, kernels, host, backend, _rebased, point_buffer, transform, streaming.
+Reading order: _arrays, _precision, _skinning, kernels, host, backend, _small, _rebased, point_buffer, transform,
+streaming.
 """

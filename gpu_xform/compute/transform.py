@@ -32,6 +32,7 @@ from ._arrays import as_4x4, as_point_array, require_output
 from ._precision import Precision, require_range, resolve_precision, rounds_to_float32, warn_if_coarse
 from ._rebased import run_rebased
 from ._skinning import Influences, validate_influences
+from ._small import transform_few
 from .backend import find_backend
 from .kernels.job import Epilogue, Job, SkinningJob
 
@@ -108,6 +109,10 @@ def transform_points(
     PrecisionWarning
         Once per process, if float32 is too coarse for the coordinates.
     """
+    if index is None and weights is None and out is None and precision == "auto" and order == "input":
+        few = transform_few(points, matrix, Epilogue.NONE, device)
+        if few is not None:
+            return few
     source = as_point_array(points)
     affine = _affine_matrices(matrix, source)
     if rounds_to_float32(precision, source):
@@ -280,6 +285,10 @@ def project_points(
     PrecisionWarning
         Once per process, if float32 is too coarse for the coordinates.
     """
+    if index is None and weights is None and out is None and precision == "auto" and order == "input":
+        few = transform_few(points, matrix, Epilogue.PERSPECTIVE_DIVIDE, device)
+        if few is not None:
+            return few
     source = as_point_array(points)
     projective = as_square_matrices(matrix, "matrix", source.shape[-1] + 1)
     if rounds_to_float32(precision, source):

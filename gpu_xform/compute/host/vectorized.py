@@ -13,17 +13,23 @@ from ..kernels.job import Epilogue
 
 Array = npt.NDArray[Any]
 
+MIN_COPIED_POINTS = 200  # whose coordinates are read fast enough one after the other to pay for a copy
+
 
 def transform(points: Array, m: Array, out: Array, epilogue: Epilogue) -> None:
     """Write `m` (4, 4) applied to points (n, 2 or 3), and the epilogue, into `out` (n, 2 or 3)."""
     n_components = points.shape[1]
-    n_rows = n_components if epilogue is not Epilogue.PERSPECTIVE_DIVIDE else 4
-    rows = m if n_rows == 4 else m[:n_components]
-    result = rows[:, 0, None] * points[:, 0]
-    result += rows[:, 1, None] * points[:, 1]
+    n_rows = 4 if epilogue is Epilogue.PERSPECTIVE_DIVIDE else n_components
+    columns = m.T[:, :n_rows, None]
+    coordinates = points.T if len(points) < MIN_COPIED_POINTS else points.T.copy()
+    result = columns[0] * coordinates[0]
+    result += columns[1] * coordinates[1]
     if n_components == 3:
-        result += rows[:, 2, None] * points[:, 2]
-    result += rows[:, 3, None]
+        result += columns[2] * coordinates[2]
+    if epilogue is Epilogue.NONE:
+        np.add(result, columns[3], out=out.T)
+        return
+    result += columns[3]
     _finish(result, out, epilogue)
 
 

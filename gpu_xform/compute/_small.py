@@ -1,0 +1,60 @@
+"""The short way of few points through the host device: the usual call, checked once, without what it does not need."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..device import Device, opened_device
+from ..host import HostDevice
+from ._precision import MIN_STEPS_PER_EXTENT
+from .host.choose import MIN_COMPILED_POINTS
+from .host.vectorized import transform
+from .kernels.job import Epilogue
+
+# The sum of the absolute entries of a matrix that float32 holds, and that is finite.
+_MAX_SUM = float(np.finfo(np.float32).max)
+
+
+def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device | None) -> npt.NDArray[Any] | None:
+    """Return few points (n, 3) through one matrix (4, 4), if that is what came, and on the host; None for the long way.
+
+    What is left to check, or to be warned of, is checked there: nothing is refused here.
+    """
+    if type(points) is not np.ndarray or type(matrix) is not np.ndarray:
+        return None
+    shape = points.shape
+    if len(shape) != 2 or shape[1] != 3 or not 0 < shape[0] < MIN_COMPILED_POINTS or matrix.shape != (4, 4):
+        return None
+    dtype = points.dtype
+    if dtype.char not in "fd" or not dtype.isnative or matrix.dtype.char != "d" or not matrix.dtype.isnative:
+        return None
+    chosen = opened_device() if device is None else device
+    if type(chosen) is not HostDevice or chosen.is_closed:
+        return None
+    entries = matrix.ravel().tolist()
+    if epilogue is Epilogue.NONE and entries[12:] != _AFFINE_ROW:
+        return None
+    if not sum(map(abs, entries)) < _MAX_SUM:  # true for NaN
+        return None
+    if dtype.char == "f":
+        if shape[0] > 1 and _may_be_coarse(points[0].tolist(), points[-1].tolist()):
+            return None
+        matrix = matrix.astype(dtype)
+    out = np.empty(shape, dtype)
+    transform(points, matrix, out, epilogue)
+    return out
+
+
+_AFFINE_ROW = [0.0, 0.0, 0.0, 1.0]
+
+
+def _may_be_coarse(first: list[float], last: list[float]) -> bool:
+    """Say whether float32 may have too few steps across points of which these are two.
+
+    The extent is at least what lies between the two, and no coordinate is larger than that of one and the extent.
+    """
+    extent = max(abs(first[0] - last[0]), abs(first[1] - last[1]), abs(first[2] - last[2]))
+    largest = max(abs(first[0]), abs(first[1]), abs(first[2]))
+    # float32 resolves at most 2^-23 of a coordinate; twice that is on the safe side of the sum.
+    return not extent > largest * MIN_STEPS_PER_EXTENT * 2.0**-22
