@@ -5,7 +5,9 @@ import os
 import sys
 
 from .device import HOST, Adapter, Device, Limits
-from .errors import DeviceError
+from .errors import ArgumentError, DeviceError
+
+THREADS_VARIABLE = "GPU_XFORM_THREADS"
 
 
 class HostDevice(Device):
@@ -15,6 +17,7 @@ class HostDevice(Device):
         self.limits = limits or Limits(sys.maxsize, sys.maxsize, sys.maxsize, 1)
         self.adapter = Adapter(HOST, "CPU", HOST, _describe_loops(), self.limits, frozenset({"shader-f64"}))
         self._is_closed = False
+        count_threads()  # raises
 
     @property
     def has_float64(self) -> bool:
@@ -36,7 +39,22 @@ class HostDevice(Device):
         self._is_closed = True
 
     def __repr__(self) -> str:
-        return f"<Device: host, {self.adapter.driver}, {os.cpu_count()} processors>"
+        return f"Device({HOST!r}, {self.adapter.driver}, {count_threads()} threads)"
+
+
+def count_threads() -> int:
+    """Return how many threads compute: GPU_XFORM_THREADS, which must be a positive whole number, else all processors."""
+    text = os.environ.get(THREADS_VARIABLE, "").strip()
+    if not text:
+        return _count_processors()
+    if not (text.isdecimal() and int(text) > 0):
+        raise ArgumentError.expecting(THREADS_VARIABLE, "be a positive whole number", repr(text))
+    return int(text)
+
+
+def _count_processors() -> int:
+    """Return how many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _describe_loops() -> str:

@@ -63,6 +63,9 @@ def test_another_name_is_an_attribute_error() -> None:
         gpu_xform.transfrom_points  # type: ignore[attr-defined]  # noqa: B018
 
 
+WARNINGS = {"DeviceWarning", "MeshWarning", "PrecisionWarning", "SizeWarning"}
+
+
 def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
     bases = {
         "ArgumentError": ValueError,
@@ -77,7 +80,7 @@ def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
         "DeviceMemoryError": MemoryError,
         "ShaderError": RuntimeError,
     }
-    assert {*bases, "GpuXformError", "MeshWarning", "PrecisionWarning", "SizeWarning"} == set(ERRORS)
+    assert {*bases, "GpuXformError", *WARNINGS} == set(ERRORS)
     for name, base in bases.items():
         assert issubclass(getattr(errors, name), base)
         assert issubclass(getattr(errors, name), errors.GpuXformError)
@@ -231,7 +234,15 @@ def test_no_folder_or_module_is_called_as_a_public_function_is() -> None:
 
 
 def test_only_these_modules_lie_loose_at_the_top() -> None:
-    assert {path.stem for path in ROOT.glob("*.py")} == {"__init__", "__main__", "errors", "planar", "samples"}
+    assert {path.stem for path in ROOT.glob("*.py")} == {
+        "__init__",
+        "__main__",
+        "device",
+        "errors",
+        "host",
+        "planar",
+        "samples",
+    }
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: str(file.relative_to(ROOT)))

@@ -16,6 +16,7 @@ from .kernels.job import Epilogue
 _MAX_SUM = float(np.finfo(np.float32).max)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device | None) -> npt.NDArray[Any] | None:
     """Return few points (n, 3) through one matrix (4, 4), if that is what came, and on the host; None for the long way.
 

@@ -174,6 +174,7 @@ def decompose(m: MatrixLike) -> Decomposition:
     )
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _chain_plain(matrices: tuple[MatrixLike, ...]) -> Float64Array | None:
     """Return the product of at least two float64 arrays (4, 4), if it is finite; None for all else, which is checked.
 
@@ -187,10 +188,11 @@ def _chain_plain(matrices: tuple[MatrixLike, ...]) -> Float64Array | None:
     first, *rest = cast("tuple[Float64Array, ...]", matrices)
     product = first
     for matrix in rest:
-        product = matrix.dot(product)  # unlike matmul it does not warn of overflow
+        product = matrix.dot(product)
     return product if isfinite(sum(map(abs, product.ravel().tolist()))) else None
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _invert_plain(m: MatrixLike) -> Float64Array | None:
     """Return the inverse of an affine float64 array (4, 4) that is well conditioned; None for all else.
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gpu_xform as gx
-from gpu_xform.compute import point_buffer
+from gpu_xform.compute.kernels import store
 from gpu_xform.compute.kernels import transform as transform_kernel
 from gpu_xform.errors import ArgumentError, DeviceError, PrecisionError
 from gpu_xform.gpu.device import GpuDevice
@@ -47,7 +47,7 @@ def test_a_chain_is_the_product_of_its_matrices(dtype: npt.DTypeLike, matrix: Ar
         assert_transformed(buffer.transformed(matrix).transformed(other).numpy(), points, other @ matrix)
 
 
-def test_a_chain_is_one_dispatch(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_chain_is_one_dispatch(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     dispatches: list[int] = []
     dispatch = transform_kernel.dispatch_transform
 
@@ -55,8 +55,8 @@ def test_a_chain_is_one_dispatch(monkeypatch: pytest.MonkeyPatch) -> None:
         dispatches.append(1)
         dispatch(*args)
 
-    monkeypatch.setattr(point_buffer, "dispatch_transform", counted)
-    with gx.PointBuffer(some_points(10, np.float32)) as buffer:
+    monkeypatch.setattr(store, "dispatch_transform", counted)
+    with gx.PointBuffer(some_points(10, np.float32), device=device) as buffer:
         chained = buffer
         for _ in range(9):
             chained = chained.transformed(AFFINE)

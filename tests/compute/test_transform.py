@@ -174,7 +174,7 @@ def test_no_points_never_reach_the_device(
     def fail(*_: Any, **__: Any) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(transform_module, "run_transform", fail)
+    monkeypatch.setattr(transform_module, "find_backend", fail)
     matrix = np.eye(shape[1] + 1)
     for function in (gx.transform_points, gx.transform_vectors, gx.transform_normals, gx.project_points):
         result = function(np.empty(shape, dtype), matrix)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform import device as device_module
 from gpu_xform.errors import DeviceError
-from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import GpuDevice, default_gpu_device
 from tests.support.python_run import python_output
@@ -16,13 +16,13 @@ def test_importing_the_package_opens_nothing_and_the_first_use_does() -> None:
         import sys
         import gpu_xform
         assert "wgpu" not in sys.modules
-        from gpu_xform.gpu import device
-        assert device._default is None
+        from gpu_xform.device import opened_device
+        assert opened_device() is None
         gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity())
-        first = device._default
+        first = opened_device()
         assert first is not None
         gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity())
-        assert device._default is first
+        assert opened_device() is first
     """
     python_output(code)
 

@@ -1,6 +1,7 @@
 """The choice between compiled loops and NumPy."""
 
 import warnings
+from collections.abc import Iterable
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -14,11 +15,17 @@ from ...errors import DeviceWarning, GpuXformError
 MIN_COMPILED_POINTS = 4096
 POINTS_PER_BLOCK = 16384  # of compiled loops: more work than handing out a task is, and a part of a processor's cache
 
+Array = npt.NDArray[Any]
+
 _has_failed = False
 
 
-def run_loop(name: str, *arguments: Any) -> bool:
-    """Run a compiled loop of `loops.py`; return False if numba is not installed, or fails, of which a warning tells."""
+def run_loop(name: str, inputs: Iterable[Array], out: Array, *options: Any) -> bool:
+    """Run a compiled loop of `loops.py`; return False if numba is not installed, or fails, of which a warning tells.
+
+    inputs : arrays that the loop reads, the points first
+    options : what comes after where the blocks of points begin
+    """
     global _has_failed
     if _has_failed:
         return False
@@ -26,7 +33,8 @@ def run_loop(name: str, *arguments: Any) -> bool:
         loops = _import_loops()
         if loops is None:
             return False
-        getattr(loops, name)(*arguments)
+        points, *tables = (_as_constant(array) for array in inputs)
+        getattr(loops, name)(points, *tables, out, find_block_starts(len(points)), *options)
     except GpuXformError:
         raise
     except Exception as error:  # numba raises what its many parts raise
@@ -44,6 +52,13 @@ def run_loop(name: str, *arguments: Any) -> bool:
 def find_block_starts(n_points: int) -> npt.NDArray[np.int64]:
     """Return where each block begins, and `n_points`: the same for any number of threads."""
     return np.append(np.arange(0, n_points, POINTS_PER_BLOCK), n_points)
+
+
+def _as_constant(array: Array) -> Array:
+    """Return a read-only view: numba compiles once for arrays that may be written and for those that may not."""
+    view = array.view(np.ndarray)
+    view.flags.writeable = False
+    return view
 
 
 @cache

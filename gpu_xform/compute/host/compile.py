@@ -1,13 +1,15 @@
 """Compilation of loops by numba, and the one lock under which they run."""
 
+import contextlib
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, TypeVar, cast
 
 import numba
 
 from ...errors import DeviceError
+from ...host import count_threads
 
 _Loop = TypeVar("_Loop", bound=Callable[..., Any])
 
@@ -34,13 +36,25 @@ def compile_loop(loop: _Loop) -> _Loop:
 
     def run(*arguments: Any) -> None:
         global _first_process
-        with _lock:
-            if _first_process is None:
-                _first_process = os.getpid()
-            elif _first_process != os.getpid():
-                raise DeviceError(
-                    "this process is a fork of one that has computed on the host device: start it by 'spawn' instead"
-                )
+        # Before the lock, which another thread of the parent may have held when it forked.
+        if _first_process not in (None, os.getpid()):
+            raise DeviceError(
+                f"process {os.getpid()} is a fork of process {_first_process}, which has computed on the host device: "
+                "numba's threads are not in such a child; start workers with multiprocessing.get_context('spawn')"
+            )
+        with _lock, _limit_threads(count_threads()):
+            _first_process = os.getpid()
             compiled(*arguments)
 
     return cast("_Loop", run)
+
+
+@contextlib.contextmanager
+def _limit_threads(n_threads: int) -> Iterator[None]:
+    """Let numba use up to `n_threads` for a block; what the caller has set for loops of their own comes back."""
+    before = numba.get_num_threads()
+    numba.set_num_threads(min(n_threads, numba.config.NUMBA_NUM_THREADS))
+    try:
+        yield
+    finally:
+        numba.set_num_threads(before)

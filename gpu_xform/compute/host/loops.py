@@ -27,7 +27,8 @@ def finish(x: Any, y: Any, z: Any, w: Any, epilogue: int) -> Any:
         return x / w, y / w, z / w
     if epilogue == NORMALIZE:
         # Scaled first, so that squaring neither overflows nor underflows; a vector without length stays as it is.
-        largest = max(abs(x), max(abs(y), abs(z)))
+        largest = abs(y) if abs(y) > abs(x) or x != x else abs(x)
+        largest = abs(z) if abs(z) > largest or largest != largest else largest
         if largest > 0:
             x, y, z = x / largest, y / largest, z / largest
             length = np.sqrt(x * x + y * y + z * z)
@@ -89,7 +90,7 @@ def transform_2d(points: Array, matrices: Array, out: Array, starts: Array, epil
 
 
 @compile_function
-def apply(m: Array, x: Any, y: Any, z: Any) -> Any:
+def apply_matrix(m: Array, x: Any, y: Any, z: Any) -> Any:
     """Return `m` (4, 4) applied to a point, not divided by w."""
     return (
         m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3],
@@ -127,7 +128,7 @@ def transform_by_index(
         for i in range(starts[block], starts[block + 1]):
             x, y = points[i, 0], points[i, 1]
             z = points[i, 2] if is_3d else points.dtype.type(0)
-            hx, hy, hz, hw = apply(matrices[indices[i]], x, y, z)
+            hx, hy, hz, hw = apply_matrix(matrices[indices[i]], x, y, z)
             out[i, 0], out[i, 1], last = finish(hx, hy, hz, hw, epilogue)
             if is_3d:
                 out[i, 2] = last
@@ -163,35 +164,35 @@ def skin(
             if is_inverse_transposed:
                 hx, hy, hz, hw = apply_inverse_transpose(m, x, y, z)
             else:
-                hx, hy, hz, hw = apply(m, x, y, z)
+                hx, hy, hz, hw = apply_matrix(m, x, y, z)
             out[i, 0], out[i, 1], last = finish(hx, hy, hz, hw, epilogue)
             if is_3d:
                 out[i, 2] = last
 
 
 @compile_loop
-def reduce_blocks(points: Array, m: Array, has_matrix: bool, partials: Array, starts: Array, epilogue: int) -> None:
+def reduce_blocks(points: Array, m: Array, partials: Array, starts: Array, epilogue: int, has_matrix: bool) -> None:
     """Write the lowest, the highest, the sum and the number of NaN of each block of points (n, 2 or 3) into `partials`.
 
     partials : (n_blocks, 4, 3) float64; NaN count neither as lowest nor as highest
     """
     is_3d = points.shape[1] == 3
     for block in numba.prange(len(starts) - 1):
-        low = np.full(3, np.inf)
-        high = np.full(3, -np.inf)
-        total, n_nans = np.zeros(3), np.zeros(3)
+        low_x = low_y = low_z = np.inf
+        high_x = high_y = high_z = -np.inf
+        sum_x = sum_y = sum_z = 0.0
+        nans_x = nans_y = nans_z = 0
         for i in range(starts[block], starts[block + 1]):
             x, y = points[i, 0], points[i, 1]
             z = points[i, 2] if is_3d else points.dtype.type(0)
             if has_matrix:
-                hx, hy, hz, hw = apply(m, x, y, z)
+                hx, hy, hz, hw = apply_matrix(m, x, y, z)
                 x, y, z = finish(hx, hy, hz, hw, epilogue)
-            for axis, value in enumerate((x, y, z)):
-                low[axis] = min(low[axis], value)
-                high[axis] = max(high[axis], value)
-                total[axis] += value
-                n_nans[axis] += value != value
-        partials[block, 0] = low
-        partials[block, 1] = high
-        partials[block, 2] = total
-        partials[block, 3] = n_nans
+            low_x, low_y, low_z = min(low_x, x), min(low_y, y), min(low_z, z)
+            high_x, high_y, high_z = max(high_x, x), max(high_y, y), max(high_z, z)
+            sum_x, sum_y, sum_z = sum_x + x, sum_y + y, sum_z + z
+            nans_x, nans_y, nans_z = nans_x + (x != x), nans_y + (y != y), nans_z + (z != z)
+        partials[block, 0, 0], partials[block, 0, 1], partials[block, 0, 2] = low_x, low_y, low_z
+        partials[block, 1, 0], partials[block, 1, 1], partials[block, 1, 2] = high_x, high_y, high_z
+        partials[block, 2, 0], partials[block, 2, 1], partials[block, 2, 2] = sum_x, sum_y, sum_z
+        partials[block, 3, 0], partials[block, 3, 1], partials[block, 3, 2] = nans_x, nans_y, nans_z

@@ -12,6 +12,7 @@ from . import vectorized
 from .choose import MIN_COMPILED_POINTS, find_block_starts, run_loop
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def reduce_points(points: npt.NDArray[Any], matrix: Float64Array | None, epilogue: Epilogue) -> Reduction:
     """Reduce points (n, 2 or 3), n > 0, each through `matrix` (4, 4) first, if there is one.
 
@@ -22,8 +23,8 @@ def reduce_points(points: npt.NDArray[Any], matrix: Float64Array | None, epilogu
     starts = find_block_starts(n_points)
     partials = np.zeros((len(starts) - 1, 4, 3))
     m = None if matrix is None else matrix.astype(points.dtype)
-    loop = points, np.eye(4, dtype=points.dtype) if m is None else m, m is not None, partials, starts, int(epilogue)
-    if n_points < MIN_COMPILED_POINTS or not run_loop("reduce_blocks", *loop):
+    inputs = points, np.eye(4, dtype=points.dtype) if m is None else m
+    if n_points < MIN_COMPILED_POINTS or not run_loop("reduce_blocks", inputs, partials, int(epilogue), m is not None):
         for partial, first, end in zip(partials, starts[:-1], starts[1:], strict=True):
             vectorized.reduce(points[first:end], m, epilogue, partial)
     axes = slice(n_components)

@@ -7,12 +7,13 @@ import numpy.typing as npt
 
 from ..kernels.job import Epilogue, SkinningJob
 from . import vectorized
-from .choose import MIN_COMPILED_POINTS, find_block_starts, run_loop
+from .choose import MIN_COMPILED_POINTS, run_loop
 from .transform import iterate_parts, iterate_small_parts
 
 Array = npt.NDArray[Any]
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def run_skinning(job: SkinningJob) -> None:
     """Write each point through its matrices into `job.out`."""
     matrices = job.matrices.astype(job.dtype)
@@ -30,8 +31,7 @@ def run_skinning(job: SkinningJob) -> None:
 
 def _transform_by_index(points: Array, indices: Array, matrices: Array, out: Array, epilogue: Epilogue) -> None:
     if len(points) >= MIN_COMPILED_POINTS:
-        starts = find_block_starts(len(points))
-        if run_loop("transform_by_index", points, indices, matrices, out, starts, int(epilogue)):
+        if run_loop("transform_by_index", (points, indices, matrices), out, int(epilogue)):
             return
     for part in iterate_small_parts(len(points)):
         vectorized.transform_by_index(points[part], indices[part], matrices, out[part], epilogue)
@@ -40,8 +40,8 @@ def _transform_by_index(points: Array, indices: Array, matrices: Array, out: Arr
 def _skin(points: Array, indices: Array, weights: Array, matrices: Array, out: Array, job: SkinningJob) -> None:
     is_inverse_transposed = job.inverse_transpose
     if len(points) >= MIN_COMPILED_POINTS:
-        options = find_block_starts(len(points)), int(job.epilogue), is_inverse_transposed
-        if run_loop("skin", points, indices, weights, matrices, out, *options):
+        inputs = points, indices, weights, matrices
+        if run_loop("skin", inputs, out, int(job.epilogue), is_inverse_transposed):
             return
     for part in iterate_small_parts(len(points)):
         arrays = points[part], indices[part], weights[part], matrices, out[part]

@@ -9,12 +9,13 @@ import numpy.typing as npt
 from ..._core.memmap import release_pages
 from ..kernels.job import Epilogue, Job
 from . import blas, vectorized
-from .choose import MIN_COMPILED_POINTS, find_block_starts, run_loop
+from .choose import MIN_COMPILED_POINTS, run_loop
 
 # Of a file that is mapped into memory, or of a copy in another number type.
 POINTS_PER_PART = 1 << 21
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def run_transform(job: Job) -> None:
     """Write each matrix applied to all points into `job.out`, which may share memory with the points if k is 1."""
     matrices = job.matrices.astype(job.dtype)
@@ -35,8 +36,7 @@ def apply_matrices(
     """Write each of `matrices` (k, 4, 4) applied to points (n, 2 or 3) into `out` (k, n, 2 or 3), all of one dtype."""
     n_points, n_components = points.shape
     if n_points * len(matrices) >= MIN_COMPILED_POINTS:
-        starts = find_block_starts(n_points)
-        if run_loop(f"transform_{n_components}d", points, matrices, out, starts, int(epilogue)):
+        if run_loop(f"transform_{n_components}d", (points, matrices), out, int(epilogue)):
             return
     for m, target in zip(matrices, out, strict=True):
         if epilogue is Epilogue.NONE and n_points >= MIN_COMPILED_POINTS:

@@ -35,7 +35,7 @@ def transform(points: Array, m: Array, out: Array, epilogue: Epilogue) -> None:
 
 def transform_by_index(points: Array, indices: Array, matrices: Array, out: Array, epilogue: Epilogue) -> None:
     """Write each of the points (n, 2 or 3), through the one of `matrices` (k, 4, 4) that it names, into `out`."""
-    _finish(_apply(np.moveaxis(matrices[indices], 0, -1), points), out, epilogue)
+    _finish(_apply_matrix(np.moveaxis(matrices[indices], 0, -1), points), out, epilogue)
 
 
 def skin(
@@ -51,8 +51,8 @@ def skin(
     blended = np.zeros((4, 4, len(points)), matrices.dtype)
     for one, weight in zip(indices.T, weights.T, strict=True):
         blended += np.moveaxis(matrices[one], 0, -1) * weight
-    apply = _apply_inverse_transpose if is_inverse_transposed else _apply
-    _finish(apply(blended, points), out, epilogue)
+    run = _apply_inverse_transpose if is_inverse_transposed else _apply_matrix
+    _finish(run(blended, points), out, epilogue)
 
 
 def reduce(points: Array, m: Array | None, epilogue: Epilogue, partial: Array) -> None:
@@ -70,7 +70,7 @@ def reduce(points: Array, m: Array | None, epilogue: Epilogue, partial: Array) -
     axes[3] = np.isnan(points).sum(axis=0)
 
 
-def _apply(m: Array, points: Array) -> Array:
+def _apply_matrix(m: Array, points: Array) -> Array:
     """Return matrices (4, 4, n) applied to points (n, 2 or 3): (4, n)."""
     result: Array = m[:, 0] * points[:, 0]
     result += m[:, 1] * points[:, 1]
@@ -105,7 +105,7 @@ def _finish(h: Array, out: Array, epilogue: Epilogue) -> None:
         w = np.where(h[3] == 0, np.nan, h[3]).astype(h.dtype)
         xyz = xyz / w
     elif epilogue is Epilogue.NORMALIZE:
-        largest = np.abs(xyz).max(axis=0)
+        largest = np.fmax.reduce(np.abs(xyz), axis=0)
         has_length = largest > 0
         scaled = xyz / np.where(has_length, largest, h.dtype.type(1))
         squares = scaled * scaled

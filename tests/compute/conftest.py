@@ -1,0 +1,34 @@
+"""Every test here that names no device runs twice: on the default one, and on the host device."""
+
+from collections.abc import Iterator
+
+import pytest
+
+import gpu_xform as gx
+from gpu_xform import device as device_module
+from gpu_xform.device import Device
+
+ADAPTER_FIXTURES = {"device", "device_with_limits", "single_device", "staging_device"}
+
+
+def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
+    if "process_device" in metafunc.fixturenames:
+        is_for_one = metafunc.definition.path.parent.name == "host" or ADAPTER_FIXTURES & set(metafunc.fixturenames)
+        names = ["adapter"] if is_for_one else ["adapter", "host"]
+        metafunc.parametrize("process_device", names, indirect=True, scope="session")
+
+
+@pytest.fixture(scope="session")
+def host() -> Device:
+    """The host device."""
+    return gx.Device("host")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def process_device(request: pytest.FixtureRequest, host: Device) -> Iterator[Device]:
+    """The process's own device, which functions use by default."""
+    before = device_module.opened_device()
+    if request.param == "host":
+        device_module._default = host
+    yield gx.default_device()
+    device_module._default = before
