@@ -43,13 +43,20 @@ class HostDevice(Device):
 
 
 def count_threads() -> int:
-    """Return how many threads compute: GPU_XFORM_THREADS, which must be a positive whole number, else all processors."""
+    """Return how many threads compute: GPU_XFORM_THREADS, a positive whole number; by default one per processor."""
     text = os.environ.get(THREADS_VARIABLE, "").strip()
     if not text:
         return _count_processors()
     if not (text.isdecimal() and int(text) > 0):
         raise ArgumentError.expecting(THREADS_VARIABLE, "be a positive whole number", repr(text))
     return int(text)
+
+
+def suggest_host(kind: str) -> str:
+    """Say in one line what the host device is good for, beside a graphics adapter of a kind."""
+    if kind == "CPU":
+        return "The host device (--adapter host) is faster for arrays here; it draws nothing."
+    return "gpu-xform bench compares it with the host device (--adapter host)."
 
 
 def _count_processors() -> int:

@@ -33,7 +33,7 @@ DOCUMENTED = {
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
     *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
-    *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray"),
+    *("Layer", "render_svg", "render_pdf", "view", "default_device", "Attributes", "RaggedArray"),
 }
 
 

@@ -56,7 +56,8 @@ class Backend:
 
 
 def find_backend(device: Device) -> Backend:
-    """Return what computes on `device`."""
+    """Return what computes on `device`; raise `DeviceError` if it takes no more work."""
+    device.require_usable()
     return _host_backend() if isinstance(device, HostDevice) else _gpu_backend()
 
 

@@ -62,7 +62,10 @@ def find_adapter(name: str | None) -> wgpu.GPUAdapter:
     """Return the fastest adapter whose name contains `name`, in any case; raise `NoAdapterError` if there is none."""
     found = list_native_adapters()
     if not found:
-        raise NoAdapterError(f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver. {suggest_driver()}")
+        raise NoAdapterError(
+            f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver; arrays of points can be transformed "
+            f"without, by gx.Device('host') or --adapter host. {suggest_driver()}"
+        )
     for adapter in found:
         if name is None or name.casefold() in adapter.info["device"].casefold():
             return adapter

@@ -5,6 +5,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from typing import Any
+from types import SimpleNamespace
 
 import numpy as np
 import numpy.typing as npt
@@ -64,6 +65,7 @@ def test_the_text_says_what_matters(report: Report) -> None:
         assert piece in text
     assert "  float64 " in text
     assert ("This device is a CPU" in text) == (report.device.kind == "CPU")
+    assert "the host device (--adapter host)" in text.lower()
     assert text.endswith("Everything works.\n")
     assert max(map(len, text.splitlines())) <= max(80, *(len(line) + 11 for line in report.versions.values()))
 
@@ -114,7 +116,7 @@ def test_a_wrong_transform_is_noticed(
     def run(job: Job) -> None:
         mutant(job.points, job.matrices[0], job.out[0])
 
-    monkeypatch.setattr(transform, "run_transform", run)
+    monkeypatch.setattr(transform, "find_backend", lambda _: SimpleNamespace(run_transform=run))
     assert wrong(examine().checks) == [n for n in failing if device.has_float64 or "64" not in n]
     if device.has_float64:
         assert main(["doctor"]) == 1
@@ -185,6 +187,20 @@ def test_the_reason_for_the_choice(
     printed = capsys.readouterr().out
     assert "no graphics adapter has 'nonesuch' in its name" in printed
     assert device.name in printed
+
+
+@pytest.mark.parametrize("variable", [None, "HOST"])
+def test_the_host_device_is_examined(
+    variable: str | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if variable:
+        monkeypatch.setenv("GPU_XFORM_ADAPTER", variable)
+    assert main(["doctor", *([] if variable else ["--adapter", "host"])]) == 0
+    text = capsys.readouterr().out
+    assert "In use: the host device, numba " in text
+    assert ("GPU_XFORM_ADAPTER is 'HOST'" if variable else "'host' is requested") in text
+    assert [line.split()[1] for line in text.splitlines() if line.startswith("  ok ")] == ["float32", "float64"]
+    assert text.endswith("Everything works.\n")
 
 
 def test_nothing_passes_without_checks(report: Report) -> None:

@@ -30,19 +30,18 @@ def run_skinning(job: SkinningJob) -> None:
 
 
 def _transform_by_index(points: Array, indices: Array, matrices: Array, out: Array, epilogue: Epilogue) -> None:
-    if len(points) >= MIN_COMPILED_POINTS:
-        if run_loop("transform_by_index", (points, indices, matrices), out, int(epilogue)):
-            return
+    inputs = points, indices, matrices
+    if len(points) >= MIN_COMPILED_POINTS and run_loop("transform_by_index", inputs, out, int(epilogue)):
+        return
     for part in iterate_small_parts(len(points)):
         vectorized.transform_by_index(points[part], indices[part], matrices, out[part], epilogue)
 
 
 def _skin(points: Array, indices: Array, weights: Array, matrices: Array, out: Array, job: SkinningJob) -> None:
     is_inverse_transposed = job.inverse_transpose
-    if len(points) >= MIN_COMPILED_POINTS:
-        inputs = points, indices, weights, matrices
-        if run_loop("skin", inputs, out, int(job.epilogue), is_inverse_transposed):
-            return
+    inputs, options = (points, indices, weights, matrices), (int(job.epilogue), is_inverse_transposed)
+    if len(points) >= MIN_COMPILED_POINTS and run_loop("skin", inputs, out, *options):
+        return
     for part in iterate_small_parts(len(points)):
         arrays = points[part], indices[part], weights[part], matrices, out[part]
         vectorized.skin(*arrays, job.epilogue, is_inverse_transposed)

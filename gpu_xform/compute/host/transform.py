@@ -35,9 +35,9 @@ def apply_matrices(
 ) -> None:
     """Write each of `matrices` (k, 4, 4) applied to points (n, 2 or 3) into `out` (k, n, 2 or 3), all of one dtype."""
     n_points, n_components = points.shape
-    if n_points * len(matrices) >= MIN_COMPILED_POINTS:
-        if run_loop(f"transform_{n_components}d", (points, matrices), out, int(epilogue)):
-            return
+    is_much = n_points * len(matrices) >= MIN_COMPILED_POINTS
+    if is_much and run_loop(f"transform_{n_components}d", (points, matrices), out, int(epilogue)):
+        return
     for m, target in zip(matrices, out, strict=True):
         if epilogue is Epilogue.NONE and n_points >= MIN_COMPILED_POINTS:
             blas.transform_affine(points, m, target)

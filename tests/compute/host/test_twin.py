@@ -187,11 +187,11 @@ def test_what_is_not_finite_stays_in_its_own_row(device: GpuDevice, host: Device
 def test_w_of_zero_makes_nan_on_both(device: GpuDevice, host: Device) -> None:
     matrix = gx.perspective_from_eye(2.0)
     for n in (5, 5000):
-        points = np.tile(np.float32([[1, 2, 2], [1, 2, 1]]), (n, 1))
+        points = np.tile(np.array([[1, 2, 2], [1, 2, 1]], np.float32), (n, 1))
         for on in (device, host):
             result = gx.project_points(points, matrix, device=on)
             assert np.isnan(result[::2]).all()
-            assert np.array_equal(result[1::2], np.tile(np.float32([2, 4, 0]), (n, 1)))
+            assert np.array_equal(result[1::2], np.tile(np.array([2, 4, 0], np.float32), (n, 1)))
 
 
 @pytest.mark.parametrize("order", ["input", "morton"])
