@@ -48,11 +48,17 @@ class Backend:
     run_transform : writes each matrix applied to all points
     run_skinning : writes each point through the matrices that it names
     store_points : keeps points in the device's memory
+    min_points_per_matrix : fewer points of a stack are better run by skinning, each copy as points of its own
     """
 
     run_transform: Callable[[Job], None]
     run_skinning: Callable[[SkinningJob], None]
     store_points: Callable[[Device, npt.NDArray[Any], np.dtype[Any]], PointStore]
+    min_points_per_matrix: int
+
+
+# Fewer points do not fill a dispatch: then one dispatch does the work of many matrices.
+MIN_POINTS_PER_DISPATCH = 4096
 
 
 def find_backend(device: Device) -> Backend:
@@ -67,7 +73,7 @@ def _host_backend() -> Backend:
     from .host.store import HostStore
     from .host.transform import run_transform
 
-    return Backend(run_transform, run_skinning, HostStore)
+    return Backend(run_transform, run_skinning, HostStore, min_points_per_matrix=1)
 
 
 @cache
@@ -76,4 +82,4 @@ def _gpu_backend() -> Backend:
     from .kernels.store import GpuStore
     from .kernels.transform import run_transform
 
-    return Backend(run_transform, run_skinning, GpuStore)
+    return Backend(run_transform, run_skinning, GpuStore, min_points_per_matrix=MIN_POINTS_PER_DISPATCH)

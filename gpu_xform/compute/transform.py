@@ -38,9 +38,6 @@ from .kernels.job import Epilogue, Job, SkinningJob
 
 Order: TypeAlias = Literal["input", "morton"]
 
-# Fewer points do not fill a dispatch: then one dispatch does the work of many matrices.
-MIN_POINTS_PER_DISPATCH = 4096
-
 
 @dataclass(frozen=True)
 class _Options:
@@ -402,8 +399,8 @@ def _plan_broadcast(job: Job, *, rebased: bool) -> list[Run]:
 def _use_one_dispatch_per_matrix(job: Job) -> bool:
     n_points, n_components = job.points.shape[-2:]
     n_matrices = job.matrices.size // job.matrices.shape[-1] ** 2
-    is_one_set = job.points.size == n_points * n_components
-    return n_matrices == 1 or bool(is_one_set and n_points >= MIN_POINTS_PER_DISPATCH)
+    is_one_set = bool(job.points.size == n_points * n_components)
+    return n_matrices == 1 or (is_one_set and n_points >= find_backend(job.device).min_points_per_matrix)
 
 
 def _one_matrix_per_set(job: Job) -> Influences:

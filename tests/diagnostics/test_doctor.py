@@ -4,8 +4,8 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
-from typing import Any
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
