@@ -56,7 +56,7 @@ def test_a_closed_one_takes_no_more_work() -> None:
     host.close()
     host.close()
     assert host.is_closed
-    for n in (3, 5000):
+    for n in (3, 20_000):
         with pytest.raises(DeviceError, match=r"^the device 'host' is closed$"):
             gx.transform_points(some_points(n, np.float32), AFFINE, device=host)
         with pytest.raises(DeviceError, match=r"^the device 'host' is closed$"):
@@ -86,7 +86,7 @@ def test_it_draws_nothing_and_says_so(tmp_path: Path) -> None:
 
 
 def test_a_device_must_be_one() -> None:
-    for n in (3, 5000):
+    for n in (3, 20_000):
         with pytest.raises(ArgumentTypeError, match="device must be a Device, got 'host'"):
             gx.transform_points(some_points(n, np.float32), AFFINE, device="host")  # type: ignore[arg-type]
 
@@ -95,7 +95,7 @@ def test_limits_are_taken_as_they_are() -> None:
     limits = dataclasses.replace(gx.Device("host").limits, max_binding_bytes=4096)
     host = gx.Device("host", limits=limits)
     assert host.limits == limits
-    points = some_points(9000, np.float32)
+    points = some_points(20_000, np.float32)
     assert_transformed(
         gx.transform_points(points, AFFINE, device=host), points, AFFINE.astype(np.float32).astype(float)
     )

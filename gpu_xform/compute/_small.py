@@ -7,13 +7,14 @@ import numpy.typing as npt
 
 from ..device import Device, opened_device
 from ..host import HostDevice
-from ._precision import MIN_STEPS_PER_EXTENT
-from .host.choose import MIN_COMPILED_POINTS
+from ._precision import may_be_coarse
+from .host.choose import MIN_COMPILED_PRODUCTS
 from .host.vectorized import transform
 from .kernels.job import Epilogue
 
 # The sum of the absolute entries of a matrix that float32 holds, and that is finite.
 _MAX_SUM = float(np.finfo(np.float32).max)
+_AFFINE_ROW = [0.0, 0.0, 0.0, 1.0]
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -25,7 +26,7 @@ def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device |
     if type(points) is not np.ndarray or type(matrix) is not np.ndarray:
         return None
     shape = points.shape
-    if len(shape) != 2 or shape[1] != 3 or not 0 < shape[0] < MIN_COMPILED_POINTS or matrix.shape != (4, 4):
+    if len(shape) != 2 or shape[1] != 3 or not 0 < shape[0] < MIN_COMPILED_PRODUCTS or matrix.shape != (4, 4):
         return None
     dtype = points.dtype
     if dtype.char not in "fd" or not dtype.isnative or matrix.dtype.char != "d" or not matrix.dtype.isnative:
@@ -39,23 +40,9 @@ def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device |
     if not sum(map(abs, entries)) < _MAX_SUM:  # true for NaN
         return None
     if dtype.char == "f":
-        if shape[0] > 1 and _may_be_coarse(points[0].tolist(), points[-1].tolist()):
+        if shape[0] > 1 and may_be_coarse(points[0].tolist(), points[-1].tolist()):
             return None
         matrix = matrix.astype(dtype)
     out = np.empty(shape, dtype)
     transform(points, matrix, out, epilogue)
     return out
-
-
-_AFFINE_ROW = [0.0, 0.0, 0.0, 1.0]
-
-
-def _may_be_coarse(first: list[float], last: list[float]) -> bool:
-    """Say whether float32 may have too few steps across points of which these are two.
-
-    The extent is at least what lies between the two, and no coordinate is larger than that of one and the extent.
-    """
-    extent = max(abs(first[0] - last[0]), abs(first[1] - last[1]), abs(first[2] - last[2]))
-    largest = max(abs(first[0]), abs(first[1]), abs(first[2]))
-    # float32 resolves at most 2^-23 of a coordinate; twice that is on the safe side of the sum.
-    return not extent > largest * MIN_STEPS_PER_EXTENT * 2.0**-22

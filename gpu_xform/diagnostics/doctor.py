@@ -22,7 +22,7 @@ from ..raster.names import RASTERIZERS, RasterizerName
 from ..rendering.raster import render_array
 from .doctor_report import Check, Report
 
-N_POINTS = 5_000  # enough for the host to compile its loops
+N_POINTS = 20_000  # enough for the host to compile its loops
 # Fifteen different entries, and a translation much larger than the rotation: a transposed or shifted matrix must fail.
 MATRIX = np.array([[0.5, -1.25, 2.0, 30.0], [1.5, 0.75, -0.25, -7.0], [-3.0, 0.125, 1.0, 11.0], [0.0, 0.0, 0.0, 1.0]])
 

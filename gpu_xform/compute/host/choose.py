@@ -11,8 +11,11 @@ import numpy.typing as npt
 
 from ...errors import DeviceWarning, GpuXformError
 
-# Fewer points take NumPy less time than numba takes to start its threads, and much less than to import it.
+# Fewer points take NumPy less time than numba takes to start its threads, and much less than to import it: through
+# matrices of their own and for bounds, through one matrix, and through a stack.
 MIN_COMPILED_POINTS = 4096
+MIN_COMPILED_PRODUCTS = 16384
+MIN_COMPILED_MATRICES = 64
 POINTS_PER_BLOCK = 16384  # of compiled loops: more work than handing out a task is, and a part of a processor's cache
 
 Array = npt.NDArray[Any]

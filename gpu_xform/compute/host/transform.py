@@ -9,7 +9,7 @@ import numpy.typing as npt
 from ..._core.memmap import release_pages
 from ..kernels.job import Epilogue, Job
 from . import blas, vectorized
-from .choose import MIN_COMPILED_POINTS, run_loop
+from .choose import MIN_COMPILED_MATRICES, MIN_COMPILED_POINTS, MIN_COMPILED_PRODUCTS, run_loop
 
 # Of a file that is mapped into memory, or of a copy in another number type.
 POINTS_PER_PART = 1 << 21
@@ -35,11 +35,11 @@ def apply_matrices(
 ) -> None:
     """Write each of `matrices` (k, 4, 4) applied to points (n, 2 or 3) into `out` (k, n, 2 or 3), all of one dtype."""
     n_points, n_components = points.shape
-    is_much = n_points * len(matrices) >= MIN_COMPILED_POINTS
+    is_much = n_points * len(matrices) >= MIN_COMPILED_PRODUCTS or len(matrices) >= MIN_COMPILED_MATRICES
     if is_much and run_loop(f"transform_{n_components}d", (points, matrices), out, int(epilogue)):
         return
     for m, target in zip(matrices, out, strict=True):
-        if epilogue is Epilogue.NONE and n_points >= MIN_COMPILED_POINTS:
+        if epilogue is Epilogue.NONE and n_points >= MIN_COMPILED_PRODUCTS:
             blas.transform_affine(points, m, target)
         else:
             for part in iterate_small_parts(n_points):

@@ -7,11 +7,11 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.compute.host import choose
-from gpu_xform.compute.host.choose import MIN_COMPILED_POINTS, POINTS_PER_BLOCK, find_block_starts
+from gpu_xform.compute.host.choose import MIN_COMPILED_PRODUCTS, POINTS_PER_BLOCK, find_block_starts
 from gpu_xform.device import Device
 from tests.support.python_run import python_output
 
-POINTS = np.random.default_rng(0).normal(size=(2 * MIN_COMPILED_POINTS, 3))
+POINTS = np.random.default_rng(0).normal(size=(2 * MIN_COMPILED_PRODUCTS, 3))
 MATRIX = gx.rotate((1, 2, 3), 0.7)
 
 
@@ -21,11 +21,11 @@ def test_few_points_import_neither_numba_nor_wgpu_and_need_no_driver() -> None:
         import numpy as np
         import gpu_xform as gx
         host = gx.default_device("host")
-        gx.transform_points(np.ones((4095, 3)), gx.scale(2))
+        gx.transform_points(np.ones((16383, 3)), gx.scale(2))
         gx.transform_normals(np.ones((4095, 3), np.float32), gx.scale(2), normalize=True)
         gx.bounds(np.ones((4095, 3)))
         print(sorted({"numba", "wgpu", "PIL", "trimesh"} & set(sys.modules)))
-        gx.transform_points(np.ones((4096, 3)), gx.scale(2))
+        gx.transform_points(np.ones((16384, 3)), gx.scale(2))
         print(sorted({"numba", "wgpu"} & set(sys.modules)))
     """
     output = python_output(code, VK_DRIVER_FILES="/nonexistent", VK_ICD_FILENAMES="/nonexistent")

@@ -38,7 +38,7 @@ def test_a_limit_of_threads_holds_for_our_loops_alone() -> None:
         import numpy as np
         import gpu_xform as gx
         numba.set_num_threads(2)
-        gx.transform_points(np.ones((5000, 3)), gx.identity(), device=gx.Device("host"))
+        gx.transform_points(np.ones((20_000, 3)), gx.identity(), device=gx.Device("host"))
         print(numba.get_num_threads())
     """
     assert python_output(code, GPU_XFORM_THREADS="1", NUMBA_NUM_THREADS="2") == "2\n"
@@ -77,7 +77,7 @@ def test_a_fork_is_told_so_and_computes_few_points() -> None:
         import numpy as np
         import gpu_xform as gx
         host = gx.Device("host")
-        points = np.ones((5000, 3))
+        points = np.ones((20_000, 3))
         gx.transform_points(points, gx.identity(), device=host)
         child = os.fork()
         if child == 0:
@@ -108,7 +108,7 @@ def test_a_child_forked_before_the_first_loop_computes() -> None:
         gx.transform_points(np.ones((5, 3)), gx.identity(), device=host)
         child = os.fork()
         if child == 0:
-            print(gx.transform_points(np.ones((5000, 3)), gx.identity(), device=host)[0].tolist())
+            print(gx.transform_points(np.ones((20_000, 3)), gx.identity(), device=host)[0].tolist())
             sys.stdout.flush()
             os._exit(0)
         print(os.waitpid(child, 0)[1])
@@ -120,7 +120,7 @@ def test_without_a_folder_to_cache_in_each_process_compiles_for_itself() -> None
     code = """
         import numpy as np
         import gpu_xform as gx
-        print(gx.transform_points(np.ones((5000, 3)), gx.scale(2), device=gx.Device("host"))[0].tolist())
+        print(gx.transform_points(np.ones((20_000, 3)), gx.scale(2), device=gx.Device("host"))[0].tolist())
     """
     assert python_output(code, NUMBA_CACHE_DIR="/dev/null/cache") == "[2.0, 2.0, 2.0]\n"
 

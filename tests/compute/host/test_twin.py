@@ -10,13 +10,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gpu_xform as gx
-from gpu_xform.compute.host.choose import MIN_COMPILED_POINTS
+from gpu_xform.compute.host.choose import MIN_COMPILED_POINTS, MIN_COMPILED_PRODUCTS
 from gpu_xform.device import Device
 from gpu_xform.gpu.device import GpuDevice
 from tests.support.reference_transform import some_points, unit_roundoff
 from tests.support.types import Array
 
-SIZES = [1, 3, 64, MIN_COMPILED_POINTS - 1, MIN_COMPILED_POINTS, 20_001]
+SIZES = [
+    1,
+    3,
+    64,
+    MIN_COMPILED_POINTS - 1,
+    MIN_COMPILED_POINTS,
+    MIN_COMPILED_PRODUCTS - 1,
+    MIN_COMPILED_PRODUCTS,
+    40_001,
+]
 Function = Callable[..., Array]
 
 cases = {
@@ -171,7 +180,7 @@ def test_point_buffers(
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
-@pytest.mark.parametrize("n", [10, 10_000])
+@pytest.mark.parametrize("n", [10, 20_000])
 def test_what_is_not_finite_stays_in_its_own_row(device: GpuDevice, host: Device, n: int, dtype: npt.DTypeLike) -> None:
     points = some_points(n, dtype)
     points[1, 1], points[3, 0], points[4, 2] = np.nan, np.inf, -np.inf
@@ -186,7 +195,7 @@ def test_what_is_not_finite_stays_in_its_own_row(device: GpuDevice, host: Device
 
 def test_w_of_zero_makes_nan_on_both(device: GpuDevice, host: Device) -> None:
     matrix = gx.perspective_from_eye(2.0)
-    for n in (5, 5000):
+    for n in (5, 20_000):
         points = np.tile(np.array([[1, 2, 2], [1, 2, 1]], np.float32), (n, 1))
         for on in (device, host):
             result = gx.project_points(points, matrix, device=on)

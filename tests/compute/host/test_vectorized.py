@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import gpu_xform as gx
 from gpu_xform.compute.host import choose
-from gpu_xform.compute.host.choose import MIN_COMPILED_POINTS
+from gpu_xform.compute.host.choose import MIN_COMPILED_PRODUCTS
 from gpu_xform.device import Device
 from tests.support.reference_transform import AFFINE, PLANAR, PLANAR_PROJECTIVE, PROJECTIVE
 from tests.support.types import Array
@@ -64,7 +64,7 @@ def test_few_points_have_the_bytes_of_many(
     host: Device, dtype: npt.DTypeLike, columns: int, rows: list[tuple[float, ...]], seed: int
 ) -> None:
     few = np.array(rows, dtype)[:, :columns]
-    n = MIN_COMPILED_POINTS + 5
+    n = MIN_COMPILED_PRODUCTS + 5
     many = np.tile(few, (n // len(few) + 1, 1))[:n]
     for function, keywords in make_calls(n, columns, seed):
         expected = call(function, host, many, keywords)
@@ -80,7 +80,7 @@ def test_few_points_have_the_bytes_of_many(
 def test_without_numba_all_but_the_largest_affine_transforms_have_the_same_bytes(
     host: Device, dtype: npt.DTypeLike, columns: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    n = MIN_COMPILED_POINTS + 700
+    n = MIN_COMPILED_PRODUCTS + 700
     points = np.random.default_rng(5).normal(scale=9.0, size=(n, columns)).astype(dtype)
     calls = make_calls(n, columns, 3)
     expected = [call(function, host, points, keywords) for function, keywords in calls]
