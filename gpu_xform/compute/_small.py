@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from ..device import Device, opened_device
 from ..host import HostDevice
-from ._precision import may_be_coarse
+from ._precision import DOUBLE, SINGLE, may_be_coarse
 from .host.choose import MIN_COMPILED_PRODUCTS
 from .host.vectorized import transform
 from .kernels.job import Epilogue
@@ -29,7 +29,7 @@ def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device |
     if len(shape) != 2 or shape[1] != 3 or not 0 < shape[0] < MIN_COMPILED_PRODUCTS or matrix.shape != (4, 4):
         return None
     dtype = points.dtype
-    if dtype.char not in "fd" or not dtype.isnative or matrix.dtype.char != "d" or not matrix.dtype.isnative:
+    if (dtype is not SINGLE and dtype is not DOUBLE) or matrix.dtype is not DOUBLE:
         return None
     chosen = opened_device() if device is None else device
     if type(chosen) is not HostDevice or chosen.is_closed:
@@ -39,7 +39,7 @@ def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device |
         return None
     if not sum(map(abs, entries)) < _MAX_SUM:  # true for NaN
         return None
-    if dtype.char == "f":
+    if dtype is SINGLE:
         if shape[0] > 1 and may_be_coarse(points[0].tolist(), points[-1].tolist()):
             return None
         matrix = matrix.astype(dtype)
