@@ -36,6 +36,7 @@ check: .venv/tools ## check format, lint and types
 bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/load.py
 	@$(BIN)/python benchmarks/transform.py
+	@$(BIN)/python benchmarks/convolve.py
 	@$(BIN)/python benchmarks/render.py
 	@$(BIN)/python benchmarks/animate.py
 

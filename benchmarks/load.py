@@ -1,4 +1,4 @@
-"""Loading an OBJ file of a million faces, beside trimesh in the same run.
+"""Loading OBJ and STL files of a million faces, beside trimesh in the same run.
 
     python benchmarks/load.py [faces]
 
@@ -45,6 +45,12 @@ def mixed_polygons(side: int) -> bytes:
     return _points("v", grid.positions) + b"\n".join(lines) + b"\n"
 
 
+def triangles_with_relative_indices(side: int) -> bytes:
+    grid = samples.grid(side)
+    # Behind all points, for trimesh counts back from the last point of the file and not from the last one before.
+    return _points("v", grid.positions) + _faces(grid.to_trimesh().faces - grid.n_points - 1, "%d")
+
+
 def _points(keyword: str, rows: Any) -> bytes:
     template = keyword.encode() + b" %.9g" * rows.shape[1] + b"\n"
     text: bytes = (template * len(rows)) % tuple(rows.ravel().tolist())
@@ -70,20 +76,31 @@ def same_triangles(mine: Mesh, other: Any) -> bool:
     return np.array_equal(keys(fans.vertices, fans.faces), keys(np.asarray(other.vertices), np.asarray(other.faces)))
 
 
+def binary_stl(side: int) -> bytes:
+    data: bytes = samples.grid(side).to_trimesh().export(file_type="stl")
+    return data
+
+
 def main() -> None:
     n_faces = int(sys.argv[1]) if len(sys.argv) > 1 else 1_000_000
+    # The most that reading may take of trimesh's time, unprocessed and by default, which for STL merges corners too.
     cases = [
-        (triangles, int((n_faces / 2) ** 0.5)),
-        (quads_with_uv_and_normals, int(n_faces**0.5)),
-        (mixed_polygons, int(n_faces**0.5)),
+        (triangles, int((n_faces / 2) ** 0.5), 1.0, None),
+        (quads_with_uv_and_normals, int(n_faces**0.5), 1.0, None),
+        (mixed_polygons, int(n_faces**0.5), 1.0, None),
+        (triangles_with_relative_indices, int((n_faces / 2) ** 0.5), 1.0, 1.0),
+        (binary_stl, int((n_faces / 2) ** 0.5), 1.5, 1.0),
     ]
     rows = []
     warnings.simplefilter("ignore")
     with tempfile.TemporaryDirectory() as folder:
-        for make, side in cases:
-            path = Path(folder) / f"{make.__name__}.obj"
+        for make, side, most_of_unprocessed, most_of_default in cases:
+            suffix = "stl" if make is binary_stl else "obj"
+            path = Path(folder) / f"{make.__name__}.{suffix}"
             path.write_bytes(make(side))
-            unprocessed = partial(trimesh.load, path, process=False, maintain_order=True, skip_materials=True)
+            settings: dict[str, Any] = {"process": False}
+            settings |= {"maintain_order": True, "skip_materials": True} if suffix == "obj" else {}
+            unprocessed = partial(trimesh.load, path, **settings)
             default = partial(trimesh.load, path)
             mesh = load_mesh(path)
             if not same_triangles(mesh, unprocessed()):
@@ -95,8 +112,9 @@ def main() -> None:
                 "default": default,
             }
             seconds = medians(contenders, rounds=5, warm_up=1)
-            rows.append(Row(what, "trimesh, unprocessed", seconds["here"], seconds["unprocessed"], at_most=1.0))
-            rows.append(Row(what, "trimesh, by default", seconds["here"], seconds["default"]))
+            peers = (("unprocessed", most_of_unprocessed), ("default", most_of_default))
+            for (peer, at_most), name in zip(peers, ("unprocessed", "by default"), strict=True):
+                rows.append(Row(what, f"trimesh, {name}", seconds["here"], seconds[peer], at_most=at_most))
     print(table(rows))
 
 

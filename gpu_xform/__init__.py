@@ -16,7 +16,7 @@ _PUBLIC_NAMES = {
     "errors": (
         "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DeviceWarning DisplayError GpuXformError "
         "MeshError MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError "
-        "SingularMatrixError SizeWarning"
+        "SimulationError SingularMatrixError SizeWarning"
     ),
     "device": "Device default_device",
     "matrices": (
@@ -24,6 +24,11 @@ _PUBLIC_NAMES = {
         "perspective_from_eye project_onto reflect rotate rotate_x rotate_y rotate_z scale shear translate"
     ),
     "planar": "planar",
+    "surfaces.patches": "bezier",
+    "surfaces.curves": "curve",
+    "surfaces.bsplines": "bspline_to_bezier",
+    "surfaces.function_surfaces": "parametric",
+    "surfaces.subdivision": "Subdivision subdivide",
     "samples": "samples",
     "geometry.attributes": "Attributes RaggedArray",
     "geometry.mesh": "Mesh",
@@ -34,6 +39,11 @@ _PUBLIC_NAMES = {
     "compute.transform": "project_points transform_normals transform_points transform_vectors",
     "compute.point_buffer": "PointBuffer bounds",
     "compute.streaming": "transform_file",
+    "compute.convolution.filters": "box_kernel gaussian sobel_kernel",
+    "compute.convolution.convolve": "convolve correlate",
+    "simulation.obstacles": "Box Capsule HalfSpace Sphere",
+    "simulation.springs": "Springs",
+    "simulation.trajectory": "Trajectory",
     "drawing.camera": "Camera",
     "drawing.layer": "Layer",
     "rendering.raster": "render render_array",
@@ -64,6 +74,11 @@ if TYPE_CHECKING:
     from .animation import Animation as Animation
     from .animation import animate as animate
     from .animation import turntable as turntable
+    from .compute.convolution.convolve import convolve as convolve
+    from .compute.convolution.convolve import correlate as correlate
+    from .compute.convolution.filters import box_kernel as box_kernel
+    from .compute.convolution.filters import gaussian as gaussian
+    from .compute.convolution.filters import sobel_kernel as sobel_kernel
     from .compute.point_buffer import PointBuffer as PointBuffer
     from .compute.point_buffer import bounds as bounds
     from .compute.streaming import transform_file as transform_file
@@ -89,6 +104,7 @@ if TYPE_CHECKING:
     from .errors import PrecisionError as PrecisionError
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import ShaderError as ShaderError
+    from .errors import SimulationError as SimulationError
     from .errors import SingularMatrixError as SingularMatrixError
     from .errors import SizeWarning as SizeWarning
     from .formats import load_mesh as load_mesh
@@ -123,6 +139,18 @@ if TYPE_CHECKING:
     from .rendering.raster import render_array as render_array
     from .rendering.vector import render_pdf as render_pdf
     from .rendering.vector import render_svg as render_svg
+    from .simulation.obstacles import Box as Box
+    from .simulation.obstacles import Capsule as Capsule
+    from .simulation.obstacles import HalfSpace as HalfSpace
+    from .simulation.obstacles import Sphere as Sphere
+    from .simulation.springs import Springs as Springs
+    from .simulation.trajectory import Trajectory as Trajectory
+    from .surfaces.bsplines import bspline_to_bezier as bspline_to_bezier
+    from .surfaces.curves import curve as curve
+    from .surfaces.function_surfaces import parametric as parametric
+    from .surfaces.patches import bezier as bezier
+    from .surfaces.subdivision import Subdivision as Subdivision
+    from .surfaces.subdivision import subdivide as subdivide
     from .viewer.window import view as view
 else:
 

@@ -63,6 +63,14 @@ class PrecisionError(GpuXformError, ValueError):
     """The device cannot compute in the requested precision."""
 
 
+class SimulationError(GpuXformError, RuntimeError):
+    """A simulation went astray; `frame` is the number of the frame in which it shows, counted from its first."""
+
+    def __init__(self, message: str = "", *, frame: int | None = None) -> None:
+        super().__init__(message)
+        self.frame = frame
+
+
 class MeshWarning(UserWarning):
     """A model file was read, and some of what it holds is not in the mesh; the message names the file and what."""
 

@@ -1,20 +1,24 @@
 """Sample models for pictures and tests: meshes computed from their geometry, and a scene of meshes.
 
-All faces are counter-clockwise as seen from outside.
+All faces are counter-clockwise as seen from outside, if there is an outside.
 """
 
 import math
 from collections.abc import Sequence
+from typing import SupportsIndex
 
 import numpy as np
 import numpy.typing as npt
 
-from ._core.arguments import as_int
+from ._core.arguments import as_float, as_int
 from ._core.types import Float64Array, IndexArray
 from .errors import ArgumentError
 from .geometry.mesh import Mesh
 from .geometry.scene import Scene
 from .matrices import rotate, translate
+from .surfaces.function_surfaces import parametric
+from .surfaces.newell_teapot import make_teapot_patches
+from .surfaces.patches import bezier
 
 _PHI = (1.0 + math.sqrt(5.0)) / 2.0
 _MAX_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
@@ -107,9 +111,80 @@ def grid(n: int) -> Mesh:
     n = _as_count(n, "n", 1)
     steps = np.linspace(-1.0, 1.0, n + 1)
     y, x = np.meshgrid(steps, steps, indexing="ij")
-    corner = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
-    quads = np.stack([corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]], axis=-1)
-    return Mesh(np.stack([x, y, np.zeros_like(x)], axis=-1).reshape(-1, 3), quads.reshape(-1, 4))
+    return _join_rows(np.stack([x, y, np.zeros_like(x)], axis=-1))
+
+
+def cloth(n: int, m: int, width: float = 1.0, depth: float = 1.0) -> Mesh:
+    """Return a cloth that lies flat in the xz-plane, as n x m quads that face +y: (n + 1) (m + 1) points.
+
+    Its centre is the origin. Points follow one another along x, and rows along z: the first n + 1 points are the row at
+    the back, so points 0 and n are the corners there.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along x, at least 1.
+    m : int
+        The number of quads along z, at least 1.
+    width : float
+        Its length along x, in metres.
+    depth : float
+        Its length along z, in metres.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 1, got 0", "width must be positive, got -1".
+    """
+    n, m = _as_count(n, "n", 1), _as_count(m, "m", 1)
+    width, depth = _as_length(width, "width"), _as_length(depth, "depth")
+    z, x = np.meshgrid(_spread(m, depth), _spread(n, width), indexing="ij")
+    return _join_rows(np.stack([x, np.zeros_like(x), z], axis=-1), is_downwards=True)
+
+
+def curtain(
+    n: int, m: int, width: float = 1.0, height: float = 1.0, pleats: int = 8, pleat_depth: float = 0.04
+) -> Mesh:
+    """Return a pleated curtain that hangs from the x-axis, as n x m quads that face +z: (n + 1) (m + 1) points.
+
+    The first n + 1 points are the top row, along x: pin them, or some of them. The depth of the pleats is
+    z = pleat_depth sin(2 pi pleats x / width), so the cloth itself is wider than `width`.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along x, at least 4 per pleat.
+    m : int
+        The number of quads from top to bottom, at least 1.
+    width : float
+        The distance between its sides, in metres.
+    height : float
+        In metres.
+    pleats : int
+        The number of pleats, at least 0.
+    pleat_depth : float
+        How far pleats reach from the xy-plane, to the front and to the back, in metres.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 32, got 20".
+    """
+    pleats = _as_count(pleats, "pleats", 0)
+    n, m = _as_count(n, "n", max(1, 4 * pleats)), _as_count(m, "m", 1)
+    width, height = _as_length(width, "width"), _as_length(height, "height")
+    pleat_depth = _as_length(pleat_depth, "pleat_depth")
+    y, x = np.meshgrid(np.linspace(0.0, -height, m + 1), _spread(n, width), indexing="ij")
+    phase = np.broadcast_to(np.linspace(0.0, math.tau * pleats, n + 1), x.shape)
+    return _join_rows(np.stack([x, y, pleat_depth * np.sin(phase)], axis=-1), is_downwards=True)
 
 
 def torus(n: int, m: int) -> Mesh:
@@ -139,6 +214,169 @@ def torus(n: int, m: int) -> Mesh:
     along, around = np.roll(corner, -1, axis=0), np.roll(corner, -1, axis=1)
     quads = np.stack([corner, along, np.roll(along, -1, axis=1), around], axis=-1)
     return Mesh(points.reshape(-1, 3), quads.reshape(-1, 4))
+
+
+def teapot(n: SupportsIndex = 8, bottom: bool = True, fit_lid: bool = False) -> Mesh:
+    """Return the Utah teapot, 32 Bézier patches of n x n quads each: 1,984 quads and 64 triangles for n = 8.
+
+    Its axis is y, and its spout points along x. The body has the radius 2, and its bottom lies at y = 0, the top of the
+    lid at 3.15. As the original it has six open borders: the rim, the lid, and both ends of the handle and of the
+    spout. The opening of the rim has the radius 1.380, the lid only 1.305. The lower end of the handle and the body
+    have one control point in common, and so one point.
+
+    Parameters
+    ----------
+    n : int
+        The number of steps along each side of each patch, at least 1.
+    bottom : bool
+        Whether there is a bottom. The original has none; it was added later, is not quite flat, and is wound the other
+        way in the usual file. Here it faces outwards.
+    fit_lid : bool
+        Whether to widen the lid by the factor 1.062, so that it touches the rim.
+
+    Returns
+    -------
+    Mesh
+        With "normal" per corner, as `bezier` returns it.
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 1, got 0".
+
+    Notes
+    -----
+    Source: M. Newell, "The utilization of procedure models in digital image synthesis", University of Utah, 1975. The
+    heights are those that J. Blinn scaled down, as in all copies of the numbers. They follow from six profiles, the
+    sections of handle and spout, and Newell's 0.56 for control points that approximate a quarter of a circle.
+    """
+    patches = make_teapot_patches(bottom=bottom, fit_lid=fit_lid)
+    x, y, z = np.moveaxis(patches, -1, 0)
+    return bezier(np.stack([x, z, 0.0 - y], axis=-1), n)
+
+
+def saddle(n: SupportsIndex) -> Mesh:
+    """Return the saddle z = x^2 - y^2 over [-1, 1]^2 as n x n quads that face +z: (n + 1)^2 points.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along each side, at least 1.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n must be at least 1, got 0".
+    """
+    return parametric(lambda x, y: (x, y, x * x - y * y), (-1, 1), (-1, 1), closed=(False, False), n=n)
+
+
+def moebius(n: SupportsIndex, m: SupportsIndex) -> Mesh:
+    """Return a Möbius strip about the z-axis of radius 1 and width 0.8: n * (m + 1) points, n * m quads.
+
+    It has one side and one border. The first quads run the other way round than the last ones, their neighbours.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads around, at least 3.
+    m : int
+        The number of quads across, at least 1.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n[0] must be at least 3, got 2".
+    """
+
+    def f(u: Float64Array, v: Float64Array) -> tuple[Float64Array, ...]:
+        radius = 1.0 + v * np.cos(0.5 * u)
+        return radius * np.cos(u), radius * np.sin(u), v * np.sin(0.5 * u)
+
+    return parametric(f, (0, math.tau), (-0.4, 0.4), closed=(True, False), n=(n, m))
+
+
+def klein_bottle(n: SupportsIndex, m: SupportsIndex) -> Mesh:
+    """Return a Klein bottle, which stands along y and passes through itself: n * m points and quads.
+
+    It is closed and has one side. The first rings of quads run the other way round than the last ones, their
+    neighbours.
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along the bottle, at least 3.
+    m : int
+        The number of quads around it, even and at least 4.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "m must be even and at least 4, got 3".
+
+    Notes
+    -----
+    Source of the polynomials: R. Israel, "Klein bottle", Maple Application Center, 2003.
+    """
+    count = _as_count(m, "m", 1)
+    if count < 4 or count % 2:  # the ends meet half a turn apart
+        raise ArgumentError.expecting("m", "be even and at least 4", count)
+
+    def f(u: Float64Array, v: Float64Array) -> tuple[Float64Array, ...]:
+        s, c, t = np.sin(u), np.cos(u), np.cos(v)
+        x = -c * (3 * t - 30 * s + 90 * c**4 * s - 60 * c**6 * s + 5 * c * t * s) * (2 / 15)
+        y = 3 * t - 3 * c**2 * t - 48 * c**4 * t + 48 * c**6 * t - 60 * s
+        y = y + 5 * c * t * s - 5 * c**3 * t * s - 80 * c**5 * t * s + 80 * c**7 * t * s
+        return x, -s * y / 15, (2 / 15) * (3 + 5 * c * s) * np.sin(v)
+
+    return parametric(f, (0, math.pi), (0, math.tau), closed=(True, True), n=(n, count))
+
+
+def trefoil_tube(n: SupportsIndex, m: SupportsIndex) -> Mesh:
+    """Return a tube of radius 0.5 around the trefoil knot, which lies about the z-axis: n * m points and quads.
+
+    The knot is (sin t + 2 sin 2t, cos t - 2 cos 2t, -sin 3t).
+
+    Parameters
+    ----------
+    n : int
+        The number of quads along the knot, at least 3.
+    m : int
+        The number of quads around the tube, at least 3.
+
+    Returns
+    -------
+    Mesh
+
+    Raises
+    ------
+    ArgumentError
+        "n[0] must be at least 3, got 2".
+    """
+
+    def f(t: Float64Array, v: Float64Array) -> Float64Array:
+        knot = np.stack([np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t), -np.sin(3 * t)])
+        first = np.stack([np.cos(t) + 4 * np.cos(2 * t), -np.sin(t) + 4 * np.sin(2 * t), -3 * np.cos(3 * t)])
+        second = np.stack([-np.sin(t) - 8 * np.sin(2 * t), -np.cos(t) + 8 * np.cos(2 * t), 9 * np.sin(3 * t)])
+        binormal = np.cross(first, second, axis=0)  # nowhere zero: the knot bends everywhere
+        binormal /= np.linalg.norm(binormal, axis=0)
+        normal = np.cross(binormal, first, axis=0) / np.linalg.norm(first, axis=0)
+        tube: Float64Array = knot + 0.5 * (np.cos(v) * normal - np.sin(v) * binormal)
+        return tube
+
+    return parametric(f, (0, math.tau), (0, math.tau), closed=(True, True), n=(n, m))
 
 
 def robot_arm() -> Scene:
@@ -180,7 +418,29 @@ def _make_prism(profile: Sequence[npt.ArrayLike], low: float, high: float) -> Me
     return Mesh(points, [range(n), range(2 * n - 1, n - 1, -1), *sides])
 
 
-def _as_count(value: int, name: str, minimum: int, maximum: int | None = None) -> int:
+def _join_rows(rows: Float64Array, *, is_downwards: bool = False) -> Mesh:
+    """Return the quads between rows of points (m, n, 3), which follow one another upwards as seen from the front."""
+    m, n, _ = rows.shape
+    corner = np.arange(m * n).reshape(m, n)
+    below, above = (corner[1:], corner[:-1]) if is_downwards else (corner[:-1], corner[1:])
+    quads = np.stack([below[:, :-1], below[:, 1:], above[:, 1:], above[:, :-1]], axis=-1)
+    return Mesh(rows.reshape(-1, 3), quads.reshape(-1, 4))
+
+
+def _spread(n: int, length: float) -> Float64Array:
+    """Return n + 1 numbers from -length / 2 to length / 2."""
+    return np.linspace(-length / 2.0, length / 2.0, n + 1)
+
+
+def _as_length(value: float, name: str) -> float:
+    """Return `value` as a finite float above 0."""
+    length = as_float(value, name)
+    if length <= 0.0:
+        raise ArgumentError.expecting(name, "be positive", f"{length:g}")
+    return length
+
+
+def _as_count(value: SupportsIndex, name: str, minimum: int, maximum: int | None = None) -> int:
     """Return `value` as an int from `minimum` to `maximum`."""
     count = as_int(value, name)
     if count < minimum or (maximum is not None and count > maximum):

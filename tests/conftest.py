@@ -9,6 +9,7 @@ from hypothesis import settings
 
 from gpu_xform.gpu.context import MAPPABLE, WANTED_FEATURES, GpuContext
 from gpu_xform.gpu.device import GpuDevice, default_gpu_device
+from gpu_xform.raster.names import RASTERIZERS
 from tests.support.browser import Browser
 from tests.support.goldens import FAILURES, FOLDER, Goldens, driver_of
 from tests.support.markers import mark_by_fixtures
@@ -49,6 +50,13 @@ def suite_goldens(request: pytest.FixtureRequest, device: GpuDevice) -> Goldens:
 def assert_golden(suite_goldens: Goldens) -> Callable[[Pixels, str], None]:
     """Compare a picture with the golden of a name, as `Goldens.check` says."""
     return suite_goldens.check
+
+
+@pytest.fixture(params=RASTERIZERS[1:])
+def rasterizer_name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """Each rasteriser, which draws unless the test names one."""
+    monkeypatch.setenv("GPU_XFORM_RASTERIZER", request.param)
+    return str(request.param)
 
 
 @pytest.fixture(scope="session")

@@ -33,7 +33,10 @@ DOCUMENTED = {
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
     *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
-    *("Layer", "render_svg", "render_pdf", "view", "default_device", "Attributes", "RaggedArray"),
+    *("Layer", "render_svg", "render_pdf", "view", "default_device", "Attributes", "RaggedArray", "bezier", "curve"),
+    *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box"),
+    *("parametric", "subdivide", "Subdivision", "bspline_to_bezier"),
+    *("convolve", "correlate", "gaussian", "box_kernel", "sobel_kernel"),
 }
 
 
@@ -79,6 +82,7 @@ def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
         "DeviceError": RuntimeError,
         "DeviceMemoryError": MemoryError,
         "ShaderError": RuntimeError,
+        "SimulationError": RuntimeError,
     }
     assert {*bases, "GpuXformError", *WARNINGS} == set(ERRORS)
     for name, base in bases.items():
@@ -251,10 +255,11 @@ def test_only_the_gpu_folder_imports_wgpu(file: Path) -> None:
     assert ("wgpu" in names) <= (file.parent == ROOT / "gpu")
 
 
-PURE = ["errors", "_core", "matrices", "planar", "geometry", "samples", "imaging"]
+PURE = ["errors", "_core", "matrices", "planar", "geometry", "surfaces", "samples", "imaging"]
 IMPORTED_LATE = {
     "_core": {"tqdm"},
     "geometry": {"trimesh", "mapbox_earcut"},
+    "surfaces": {"scipy"},
     "imaging": {"PIL", "cmap"},
 }
 

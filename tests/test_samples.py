@@ -115,6 +115,35 @@ def test_grid_faces_the_viewer(n: int) -> None:
     assert (normals[:, 2] > 0).all()
 
 
+def test_cloth_lies_flat_and_faces_up_with_its_first_row_at_the_back() -> None:
+    mesh = samples.cloth(3, 5, 2.0, 0.5)
+    assert (mesh.n_points, len(mesh.edges), mesh.n_faces) == (24, 3 * 6 + 4 * 5, 15)
+    rows = mesh.positions.reshape(6, 4, 3)
+    assert rows[0, 0].tolist() == [-1, 0, -0.25]
+    assert rows[5, 3].tolist() == [1, 0, 0.25]
+    assert np.diff(rows[..., 0], axis=1) == pytest.approx(np.full((6, 3), 2 / 3))
+    assert np.diff(rows[..., 2], axis=0) == pytest.approx(np.full((5, 4), 0.1))
+    assert area_vectors(mesh).sum(axis=0) == pytest.approx([0, 1, 0])
+
+
+def test_curtain_hangs_in_pleats_from_its_first_row() -> None:
+    mesh = samples.curtain(24, 2, 1.5, 0.8, pleats=3, pleat_depth=0.1)
+    rows = mesh.positions.reshape(3, 25, 3)
+    assert rows[:, :, 1] == pytest.approx(np.repeat([[0.0], [-0.4], [-0.8]], 25, axis=1))
+    assert (rows[:, 0, 0] == -0.75).all()
+    assert (rows[:, -1, 0] == 0.75).all()
+    assert rows[1, :, 2] == pytest.approx(0.1 * np.sin(2 * np.pi * 3 * np.arange(25) / 24))
+    assert area_vectors(mesh).sum(axis=0) == pytest.approx([0, 0, 1.5 * 0.8])
+    assert (area_vectors(mesh)[:, 2] > 0).all()
+    assert np.ptp(samples.curtain(1, 1, pleats=0).positions[:, 2]) == 0
+
+
+def area_vectors(mesh: Mesh) -> Any:
+    """Return the normal of each quad, as long as its area."""
+    corners = mesh.positions[np.asarray(mesh.faces)]
+    return np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1]) / 2
+
+
 def test_torus_lies_around_the_z_axis() -> None:
     x, y, z = samples.torus(24, 16).positions.T
     assert np.hypot(np.hypot(x, y) - 1.0, z) == pytest.approx(np.full(24 * 16, 0.4))
@@ -129,6 +158,11 @@ def test_torus_lies_around_the_z_axis() -> None:
         (lambda: samples.grid(0), "n must be at least 1, got 0"),
         (lambda: samples.torus(2, 3), "n must be at least 3, got 2"),
         (lambda: samples.torus(3, 2), "m must be at least 3, got 2"),
+        (lambda: samples.cloth(0, 1), "n must be at least 1, got 0"),
+        (lambda: samples.cloth(1, 1, width=-1), "width must be positive, got -1"),
+        (lambda: samples.cloth(1, 1, 1, float("nan")), "depth must be finite, got nan"),
+        (lambda: samples.curtain(31, 1), "n must be at least 32, got 31"),
+        (lambda: samples.curtain(8, 1, pleats=-1), "pleats must be at least 0, got -1"),
     ],
 )
 def test_impossible_counts_are_refused(make: Callable[[], Mesh], message: str) -> None:

@@ -10,7 +10,7 @@ from typing import TypeVar
 import numpy as np
 
 from .. import matrices
-from .._core.arguments import as_float, as_nonzero_vector, as_square_matrix, as_vector
+from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_square_matrix, as_vector
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..drawing.enums import HIDDEN_STYLES
@@ -25,6 +25,8 @@ from .paths import STDIO, file_type, require_path
 Value = TypeVar("Value")
 
 AXES = ("x", "y", "z")
+PIN_SIDES = ("left", "right", "bottom", "top", "back", "front")  # low and high along each axis
+PIN_NAMES = (*PIN_SIDES, "corners")
 
 
 def argument_type(parse: Callable[[str], Value]) -> Callable[[str], Value]:
@@ -176,6 +178,15 @@ def parse_line_width(text: str) -> float:
 
 
 @argument_type
+def parse_tolerance(text: str) -> float:
+    """Parse a distance."""
+    (value,) = parse_numbers(text, "a number greater than 0", 1)
+    if not value > 0:
+        raise ValueError(f"expected a number greater than 0, got {text!r}")
+    return value
+
+
+@argument_type
 def parse_view_angle(text: str) -> float:
     """Parse degrees between 0 and 180."""
     (degrees,) = parse_numbers(text, "degrees", 1)
@@ -247,6 +258,51 @@ def parse_count(text: str) -> int:
 
 
 @argument_type
+def parse_number(text: str) -> float:
+    """Parse a finite number."""
+    return as_float(parse_numbers(text, "one number", 1)[0], "the number")
+
+
+@argument_type
+def parse_count_pair(text: str) -> tuple[int, int]:
+    """Parse two whole numbers, N,M."""
+    words = text.split(",")
+    if len(words) != 2:
+        raise ValueError(f"expected two whole numbers, N,M, got {quote(text)}")
+    return parse_count(words[0]), parse_count(words[1])
+
+
+@argument_type
+def parse_pins(text: str) -> list[int | str]:
+    """Parse numbers of points and names of sides."""
+    words = [word.strip() for word in text.split(",")]
+    for word in words:
+        if word not in PIN_NAMES and not re.fullmatch(r"\d{1,15}", word, re.ASCII):
+            hint = did_you_mean(word, PIN_NAMES)
+            raise ValueError(f"expected numbers of points, {', '.join(PIN_NAMES)}, got {quote(text)}{hint}")
+    return [word if word in PIN_NAMES else int(word) for word in words]
+
+
+@argument_type
+def parse_sphere(text: str) -> tuple[Float64Array, float]:
+    """Parse a centre and a radius, X,Y,Z,R."""
+    *center, radius = parse_numbers(text, "a centre and a radius, X,Y,Z,R", 4)
+    if not 0.0 < radius < math.inf:
+        raise ValueError(f"expected a positive radius, got {quote(text)}")
+    return as_vector(center, "the centre", 3), radius
+
+
+@argument_type
+def parse_box(text: str) -> tuple[Float64Array, Float64Array]:
+    """Parse a centre and the lengths of three sides, X,Y,Z,A,B,C."""
+    numbers = parse_numbers(text, "a centre and the lengths of three sides, X,Y,Z,A,B,C", 6)
+    center, sides = as_vector(numbers[:3], "the centre", 3), as_vector(numbers[3:], "the sides", 3)
+    if (sides <= 0.0).any():
+        raise ValueError(f"expected positive lengths of sides, got {quote(text)}")
+    return center, sides
+
+
+@argument_type
 def parse_frame_rate(text: str) -> float:
     """Parse frames per second."""
     (fps,) = parse_numbers(text, "one number", 1)
@@ -285,7 +341,7 @@ def parse_hidden(text: str) -> str:
 def parse_rasterizer(text: str) -> str:
     """Parse the name of a rasteriser."""
     if text not in RASTERIZERS:
-        raise ValueError(f"expected {', '.join(RASTERIZERS)}, got {quote(text)}")
+        raise ValueError(f"expected {', '.join(RASTERIZERS)}, got {quote(text)}{did_you_mean(text, RASTERIZERS)}")
     return text
 
 
@@ -331,6 +387,35 @@ def parse_feature_angle(text: str) -> float:
     if not 0.0 <= degrees <= 180.0:
         raise ValueError(f"expected degrees from 0 to 180, got {quote(text)}")
     return degrees
+
+
+@argument_type
+def parse_sigma(text: str) -> tuple[float, float]:
+    """Parse one standard deviation, or a vertical and a horizontal one."""
+    sigmas = parse_numbers(text, "one number, or two", 1, 2)
+    if not all(0.0 <= sigma < math.inf for sigma in sigmas):
+        raise ValueError(f"expected numbers that are 0 or more, got {quote(text)}")
+    return sigmas[0], sigmas[-1]
+
+
+@argument_type
+def parse_box_side(text: str) -> int:
+    """Parse an odd number of pixels."""
+    if not re.fullmatch(r"\d{1,5}", text) or int(text) % 2 == 0:
+        raise ValueError(f"expected an odd number of pixels, got {quote(text)}")
+    return int(text)
+
+
+@argument_type
+def parse_kernel(text: str) -> Float64Array:
+    """Parse rows of numbers, separated by semicolons, or the name of a file that holds a row per line."""
+    if not re.fullmatch(r"[-+.,;\s\deE]*", text):
+        return as_real_array(files.read_table(text), text)
+    try:
+        rows = [parse_numbers(row, "numbers", *range(1, len(row) + 1)) for row in text.strip("; ").split(";")]
+        return as_real_array(rows, "the matrix")
+    except ValueError:
+        raise ValueError(f"expected rows of as many numbers, got {quote(text)}") from None
 
 
 def _is_npy_file(text: str) -> bool:

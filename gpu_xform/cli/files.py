@@ -21,11 +21,11 @@ if TYPE_CHECKING:
     from ..geometry.scene import Scene
 
 
-def read_mesh(path: str, declared_type: str | None) -> Mesh:
+def read_mesh(path: str, declared_type: str | None, tolerance: float | None) -> Mesh:
     """Read the mesh in `path`."""
     from ..formats import load_mesh
 
-    return load_mesh(open_source(path), file_type=file_type(path, declared_type))
+    return load_mesh(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
 
 
 def read_scene(path: str, declared_type: str | None) -> "Scene":
@@ -86,6 +86,19 @@ def read_matrix(path: str) -> npt.NDArray[Any]:
         return np.array([float(word) for word in words]).reshape(4, 4)
     except ValueError:
         raise ArgumentError(f"{path}: expected a text of 16 numbers, row by row, or an .npy file") from None
+
+
+def read_table(path: str) -> npt.NDArray[Any]:
+    """Read the rows of numbers in an .npy file, or in a text with a row per line."""
+    if file_type(path) == "npy":
+        return read_array(path)
+    try:
+        lines = Path(path).read_text("utf-8").replace(",", " ").splitlines()
+        return np.array([[float(word) for word in line.split()] for line in lines if line.strip()])
+    except OSError as error:
+        raise ArgumentError(f"expected rows of numbers or a file of them, got {path!r} ({error.strerror})") from None
+    except ValueError:
+        raise ArgumentError(f"{path}: expected a text of rows of as many numbers, or an .npy file") from None
 
 
 def write_picture(picture: "Image | str | bytes", path: str, *, make_folders: bool) -> None:

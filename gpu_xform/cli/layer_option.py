@@ -19,7 +19,7 @@ def parse_layer(text: str) -> argparse.Namespace:
     """Parse models and their options, written as after `gpu-xform render`."""
     parser = _LayerParser()
     parser.add_argument("models", metavar="MODEL", nargs="+")
-    groups.add_file_type(parser)
+    groups.add_reading_options(parser)
     groups.add_transforms(parser)
     groups.add_style(parser)
     options, rest = parser.parse_known_args(attach_values(split_words(text)))

@@ -11,14 +11,25 @@ from .paths import describe_files
 # The options behind arguments of the library that the library alone can check.
 OPTIONS_OF_ARGUMENTS = {
     "background": "--no-background",
+    "bend": "--bend-stiffness",
+    "damping": "--damping",
+    "drag": "--drag",
+    "duration": "--duration",
     "edge_colors": "--edge-colors",
     "edges": "--edges",
     "face_colors": "--face-colors",
     "fill": "--fill",
     "fps": "--fps",
+    "friction": "--friction",
+    "gap": "--gap",
+    "mass": "--mass",
+    "max_substeps": "--fps",
     "path": "-o",
+    "pinned": "--pin",
     "scalars": "--scalars",
+    "shear": "--shear-stiffness",
     "size": "--resolution",
+    "stretch": "--stretch-stiffness",
     "vertex_colors": "--vertex-colors",
 }
 

@@ -132,13 +132,20 @@ def add_models(group: Any, layer_type: Callable[[str], argparse.Namespace]) -> N
     )
 
 
-def add_file_type(group: Any) -> None:
-    """Add the type of the input."""
+def add_reading_options(group: Any) -> None:
+    """Add the type of the input, and the tolerance for surfaces in it."""
     *others, last = MODEL_TYPES
     group.add_argument(
         "--file-type",
         metavar="TYPE",
         help=f"type of the input, if its name does not give it: {', '.join(others)} or {last}",
+    )
+    group.add_argument(
+        "--tolerance",
+        metavar="D",
+        type=types.parse_tolerance,
+        help="largest distance between polygons and the smooth surfaces of an .obj file (default: a thousandth of the "
+        "diagonal of its points)",
     )
 
 

@@ -22,8 +22,10 @@ examples:
   gpu-xform render house.obj -o house.png --rotate-y 30 --color face
   gpu-xform render *.obj -o "thumbs/{{model}}.png"
   gpu-xform animate house.obj -o house.gif --color face
+  gpu-xform simulate cloth -o scarf.gif --sphere 0,-0.3,0,0.25
   gpu-xform view house.obj
   gpu-xform transform scan.ply moved.ply --scale 0.001 --translate -0.5,2,0
+  gpu-xform convolve photo.png soft.png --gaussian 2
   gpu-xform info scan.ply
   gpu-xform explain --scale 0.3 --rotate-z 90 --translate -0.5,2,0 --point 1,1,0
   gpu-xform doctor

@@ -4,7 +4,7 @@ import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from .._core.suggestions import did_you_mean
+from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
 from ..errors import ArgumentError
 
 STDIO = "-"
@@ -21,7 +21,7 @@ def require_type(path: str, known: Collection[str], declared: str | None = None)
     """Raise `ArgumentError` if the type of `path`, or `declared`, is not among `known`."""
     found = file_type(path, declared)
     if found not in known:
-        hint = did_you_mean(found, known)
+        hint = did_you_mean(found, known, MIN_FILE_TYPE_SIMILARITY)
         raise ArgumentError(f"{path}: the type must be one of {', '.join(known)}, got {found or 'none'}{hint}")
 
 

@@ -30,12 +30,12 @@ def read_layers(options: Namespace, paths: Sequence[str], world_from_model: Floa
     return layers
 
 
-def read_style(options: Namespace, path: str) -> dict[str, Any]:
-    """Return the keywords of `Layer` for all models of the scene in `path`."""
+def read_style(options: Namespace, path: str, use: str) -> dict[str, Any]:
+    """Return the keywords of `Layer` for all models of the scene in `path`; `use` says in errors what it is for."""
     typed = collect_style_arguments(options)
     for name in ("scalars", "instances"):
         if name in typed:
-            raise ArgumentError(f"--{name} is not for a file of several models, as --animation plays it")
+            raise ArgumentError(f"--{name} is not for {use}")
     return {name: _read_value(value, path) for name, value in typed.items()}
 
 
@@ -43,7 +43,7 @@ def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Flo
     """Read a layer per model; the limits of scalars are those of all models together."""
     from ..drawing.layer import Layer
 
-    meshes = [files.read_mesh(path, options.file_type) for path in paths]
+    meshes = [files.read_mesh(path, options.file_type, options.tolerance) for path in paths]
     typed = collect_style_arguments(options)
     source, instances = typed.pop("scalars", None), typed.pop("instances", None)
     styles = [

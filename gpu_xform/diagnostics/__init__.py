@@ -1,4 +1,4 @@
 """Diagnostics of a device: whether its results are right, and how fast it is.
 
-Reading order: bench, bench_report, doctor_report, doctor.
+Reading order: bench, bench_report, tune, doctor_report, doctor.
 """

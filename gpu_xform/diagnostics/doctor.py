@@ -22,6 +22,7 @@ from ..raster.names import RASTERIZERS, RasterizerName
 from ..rendering.raster import render_array
 from .doctor_report import Check, Report
 
+RENDER_CHECK = "picture (render)"
 N_POINTS = 20_000  # enough for the host to compile its loops
 # Fifteen different entries, and a translation much larger than the rotation: a transposed or shifted matrix must fail.
 MATRIX = np.array([[0.5, -1.25, 2.0, 30.0], [1.5, 0.75, -0.25, -7.0], [-3.0, 0.125, 1.0, 11.0], [0.0, 0.0, 0.0, 1.0]])
@@ -43,7 +44,25 @@ def examine(adapter: str | None = None) -> Report:
         checks = _run_checks(adapter)
     except NoAdapterError as error:
         reason = str(error)
-    return Report(_find_versions(), found, device, reason, checks)
+    drawn = next((check for check in checks if check.name == RENDER_CHECK), None)
+    render_passes = tuple(
+        _describe_render_pass(drawn if drawn and each == device else _try_render_pass(each)) for each in found
+    )
+    return Report(_find_versions(), found, device, reason, checks, render_passes)
+
+
+def _try_render_pass(adapter: Adapter) -> Check:
+    """Draw by a render pass on an adapter that is not in use."""
+
+    def attempt() -> tuple[bool, str]:
+        with GpuDevice(adapter.name) as device:
+            return _check_picture(device, "render")
+
+    return _run_check(RENDER_CHECK, attempt)
+
+
+def _describe_render_pass(check: Check) -> str:
+    return f"render pass: {'ok' if check.passed else 'WRONG'}, {' '.join(check.detail.split())}"
 
 
 def _find_versions() -> dict[str, str]:

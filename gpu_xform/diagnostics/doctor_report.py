@@ -3,6 +3,7 @@
 import dataclasses
 import json
 from dataclasses import dataclass
+from itertools import zip_longest
 
 from ..device import HOST, Adapter
 from ..gpu.context import HOST_MAPPABLE_KINDS
@@ -29,6 +30,8 @@ class Report:
     reason: str
     """Why this adapter is in use, or why none is."""
     checks: tuple[Check, ...]
+    render_passes: tuple[str, ...] = ()
+    """For each of the adapters, what a render pass has drawn there."""
 
     @property
     def passed(self) -> bool:
@@ -65,10 +68,11 @@ def _format_adapters(report: Report) -> list[str]:
     if not report.adapters:
         return ["No adapters."]
     lines = [f"Adapters ({len(report.adapters)}):"]
-    for adapter in report.adapters:
+    for adapter, render_pass in zip_longest(report.adapters, report.render_passes):
         lines += [
             f"  {adapter.name}",
             "    " + ", ".join(filter(None, (adapter.kind, adapter.backend, adapter.driver.strip(" ,")))),
+            *([f"    {render_pass}"] if render_pass else []),
         ]
     return lines
 

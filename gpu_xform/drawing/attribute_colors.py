@@ -108,7 +108,7 @@ def _as_rgba(column: Any) -> Float64Array | None:
         return None
     largest = np.iinfo(column.dtype).max if column.dtype.kind in "iu" else 1.0
     colors = np.clip(column.astype(np.float64) / largest, 0.0, 1.0)
-    np.nan_to_num(colors, copy=False)
+    np.nan_to_num(colors, copy=False, nan=1.0)  # a point without a colour among others is white
     return colors if colors.shape[1] == 4 else np.column_stack([colors, np.ones(len(colors))])
 
 

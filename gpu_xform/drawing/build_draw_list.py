@@ -117,11 +117,11 @@ class _LayerBuilder:
             dots = (self._dots(replace(style, line_width=point_size), colors),)
         faces = self._faces(first_color, depth_cue)
         if candidates is None:
-            return [Drawable(points, clip_from_points, faces, lines + dots)]
-        drawables = [Drawable(points, clip_from_points, faces, lines)]
+            return [Drawable(points, clip_from_points, faces, lines + dots, source.sample_edges)]
+        drawables = [Drawable(points, clip_from_points, faces, lines, source.sample_edges)]
         for matrix in clip_from_points:
             silhouette = self._silhouette(style, candidates, colors, matrix)
-            drawables.append(Drawable(points, matrix[None], None, silhouette))
+            drawables.append(Drawable(points, matrix[None], None, silhouette, source.sample_edges))
         if dots:
             drawables.append(Drawable(points, clip_from_points, None, dots))
         return drawables

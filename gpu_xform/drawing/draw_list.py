@@ -1,5 +1,6 @@
 """The draw list: what a picture is made of on the device, whichever rasteriser draws it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -71,6 +72,7 @@ class Drawable:
     clip_from_points: npt.NDArray[np.float64]
     faces: Faces | None
     lines: tuple[Lines, ...]
+    sample_edges: Callable[[], npt.NDArray[np.float64]] | None = None
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,7 @@ from .layer import Layer
 from .layer_colors import colors_by_face
 
 NO_FACE = 2**32 - 1
+MAX_SAMPLED_EDGES = 1 << 9
 MAX_BOUNDING_POINTS = 1 << 10  # of larger models, the corners of their box bound the drawable
 
 
@@ -114,6 +115,11 @@ class GeometrySource(Protocol):
 
     def on_device(self, device: GpuDevice) -> tuple[DevicePoints, Float64Array]:
         """Return the points on `device`, and the (4, 4) matrix from them to the model's frame."""
+        ...
+
+    @property
+    def sample_edges(self) -> Callable[[], Float64Array] | None:
+        """What returns the ends of some edges, (k, 2, 3), in the frame of the points on a device; None if unknown."""
         ...
 
 
@@ -223,6 +229,19 @@ class MeshSource:
             buffer, self.n_points, np.dtype(np.float32), (bounding - center) / half_size
         ), model_from_unit
 
+    @property
+    def sample_edges(self) -> Callable[[], Float64Array] | None:
+        """What returns every so many-th edge of the mesh."""
+        mesh = self.mesh
+
+        def sample() -> Float64Array:
+            center, half_size = self._unit_cube()
+            step = -(-len(mesh.edges) // MAX_SAMPLED_EDGES) or 1
+            ends: Float64Array = (mesh.positions[mesh.edges[::step]] - center) / half_size
+            return ends
+
+        return sample
+
     def _unit_cube(self) -> tuple[Float64Array, float]:
         return self.mesh.center, float((self.mesh.bounds[1] - self.mesh.center).max()) or 1.0
 
@@ -258,6 +277,7 @@ class BufferSource:
 
     n_faces = 0
     mesh: Mesh | None = None
+    sample_edges: Callable[[], Float64Array] | None = None
 
     def __init__(self, points: PointBuffer, name: str) -> None:
         if points.shape[1] != 3:

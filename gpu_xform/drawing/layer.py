@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
-from typing import Any, TypeAlias, TypedDict, TypeGuard
+from typing import Any, Self, TypeAlias, TypedDict, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -143,6 +143,13 @@ class Layer:
     depth_cue: float = 0.0
     fill: Any = None
     point_size: float | None = None
+
+    def __new__(cls, *_: object, **given: object) -> Self:
+        """Return a layer to be filled; raise ArgumentTypeError for an unknown keyword, with a suggestion."""
+        unknown = given.keys() - _STYLE_NAMES - {"model"}
+        if unknown:
+            raise ArgumentTypeError(f"unexpected keyword argument {_describe_keyword(min(unknown))}")
+        return super().__new__(cls)
 
     def __post_init__(self) -> None:
         if is_point_array(self.model):

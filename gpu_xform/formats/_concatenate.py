@@ -10,6 +10,8 @@ from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
 from ._warn import warn
 
+_PLACES = ("point", "corner", "face")
+
 
 def concatenate(meshes: Sequence[Mesh]) -> Mesh:
     """Return one mesh of the points and faces of all `meshes`, in their order, with their attributes.
@@ -41,13 +43,14 @@ def _concatenate_attributes(meshes: Sequence[Mesh]) -> Attributes:
         for name, value in mesh.attributes.material.items():
             if material.setdefault(name, value) != value:
                 warn(f"several materials are called {name!r}, of which the first is kept")
+    all_attributes = _unify_places_of_colors(meshes)
     tables = []
     for what, counts in (
         ("point", [mesh.n_points for mesh in meshes]),
         ("corner", [len(mesh.indices) for mesh in meshes]),
         ("face", [mesh.n_faces for mesh in meshes]),
     ):
-        parts = [_rename_labels(mesh.attributes, what, labels) for mesh in meshes]
+        parts = [_rename_labels(attributes, what, labels) for attributes in all_attributes]
         table = {}
         for name in dict.fromkeys(name for part in parts for name in part):
             columns = [part.get(name) for part in parts]
@@ -60,6 +63,29 @@ def _concatenate_attributes(meshes: Sequence[Mesh]) -> Attributes:
         tables.append(table)
     made = Attributes(*tables, labels={name: tuple(known) for name, known in labels.items()}, material=material)
     return made or NO_ATTRIBUTES
+
+
+def _unify_places_of_colors(meshes: Sequence[Mesh]) -> list[Attributes]:
+    """Return the attributes of meshes, with their colours per corner if some have them per face and others not.
+
+    A picture takes the colours of one place: those of others would be lost.
+    """
+    places = {what for mesh in meshes for what in _PLACES if "color" in getattr(mesh.attributes, what)}
+    if "face" not in places or len(places) == 1:
+        return [mesh.attributes for mesh in meshes]
+    return [_move_colors_to_corners(mesh) for mesh in meshes]
+
+
+def _move_colors_to_corners(mesh: Mesh) -> Attributes:
+    """Return the attributes with the colours of faces, or else of points, per corner; a cloud's stay."""
+    attributes = mesh.attributes
+    tables = {what: dict(getattr(attributes, what)) for what in _PLACES}
+    if mesh.n_faces and "color" not in tables["corner"]:
+        if "color" in tables["face"]:
+            tables["corner"]["color"] = np.repeat(tables["face"].pop("color"), np.diff(mesh.offsets), axis=0)
+        elif "color" in tables["point"]:
+            tables["corner"]["color"] = tables["point"].pop("color")[mesh.indices]
+    return Attributes(**tables, labels=attributes.labels, material=attributes.material)
 
 
 def _rename_labels(attributes: Attributes, what: str, labels: Mapping[str, Mapping[str, int]]) -> dict[str, Any]:

@@ -19,7 +19,9 @@ def list_attributes(mesh: Mesh) -> list[str]:
 
 
 def warn_of_losses(mesh: Mesh, file_type: str, list_losses: ListLosses | None) -> None:
-    """Issue one MeshWarning that lists what a format cannot hold, if there is anything.
+    """Issue one MeshWarning that lists what a format cannot hold, and what the reader left out, if there is anything.
+
+    Metadata of a format say with "holds" what other formats lose, and with "left_out" what is lost in any case.
 
     list_losses : lists what the format cannot hold of the attributes; None if the writer warns itself
     """
@@ -27,5 +29,10 @@ def warn_of_losses(mesh: Mesh, file_type: str, list_losses: ListLosses | None) -
     for source, held in mesh.metadata.items():
         if source != _FAMILIES.get(file_type, file_type) and isinstance(held, Mapping):
             lost += held.get("holds", ())
-    if lost:
-        warn(f"{file_type.upper()} does not hold {', '.join(lost)}")
+    left_out = [
+        words for held in mesh.metadata.values() if isinstance(held, Mapping) for words in held.get("left_out", ())
+    ]
+    parts = [f"{file_type.upper()} does not hold {', '.join(lost)}"] if lost else []
+    parts += [f"left out: {', '.join(left_out)}"] if left_out else []
+    if parts:
+        warn("; ".join(parts))

@@ -17,6 +17,7 @@ _ROWS_PER_WRITE = 1 << 16
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _TAIL_BYTES = 512
+_MAX_SINGLE_FINDS = 1000
 # What Microsoft's printf made of infinities and NaNs before 2015, rounded to few digits too: 1.#INF, -1.#IND00, 1.#J.
 _MICROSOFT = re.compile(rb"(?<![^\s,\[])([+-]?)1\.#(?:(INF)|IND|QNAN|SNAN|NAN|IO|QO|J|R)[0-9]*(?![^\s,\]}])")
 
@@ -33,9 +34,21 @@ def plain_text(data: bytes) -> bytes:
         data = data.rstrip(b"\0\x1a \t\r\n") + b"\n"
     if b"\r" in data:
         data = data.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
-    if b"1.#" in data:
+    if _may_hold_microsoft(data):
         data = _MICROSOFT.sub(lambda match: (match[1] or b"+") + (b"inf" if match[2] else b"nan"), data)
     return data
+
+
+def _may_hold_microsoft(data: bytes) -> bool:
+    """Return whether "1.#" is in a text: the search for one character is several times as fast as for three."""
+    place = data.find(b"#")
+    for _ in range(_MAX_SINGLE_FINDS):
+        if place < 0:
+            return False
+        if data[max(place - 2, 0) : place] == b"1.":
+            return True
+        place = data.find(b"#", place + 1)
+    return b"1.#" in data
 
 
 def without_mark(data: bytes) -> bytes:

@@ -171,7 +171,8 @@ class _Writer:
         shared: dict[str, Any] = {"attributes": attributes}
         if deformable is not None:
             self._add_deformation(shared, deformable, vertices)
-        self._unwritten.update(f"{key!r} per face" for key in mesh.attributes.face if key != "material")
+        written = {"material"} | ({"color"} if _has_colors_of_faces(mesh) else set())
+        self._unwritten.update(f"{key!r} per face" for key in mesh.attributes.face if key not in written)
         if mesh.n_faces == 0:
             return [shared | {"mode": _POINTS} | self._material(mesh, 0)]
         triangles, owners = triangulate(positions, mesh.offsets, corners)
@@ -336,6 +337,8 @@ def _split_corners(mesh: Mesh) -> tuple[IndexArray, IndexArray, Mapping[str, npt
     attributes: Attributes = mesh.attributes
     point = {name: column for name, column in attributes.point.items() if not isinstance(column, RaggedArray)}
     corner = {name: column for name, column in attributes.corner.items() if not isinstance(column, RaggedArray)}
+    if _has_colors_of_faces(mesh):
+        corner["color"] = np.repeat(np.asarray(attributes.face["color"]), np.diff(mesh.offsets), axis=0)
     if not corner or mesh.n_faces == 0:
         return np.arange(mesh.n_points), mesh.indices, point
     n = len(mesh.indices)
@@ -346,6 +349,14 @@ def _split_corners(mesh: Mesh) -> tuple[IndexArray, IndexArray, Mapping[str, npt
     vertices = mesh.indices[firsts]
     table = {name: column[vertices] for name, column in point.items()}
     return vertices, vertex_of_corner.reshape(-1), table | {name: column[firsts] for name, column in corner.items()}
+
+
+def _has_colors_of_faces(mesh: Mesh) -> bool:
+    """Return whether the colours of a mesh are those of its faces, which become those of their corners."""
+    attributes = mesh.attributes
+    column = attributes.face.get("color")
+    is_color = isinstance(column, np.ndarray) and column.ndim == 2 and column.shape[1] in (3, 4)
+    return is_color and "color" not in attributes.point and "color" not in attributes.corner
 
 
 def _as_lists(value: Any) -> Any:

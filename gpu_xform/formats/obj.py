@@ -1,4 +1,4 @@
-"""Wavefront OBJ: points, polygons and polylines with their attributes; curves and surfaces are ignored.
+"""Wavefront OBJ: points, polygons and polylines with their attributes; curves and surfaces become such.
 
 `_read_regular` reads a regular file as a few long runs of numbers. In case of doubt, `_read_lines` reads the file line
 by line: it accepts the same language, and reports all errors.
@@ -6,7 +6,6 @@ by line: it accepts the same language, and reports all errors.
 
 import contextlib
 import math
-import re
 from collections.abc import Iterator
 from itertools import pairwise
 from typing import BinaryIO
@@ -19,10 +18,22 @@ from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from ._text import parse_float, parse_numbers, plain_text, quote, write_faces, write_points
 from ._warn import warn
-from .obj_attributes import STATES, Extras, build_attributes, describe_file, list_beside_points, list_rows, split_states
+from .obj_attributes import (
+    FREE_FORMS,
+    STATES,
+    Extras,
+    build_attributes,
+    describe_file,
+    list_beside_points,
+    list_rows,
+    split_states,
+)
 from .obj_attributes import list_losses as list_losses
 
-_COMMENT = re.compile(r"^#(.*)$", re.MULTILINE)
+# Statements whose rest is a name, in which a number sign may stand.
+_NAMED = {b"g", b"mtllib", b"o", b"usemtl"}
+_POINTS_PER_LINE = 16
+_MAX_REFERENCE = 1 << 40  # farther from 0 than any row
 
 _IS_LETTER = np.zeros(256, bool)
 _IS_LETTER[[*range(ord("A"), ord("Z") + 1), *range(ord("a"), ord("z") + 1)]] = True
@@ -54,24 +65,28 @@ for _role, _followers in (
 _TO_BLANKS = bytes.maketrans(b"fl/", b"   ")
 
 
-def read(data: bytes) -> Mesh:
-    """Return the mesh of an OBJ file; raise MeshError with the line of malformed content."""
+def read(data: bytes, tolerance: float | None = None) -> Mesh:
+    """Return the mesh of an OBJ file; raise MeshError with the line of malformed content.
+
+    tolerance : how far polygons may be from surfaces; a thousandth of the points' diagonal if it is None
+    """
     data = plain_text(data)
-    return _read_regular(data) or _read_lines(data)
+    return _read_regular(data, tolerance) or _read_lines(data, tolerance)
 
 
-def _read_regular(data: bytes) -> Mesh | None:
+def _read_regular(data: bytes, tolerance: float | None = None) -> Mesh | None:
     """Return the mesh of a file of plain `v`, `f` and `l` lines, or None in case of doubt."""
-    if b"\\\n" in data or b"\v" in data or b"\f" in data:
+    if (b"\\" in data and b"\\\n" in data) or b"\v" in data or b"\f" in data:
         return None
     if not data.endswith(b"\n"):
         data += b"\n"
     byte = np.frombuffer(data, np.uint8)
     starts = np.concatenate([[0], np.flatnonzero(byte == ord("\n")) + 1])
     first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
-    is_point = (first == ord("v")) & _IS_BLANK[second]
-    is_line = (first == ord("l")) & _IS_BLANK[second]
-    is_face = is_line | ((first == ord("f")) & _IS_BLANK[second])
+    is_before_blank = _IS_BLANK[second]
+    is_point = (first == ord("v")) & is_before_blank
+    is_line = (first == ord("l")) & is_before_blank
+    is_face = is_line | ((first == ord("f")) & is_before_blank)
     other = ~(is_point | is_face)
     first, second = first[other], second[other]
     ignored = (first == ord("\n")) | (first == ord("#"))
@@ -100,40 +115,71 @@ def _read_regular(data: bytes) -> Mesh | None:
         return None
     extras = Extras(beside_points=table[:, 3:] if table.shape[1] > 3 else None)
     if other.any():
-        _add_lines(extras, data, starts, other, is_face, n_faces)
+        _add_lines(extras, data, starts, other, is_point, is_face, n_faces)
         _add_references(extras, text, data, starts, is_face, corners)
-    return _build_mesh(table[:, :3], offsets, indices, extras)
+    return _build_mesh(table[:, :3], offsets, indices, extras, tolerance)
 
 
-def _build_mesh(positions: npt.ArrayLike, offsets: npt.ArrayLike, indices: npt.ArrayLike, extras: Extras) -> Mesh:
+def _build_mesh(
+    positions: npt.ArrayLike, offsets: IndexArray, indices: IndexArray, extras: Extras, tolerance: float | None
+) -> Mesh:
     """Return the mesh with its attributes."""
-    attributes = build_attributes(extras, len(np.asarray(offsets)) - 1)
-    return Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=describe_file(extras))
+    if extras.free_forms:
+        from .obj_free_forms import insert_free_forms
+
+        points = np.asarray(positions, np.float64)
+        positions, offsets, indices = insert_free_forms(points, offsets, indices, extras, tolerance)
+    n_points = len(np.asarray(positions))
+    attributes = build_attributes(extras, n_points, len(np.asarray(offsets)) - 1)
+    metadata = describe_file(extras, n_points)
+    return Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata)
 
 
 def _add_lines(
-    extras: Extras, data: bytes, starts: IndexArray, other: BoolArray, is_face: BoolArray, n_faces: IndexArray
+    extras: Extras,
+    data: bytes,
+    starts: IndexArray,
+    other: BoolArray,
+    is_point: BoolArray,
+    is_face: BoolArray,
+    n_faces: IndexArray,
 ) -> None:
     """Add what the lines say that are neither points nor faces, but `vt` and `vn`."""
     byte = np.frombuffer(data, np.uint8)
     first = byte[starts[:-1]]
     read = np.flatnonzero(other & (first != ord("v")) & (first != ord("\n")))
     faces_before = np.concatenate([[0], np.cumsum(n_faces)])[(np.cumsum(is_face))[read]]
-    spans = zip(starts[read].tolist(), starts[read + 1].tolist(), faces_before.tolist(), strict=True)
-    for start, end, before in spans:
-        _add_statement(extras, data[start : end - 1], before)
+    points_before = np.cumsum(is_point)[read]
+    spans = zip(
+        *(column.tolist() for column in (starts[read], starts[read + 1], read + 1, points_before, faces_before)),
+        strict=True,
+    )
+    for start, end, line, n_points, before in spans:
+        _add_statement(extras, data[start : end - 1], line, n_points, before)
 
 
-def _add_statement(extras: Extras, text: bytes, faces_before: int) -> None:
-    """Add what a line that begins with no blank says, unless it is a point, a face or of an unknown kind."""
+def _add_statement(extras: Extras, text: bytes, line: int, points_before: int, faces_before: int) -> None:
+    """Add what a line that begins with no blank says, unless it is a point or a face."""
     if text[:1] == b"#":
         extras.comments.append(text[1:].decode("utf-8", "replace"))
         return
-    keyword, _, rest = text.partition(b"#")[0].strip().replace(b"\t", b" ").partition(b" ")
+    keyword, _, rest = text.strip().replace(b"\t", b" ").partition(b" ")
+    if keyword not in _NAMED:
+        rest, is_commented, comment = rest.partition(b"#")
+        if is_commented:
+            extras.comments.append(comment.decode("utf-8", "replace"))
+    words = rest.strip().decode("utf-8", "replace")
     if keyword in STATES:
-        extras.states.append((faces_before, keyword, rest.strip().decode("utf-8", "replace")))
+        extras.states.append((faces_before, keyword, words))
     elif keyword == b"mtllib":
-        extras.libraries.append(rest.strip().decode("utf-8", "replace"))
+        extras.libraries.append(words)
+    elif keyword == b"p":
+        extras.drawn_points.append((points_before, words))
+    else:
+        name = keyword.partition(b"#")[0].decode("utf-8", "replace")
+        extras.unread[name] += 1
+        if name in FREE_FORMS:
+            extras.free_forms.append((line, points_before, faces_before, len(extras.states), f"{name} {words}"))
 
 
 def _add_references(
@@ -143,10 +189,15 @@ def _add_references(
     byte = np.frombuffer(data, np.uint8)
     first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
     is_texcoord, is_normal = ((first == ord("v")) & (second == ord(letter)) for letter in "tn")
-    if b"/" not in text or not (is_texcoord.any() or is_normal.any()):
+    if not (is_texcoord.any() or is_normal.any()):
+        return
+    if text and b"/" not in text:  # no face names them, so their number is enough
+        extras.texcoords, extras.normals = (np.empty((int(chosen.sum()), 0)) for chosen in (is_texcoord, is_normal))
         return
     extras.texcoords = _parse_rows(_select(data, starts, is_texcoord), b"vt")
     extras.normals = _parse_rows(_select(data, starts, is_normal), b"vn", 3)
+    if not text:
+        return
     texcoord, normal = _parse_references(text)
     rows = None
     for name, references, is_row in (("texcoord", texcoord, is_texcoord), ("normal", normal, is_normal)):
@@ -224,9 +275,10 @@ def _parse_faces(text: bytes, count: int, *, has_lines: bool) -> tuple[IndexArra
     """Return (offsets, indices) of `count` lines; raise ValueError for malformed indices."""
     if has_lines:
         text = text.replace(b"l", b"f")
-    if text.count(b"f") != count or b" /" in text or b"\t/" in text:
+    has_slashes = b"/" in text
+    if text.count(b"f") != count or (has_slashes and (b" /" in text or b"\t/" in text)):
         raise ValueError("not regular")
-    only_double = b"//" in text
+    only_double = has_slashes and b"//" in text
     if only_double:
         text = text.replace(b"//", b"/")
     # Each f becomes a 0, which is no index, and 1/2/3 becomes 1 -2 -3: only indices of positions are positive.
@@ -300,7 +352,7 @@ def _split_lines(offsets: IndexArray, is_line: BoolArray) -> tuple[IndexArray, I
     return part_offsets, np.repeat(first - part_offsets[:-1], part_sizes) + np.arange(part_offsets[-1])
 
 
-def _read_lines(data: bytes) -> Mesh:
+def _read_lines(data: bytes, tolerance: float | None = None) -> Mesh:
     """Return the mesh of any OBJ file; raise MeshError for the first malformed statement."""
     points: list[list[float]] = []
     beside: list[list[float]] = []
@@ -310,7 +362,7 @@ def _read_lines(data: bytes) -> Mesh:
     rows: dict[bytes, list[bytes]] = {b"vt": [], b"vn": []}
     references: list[tuple[int, int]] = []
     extras = Extras()
-    for line, words in _split_statements(data):
+    for line, words, text in _split_statements(data, extras.comments):
         keyword = words[0]
         if keyword == b"v":
             point = _parse_point(words, line)
@@ -336,7 +388,8 @@ def _read_lines(data: bytes) -> Mesh:
                 lines.append(line)
                 flat += corners
         elif _is_ignored(keyword):
-            _add_statement(extras, b" ".join(words), len(sizes))
+            if keyword[:1] != b"v":
+                _add_statement(extras, text, line, len(points), len(sizes))
         else:
             raise MeshError(f"line {line}: expected a statement such as v, f or l, got {quote(keyword)}")
     if not points:
@@ -348,13 +401,13 @@ def _read_lines(data: bytes) -> Mesh:
         corner = int(np.argmax(beyond))
         line = lines[int(np.searchsorted(offsets, corner, side="right")) - 1]
         raise MeshError(f"line {line}: index {indices[corner] + 1} is out of range, there are {len(points)} vertices")
-    extras.comments = _COMMENT.findall(data.decode("utf-8", "replace"))
-    widths = {len(numbers) for numbers in beside}
-    extras.beside_points = np.array(beside) if len(widths) == 1 and widths != {0} else None
+    width = max(map(len, beside))
+    if width:
+        extras.beside_points = np.array([numbers + [math.nan] * (width - len(numbers)) for numbers in beside])
     extras.texcoords = _parse_rows(b"\n".join(rows[b"vt"]), b"vt")
     extras.normals = _parse_rows(b"\n".join(rows[b"vn"]), b"vn")
     extras.texcoord_of_corner, extras.normal_of_corner = np.array(references, np.int64).reshape(-1, 2).T
-    return _build_mesh(points, offsets, indices, extras)
+    return _build_mesh(points, offsets, indices, extras, tolerance)
 
 
 def _split_references(word: bytes, n_texcoords: int, n_normals: int) -> tuple[int, int]:
@@ -362,26 +415,34 @@ def _split_references(word: bytes, n_texcoords: int, n_normals: int) -> tuple[in
     parts = [*word.split(b"/"), b"", b""]
     found = []
     for part, count in ((parts[1], n_texcoords), (parts[2], n_normals)):
-        value = int(part or b"0")
+        value = max(-_MAX_REFERENCE, min(int(part or b"0"), _MAX_REFERENCE))
         found.append(count + value if value < 0 else value - 1)
     return found[0], found[1]
 
 
-def _split_statements(data: bytes) -> Iterator[tuple[int, list[bytes]]]:
-    """Yield (line number, words) of every statement; a backslash at the end of a line continues it on the next."""
+def _split_statements(data: bytes, comments: list[str]) -> Iterator[tuple[int, list[bytes], bytes]]:
+    """Yield (line number, words, text) of every statement, and add the comments.
+
+    A backslash at the end of a line continues it on the next.
+    """
     pending, start = b"", 0
     for line, text in enumerate(data.split(b"\n"), 1):
-        body, comment, _ = text.partition(b"#")
+        body, mark, comment = text.partition(b"#")
         start = start or line
-        if body.endswith(b"\\") and not comment:
+        if body.endswith(b"\\") and not mark:
             pending += body[:-1] + b" "
             continue
-        words = (pending + body).split()
+        body = pending + body
+        words = body.split()
+        if words and words[0] in _NAMED:
+            body = pending + text
+        elif mark:
+            comments.append(comment.decode("utf-8", "replace"))
         if words:
-            yield start, words
+            yield start, words, body.strip()
         pending, start = b"", 0
     if pending.split():
-        yield start, pending.split()
+        yield start, pending.split(), pending.strip()
 
 
 def _is_ignored(keyword: bytes) -> bool:
@@ -442,6 +503,11 @@ def write(mesh: Mesh, file: BinaryIO) -> None:
         for begin, stop in pairwise(mesh.offsets[start : end + 1].tolist()):
             keyword = b"l " if stop - begin == 2 else b"f "
             file.write(keyword + b" ".join(corners[begin:stop]) + b"\n")
+    drawn = mesh.metadata.get("obj", {}).get("drawn_points", ())
+    if len(drawn) and drawn.max() < mesh.n_points:
+        numbers = (drawn + 1).tolist()
+        for begin in range(0, len(numbers), _POINTS_PER_LINE):
+            file.write(" ".join(["p", *map(str, numbers[begin : begin + _POINTS_PER_LINE])]).encode() + b"\n")
 
 
 def _make_template(size: int) -> bytes:

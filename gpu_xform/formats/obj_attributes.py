@@ -1,12 +1,13 @@
 """Attributes of OBJ: texture coordinates, normals, colours, materials, groups and objects."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from .._core.types import Float64Array, IndexArray
+from .._core.types import BoolArray, Float64Array, IndexArray
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
 from ._warn import warn
@@ -15,6 +16,11 @@ from ._warn import warn
 STATES = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smooth"}
 KEYWORDS = {name: keyword for keyword, name in STATES.items()}
 _WORDS = {"texcoord": "texture coordinates", "normal": "normals"}
+# Statements that draw what is not read.
+# Curves and surfaces, and all that belongs to them.
+SHAPES = frozenset({"bsp", "bzp", "cdc", "cdp", "curv", "curv2", "surf"})
+FREE_FORMS = SHAPES | {"bmat", "con", "cstype", "deg", "end", "hole", "parm", "scrv", "sp", "step", "trim"}
+_MAX_NAMED = 8
 
 
 @dataclass
@@ -33,22 +39,45 @@ class Extras:
     """The faces before a statement, its keyword, and the rest of it."""
     libraries: list[str] = field(default_factory=list)
     comments: list[str] = field(default_factory=list)
+    drawn_points: list[tuple[int, str]] = field(default_factory=list)
+    """The points before a statement `p`, and the rest of it."""
+    unread: Counter[str] = field(default_factory=Counter)
+    """How often each other statement stands there."""
+    free_forms: list[tuple[int, int, int, int, str]] = field(default_factory=list)
+    """The line of a statement about curves and surfaces; the points, faces and states before it; and its words."""
+    not_shown: Counter[str] = field(default_factory=Counter)
+    """How many of each kind of curves and surfaces are not in the mesh."""
+    reasons: list[str] = field(default_factory=list)
+    """Why they are not, with the line."""
+    left_out: list[str] = field(default_factory=list)
+    """Words for what has no place in a mesh."""
 
 
-def build_attributes(extras: Extras, n_faces: int) -> Attributes:
-    """Return the attributes that a file holds."""
+def build_attributes(extras: Extras, n_points: int, n_faces: int) -> Attributes:
+    """Return the attributes that a file holds, and note what else it does."""
     point, corner, face, labels = {}, {}, {}, {}
     beside = extras.beside_points
     if beside is not None and beside.shape[1] in (3, 4):
         point["color"] = beside
     elif beside is not None and beside.shape[1] == 1:
         point["weight"] = beside[:, 0]
+    elif beside is not None:
+        extras.left_out.append(f"{beside.shape[1]} numbers behind each point")
     for name, rows, chosen in (
         ("texcoord", extras.texcoords, extras.texcoord_of_corner),
         ("normal", extras.normals, extras.normal_of_corner),
     ):
-        if rows is not None and chosen is not None and (chosen != -1).any():
+        if rows is None:
+            continue
+        n_named = 0
+        if chosen is not None and (chosen != -1).any():
             corner[name] = _gather(rows, chosen, name)
+            n_named = int(_find_named(chosen, len(rows)).sum())
+        elif n_faces == 0 and len(rows) == n_points:  # a cloud, in which row i is for point i
+            point[name] = rows
+            n_named = n_points
+        if n_named < len(rows):
+            extras.left_out.append(f"{len(rows) - n_named} {_WORDS[name]} that no face names")
     for keyword, name in STATES.items():
         found = [(before, text) for before, word, text in extras.states if word == keyword and before < n_faces]
         if found:
@@ -63,6 +92,13 @@ def build_attributes(extras: Extras, n_faces: int) -> Attributes:
     return Attributes(point, corner, face, labels=labels, material=material)
 
 
+def _find_named(chosen: IndexArray, n_rows: int) -> BoolArray:
+    """Return which rows are chosen at least once."""
+    is_named = np.zeros(n_rows, bool)
+    is_named[chosen[(chosen >= 0) & (chosen < n_rows)]] = True
+    return is_named
+
+
 def _gather(rows: Float64Array, chosen: IndexArray, name: str) -> Float64Array:
     """Return the chosen rows; a row of NaNs stands for none."""
     absent = (chosen < -1) | (chosen >= len(rows))
@@ -74,12 +110,50 @@ def _gather(rows: Float64Array, chosen: IndexArray, name: str) -> Float64Array:
     return np.concatenate([rows, np.full((1, rows.shape[1]), np.nan)])[chosen]
 
 
-def describe_file(extras: Extras) -> dict[str, Any]:
-    """Return the comments, and words for what other formats would lose."""
-    n_comments = len(extras.comments)
-    if not n_comments:
-        return {}
-    return {"obj": {"comments": extras.comments, "holds": [f"{n_comments} comment{'s'[: n_comments - 1]}"]}}
+def describe_file(extras: Extras, n_points: int) -> dict[str, Any]:
+    """Return the comments, the points that are drawn by themselves, and words for what other formats would lose."""
+    found: dict[str, Any] = {}
+    if extras.comments:
+        n_comments = len(extras.comments)
+        found |= {"comments": extras.comments, "holds": [f"{n_comments} comment{'s'[: n_comments - 1]}"]}
+    drawn = _read_drawn_points(extras, n_points)
+    if len(drawn):
+        found["drawn_points"] = drawn
+    if extras.not_shown:
+        reason = f"; {extras.reasons[0]}" if extras.reasons else ""
+        warn(f"not shown: {_list_counts(extras.not_shown)}{reason}")
+    if extras.unread:
+        extras.left_out.append(_list_counts(extras.unread))
+    if extras.left_out:
+        found["left_out"] = extras.left_out
+    return {"obj": found} if found else {}
+
+
+def _list_counts(counts: Counter[str]) -> str:
+    """Return such as "3 surf, 2 lod"."""
+    named = counts.most_common(_MAX_NAMED)
+    n_more = sum(counts.values()) - sum(count for _, count in named)
+    return ", ".join(f"{count} {name}" for name, count in named) + (f" and {n_more} more" if n_more else "")
+
+
+def _read_drawn_points(extras: Extras, n_points: int) -> IndexArray:
+    """Return the points that statements `p` name; those that do not exist are left out with a warning."""
+    found: list[int] = []
+    n_wrong = 0
+    for before, text in extras.drawn_points:
+        for word in text.split():
+            try:
+                value = int(word)
+            except ValueError:
+                value = 0
+            point = value - 1 if value > 0 else before + value
+            if value and 0 <= point < n_points:
+                found.append(point)
+            else:
+                n_wrong += 1
+    if n_wrong:
+        warn(f"{n_wrong} points that p names are left out, for the file does not hold them")
+    return np.array(found, np.int64)
 
 
 def list_losses(mesh: Mesh) -> list[str]:
@@ -116,6 +190,8 @@ def list_rows(mesh: Mesh, name: str) -> tuple[Float64Array | None, IndexArray | 
         column = table.get(name)
         if column is not None and _can_hold(name, column, {}):
             rows = np.asarray(column, np.float64).reshape(len(column), -1)
+            if mesh.n_faces == 0:
+                return rows, None
             first, inverse = _find_different(rows)
             inverse[np.isnan(rows).all(axis=1)] = -1
             is_used = ~np.isnan(rows[first]).all(axis=1)

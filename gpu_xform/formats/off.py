@@ -19,7 +19,14 @@ from ..errors import MeshError
 from ..geometry.attributes import RaggedArray
 from ..geometry.mesh import Mesh
 from ._text import parse_float, parse_int, parse_numbers, plain_text, quote, write_faces, write_points
-from .off_attributes import build_attributes, list_face_columns, list_point_columns, write_rows
+from .off_attributes import (
+    as_fractions,
+    build_attributes,
+    list_binary_columns,
+    list_face_columns,
+    list_point_columns,
+    write_rows,
+)
 from .off_attributes import list_losses as list_losses
 from .off_attributes import write_faces as write_attributed_faces
 
@@ -69,25 +76,32 @@ def read(data: bytes) -> Mesh:
     data = plain_text(data)
     if not data.endswith(b"\n"):
         data += b"\n"
-    mesh = _read_text(data)
+    mesh, layout = _read_text(data)
     comments = [match[0][1:].decode("utf-8", "replace") for match in _COMMENT.finditer(data)] if b"#" in data else []
-    if not comments:
-        return mesh
-    holds = [f"{len(comments)} comment{'s'[: len(comments) - 1]}"]
-    return mesh.with_attributes(mesh.attributes, metadata={"off": {"comments": comments, "holds": holds}})
+    described = _describe_layout(layout)
+    if comments:
+        described |= {"comments": comments, "holds": [f"{len(comments)} comment{'s'[: len(comments) - 1]}"]}
+    return mesh.with_attributes(mesh.attributes, metadata={"off": described}) if described else mesh
 
 
-def _read_text(data: bytes) -> Mesh:
-    """Return the mesh of an ASCII file."""
+def _describe_layout(layout: _Layout) -> dict[str, Any]:
+    """Return words for what of the coordinates is lost, as nothing writes it."""
+    parts = ["the fourth coordinate of each vertex"] if layout.has_weight else []
+    parts += [f"that it has {layout.n_axes} dimensions"] if layout.n_axes < 3 else []
+    return {"left_out": parts} if parts else {}
+
+
+def _read_text(data: bytes) -> tuple[Mesh, _Layout]:
+    """Return the mesh of an ASCII file, and what its numbers are."""
     rows = _split_rows(data)
     layout, n_points, n_faces, end = _parse_header(rows)
     n_lines = data.count(b"\n", end)
     if n_points + n_faces > n_lines:
         raise MeshError(f"declares {n_points} vertices and {n_faces} faces, {n_lines} lines follow")
     try:
-        return _read_regular(data[end:], layout, n_points, n_faces)
+        return _read_regular(data[end:], layout, n_points, n_faces), layout
     except ValueError:  # MeshError is one
-        return _read_rows(rows, layout, n_points, n_faces)
+        return _read_rows(rows, layout, n_points, n_faces), layout
 
 
 def _split_rows(data: bytes) -> Rows:
@@ -295,14 +309,20 @@ def _read_binary(body: bytes, header: re.Match[bytes]) -> Mesh:
         points,
         np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]),
         corners,
-        attributes=build_attributes(layout.flags, table[:, layout.width :], behind),
-        metadata={"off": {"encoding": "binary"}},
+        attributes=build_attributes(layout.flags, table[:, layout.width :], behind, is_binary=True),
+        metadata={"off": {"encoding": "binary", "order": order, **_describe_layout(layout)}},
     )
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:
-    """Write the points and the faces, with segments as faces of two corners, every number exact, and attributes."""
+    """Write the points and the faces, with segments as faces of two corners, every number exact, and attributes.
+
+    A mesh that was read from a binary file is written as such, in float32.
+    """
     letters, columns = list_point_columns(mesh)
+    if mesh.metadata.get("off", {}).get("encoding") == "binary":
+        _write_binary(mesh, file, letters, mesh.metadata["off"].get("order", ">"))
+        return
     file.write(letters.encode() + b"OFF\n")
     for comment in mesh.metadata.get("off", {}).get("comments", ()):
         file.write(b"#" + comment.encode() + b"\n")
@@ -316,3 +336,20 @@ def write(mesh: Mesh, file: BinaryIO) -> None:
         write_faces(file, lambda size: b"%d" % size + b" %d" * size + b"\n", mesh, first=0)
     else:
         write_attributed_faces(file, mesh, behind)
+
+
+def _write_binary(mesh: Mesh, file: BinaryIO, letters: str, order: str) -> None:
+    """Write Geomview's binary body, which `_read_binary` reads."""
+    largest = float(np.abs(mesh.positions).max())
+    if largest > float(np.finfo(np.float32).max):
+        raise MeshError(f"binary OFF holds float32, this mesh has a coordinate of {largest:g}")
+    columns = [mesh.positions, *list_binary_columns(mesh)]
+    body = [np.array([mesh.n_points, mesh.n_faces, 0], f"{order}i4").tobytes()]
+    body.append(np.concatenate(columns, axis=1).astype(f"{order}f4").tobytes())
+    behind = list_face_columns(mesh)
+    sizes, indices = np.diff(mesh.offsets), mesh.indices.astype(f"{order}i4")
+    for i, (start, size) in enumerate(zip(mesh.offsets[:-1].tolist(), sizes.tolist(), strict=True)):
+        colors = as_fractions(behind[i]).astype(f"{order}f4") if behind is not None else np.zeros(0)
+        body += [np.array(size, f"{order}i4").tobytes(), indices[start : start + size].tobytes()]
+        body += [np.array(len(colors), f"{order}i4").tobytes(), colors.tobytes()]
+    file.write(letters.encode() + b"OFF BINARY\n" + b"".join(body))

@@ -15,25 +15,26 @@ _POINT_NAMES = ("normal", "color", "texcoord", "more")
 _FACE_NAMES = ("color", "color_index", "more")
 
 
-def build_attributes(flags: str, beside_points: Any, beside_faces: Any) -> Attributes:
+def build_attributes(flags: str, beside_points: Any, beside_faces: Any, *, is_binary: bool = False) -> Attributes:
     """Return the attributes that a file holds.
 
     flags : letters of the header that say what is behind a vertex: N, C and S
     beside_points : the numbers behind the coordinates of each vertex, (n, k) or a RaggedArray
     beside_faces : those behind the corners of each face, (f, k) or a RaggedArray, or None
+    is_binary : whether they are from a binary file, in which colours are never bytes
     """
     point: dict[str, Any] = {}
     if isinstance(beside_points, RaggedArray):
         point = {"more": beside_points} if len(beside_points.values) else {}
     elif beside_points.shape[1]:
-        point = _split_columns(flags, beside_points)
+        point = _split_columns(flags, beside_points, is_binary=is_binary)
     face: dict[str, Any] = {}
     if isinstance(beside_faces, RaggedArray):
         face["more"] = beside_faces
     elif beside_faces is not None and beside_faces.shape[1]:
         width = beside_faces.shape[1]
         if width in (3, 4):
-            face["color"] = _as_colors(beside_faces)
+            face["color"] = beside_faces if is_binary else _as_colors(beside_faces)
         elif width == 1 and _is_whole(beside_faces):
             face["color_index"] = beside_faces[:, 0].astype(np.int64)
         else:
@@ -41,7 +42,7 @@ def build_attributes(flags: str, beside_points: Any, beside_faces: Any) -> Attri
     return Attributes(point, face=face) if point or face else NO_ATTRIBUTES
 
 
-def _split_columns(flags: str, columns: Float64Array) -> dict[str, Any]:
+def _split_columns(flags: str, columns: Float64Array, *, is_binary: bool) -> dict[str, Any]:
     """Return normals, colours and texture coordinates, or "more" if the header does not say what the columns are."""
     width = columns.shape[1]
     n_normal, n_texcoord = 3 * ("N" in flags), 2 * ("S" in flags)
@@ -54,7 +55,8 @@ def _split_columns(flags: str, columns: Float64Array) -> dict[str, Any]:
     if n_normal:
         found["normal"] = columns[:, :n_normal]
     if n_color:
-        found["color"] = _as_colors(columns[:, n_normal : n_normal + n_color])
+        colors = columns[:, n_normal : n_normal + n_color]
+        found["color"] = colors if is_binary else _as_colors(colors)
     if n_texcoord:
         found["texcoord"] = columns[:, n_normal + n_color :]
     return found
@@ -75,8 +77,7 @@ def list_losses(mesh: Mesh) -> list[str]:
     """Return what of a mesh OFF cannot hold."""
     held = {f"{name} per point" for name in _list_point_names(mesh)}
     held |= {f"{name} per face" for name in _list_face_names(mesh)}
-    lost = [name for name in list_attributes(mesh) if name not in held]
-    return lost + (["the binary encoding"] if mesh.metadata.get("off", {}).get("encoding") == "binary" else [])
+    return [name for name in list_attributes(mesh) if name not in held]
 
 
 def list_point_columns(mesh: Mesh) -> tuple[str, list[npt.NDArray[Any]]]:
@@ -90,12 +91,31 @@ def list_point_columns(mesh: Mesh) -> tuple[str, list[npt.NDArray[Any]]]:
     return letters, list(columns.values())
 
 
+def list_binary_columns(mesh: Mesh) -> list[npt.NDArray[Any]]:
+    """Return what is written behind the coordinates in a binary file: normals, colours of four floats, texture."""
+    columns: list[npt.NDArray[Any]] = []
+    for name in ("normal", "color", "texcoord"):
+        if name not in _list_point_names(mesh):
+            continue
+        values = np.asarray(mesh.attributes.point[name])
+        columns.append(as_fractions(values) if name == "color" else values)
+        if name == "color" and values.shape[1] == 3:
+            columns.append(np.ones((mesh.n_points, 1)))
+    return columns
+
+
+def as_fractions(colors: npt.NDArray[Any]) -> npt.NDArray[Any]:
+    """Return colours of bytes as fractions of 1, and any others as they are."""
+    return colors / 255 if colors.dtype == np.uint8 else colors
+
+
 def _list_point_names(mesh: Mesh) -> list[str]:
     """Return the attributes of points that are written."""
     point = mesh.attributes.point
+    is_binary = mesh.metadata.get("off", {}).get("encoding") == "binary"
     return [
         name
-        for name in _POINT_NAMES
+        for name in _POINT_NAMES[: 3 if is_binary else None]
         if _can_hold(name, point.get(name)) and not isinstance(point.get(name), RaggedArray)
     ]
 

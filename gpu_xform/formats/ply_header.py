@@ -106,7 +106,7 @@ def _add_statement(header: Header, text: str) -> None:
         case ["property", *types, name] if elements and (
             len(types) == 1 or (types[:1] == ["list"] and len(types) == 3)
         ):
-            if not TYPES.keys() >= set(types[-2:]) - {"list"}:
+            if not TYPES.keys() >= {*types[-2:]}:
                 raise MeshError(f"line {line}: not a statement of a PLY header: {quote(text)}")
             if any(known.name == name for known in elements[-1].properties):
                 raise MeshError(f"line {line}: a second property {name} of {elements[-1].name}")
@@ -140,7 +140,7 @@ def group_properties(columns: dict[str, Any]) -> dict[str, Any]:
 
 def split_attribute(name: str, column: Any, known: set[str]) -> dict[str, Any]:
     """Return the properties that hold an attribute, those among `known` first."""
-    if getattr(column, "ndim", 1) == 2:
+    if getattr(column, "ndim", 1) == 2 and name not in known:
         choices = [parts for parts in GROUPS.get(name, ()) if len(parts) == column.shape[1]]
         choices.sort(key=lambda parts: not known.issuperset(parts))
         if choices:

@@ -11,11 +11,12 @@ import numpy as np
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_error, prefix_errors
 from .._core.public import public
-from .._core.suggestions import did_you_mean
+from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
+from ..surfaces.resolution import as_tolerance
 from . import glb, gltf, gltf_document, gltf_write, npy, obj, off, ply, stl, threemf, vrml
 from ._losses import ListLosses, list_attributes, warn_of_losses
 from ._warn import name_file
@@ -71,7 +72,7 @@ _LOSSES: dict[str, ListLosses] = {
 
 
 @public
-def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
+def load_mesh(source: PathOrFile, *, file_type: str | None = None, tolerance: float | None = None) -> Mesh:
     """Read a mesh from a model file; polygons are not split into triangles.
 
     Parameters
@@ -80,6 +81,9 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
         OBJ, OFF, PLY, STL, VRML (also compressed), GLB, glTF, 3MF (with the extra `3mf`), or an array of points (NPY).
     file_type : str, optional
         "obj", ".OBJ", ...; by default, the suffix of the file's name.
+    tolerance : float, optional
+        The largest distance between polygons and the Bézier and B-spline surfaces and curves of an OBJ file that they
+        stand for, in the file's unit; by default a thousandth of the diagonal of its points. Other files have none.
 
     Returns
     -------
@@ -92,7 +96,8 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
     MissingExtraError
         If the extra that the format needs is not installed.
     ArgumentError
-        For a nameless file object without `file_type`.
+        For a nameless file object without `file_type`, and a tolerance that is not positive or needs more than 2^24
+        faces.
     ArgumentTypeError
         If `source` is neither a path nor a binary file object.
     OSError
@@ -104,7 +109,11 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
         Of what the file holds and the result does not; the message names the file.
     """
     name, kind = _identify(source, file_type, READERS)
+    if tolerance is not None:
+        tolerance = as_tolerance(tolerance)
     reader = partial(_BESIDE[kind], folder=_get_folder(source)) if kind in _BESIDE else READERS[kind]
+    if kind == "obj":
+        reader = partial(obj.read, tolerance=tolerance)
     mesh = _read(source, name, reader)
     if mesh.n_points == 0:
         raise prefix_error(MeshError("the file holds no points"), name)
@@ -112,7 +121,7 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None) -> Mesh:
 
 
 @public
-def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
+def load_scene(source: PathOrFile, *, file_type: str | None = None, tolerance: float | None = None) -> Scene:
     """Read a scene from a model file.
 
     GLB and glTF keep their nodes, 3MF its items and components, in millimetres, and a mesh that several nodes show is
@@ -125,6 +134,8 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
         Of any format that `load_mesh` reads.
     file_type : str, optional
         "glb", ".GLTF", ...; by default, the suffix of the file's name.
+    tolerance : float, optional
+        As `load_mesh` takes it.
 
     Returns
     -------
@@ -156,7 +167,9 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None) -> Scene:
     if kind == "gltf":
         return _read(source, name, partial(gltf.read_scene, folder=_get_folder(source)))
     scene = Scene()
-    scene.add(load_mesh(source, file_type=kind), name=None if name == _UNNAMED else Path(name).stem)
+    scene.add(
+        load_mesh(source, file_type=kind, tolerance=tolerance), name=None if name == _UNNAMED else Path(name).stem
+    )
     return scene
 
 
@@ -280,7 +293,7 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     if kind not in known:
         if known is READERS and path is source:
             Path(source).stat()  # a file that is missing is the graver mistake
-        got = f"{kind!r}{did_you_mean(kind, sorted(known))}" if kind else "no suffix"
+        got = f"{kind!r}{did_you_mean(kind, sorted(known), MIN_FILE_TYPE_SIMILARITY)}" if kind else "no suffix"
         error = MeshError(f"the type must be one of {', '.join(sorted(known))}, got {got}")
         raise prefix_error(error, name or _UNNAMED)
     return name or _UNNAMED, kind

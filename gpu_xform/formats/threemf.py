@@ -11,17 +11,24 @@ import numpy as np
 
 from .._core.types import Float64Array
 from ..errors import ArgumentError, MeshError, MissingExtraError
+from ..geometry.attributes import Attributes
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Node, Scene
 from ._text import quote
 from .gltf import merge_scene
 from .gltf_placements import make_names
+from .threemf_properties import GROUPS, Group, build_attributes, read_group
 
 _MAX_BYTES = 1 << 30
 _MAX_RATIO = 200  # 3MF's XML shrinks to a tenth or less; bombs to a thousandth
 _MAX_NODES = 1 << 17  # components can name components, each several times
 _MAX_DEPTH = 256
 _MILLIMETRES = {"micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1000.0}
+# Extensions that may be required: what they add is read, or leaves the triangles of each object as they are.
+_KNOWN_EXTENSIONS = tuple(
+    f"http://schemas.microsoft.com/3dmanufacturing/{name}/"
+    for name in ("core", "material", "production", "beamlattice", "slice", "trianglesets")
+)
 _MODEL_RELATIONSHIP = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"
 
 _Key = tuple[str, str]
@@ -47,14 +54,18 @@ class _Package:
     objects: dict[_Key, _Object] = field(default_factory=dict)
     items: list[tuple[_Key, Float64Array, str | None]] = field(default_factory=list)
     unit: str = "millimeter"
+    metadata: dict[str, str] = field(default_factory=dict)
+    n_textures: int = 0
+    n_slice_stacks: int = 0
 
 
 def read(data: bytes) -> Mesh:
     """Return all triangles, in millimetres, where the items of the build put them. Raises as `read_scene` does."""
     scene = read_scene(data)
     mesh = merge_scene(scene)
-    holds = mesh.metadata.get("gltf", {}).get("holds", ())
-    return mesh.with_attributes(mesh.attributes, metadata={"3mf": {**scene.metadata["3mf"], "holds": holds}})
+    held = scene.metadata["3mf"]
+    holds = [*mesh.metadata.get("gltf", {}).get("holds", ()), *held.get("holds", ())]
+    return mesh.with_attributes(mesh.attributes, metadata={"3mf": {**held, "holds": holds}})
 
 
 def read_scene(data: bytes) -> Scene:
@@ -111,9 +122,19 @@ def _find_model(by_lower_case: dict[str, str], open_part: Any) -> str:
 def _read_part(part: str, content: bytes, package: _Package, *, is_root: bool) -> set[str]:
     """Add the objects of a part, and of the first part the build; return the other parts that it names."""
     named: set[str] = set()
-    for element in _parse(part, content, "model", "object", "build"):
+    groups: dict[str, Group] = {}
+    for element in _parse(part, content, "model", "object", "build", "metadata", "texture2d", "slicestack", *GROUPS):
         tag = _local_name(element)
-        if tag == "object":
+        if tag in GROUPS:
+            groups[element.get("id", "")] = read_group(element, groups)
+            del element[:]
+        elif tag == "metadata" and is_root:
+            package.metadata.setdefault(element.get("name") or "", element.text or "")
+        elif tag == "texture2d":
+            package.n_textures += 1
+        elif tag == "slicestack":
+            package.n_slice_stacks += 1
+        elif tag == "object":
             identifier = element.get("id")
             mesh = next((child for child in element if _local_name(child) == "mesh"), None)
             components = [
@@ -124,15 +145,20 @@ def _read_part(part: str, content: bytes, package: _Package, *, is_root: bool) -
                 if _local_name(child) == "component"
             ]
             owner = f"object {quote(str(identifier))}"
-            read = None if mesh is None else _read_mesh(mesh, owner)
+            read = (
+                None if mesh is None else _read_mesh(mesh, owner, groups, (element.get("pid"), element.get("pindex")))
+            )
             package.objects[part.lower(), str(identifier)] = _Object(element.get("name"), read, components)
-            element.clear()
+            for child in element:
+                for group in child:
+                    del group[:]  # while no child of it is an object of Python, which would make it slow
         elif tag == "build" and is_root:
             for item in element:
                 if _local_name(item) == "item":
                     key = _name_object(item, part, named)
                     package.items.append((key, _read_transform(item, part), item.get("partnumber")))
         elif tag == "model" and is_root:
+            _require_known_extensions(element)
             package.unit = element.get("unit", "millimeter")
             if package.unit not in _MILLIMETRES:
                 raise MeshError(f"the unit must be one of {', '.join(_MILLIMETRES)}, got {quote(package.unit)}")
@@ -145,14 +171,19 @@ def _parse(part: str, content: bytes, *tags: str) -> Iterator[Any]:
         from lxml import etree
     except ImportError:
         raise MissingExtraError("3MF needs lxml: pip install 'gpu_xform[3mf]'") from None
-    options = {"resolve_entities": False, "no_network": True, "load_dtd": False}
+    # Undefined prefixes, which samples of the format itself have, are forgiven, and no other error.
+    options = {"resolve_entities": False, "no_network": True, "load_dtd": False, "recover": True}
+    context = etree.iterparse(BytesIO(content), tag=[f"{{*}}{tag}" for tag in tags], **options)
     try:
-        for _, element in etree.iterparse(BytesIO(content), tag=[f"{{*}}{tag}" for tag in tags], **options):
+        for _, element in context:
             if element.getroottree().docinfo.internalDTD is not None:  # which the format forbids
                 raise MeshError(f"part {quote(part)} declares a document type")
             yield element
     except etree.XMLSyntaxError as error:
         raise MeshError(f"part {quote(part)} is not XML: {error}") from None
+    for entry in context.error_log:
+        if entry.domain_name != "NAMESPACE":
+            raise MeshError(f"part {quote(part)} is not XML: {entry.message}, line {entry.line}")
 
 
 def _local_name(element: Any) -> str:
@@ -184,22 +215,76 @@ def _read_transform(element: Any, part: str) -> Float64Array:
     return matrix
 
 
-def _read_mesh(mesh: Any, owner: str) -> Mesh:
-    """Return the vertices and triangles of an object (4.1)."""
-    rows: dict[str, list[tuple[Any, Any, Any]]] = {"vertices": [], "triangles": []}
+def _require_known_extensions(model: Any) -> None:
+    """Raise MeshError for an extension that the file says it cannot be read without (2.3.1), if it is unknown."""
+    for prefix in (model.get("requiredextensions") or "").split():
+        name = model.nsmap.get(prefix) or prefix
+        if not name.startswith(_KNOWN_EXTENSIONS):
+            raise MeshError(f"it requires the extension {quote(name)}, which cannot be read")
+
+
+def _read_mesh(mesh: Any, owner: str, groups: dict[str, Group], default: tuple[str | None, str | None]) -> Mesh:
+    """Return the vertices, triangles and beams of an object (4.1), with their properties.
+
+    default : the group of properties, and the member of it, for triangles that name none
+    """
+    points: list[tuple[Any, ...]] = []
+    triangles: list[tuple[Any, ...]] = []
+    beams: list[tuple[Any, ...]] = []
+    properties: list[tuple[Any, ...]] = []
     for group in mesh:
         name = _local_name(group)
         if name == "vertices":
-            rows[name] += [(v.get("x"), v.get("y"), v.get("z")) for v in group if _local_name(v) == "vertex"]
+            points += [(v.get("x"), v.get("y"), v.get("z")) for v in group if _local_name(v) == "vertex"]
         elif name == "triangles":
-            rows[name] += [(t.get("v1"), t.get("v2"), t.get("v3")) for t in group if _local_name(t) == "triangle"]
+            elements = [t for t in group if _local_name(t) == "triangle"]
+            triangles += [(t.get("v1"), t.get("v2"), t.get("v3")) for t in elements]
+            properties += [(t.get("pid"), t.get("p1"), t.get("p2"), t.get("p3")) for t in elements] if groups else []
+            del elements
+        elif name == "beamlattice":
+            beams += [(b.get("v1"), b.get("v2")) for part in group for b in part if _local_name(b) == "beam"]
     try:
-        points = np.array(rows["vertices"] or np.empty((0, 3)), dtype=np.float64)
-        triangles = np.array(rows["triangles"] or np.empty((0, 3)), dtype=np.int64)
-        return Mesh(points, triangles)
+        corners = np.array(triangles or np.empty((0, 3)), dtype=np.int64)
+        segments = np.array(beams or np.empty((0, 2)), dtype=np.int64)
+        attributes = _read_properties(groups, properties, default) if groups else None
+        positions = np.array(points or np.empty((0, 3)), dtype=np.float64)
+        if not len(segments):
+            return Mesh(positions, corners, attributes=attributes)
+        offsets = np.concatenate([3 * np.arange(len(corners)), 3 * len(corners) + 2 * np.arange(len(segments) + 1)])
+        found = Mesh.from_offsets(positions, offsets, np.concatenate([corners.ravel(), segments.ravel()]))
+        return found if attributes is None else found.with_attributes(_append_rows(attributes, len(segments)))
     except (ValueError, TypeError, OverflowError) as error:
         reason = error if isinstance(error, MeshError) else "its coordinates and indices must be numbers"
         raise MeshError(f"{owner}: {reason}") from None
+
+
+def _read_properties(
+    groups: dict[str, Group], rows: list[tuple[Any, ...]], default: tuple[str | None, str | None]
+) -> Attributes | None:
+    """Return the attributes of triangles, of which each row holds a group and three members, or None (4.1.4)."""
+    if default[0] is None and not any(row[1] is not None for row in rows):
+        return None
+    names = [row[0] or default[0] for row in rows]
+    first = [default[1] if row[1] is None else row[1] for row in rows]
+    members = [
+        (one, one if row[2] is None else row[2], one if row[3] is None else row[3])
+        for one, row in zip(first, rows, strict=True)
+    ]
+    numbers = [[-1 if member is None else int(member) for member in row] for row in members]
+    return build_attributes(groups, names, np.array(numbers, np.int64).reshape(-1, 3))
+
+
+def _append_rows(attributes: Attributes, n_segments: int) -> Attributes:
+    """Return the attributes of triangles with rows for beams, which have none: white, or NaN, or -1."""
+    tables = []
+    for table, n_rows in ((attributes.corner, 2 * n_segments), (attributes.face, n_segments)):
+        made: dict[str, Any] = {}
+        for name, column in table.items():
+            values = np.asarray(column)
+            fill = {"u": 255, "i": -1}.get(values.dtype.kind, np.nan)
+            made[name] = np.concatenate([values, np.full((n_rows, *values.shape[1:]), fill, values.dtype)])
+        tables.append(made)
+    return Attributes(corner=tables[0], face=tables[1], labels=attributes.labels)
 
 
 def _build_scene(package: _Package) -> Scene:
@@ -225,7 +310,7 @@ def _build_scene(package: _Package) -> Scene:
         ]
         placed.append((key, matrix, name or found.name, parent, above))
     names = make_names([name for _, _, name, _, _ in placed], "item")
-    scene = Scene(metadata={"3mf": {"unit": package.unit}})
+    scene = Scene(metadata={"3mf": _describe(package)})
     nodes: list[Node] = []
     for (key, matrix, _, parent, _), name in zip(placed, names, strict=True):
         try:
@@ -236,3 +321,17 @@ def _build_scene(package: _Package) -> Scene:
         if mesh is not None and mesh.n_points:
             nodes[-1].show(mesh)
     return scene
+
+
+def _describe(package: _Package) -> dict[str, Any]:
+    """Return the unit and the metadata of a file, and words for what other formats would lose."""
+    counts = (
+        (len(package.metadata), "metadata entry", "metadata entries"),
+        (package.n_textures, "texture", "textures"),
+        (package.n_slice_stacks, "stack of slices", "stacks of slices"),
+    )
+    holds = [f"{count} {one if count == 1 else many}" for count, one, many in counts if count]
+    described: dict[str, Any] = {"unit": package.unit}
+    if package.metadata:
+        described["metadata"] = package.metadata
+    return {**described, "holds": holds} if holds else described

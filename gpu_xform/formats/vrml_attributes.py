@@ -14,7 +14,7 @@ from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, transform_normals
 from .vrml_nodes import PlacedNode, Visit
-from .vrml_shapes import N_SIDES
+from .vrml_primitives import list_parts
 
 Place: TypeAlias = Literal["point", "corner", "face"]
 
@@ -26,7 +26,7 @@ _LOST_OF_MATERIALS = ("ambientColor", "ambientIntensity", "emissiveColor", "shin
 _PLURALS = {"color": "colours", "normal": "normals", "texcoord": "texture coordinates"}
 # The parts of VRML 1.0's primitives, which may have materials of their own, for the faces in `vrml_shapes`.
 _PARTS_OF_CUBE = (2, 3, 5, 4, 1, 0)  # left, right, bottom, top, back, front
-_PARTS_BEHIND_SIDES = {"Cone": (1,), "Cylinder": (2, 1)}
+_PARTS_BEHIND_SIDES = {"Cone": {"BOTTOM": 1}, "Cylinder": {"BOTTOM": 2, "TOP": 1}}
 
 
 @dataclass(frozen=True)
@@ -207,8 +207,9 @@ def read_parts(shape: PlacedNode, appearance: Appearance, n_faces: int, *, is_vr
         if shape.kind == "Cube":
             part = np.array(_PARTS_OF_CUBE)
         elif shape.kind in _PARTS_BEHIND_SIDES:
-            n_caps = n_faces % N_SIDES
-            part[n_faces - n_caps :] = _PARTS_BEHIND_SIDES[shape.kind][:n_caps]
+            known = list_parts(shape)
+            caps = [number for name, number in _PARTS_BEHIND_SIDES[shape.kind].items() if name in known]
+            part[n_faces - len(caps) :] = caps
         return table[part % len(table)]
     return np.repeat(table[:1], n_faces, axis=0)
 

@@ -18,8 +18,8 @@ from .vrml_shapes import (
 )
 
 
-def _read_parts(node: PlacedNode) -> set[str]:
-    """Return the parts of a cone or a cylinder of VRML 1.0."""
+def list_parts(node: PlacedNode) -> set[str]:
+    """Return the parts that a cone or a cylinder of VRML 1.0 has."""
     words = " ".join(node.words("parts")).replace("(", " ").replace(")", " ").replace("|", " ").split()
     return {"SIDES", "TOP", "BOTTOM"} if not words or "ALL" in words else set(words)
 
@@ -37,7 +37,7 @@ def _read_sphere(node: PlacedNode) -> Polygons:
 
 
 def _read_cone(node: PlacedNode) -> Polygons:
-    parts = _read_parts(node)
+    parts = list_parts(node)
     return make_cone(
         node.number("bottomRadius", 1.0),
         node.number("height", 2.0),
@@ -47,7 +47,7 @@ def _read_cone(node: PlacedNode) -> Polygons:
 
 
 def _read_cylinder(node: PlacedNode) -> Polygons:
-    parts = _read_parts(node)
+    parts = list_parts(node)
     return make_cylinder(
         node.number("radius", 1.0),
         node.number("height", 2.0),

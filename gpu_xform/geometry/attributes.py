@@ -224,7 +224,7 @@ def reorder_corners(attributes: Attributes, order: IndexArray) -> Attributes:
     """Return the attributes where row i per corner is row `order[i]` of before."""
     if not attributes.corner:
         return attributes
-    return _replace(attributes, corner={name: _take(column, order) for name, column in attributes.corner.items()})
+    return _replace(attributes, corner={name: take_rows(column, order) for name, column in attributes.corner.items()})
 
 
 def transform_attributes(attributes: Attributes, linear: Float64Array) -> Attributes:
@@ -300,7 +300,8 @@ def _replace(attributes: Attributes, **tables: ColumnsLike) -> Attributes:
     return Attributes(**{**kept, **tables}, labels=attributes.labels, material=attributes.material)
 
 
-def _take(column: Column, rows: IndexArray) -> Column:
+def take_rows(column: Column, rows: IndexArray) -> Column:
+    """Return the chosen rows of a column."""
     if not isinstance(column, RaggedArray):
         taken: npt.NDArray[Any] = column[rows]
         return taken

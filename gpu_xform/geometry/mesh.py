@@ -389,6 +389,16 @@ class Mesh:
         return f"<Mesh: {self.n_points} points, {self.n_faces} faces{'; ' if held else ''}{held}>"
 
 
+def adopt_arrays(
+    positions: Float64Array, offsets: IndexArray, indices: IndexArray, attributes: AttributesLike | None = None
+) -> Mesh:
+    """Return a mesh that takes over finite positions and whole faces of the caller, which are not copied."""
+    mesh = Mesh.__new__(Mesh)
+    mesh._set(positions, offsets, indices)
+    mesh._set_attributes(attributes, None)
+    return mesh
+
+
 def move(mesh: Mesh, positions: npt.ArrayLike, matrix: Float64Array, *, flip: Flip = "auto") -> Mesh:
     """Return `mesh` at `positions`, where the 4x4 `matrix` has put them; as `Mesh.transformed` otherwise."""
     if flip not in ("auto", True, False):

@@ -27,6 +27,9 @@ MAPPED: int = Usage.MAP_READ | Usage.MAP_WRITE
 
 _ids = itertools.count()  # no two buffers of a process have the same
 
+# wgpu submits an empty command buffer before it maps for reading, which takes 0.1 ms, as writes that nothing has been
+# submitted since could be lost (wgpu-native, issue 305). Its own name for doing without:
+READ_WITHOUT_SUBMITTING = "READ_NOSYNC"
 MAX_QUEUED_BYTES = 1 << 18  # up to here the queue's own copy costs less than mapping and unmapping
 
 
@@ -55,12 +58,14 @@ class Buffer:
             self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
         self._released = False
         self._is_mapped = False
+        self._n_submissions_at_write = context.n_submissions
         context.buffers.add(self)
 
     def upload(self, array: npt.NDArray[Any]) -> None:
         """Copy `array` (C-ordered) to the buffer's start."""
         with self.context.lock, translate_wgpu_errors(f"upload {array.nbytes:,} bytes", self.label):
             self.require_submittable(self.context)
+            self._n_submissions_at_write = self.context.n_submissions
             if self._host_mappable and array.nbytes > MAX_QUEUED_BYTES:
                 self.handle.map_sync(wgpu.MapMode.WRITE, 0, array.nbytes)
                 try:
@@ -69,6 +74,26 @@ class Buffer:
                     self.handle.unmap()
             else:
                 self.context.handle.queue.write_buffer(self.handle, 0, array)
+
+    @contextlib.contextmanager
+    def map_write(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
+        """Lend the first `n_bytes` (a multiple of 4) as an array to fill, valid inside the block only.
+
+        What it holds at first is undefined, and so is the buffer if the block raises.
+        """
+        with self.context.lock, translate_wgpu_errors(f"upload {n_bytes:,} bytes", self.label):
+            self.require_submittable(self.context)
+            if not self._host_mappable:
+                staging = np.empty(n_bytes, np.uint8)
+                yield staging
+                self.context.handle.queue.write_buffer(self.handle, 0, staging)
+                return
+            self.handle.map_sync(wgpu.MapMode.WRITE, 0, n_bytes)
+            try:
+                # wgpu has no other way to lend memory for writing: `write_mapped` copies.
+                yield np.frombuffer(self.handle._experimental_get_mapped_range(0, n_bytes), np.uint8)
+            finally:
+                self.handle.unmap()
 
     def wait_mapped(self, n_bytes: int) -> None:
         """Wait until the device is done with the first `n_bytes`, and map them; `map_read` then lends them at once.
@@ -79,7 +104,9 @@ class Buffer:
             return
         with self.context.lock, defer_sigint(), translate_wgpu_errors(f"read {n_bytes:,} bytes back", self.label):
             self.require_submittable(self.context)
-            self.handle.map_sync(wgpu.MapMode.READ, 0, n_bytes)
+            is_submitted = self.context.n_submissions > self._n_submissions_at_write
+            mode = READ_WITHOUT_SUBMITTING if is_submitted else wgpu.MapMode.READ
+            self.handle.map_sync(mode, 0, n_bytes)
             self._is_mapped = True
 
     def unmap(self) -> None:

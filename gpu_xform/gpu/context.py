@@ -172,6 +172,7 @@ class CommandEncoder:
         with translate_wgpu_errors("record the commands", self._label, *[each.label for each in self._used]):
             commands = self.handle.finish()
         self.context.handle.queue.submit([commands])
+        self.context.n_submissions += 1
 
 
 class GpuContext:
@@ -201,6 +202,7 @@ class GpuContext:
         _process_of_first_device = os.getpid()
         self.lock = threading.RLock()
         self.is_closed = False
+        self.n_submissions = 0
         self.buffers: weakref.WeakSet[Submittable] = weakref.WeakSet()  # all that are alive, for the debug tools
         self.observers: list[DispatchObserver] = []
 

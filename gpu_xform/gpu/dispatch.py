@@ -146,7 +146,8 @@ def begin_render_pass(
     """
     target.require_submittable(encoder.context)
     render = encoder.begin_render_pass(target.view, clear_color)
-    render.set_viewport(0.0, 0.0, *map(float, extent), 0.0, 1.0)
+    if extent != target.extent:
+        render.set_viewport(0.0, 0.0, *map(float, extent), 0.0, 1.0)
     render.set_pipeline(pipeline.handle)
     render.set_bind_group(0, bindings)
     yield RenderPass(render)

@@ -8,6 +8,7 @@ import wgpu
 from ..errors import DeviceError, DeviceMemoryError
 
 MEMORY_WORDS = ("not enough memory", "out of memory")
+LOSS_WORDS = "device is lost"
 
 
 @contextlib.contextmanager
@@ -26,3 +27,9 @@ def translate_wgpu_errors(action: str, *labels: str) -> Iterator[None]:
         if isinstance(error, wgpu.GPUOutOfMemoryError) or any(words in text.casefold() for words in MEMORY_WORDS):
             raise DeviceMemoryError(f"the device has not enough memory to {named}") from error
         raise DeviceError(f"the device could not {named}: {text}") from error
+
+
+def raise_if_lost(error: wgpu.GPUError, action: str) -> None:
+    """Raise `DeviceError` for an error that is not about what was tried, but about a device that has been lost."""
+    if LOSS_WORDS in str(error).casefold():
+        raise DeviceError(f"the device could not {action}: {str(error).strip()}") from error

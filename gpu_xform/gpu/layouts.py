@@ -27,6 +27,27 @@ TRANSFORM = {
     ),
 }
 
+_CONVOLUTION_REALS = ["scale", "opaque", "zero", "offset_whole", "offset_fraction"]
+_CONVOLUTION_SIZES = [
+    "n_blocks",
+    "blocks_per_row",
+    "source_stride",
+    "destination_stride",
+    "kernel_height",
+    "rows_per_sum",
+]
+
+CONVOLUTION_PASS = {
+    np.dtype(real): np.dtype(
+        {
+            "names": [*_CONVOLUTION_REALS, *_CONVOLUTION_SIZES],
+            "formats": [real] * len(_CONVOLUTION_REALS) + ["<u4"] * len(_CONVOLUTION_SIZES),
+            "itemsize": n_bytes,
+        }
+    )
+    for real, n_bytes in (("<f4", 44), ("<f8", 64))
+}
+
 SELF_TEST = np.dtype(
     {
         "names": ["entries", "scalar", "count"],
@@ -87,6 +108,44 @@ SPAN = np.dtype(
         "formats": [("<f4", (4,)), "<u4", "<u4", "<f4", "<f4", "<f4", "<f4"],
         "offsets": [0, 16, 20, 24, 28, 32, 36],
         "itemsize": 48,
+    }
+)
+
+SPRING_STEP = np.dtype(
+    {
+        "names": [
+            *("gravity", "kick_s", "wind", "drift_s", "n_points", "is_first", "frame_part"),
+            *("damping_s", "face_drag", "drag_rate"),
+        ],
+        "formats": [("<f4", (3,)), "<f4", ("<f4", (3,)), "<f4", "<u4", "<u4", "<f4", "<f4", "<f4", "<f4"],
+        "offsets": [0, 12, 16, 28, 32, 36, 40, 44, 48, 52],
+        "itemsize": 64,
+    }
+)
+
+OBSTACLE = np.dtype(
+    {
+        "names": [
+            *("rotation_before", "rotation_after", "center_before", "friction", "center_after", "gap"),
+            *("half_size", "radius", "velocity", "is_half_space", "angular_velocity"),
+        ],
+        "formats": [
+            *(("<f4", (4,)), ("<f4", (4,)), ("<f4", (3,)), "<f4", ("<f4", (3,)), "<f4"),
+            *(("<f4", (3,)), "<f4", ("<f4", (3,)), "<u4", ("<f4", (3,))),
+        ],
+        "offsets": [0, 16, 32, 44, 48, 60, 64, 76, 80, 92, 96],
+        "itemsize": 112,
+    }
+)
+
+SLOT_PACKET = np.dtype([("rest", "<f4", (4,)), ("stiffness", "<f4", (4,)), ("shift", "<i4", (4,))])
+
+PIN = np.dtype(
+    {
+        "names": ["position", "point", "velocity"],
+        "formats": [("<f4", (3,)), "<u4", ("<f4", (3,))],
+        "offsets": [0, 12, 16],
+        "itemsize": 32,
     }
 )
 

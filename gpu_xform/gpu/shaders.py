@@ -14,6 +14,7 @@ import wgpu
 
 from ..errors import ShaderError
 from .context import GpuContext
+from .errors import raise_if_lost
 from .wgsl import Sources, installed_sources
 
 _ids = itertools.count()  # no two pipelines of a process have the same
@@ -87,6 +88,7 @@ class Pipelines:
         try:
             return self._context.handle.create_shader_module(label=label, code=source.code)
         except wgpu.GPUError as error:
+            raise_if_lost(error, f"compile {label}")
             message, origin = source.relocate(str(error))
             place = f"{origin.file}:{origin.line}" if origin else self._sources.stages[stage].file
             raise ShaderError(f"{place} does not compile on {self._context!r}: {message}") from error
@@ -110,6 +112,7 @@ class Pipelines:
                 label=label, layout="auto", compute=descriptor | {"constants": constants}
             )
         except wgpu.GPUError as error:
+            raise_if_lost(error, f"compile {row.file}")
             raise ShaderError(f"{row.file} with {dict(constants)} is refused: {error}") from error
         return ComputePipeline(handle, label, self._sources.source(stage, number_type).bindings)
 
@@ -143,6 +146,7 @@ class Pipelines:
                 fragment=fragment | {"targets": [target]},
             )
         except wgpu.GPUError as error:
+            raise_if_lost(error, f"compile {row.file}")
             raise ShaderError(f"{row.file} with {dict(constants)} is refused: {error}") from error
         return RenderPipeline(handle, stage, self._sources.source(stage).bindings)
 

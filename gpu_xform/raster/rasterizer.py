@@ -80,12 +80,13 @@ class TiledRasterizer:
         side = min(TILE_SIDE_PX, device.limits.max_texture_side)
         tiles = [Tile(part, margin) for part in split_into_tiles(region, side)]
         clear_color = _premultiplied_bytes(background)
-        pixels = _filled_border(region, view.size, clear_color if is_opaque else unpremultiply(clear_color))
         is_overlapping = overlap_with is not None and overlap_with.device is device
         wait = overlap_with.wait if overlap_with and is_overlapping else lambda: None
         with device.lock, contextlib.ExitStack() as stack, contextlib.ExitStack() as unread:
             stages = _Stages(device, self._line_stage, draw_list, view, clear_color, tiles, stack)
             target = stages.draw(tiles[0], unread, wait)
+            # While the device draws:
+            pixels = _filled_border(region, view.size, clear_color if is_opaque else unpremultiply(clear_color))
             for last, tile in pairwise(tiles):
                 next_target = stages.draw(tile, unread, target.wait)
                 _collect(pixels, is_opaque, last.region, target)  # while the next tile is drawn

@@ -19,7 +19,7 @@ PIXEL_FORMAT = "rgba8unorm"
 PIXEL_BYTES = 4
 TILE_VERTICES = 3  # of a triangle over a tile
 MIN_PIXELS_PER_EDGE = 2048  # of a tile; where edges are fewer, quads over them are faster than a triangle over the tile
-BACKGROUND_ROWS = 256  # copied at once
+MAX_BACKGROUND_BYTES = 1 << 21  # of whole rows, copied at once
 
 
 class RenderTarget:
@@ -126,7 +126,7 @@ class RenderTarget:
     def _copy_background(self, encoder: CommandEncoder, texture: Texture) -> None:
         """Record the background from a buffer of some rows of it: lavapipe copies faster than it clears."""
         width, height = self.extent
-        n_rows = min(BACKGROUND_ROWS, height)
+        n_rows = min(max(MAX_BACKGROUND_BYTES // self._row_bytes, 1), height)
         usage = Usage.COPY_SRC | Usage.COPY_DST
         rows = self._device.pool.scratch(POOL_OWNER, "background", self._row_bytes * n_rows, usage)
         content = self._background.tobytes()

@@ -12,6 +12,7 @@ from ..imaging.colors import ColorLike
 from ..raster.base import PendingImage
 from ..raster.choose import rasterizer_for, require_rasterizer
 from ..raster.names import RasterizerName
+from ..raster.workload import estimate_workload
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -48,7 +49,7 @@ def render(
     rasterizer : "auto", "render" or "compute"
         How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
         2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
-        CPUs, "render" on GPUs.
+        CPUs, "render" on GPUs, unless `gpu-xform doctor --tune` has measured otherwise there.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
@@ -106,7 +107,7 @@ def render_array(
     rasterizer : "auto", "render" or "compute"
         How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
         2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
-        CPUs, "render" on GPUs.
+        CPUs, "render" on GPUs, unless `gpu-xform doctor --tune` has measured otherwise there.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
@@ -145,5 +146,6 @@ def begin_render(
     """
     require_rasterizer(rasterizer)
     with prepare_frame(models, frame, style) as prepared:
-        chosen = rasterizer_for(prepared.device, rasterizer)
+        drawables, size = prepared.draw_list.drawables, prepared.view.size
+        chosen = rasterizer_for(prepared.device, rasterizer, lambda: estimate_workload(drawables, size))
         return chosen.draw(prepared.draw_list, prepared.view, prepared.background, overlap_with=overlap_with)

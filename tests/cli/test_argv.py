@@ -74,11 +74,13 @@ def test_words_of_an_option(text: str, elsewhere: list[str], on_windows: list[st
             "--dtype: expected float32, float64, got 'float23'; did you mean 'float32'?",
         ),
         ("render a.obj --cmap virids", "got 'virids'; did you mean 'viridis'?"),
+        ("render a.obj --rasterizer compte", "got 'compte'; did you mean 'compute'?"),
         ("render a.obj --edges sillhouette", "got 'sillhouette'; did you mean 'silhouette'?"),
         ("render a.obj --edges all,bundary", "got 'all,bundary'; did you mean 'boundary'?"),
         ("render a.obj --hidden removed", "got 'removed'; did you mean 'remove'?"),
         ("render a.obj --color gren", "got 'gren'; did you mean 'green'?"),
         ("render a.obj -o a.pngg", "got pngg; did you mean 'png'?"),
+        ("transform a.obj a.pyl", "got pyl; did you mean 'ply'?"),
     ],
 )
 def test_misspelt_commands_and_values(typed: str, message: str, capfd: pytest.CaptureFixture[str]) -> None:

@@ -39,7 +39,20 @@ def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [[], ["render"], ["animate"], ["view"], ["transform"], ["info"], ["explain"], ["doctor"], ["bench"]]
+    "name",
+    [
+        [],
+        ["render"],
+        ["animate"],
+        ["simulate"],
+        ["view"],
+        ["transform"],
+        ["convolve"],
+        ["info"],
+        ["explain"],
+        ["doctor"],
+        ["bench"],
+    ],
 )
 def test_help_fits_a_terminal_and_its_examples_parse(
     name: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
@@ -61,7 +74,7 @@ def test_help_fits_a_terminal_and_its_examples_parse(
             make_parser().parse_args(attach_values(words[1:]))
 
 
-@pytest.mark.parametrize("name", ["render", "animate", "view", "transform", "info"])
+@pytest.mark.parametrize("name", ["render", "animate", "simulate", "view", "transform", "info"])
 def test_help_lists_the_types_that_can_be_read(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--help"]) == 0
     found = re.search(r"--file-type TYPE .*?:(.*?)\n(?:\n|  -)", capsys.readouterr().out, re.DOTALL)
@@ -74,7 +87,9 @@ def test_help_says_that_a_reference_stands_in_for_a_picture(capsys: pytest.Captu
     assert capsys.readouterr().out.startswith("usage: gpu-xform render MODEL... (-o OUT | --reference PNG) [options]\n")
 
 
-@pytest.mark.parametrize("name", ["render", "animate", "view", "transform", "explain", "doctor", "bench"])
+@pytest.mark.parametrize(
+    "name", ["render", "animate", "simulate", "view", "transform", "convolve", "explain", "doctor", "bench"]
+)
 def test_help_is_the_last_option(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--help"]) == 0
     options = re.findall(r"^  (-.*?)(?:  |\n)", capsys.readouterr().out, re.MULTILINE)

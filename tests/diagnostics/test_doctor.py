@@ -155,6 +155,35 @@ def test_a_device_that_fails_while_it_works_is_reported(monkeypatch: pytest.Monk
     report = examine()
     assert wrong(report.checks) == PICTURES
     assert "WRONG  picture (render)  the device is lost\n" in report.text()
+    assert report.render_passes[0] == "render pass: WRONG, the device is lost"
+
+
+def test_each_adapter_has_a_line_about_what_a_render_pass_drew_on_it(
+    report: Report, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert report.device is not None
+    drawn = "render pass: ok, 32 of 32 pixels lit, 904 of 904 unlit"
+    assert report.render_passes == (drawn,) * len(report.adapters)
+    assert report.text().count(f"    {drawn}\n") == len(report.adapters)
+    other = dataclasses.replace(report.device, driver="another driver")
+    monkeypatch.setattr(doctor, "adapters", lambda: [report.device, other])
+    assert examine().render_passes == (drawn, drawn)
+    broken = dataclasses.replace(other, name="no such adapter")
+    monkeypatch.setattr(doctor, "adapters", lambda: [broken, report.device])
+    found = examine()
+    assert found.passed
+    assert found.render_passes[0].startswith(
+        "render pass: WRONG, no graphics adapter has 'no such adapter' in its name"
+    )
+    assert found.render_passes[1] == drawn
+
+
+def test_a_device_without_the_texture_format_is_told_what_to_choose(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gpu_xform.raster.hardware.lines.transmittance_format", lambda _: "rgba8snorm")
+    report = examine()
+    assert wrong(report.checks) == ["picture (render)"]
+    for place in (report.text(), *report.render_passes):
+        assert "cannot draw lines into a texture of rgba8snorm, which rasterizer='compute' does without" in place
 
 
 def test_a_device_that_does_not_open_is_reported(

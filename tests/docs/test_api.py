@@ -33,15 +33,19 @@ def test_the_page_says_what_an_error_is_besides() -> None:
 
 def test_the_page_says_all_that_returned_values_hold(device: GpuDevice) -> None:
     picture = np.zeros((2, 2, 4), np.uint8)
+    springs = gpu_xform.Springs([[0, 0, 0]], mass=1.0, device=device)
     values = [
         gpu_xform.decompose(np.eye(4)),
         gpu_xform.Scene().add(name="node"),
         gpu_xform.compare_images(picture, picture),
+        springs.energy(),
+        springs.momentum(),
         device.adapter,
         device.limits,
     ]
     rows = re.findall(r"^\| `(\w+)` +\| (.+?) +\| (.+?) \|$", RETURNED, re.MULTILINE)
     assert len(rows) == RETURNED.count("\n| `")
     held = {type(value).__name__: {name for name in dir(value) if name[0] != "_"} for value in values}
-    held["Decomposition"] -= set(dir(tuple))
+    for name in ("Decomposition", "Energy", "Momentum"):
+        held[name] -= set(dir(tuple))
     assert {name: set(re.findall(r"`(\w+)(?:\(\))?`", phrase)) for name, _, phrase in rows} == held

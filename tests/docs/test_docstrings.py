@@ -12,7 +12,8 @@ from gpu_xform.geometry.scene import Node
 from gpu_xform.imaging.compare import Difference
 from gpu_xform.matrices import Decomposition
 
-CLASSES = [gx.Animation, gx.Camera, gx.Layer, gx.Mesh, gx.Scene, Decomposition, Difference, Node]
+CLASSES = [gx.Animation, gx.Camera, gx.Layer, gx.Mesh, gx.Scene, gx.Springs, gx.Trajectory, Decomposition, Difference]
+CLASSES += [Node]
 
 
 def public_functions() -> Iterator[tuple[str, Callable[..., Any]]]:

@@ -1,5 +1,6 @@
 """What a layer may be given, and what a picture of several layers is."""
 
+import copy
 import dataclasses
 from typing import Any, get_type_hints
 
@@ -289,3 +290,11 @@ def test_dots_behind_faces_are_hidden() -> None:
     for hidden, n_seen in seen.items():
         shown = gx.render_array(CUBE, camera=camera, size=(300, 250), edges=[(0, 0)], point_size=6.0, hidden=hidden)
         assert area(shown) == pytest.approx(n_seen * np.pi * 9, rel=0.02)
+
+
+def test_an_unknown_keyword_of_a_layer_comes_with_a_suggestion() -> None:
+    settings: dict[str, Any] = {"colour": "red"}
+    with pytest.raises(ArgumentTypeError, match=r"^unexpected keyword argument 'colour'; did you mean 'color'\?$"):
+        Layer(CUBE, **settings)
+    assert dataclasses.replace(Layer(model=CUBE, color="red"), line_width=3).color == "red"
+    assert copy.copy(Layer(CUBE, alpha=0.5)).alpha == 0.5

@@ -1,4 +1,5 @@
 import io
+import warnings
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from hypothesis import strategies as st
 
 from gpu_xform import samples
 from gpu_xform.errors import MeshError, MeshWarning
-from gpu_xform.formats import load_mesh, obj
+from gpu_xform.formats import load_mesh, obj, save_mesh
 from gpu_xform.geometry.mesh import Mesh
 
 POINTS = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n"
@@ -245,7 +246,8 @@ texts = st.lists(st.tuples(words, gaps), max_size=40).map(lambda parts: "".join(
 @example("\nv 1 2 3 v 4 5 6\nv \n", True)
 def test_both_paths_accept_the_same_language(text: str, with_points: bool) -> None:
     data = (POINTS if with_points else b"") + text.encode()
-    bulk, careful = both(data)
+    with warnings.catch_warnings(action="ignore", category=MeshWarning):  # about vt and vn, and about points of p
+        bulk, careful = both(data)
     if bulk is not None:
         assert bulk == careful
 
@@ -462,3 +464,75 @@ def test_what_obj_cannot_hold_is_listed() -> None:
     assert obj.list_losses(mesh) == ["intensity per point", "material per face", "area per face", "material (texture)"]
     assert obj.list_losses(obj.read(ATTRIBUTED)) == []
     assert obj.read(saved(mesh)).attributes.corner["normal"][:3].tolist() == np.eye(3).tolist()
+
+
+BY_LINES = b"f 1 2 \\\n3\n"  # which only `_read_lines` reads
+
+
+@pytest.mark.parametrize("end", [b"", BY_LINES])
+def test_points_that_are_drawn_come_back(end: bytes) -> None:
+    # As in "testpoints.obj" of assimp's tests, with a relative index.
+    mesh = obj.read(b"v 0 0 0\nv 1 0 0\np 2 1\nv 1 1 0\np -1\n" + end)
+    assert lines_of(saved(mesh), b"p") == [[b"p", b"2", b"1", b"3"]]
+    assert lines_of(saved(mesh.transformed(np.diag([2.0, 3.0, 4.0, 1.0]))), b"p") == [[b"p", b"2", b"1", b"3"]]
+    with pytest.warns(MeshWarning, match="2 points that p names are left out"):
+        obj.read(b"v 0 0 0\nv 1 0 0\nv 1 1 0\np 7\np x 1\n" + end)
+
+
+@pytest.mark.parametrize("end", [b"", b"# \\\n"])
+def test_normals_of_a_cloud_are_those_of_its_points(end: bytes) -> None:
+    # As MeshLab writes clouds.
+    mesh = obj.read(b"vn 1 0 0\nv 0 0 0\nvn 0 0.6 0.8\nv 1 0 0\nvn 1 0 0\nv 1 1 0\n" + end)
+    normals: list[list[float]] = [[1, 0, 0], [0, 0.6, 0.8], [1, 0, 0]]
+    assert mesh.attributes.point["normal"].tolist() == normals
+    assert lines_of(saved(mesh), b"vn") == [[b"vn", *(repr(float(x)).encode() for x in row)] for row in normals]
+    assert obj.read(saved(mesh)) == mesh
+
+
+@pytest.mark.parametrize("end", [b"", BY_LINES])
+def test_points_without_a_color_may_stand_among_others(end: bytes) -> None:
+    # As in "only_a_part_of_vertexcolors.obj" of assimp's tests.
+    data = b"v 0 0 0\nv 1 0 0 1 0.5 0.25\nv 1 1 0\nf 1 2 3\n"
+    mesh = obj.read(data + end)
+    nothing: list[float] = [np.nan] * 3
+    assert np.array_equal(mesh.attributes.point["color"], [nothing, [1, 0.5, 0.25], nothing], equal_nan=True)
+    assert lines_of(saved(mesh), b"v")[1] == b"v 1.0 0.0 0.0 1.0 0.5 0.25".split()
+    assert lines_of(saved(mesh), b"v")[2] == b"v 1.0 1.0 0.0".split()
+
+
+@pytest.mark.parametrize("end", [b"", BY_LINES])
+def test_what_no_face_names_is_named_when_it_is_lost(end: bytes) -> None:
+    data = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\nlod 3\nf 1/1 2/2 3/2\n"
+    mesh = obj.read(data + end)
+    words = "left out: 1 texture coordinates that no face names, 1 normals that no face names, 1 lod"
+    for kind in ("obj", "ply"):
+        with pytest.warns(MeshWarning, match=words):
+            save_mesh(mesh, io.BytesIO(), file_type=kind)
+    with pytest.warns(MeshWarning, match="left out: 3 texture coordinates that no face names, 1 normals"):
+        save_mesh(obj.read(data.replace(b"/1", b"").replace(b"/2", b"") + end), io.BytesIO(), file_type="obj")
+
+
+def test_curves_and_surfaces_that_cannot_be_shown_are_named() -> None:
+    data = b"v 0 0 0\nv 1 0 0\nv 1 1 0\ncstype taylor\ndeg 2\ncurv 0 1 1 2 3\nparm u 0 1\nend\nl 1 2\n"
+    with pytest.warns(MeshWarning, match="not shown: 1 curv; line 6: curv of type taylor is none of curv and surf of"):
+        mesh = obj.read(data)
+    assert mesh.metadata["obj"]["left_out"] == ("1 cstype, 1 deg, 1 curv, 1 parm, 1 end",)
+
+
+@pytest.mark.parametrize("end", [b"", BY_LINES])
+def test_comments_behind_statements_and_number_signs_in_names_are_kept(end: bytes) -> None:
+    data = b"# first\nv 0 0 0\nv 1 0 0\nv 1 1 0\no a  b\nusemtl Material #25\ng x#1\ns 1 # smooth\nf 1 2 3\n"
+    mesh = obj.read(data + end)
+    assert mesh.attributes.labels["material"] == ("Material #25",)
+    assert mesh.attributes.labels["group"] == ("x#1",)
+    assert mesh.attributes.labels["object"] == ("a  b",)
+    assert mesh.attributes.labels["smooth"] == ("1",)
+    assert mesh.metadata["obj"]["comments"] == (" first", " smooth")
+    commented = obj.read(data.replace(b"v 1 0 0", b"v 1 0 0 # right") + end)
+    assert commented.metadata["obj"]["comments"] == (" first", " right", " smooth")
+
+
+def test_references_beyond_any_integer_are_those_to_nothing() -> None:
+    with pytest.warns(MeshWarning, match="1 corners name texture coordinates that the file does not hold"):
+        mesh = obj.read(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nf 1/1 2/99999999999999999999 3/1\n" + BY_LINES)
+    assert np.isnan(mesh.attributes.corner["texcoord"][1]).all()

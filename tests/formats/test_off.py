@@ -8,8 +8,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from gpu_xform import samples
-from gpu_xform.errors import MeshError
-from gpu_xform.formats import off
+from gpu_xform.errors import MeshError, MeshWarning
+from gpu_xform.formats import off, save_mesh
 from gpu_xform.geometry.attributes import RaggedArray
 from gpu_xform.geometry.mesh import Mesh
 
@@ -71,7 +71,13 @@ def test_binary_files(order: str, flags: str) -> None:
     data = f"{flags}OFF BINARY\n".encode() + np.array([*([3] if "n" in flags else []), 4, 2, 5], f"{order}i4").tobytes()
     data += np.hstack(columns).astype(f"{order}f4").tobytes()
     data += np.array([4, 0, 1, 2, 3, 0, 3, 0, 1, 2, 3], f"{order}i4").tobytes() + np.ones(3, f"{order}f4").tobytes()
-    assert off.read(data).with_attributes(None) == SQUARE
+    mesh = off.read(data)
+    assert mesh.with_attributes(None) == SQUARE
+    if "4" in flags:
+        with pytest.warns(MeshWarning, match="left out: the fourth coordinate of each vertex$"):
+            save_mesh(mesh, io.BytesIO(), file_type="off")
+    elif "n" not in flags:  # but for the number of edges
+        assert saved(mesh) == data.replace(np.array(5, f"{order}i4").tobytes(), bytes(4))
     for end in range(len(data)):
         with pytest.raises(MeshError):
             off.read(data[:end])
@@ -263,3 +269,19 @@ def test_colors_normals_and_texture_of_the_variants() -> None:
 def test_what_off_cannot_hold_is_listed() -> None:
     attributes = {"point": {"intensity": [1.0] * 8, "color": np.zeros((8, 3))}, "face": {"material": [0] * 6}}
     assert off.list_losses(samples.cube().with_attributes(attributes)) == ["intensity per point", "material per face"]
+
+
+def test_a_binary_file_holds_float32_and_no_more() -> None:
+    data = b"COFF BINARY\n" + np.array([1, 0, 0], ">i4").tobytes() + np.arange(7, dtype=">f4").tobytes()
+    mesh = off.read(data)
+    assert saved(mesh) == data
+    of_bytes = mesh.with_attributes({"point": {"color": np.array([[255, 51, 0]], np.uint8), "more": np.ones((1, 2))}})
+    assert off.read(saved(of_bytes)).attributes.point["color"].tolist() == [pytest.approx([1, 0.2, 0, 1])]
+    assert off.list_losses(of_bytes) == ["more per point"]
+    with pytest.raises(MeshError, match="binary OFF holds float32, this mesh has a coordinate of 2e\\+40"):
+        saved(mesh.transformed(np.diag([1e40, 1e40, 1e40, 1.0])))
+
+
+def test_dimensions_that_a_file_lacks_are_named_when_they_are_lost() -> None:
+    with pytest.warns(MeshWarning, match="left out: that it has 2 dimensions$"):
+        save_mesh(off.read(b"nOFF 2\n3 1\n0 0\n1 2\n3 4\n3 0 1 2\n"), io.BytesIO(), file_type="off")

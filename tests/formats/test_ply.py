@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import plyfile
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from gpu_xform import chain, rotate_z, samples, scale, translate
@@ -177,6 +177,7 @@ def test_a_point_cloud() -> None:
     [
         ("ply\n", "plx\n", "line 1: expected 'ply', got 'plx'"),
         ("ascii", "utf8", "line 2: not a statement of a PLY header: 'format utf8 1.0'"),
+        ("property float x", "property list x", "line 6: not a statement of a PLY header: 'property list x'"),
         ("1.0", "2.0", "line 2: not a statement"),
         ("element vertex 4", "element vertex -4", "line 5: not a statement"),
         ("element vertex 4", "element vertex four", "line 5: not a statement"),
@@ -340,7 +341,25 @@ def assert_same_values(a: plyfile.PlyData, b: plyfile.PlyData) -> None:
                 assert np.array_equal(value, other), (expected.name, field.name)
 
 
+LISTED_TEXCOORD = b"""ply
+format ascii 1.0
+element vertex 2
+property float x
+property float y
+property float z
+element edge 1
+property int vertex1
+property int vertex2
+property list uchar char texcoord
+end_header
+0 0 0
+1 1 1
+0 1 2 3 4
+"""
+
+
 @pytest.mark.filterwarnings("ignore:loadtxt")  # plyfile reads empty lists
+@example(LISTED_TEXCOORD)
 @given(files())
 def test_what_is_read_and_written_again_is_equal_as_plyfile_sees_it(data: bytes) -> None:
     mesh = ply.read(data)
@@ -356,7 +375,25 @@ def test_what_is_read_and_written_again_is_equal_as_plyfile_sees_it(data: bytes)
         assert_same_values(other, plyfile.PlyData.read(io.BytesIO(data)))
 
 
+LISTED_TEXCOORD = b"""ply
+format ascii 1.0
+element vertex 2
+property float x
+property float y
+property float z
+element edge 1
+property int vertex1
+property int vertex2
+property list uchar char texcoord
+end_header
+0 0 0
+1 1 1
+0 1 2 3 4
+"""
+
+
 @pytest.mark.filterwarnings("ignore:loadtxt")  # plyfile reads empty lists
+@example(LISTED_TEXCOORD)
 @given(files())
 def test_every_attribute_is_what_plyfile_reads(data: bytes) -> None:
     mesh, other = ply.read(data), plyfile.PlyData.read(io.BytesIO(data))

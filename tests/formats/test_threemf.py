@@ -1,6 +1,5 @@
 import io
 import sys
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -11,19 +10,8 @@ import trimesh
 from gpu_xform import Scene, load_mesh, load_scene
 from gpu_xform.cli import main
 from gpu_xform.errors import MeshError, MissingExtraError
+from tests.support.threemf_files import container
 
-CONTENT_TYPES = """<?xml version="1.0" encoding="UTF-8"?>
-<Types xmlns="http://schemas.openxmlformats.org/package/2006/content-types">
-  <Default Extension="rels" ContentType="application/vnd.openxmlformats-package.relationships+xml"/>
-  <Default Extension="model" ContentType="application/vnd.ms-package.3dmanufacturing-3dmodel+xml"/>
-</Types>
-"""
-RELATIONSHIPS = """<?xml version="1.0" encoding="UTF-8"?>
-<Relationships xmlns="http://schemas.openxmlformats.org/package/2006/relationships">
-  <Relationship Id="rel0" Target="/3D/3dmodel.model"
-    Type="http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmodel"/>
-</Relationships>
-"""
 # A tetrahedron, a pair of them of which the second is turned and moved, and the pair ten to the right.
 MODEL = """<?xml version="1.0" encoding="UTF-8"?>
 <model unit="millimeter" xmlns="http://schemas.microsoft.com/3dmanufacturing/core/2015/02">
@@ -63,10 +51,7 @@ TURNED = np.array([(0, 0, 5), (0, 1, 5), (-2, 0, 5), (0, 0, 8.5)])
 @pytest.fixture
 def pair(tmp_path: Path) -> Path:
     path = tmp_path / "pair.3mf"
-    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as container:
-        container.writestr("[Content_Types].xml", CONTENT_TYPES)
-        container.writestr("_rels/.rels", RELATIONSHIPS)
-        container.writestr("3D/3dmodel.model", MODEL)
+    path.write_bytes(container(MODEL))
     return path
 
 
@@ -91,15 +76,7 @@ def test_without_its_libraries_the_error_says_what_to_install(
 
 def package(model: str, **parts: str) -> io.BytesIO:
     """Return a container with a model part, and others by their names."""
-    file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as container:
-        container.writestr("[Content_Types].xml", CONTENT_TYPES)
-        container.writestr("_rels/.rels", RELATIONSHIPS)
-        container.writestr("3D/3dmodel.model", model)
-        for name, text in parts.items():
-            container.writestr(f"3D/Objects/{name}.model", text)
-    file.seek(0)
-    return file
+    return io.BytesIO(container(model, parts))
 
 
 def load(model: str, **parts: str) -> Scene:

@@ -178,6 +178,10 @@ def test_parts_of_primitives_of_vrml_1() -> None:
     heights = np.array([cylinder.positions[face][:, 1].mean() for face in cylinder.faces])
     reds_of_faces = cylinder.attributes.face["color"][:, 0]
     assert np.array_equal(reds_of_faces, np.where(heights > 0.5, 0.2, np.where(heights < -0.5, 0.3, 0.1)))
+    for parts, expected in (("(SIDES | TOP)", 0.2), ("(SIDES | BOTTOM)", 0.3)):
+        capped = v1(materials + f"Cylinder {{ parts {parts} }}")
+        assert capped.attributes.face["color"][:, 0].tolist() == [0.1] * 32 + [expected]
+    assert v1(materials + "Cone { }").attributes.face["color"][:, 0].tolist() == [0.1] * 32 + [0.2]
 
 
 def test_normals_of_vrml_1() -> None:

@@ -28,6 +28,33 @@ def test_what_is_uploaded_is_read_back(any_device: GpuDevice) -> None:
     buffer.release()
 
 
+def test_what_is_uploaded_after_a_submission_is_read_back(any_device: GpuDevice) -> None:
+    buffer = Buffer(any_device.context, DATA.nbytes, label="test")
+    buffer.upload(DATA)
+    other = Buffer(any_device.context, DATA.nbytes, label="other")
+    copy(any_device, buffer, other, lambda: None)
+    buffer.upload(DATA[::-1].copy())
+    assert read_uint32(buffer, DATA.nbytes).tolist() == DATA[::-1].tolist()
+    assert read_uint32(other, 16).tolist() == DATA[:4].tolist()
+    buffer.release()
+    other.release()
+
+
+def test_reading_what_a_submission_wrote_submits_nothing_more(
+    any_device: GpuDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    source = Buffer(any_device.context, DATA.nbytes, label="test")
+    readback = Buffer(any_device.context, DATA.nbytes, READBACK, label="readback")
+    source.upload(DATA)
+    copy(any_device, source, readback, lambda: None)
+    queue, submitted = any_device.context.handle.queue, []
+    monkeypatch.setattr(type(queue), "submit", lambda _, commands: submitted.append(commands))
+    assert read_uint32(readback, 16).tolist() == DATA[:4].tolist()
+    assert submitted == []
+    source.release()
+    readback.release()
+
+
 def test_a_shorter_upload_leaves_the_rest(any_device: GpuDevice) -> None:
     buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
@@ -148,3 +175,17 @@ def test_a_mapped_buffer_is_lent_once_and_then_free_again(any_device: GpuDevice)
     assert read_uint32(readback, 8).tolist() == [1, 2]
     source.release()
     readback.release()
+
+
+def test_memory_is_lent_to_be_written(any_device: GpuDevice) -> None:
+    buffer = Buffer(any_device.context, DATA.nbytes, label="test")
+    with buffer.map_write(DATA.nbytes - 4) as view:
+        view.view(np.uint32)[:] = DATA[:-1]
+    assert read_uint32(buffer, DATA.nbytes - 4).tolist() == DATA[:-1].tolist()
+    with pytest.raises(ZeroDivisionError), buffer.map_write(16):
+        raise ZeroDivisionError
+    buffer.upload(DATA)
+    assert read_uint32(buffer, DATA.nbytes).tolist() == DATA.tolist()
+    buffer.release()
+    with pytest.raises(DeviceError, match="released"), buffer.map_write(16):
+        pass

@@ -20,6 +20,8 @@ SINGLE, DOUBLE = np.dtype(np.float32), np.dtype(np.float64)
 STRUCTS = [
     ("Transform", "transform_points", "f32", layouts.TRANSFORM[SINGLE]),
     ("Transform", "transform_points", "f64", layouts.TRANSFORM[DOUBLE]),
+    ("ConvolutionPass", "convolve", "f32", layouts.CONVOLUTION_PASS[SINGLE]),
+    ("ConvolutionPass", "convolve", "f64", layouts.CONVOLUTION_PASS[DOUBLE]),
     ("VertexTransform", "vertex_transform", "f32", layouts.VERTEX_TRANSFORM),
     ("Tile", "accumulate_lines", None, layouts.TILE),
     ("DepthCue", "accumulate_lines", None, layouts.DEPTH_CUE),
@@ -29,6 +31,10 @@ STRUCTS = [
     ("SilhouetteView", "extract_silhouette", None, layouts.SILHOUETTE_VIEW),
     ("Span", "split_edges_by_visibility", None, layouts.SPAN),
     ("CountOrWrite", "split_edges_by_visibility", None, layouts.COUNT_OR_WRITE),
+    ("SpringStep", "step_springs", None, layouts.SPRING_STEP),
+    ("SlotPacket", "step_springs", None, layouts.SLOT_PACKET),
+    ("Obstacle", "step_springs", None, layouts.OBSTACLE),
+    ("Pin", "place_pins", None, layouts.PIN),
     ("SelfTest", "self_test", None, layouts.SELF_TEST),
 ]
 
@@ -87,7 +93,8 @@ def test_every_struct_that_a_stage_binds_is_here() -> None:
 
 def test_every_layout_is_here() -> None:
     dtypes = {id(value) for value in vars(layouts).values() if isinstance(value, np.dtype)}
-    dtypes |= {id(value) for value in layouts.TRANSFORM.values()}
+    for by_number_type in (layouts.TRANSFORM, layouts.CONVOLUTION_PASS):
+        dtypes |= {id(value) for value in by_number_type.values()}
     assert dtypes == {id(mirror) for *_, mirror in STRUCTS}
 
 

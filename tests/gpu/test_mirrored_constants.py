@@ -4,18 +4,21 @@ import re
 
 import pytest
 
+from gpu_xform.compute.kernels.convolve import Format
 from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
 from gpu_xform.drawing.enums import ColorMode, Hidden
 from gpu_xform.drawing.geometry_source import NO_FACE
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
 from gpu_xform.raster.triangles import OPACITY_BITS
+from gpu_xform.simulation.incidence import MAX_PACKETS, Slots
+from gpu_xform.simulation.obstacles import MAX_OBSTACLES
 from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
 from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WIDTH_PX
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
 from tests.support.wgsl import FOLDER, STAGES
 
-ENUMERATIONS = {"HIDDEN": Hidden, "COLOR": ColorMode, "EPILOGUE": Epilogue}
+ENUMERATIONS = {"HIDDEN": Hidden, "COLOR": ColorMode, "EPILOGUE": Epilogue, "SLOTS": Slots, "FORMAT": Format}
 
 TWINS = {
     **{f"{prefix}_{member.name}": member for prefix, enumeration in ENUMERATIONS.items() for member in enumeration},
@@ -24,6 +27,8 @@ TWINS = {
     "DASH_ON_WIDTHS": DASH_ON_WIDTHS,
     "HIDDEN_FADE_ALPHA": HIDDEN_FADE_ALPHA,
     "MATRICES_PER_DISPATCH": MATRICES_PER_DISPATCH,
+    "MAX_OBSTACLES": MAX_OBSTACLES,
+    "MAX_PACKETS": MAX_PACKETS,
     "MAX_ROUNDS": MAX_ITERATIONS,
     "MIN_DASH_WIDTH_PX": MIN_DASH_WIDTH_PX,
     "NO_FACE": NO_FACE,
@@ -46,6 +51,7 @@ WGSL_ALONE = {
     "OPAQUE_ABSORBANCE": "shaders write and read absorbance",
     "PIXELS_PER_BAND": "the shaders choose their own grid",
     "SATURATED_ABSORBANCE": "shaders write and read absorbance",
+    "TINY": "only the shader divides by lengths",
     "SILHOUETTE_PROBE_PX": "only the shaders look up depths; the margin of tiles has room for it",
 }
 
@@ -93,10 +99,11 @@ def test_no_two_files_mean_different_things_by_one_constant() -> None:
 
 
 @pytest.mark.parametrize(
-    ("constant", "enumeration"), [("hidden", Hidden), ("color_mode", ColorMode), ("epilogue", Epilogue)]
+    ("constant", "enumeration"),
+    [("hidden", Hidden), ("color_mode", ColorMode), ("epilogue", Epilogue), ("slots", Slots)],
 )
 def test_the_table_of_stages_has_every_member_of_an_enumeration(
-    constant: str, enumeration: type[Hidden | ColorMode | Epilogue]
+    constant: str, enumeration: type[Hidden | ColorMode | Epilogue | Slots]
 ) -> None:
     values = [stage.values[constant] for stage in STAGES.values() if constant in stage.overrides.get("u32", ())]
     assert values

@@ -1,14 +1,18 @@
 """Both rasterisers draw the same pictures, and what chooses one of them."""
 
 import dataclasses
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from wgpu.backends.wgpu_native._api import libf
 
 import gpu_xform as gx
 from gpu_xform import ArgumentError, Camera, DeviceError, Layer, animate, samples, turntable
 from gpu_xform.cli import main
+from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster.base import Rasterizer
 from gpu_xform.raster.choose import rasterizer_for
@@ -91,6 +95,11 @@ def test_half_precision_is_enough_if_the_device_blends_no_more(single_device: Gp
         assert np.abs(half - draw("compute", device=single_device, **style)).max() <= 2
 
 
+def lose_device(device: GpuDevice) -> None:
+    """Let wgpu lose a device, as if it were unplugged: nothing in Python has been told."""
+    libf.wgpuDeviceDestroy(device.context.handle._internal)
+
+
 def stage_of(device: GpuDevice, name: Any = "auto") -> Any:
     """Return how the rasteriser for a name draws lines."""
     return vars(rasterizer_for(device, name))["_line_stage"]
@@ -133,7 +142,8 @@ def test_the_variable_chooses_for_pictures(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.parametrize("name", ["Render", "gpu", "", None, 3])
 def test_an_unknown_rasterizer_is_an_error_that_names_those_there_are(name: Any) -> None:
-    message = rf"^rasterizer must be 'auto', 'render' or 'compute', got {name!r}$"
+    suggestion = re.escape("; did you mean 'render'?") if name == "Render" else ""
+    message = rf"^rasterizer must be 'auto', 'render' or 'compute', got {name!r}{suggestion}$"
     for call in (gx.render, gx.render_array):
         with pytest.raises(ArgumentError, match=message):
             call("no such file.obj", rasterizer=name)
@@ -190,6 +200,53 @@ def test_a_device_that_is_closed_in_the_middle_is_an_error(
             draw(rasterizer_name, device=other)
 
 
+@pytest.mark.parametrize("when", ["recording", "reading"])
+def test_a_device_that_is_lost_in_the_middle_is_an_error(
+    when: str, rasterizer_name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stage = HardwareLineStage if rasterizer_name == "render" else ComputeLineStage
+    place, name = {"recording": (stage, "draw"), "reading": (Buffer, "wait_mapped")}[when]
+    whole: Any = getattr(place, name)
+    with GpuDevice() as other:
+
+        def lose(self: Any, *args: Any) -> None:
+            lose_device(other)
+            whole(self, *args)
+
+        monkeypatch.setattr(place, name, lose)
+        with pytest.raises(DeviceError, match="lost"):
+            draw(rasterizer_name, device=other)
+        monkeypatch.undo()
+        with pytest.raises(DeviceError, match="lost"):
+            draw(rasterizer_name, device=other)
+
+
+def test_a_picture_that_fails_leaves_no_file(
+    tmp_path: Path, rasterizer_name: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    stage = HardwareLineStage if rasterizer_name == "render" else ComputeLineStage
+
+    def fail(*_: Any) -> None:
+        raise DeviceError("the device could not draw: lost")
+
+    monkeypatch.setattr(stage, "draw", fail)
+    monkeypatch.chdir(tmp_path)
+    gx.save_mesh(samples.house(), "house.obj")
+    (tmp_path / "old.png").write_bytes(b"old")
+    for name in ("new.png", "old.png"):
+        assert main(["render", "house.obj", "-o", name, "--rasterizer", rasterizer_name]) != 0
+        assert "lost" in capsys.readouterr().err
+    assert {path.name for path in tmp_path.iterdir()} == {"house.obj", "old.png"}
+    assert (tmp_path / "old.png").read_bytes() == b"old"
+
+
+def test_nothing_to_draw_is_an_error_and_nothing_in_view_a_background(rasterizer_name: str) -> None:
+    with pytest.raises(ArgumentError, match="models"):
+        draw(rasterizer_name, [])
+    aside = Camera.window((10.0, 20.0), (10.0, 20.0))
+    assert (draw(rasterizer_name, background="#204060", camera=aside) == (0x20, 0x40, 0x60, 255)).all()
+
+
 def test_an_edge_longer_than_any_picture_is_drawn(rasterizer_name: str) -> None:
     """Some drivers lose lines over 32,768 pixels long."""
     line = gx.Mesh([(-1e6, 0.1, 0.0), (1e6, 0.1, 0.0)], [(0, 1)])
@@ -204,9 +261,9 @@ def test_the_command_line_chooses(name: str, tmp_path: Any, monkeypatch: pytest.
     gx.save_mesh(samples.house(), "house.obj")
     asked: list[str] = []
 
-    def spy(device: GpuDevice, rasterizer: Any) -> Rasterizer:
+    def spy(device: GpuDevice, rasterizer: Any, workload: Any) -> Rasterizer:
         asked.append(rasterizer)
-        return rasterizer_for(device, rasterizer)
+        return rasterizer_for(device, rasterizer, workload)
 
     monkeypatch.setattr("gpu_xform.rendering.raster.rasterizer_for", spy)
     assert main(["render", "house.obj", "-o", "house.png", "--rasterizer", name, "--size", "90,70"]) == 0

@@ -12,6 +12,8 @@ import gpu_xform as gx
 from gpu_xform.cli import main
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 
+pytestmark = pytest.mark.usefixtures("rasterizer_name")
+
 POINTS = np.random.default_rng(0).uniform(-1, 1, (40, 3))
 SIZE = (60, 50)
 

@@ -17,6 +17,8 @@ from tests.support.projection import clip_to_pixels
 from tests.support.reference_coverage import capsule_areas
 from tests.support.types import Array, DeviceFactory
 
+pytestmark = pytest.mark.usefixtures("rasterizer_name")
+
 DIAGONAL = 0.5 * 2**0.5  # of a pixel: from its centre to its corner
 
 

@@ -13,6 +13,8 @@ from gpu_xform.gpu import buffers
 from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.vector.edge_visibility import split_edges_by_visibility
 
+pytestmark = pytest.mark.usefixtures("rasterizer_name")
+
 HOUSE = gx.samples.house()
 CAMERA = gx.Camera.look_at((5, 4, 9), (0, 0.5, 0))
 SEEN: dict[str, Any] = {"camera": CAMERA, "size": (150, 100)}

@@ -14,6 +14,8 @@ from gpu_xform.gpu.chunking import align_points
 from gpu_xform.gpu.device import GpuDevice
 from tests.support.spies import record_uploads
 
+pytestmark = pytest.mark.usefixtures("rasterizer_name")
+
 SIZE = (300, 200)
 CUBE, HOUSE = samples.cube(), samples.house()
 

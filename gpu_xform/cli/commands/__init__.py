@@ -2,14 +2,16 @@
 
 `run` returns the exit code. A module is imported when its command is chosen.
 
-Reading order: render, animate, view, transform, info, explain, doctor, bench.
+Reading order: render, animate, simulate, view, transform, convolve, info, explain, doctor, bench.
 """
 
 SUMMARIES = {
     "render": "draw models as PNG, SVG or PDF",
     "animate": "draw moving models as a GIF, video or web page",
+    "simulate": "let cloth fall or hang, and draw it as a GIF, video or web page",
     "view": "show models in an interactive window",
     "transform": "transform the points of a model file or an array",
+    "convolve": "convolve an image with a kernel",
     "info": "print what model files hold",
     "explain": "print the matrices of a transform",
     "doctor": "check the graphics adapter and its driver",

@@ -57,7 +57,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="the animation; the end of its name gives the format",
     )
-    groups.add_file_type(group)
+    groups.add_reading_options(group)
     group = parser.add_argument_group("motion, applied after the transforms")
     either = group.add_mutually_exclusive_group()
     either.add_argument(
@@ -125,7 +125,9 @@ def _play(options: argparse.Namespace, paths: Sequence[str]) -> int:
     if options.animation not in scene.animations:
         held = ", ".join(map(repr, scene.animations)) or "none"
         raise ArgumentError(f"--animation: {path} has no {options.animation!r}, its animations: {held}")
-    style = read_style(options, path) | {"transform": compose_transforms(options)}
+    style = read_style(options, path, "a file of several models, as --animation plays it") | {
+        "transform": compose_transforms(options)
+    }
     arguments = collect_picture_arguments(options, as_layers(scene, cast("Style", style)), choose_device(options))
     with name_options_in_errors(options, paths):
         clip = scene.animations[options.animation]

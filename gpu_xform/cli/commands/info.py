@@ -39,19 +39,19 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=types.parse_file_path,
         help="a model file, or a pattern such as *.obj; - for standard input",
     )
-    groups.add_file_type(group)
+    groups.add_reading_options(group)
     groups.add_json(parser, "descriptions of the files")
     groups.add_general_options(parser, adapter=False)
 
 
 def run(options: argparse.Namespace) -> int:
     """Print what files hold."""
-    found = [_describe(path, options.file_type) for path in expand_globs(options.models)]
+    found = [_describe(path, options.file_type, options.tolerance) for path in expand_globs(options.models)]
     print_stdout(json.dumps(found, indent=2) + "\n" if options.json else "\n".join(map(_format, found)))
     return 0
 
 
-def _describe(path: str, declared_type: str | None) -> dict[str, Any]:
+def _describe(path: str, declared_type: str | None, tolerance: float | None) -> dict[str, Any]:
     """Return what a file holds, as JSON has it."""
     from ...formats import load_scene
     from ...formats.gltf import merge_scene
@@ -59,7 +59,7 @@ def _describe(path: str, declared_type: str | None) -> dict[str, Any]:
     kind = file_type(path, declared_type)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", MeshWarning)
-        scene = load_scene(files.open_source(path), file_type=kind)
+        scene = load_scene(files.open_source(path), file_type=kind, tolerance=tolerance)
         is_one = len(scene) == 1 and not scene.metadata
         mesh = next(iter(scene)).models[0].model if is_one and _is_mesh(scene) else merge_scene(scene)
     sizes, counts = np.unique(np.diff(mesh.offsets), return_counts=True)

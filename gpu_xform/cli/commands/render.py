@@ -94,7 +94,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="the picture: a .png, .svg or .pdf file, one per model if the path holds {model}; "
         "- for a PNG on standard output",
     )
-    groups.add_file_type(group)
+    groups.add_reading_options(group)
     groups.add_drawing_options(parser, resolution="1024,1024")
     _add_reference(parser)
     groups.add_general_options(parser, adapter=True, rasterizer=True)

@@ -52,7 +52,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         type=types.parse_file_path,
         help="the result; - for standard output, in the type of IN",
     )
-    groups.add_file_type(group)
+    groups.add_reading_options(group)
     group.add_argument(
         "--strict", action="store_true", help="fail, and write nothing, if the result cannot hold all that IN holds"
     )
@@ -98,7 +98,7 @@ def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: s
                 target_type=target,
             )
         return
-    mesh = files.read_mesh(options.input, options.file_type)
+    mesh = files.read_mesh(options.input, options.file_type, options.tolerance)
     run = project_points if options.project else transform_points
     positions = run(mesh.positions, matrix, device=choose_device(options))
     if options.project:

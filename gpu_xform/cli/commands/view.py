@@ -35,7 +35,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `view`."""
     group = parser.add_argument_group("files")
     groups.add_models(group, parse_layer)
-    groups.add_file_type(group)
+    groups.add_reading_options(group)
     groups.add_drawing_options(parser, resolution="960,720")
     groups.add_general_options(parser, adapter=True, rasterizer=True)
 

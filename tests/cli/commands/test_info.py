@@ -88,3 +88,17 @@ def test_what_cannot_be_read_is_told(capsys: pytest.CaptureFixture[str]) -> None
     (found,) = info_of(capsys, "bad.obj")
     assert found["warnings"] == ["bad.obj: 1 corners name texture coordinates that the file does not hold"]
     assert "no.obj" in error_of(["info", "no.obj"], capsys)
+
+
+def test_the_tolerance_of_surfaces_can_be_given(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    points = "".join(f"v {x} {y} {x * x + y}\n" for y in range(2) for x in range(3))
+    surface = "cstype bezier\ndeg 2 1\nsurf 0 1 0 1 1 2 3 4 5 6\nparm u 0 1\nparm v 0 1\nend\n"
+    path = tmp_path / "bent.obj"
+    path.write_text(points + surface)
+    n_faces = []
+    for tolerance in ("1", "0.01"):
+        assert main(["info", str(path), "--json", "--tolerance", tolerance]) == 0
+        n_faces.append(json.loads(capsys.readouterr().out)[0]["faces"]["4"])
+    assert n_faces == [1, 64]  # control points z = 0, 1, 4 differ by 1, 3: a distance of 2 x 2 / (8 n^2) at most
+    assert main(["info", str(path), "--tolerance", "0"]) == 2
+    assert "--tolerance: expected a number greater than 0, got '0'" in capsys.readouterr().err

@@ -1,0 +1,80 @@
+"""Correlation by fast Fourier transforms on the host, block by block, which large kernels gain by.
+
+Overlap-save: a block of the image, transformed, multiplied and transformed back, holds right results but for as many
+rows and columns at its start as the kernel has but one (Oppenheim and Schafer, Discrete-Time Signal Processing, 8.7.3).
+"""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...gpu.device import GpuDevice
+from ..kernels.convolve import Extend, Stencil, copy_extended, fits
+
+# Sides of blocks: shorter ones transform more overlap, longer ones leave the caches of a CPU.
+KERNELS_PER_BLOCK = 8
+MIN_BLOCK, MAX_BLOCK = 128, 512  # MAX_BLOCK where the kernel is no larger than half of it
+# On a CPU a dense kernel of more takes longer on the device; measured with float32.
+MAX_DIRECT_TAPS_ON_CPU = 256
+
+
+def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: GpuDevice, dtype: np.dtype[Any]) -> bool:
+    """Say whether Fourier transforms should correlate these images with a stencil, in `dtype`.
+
+    Sums over a whole block carry its NaNs and infinities everywhere, and their rounding errors into integers; those are
+    left to the device as long as it has room for the stencil.
+    """
+    if not fits(stencil.matrix.shape, dtype):
+        return True
+    is_faster = stencil.matrix.size > MAX_DIRECT_TAPS_ON_CPU and device.adapter.kind == "CPU"
+    return is_faster and images.dtype.kind == "f" and bool(np.isfinite(images).all())
+
+
+def correlate_by_fourier(
+    images: npt.NDArray[Any], out: npt.NDArray[Any], stencil: Stencil, extend: Extend, dtype: np.dtype[Any]
+) -> None:
+    """Write images (k, h, w, c), correlated with a stencil in `dtype`, into `out`; integers are rounded and clamped."""
+    sides = [_choose_block(n, size) for n, size in zip(stencil.matrix.shape, images.shape[1:3], strict=True)]
+    spectrum = np.fft.rfft2(stencil.matrix[::-1, ::-1].astype(dtype), sides)
+    overlap = [n - 1 for n in stencil.matrix.shape]
+    step_y, step_x = (side - n for side, n in zip(sides, overlap, strict=True))
+    height, width = images.shape[1:3]
+
+    def fill(corner: tuple[int, int]) -> None:
+        y, x = corner
+        n_y, n_x = min(step_y, height - y), min(step_x, width - x)
+        rows = extend(y - stencil.top, y + n_y + stencil.bottom, height)
+        columns = extend(x - stencil.left, x + n_x + stencil.right, width)
+        block = np.empty((*images.shape[:1], len(rows), len(columns), *images.shape[3:]), images.dtype)
+        copy_extended(images, rows, columns, block)
+        product = np.fft.rfft2(np.moveaxis(block, 3, 1).astype(dtype, copy=False), sides)
+        product *= spectrum
+        result = np.fft.irfft2(product, sides)[..., overlap[0] : overlap[0] + n_y, overlap[1] : overlap[1] + n_x]
+        if out.dtype.kind == "u":
+            result = np.clip(np.rint(result), 0, np.iinfo(out.dtype).max)
+        out[:, y : y + n_y, x : x + n_x] = np.moveaxis(result, 1, 3)
+
+    corners = [(y, x) for y in range(0, height, step_y) for x in range(0, width, step_x)]
+    with ThreadPoolExecutor(min(len(corners), os.cpu_count() or 1)) as pool:
+        list(pool.map(fill, corners))
+
+
+def _choose_block(n: int, size: int) -> int:
+    """Return how long blocks are for a side of a kernel, `n`, and of an image: a length that transforms fast."""
+    wanted = max(min(MAX_BLOCK, KERNELS_PER_BLOCK * n), 2 * n, MIN_BLOCK)
+    return _next_fast_length(min(wanted, size + n - 1))
+
+
+def _next_fast_length(n: int) -> int:
+    """Return the smallest product of powers of 2, 3 and 5 that is `n` or more."""
+    products = (
+        2**i * 3**j * 5**k
+        for i in range(n.bit_length() + 1)
+        for j in range(n.bit_length() + 1)
+        for k in range(n.bit_length() + 1)
+        if 2**i * 3**j * 5**k >= n
+    )
+    return int(min(products))

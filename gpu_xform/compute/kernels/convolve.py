@@ -1,0 +1,348 @@
+"""Correlation of images with small matrices, tile by tile."""
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+from ..._core.types import Float64Array
+from ...gpu import layouts, uniforms
+from ...gpu.buffers import UNIFORM, Buffer
+from ...gpu.chunking import name_number_type
+from ...gpu.device import GpuDevice
+from ...gpu.dispatch import Binding, dispatch
+from .transform import POOL_OWNER
+
+NUMBERS_PER_VECTOR = 4
+MAX_CHANNELS = 4  # of a pixel
+VECTORS_PER_BLOCK = 4  # of each of the rows of a block
+ROWS_PER_BLOCK = 2
+ROWS_PER_COLUMN = 8  # of a block of one vector, for matrices of one column
+WORKGROUP_SIZE = 64  # 256 take half as long again on lavapipe
+UNIFORM_BYTES = 64 << 10  # what a uniform binding holds at least
+MAX_TILE_BYTES = 32 << 20  # smaller ones lose more to the calls than they gain by the caches of a CPU
+MIN_TILE_ROWS = 32  # beside its borders, before an image is cut into columns too
+# Every rounding of a long sum may err the same way. These lengths keep the promise of `convolution.convolve`.
+MAX_TAPS_PER_SUM = 49  # beyond, the taps of each row of a matrix are summed by themselves
+MAX_COLUMNS_PER_SUM = 32  # beyond, those of each four columns
+MAX_ROWS_PER_SUM = 16  # of sums of rows
+
+
+class Format(IntEnum):
+    """How buffers hold the numbers of an image; the numbers are the WGSL constants."""
+
+    REAL = 0
+    UINT8 = 1
+    UINT16 = 2
+
+    @classmethod
+    def of(cls, dtype: np.dtype[Any]) -> "Format":
+        """Return the format of a dtype."""
+        return {"u1": cls.UINT8, "u2": cls.UINT16}.get(dtype.str[1:], cls.REAL)
+
+
+class Extend(Protocol):
+    """How an image goes on beyond its sides."""
+
+    def __call__(self, start: int, stop: int, size: int) -> npt.NDArray[np.intp]:
+        """Return which of `size` rows or columns stand at `start` to `stop`; -1 for zeros."""
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """A matrix that slides over an image: out[y, x] = sum of matrix[i, j] * image[y + i - top, x + j - left]."""
+
+    matrix: Float64Array
+    top: int
+    left: int
+
+    @property
+    def is_column(self) -> bool:
+        """Whether its dispatch makes blocks of one vector and many rows, which load each number fewer times."""
+        rows, columns = self.matrix.shape
+        return bool(columns == 1 and ROWS_PER_COLUMN <= rows <= MAX_TAPS_PER_SUM)
+
+    @property
+    def rows_per_block(self) -> int:
+        """Rows of a block of its dispatch."""
+        return ROWS_PER_COLUMN if self.is_column else ROWS_PER_BLOCK
+
+    @property
+    def bottom(self) -> int:
+        """How many rows it reaches below its own."""
+        return len(self.matrix) - 1 - self.top
+
+    @property
+    def right(self) -> int:
+        """How many columns it reaches beyond its own."""
+        return int(self.matrix.shape[1]) - 1 - self.left
+
+
+@dataclass(frozen=True)
+class ConvolutionJob:
+    """Images correlated with a stencil, or with a row and then with a column, computed in `dtype`.
+
+    images : (k, h, w, c) of float32, float64, uint8 or uint16, c at most `MAX_CHANNELS`, none of them 0
+    out : where the results go, of the same shape and dtype
+    extend : how an image goes on beyond its sides
+    scale : of every sum, so that stencils can hold integers
+    opaque : alpha of an opaque pixel, if colours are weighted by alpha; else 0
+    """
+
+    device: GpuDevice
+    images: npt.NDArray[Any]
+    out: npt.NDArray[Any]
+    stencils: tuple[Stencil, ...]
+    extend: Extend
+    dtype: np.dtype[Any]
+    scale: float = 1.0
+    opaque: float = 0.0
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A part of one image, or several whole images."""
+
+    images: slice
+    rows: slice
+    columns: slice
+
+
+@dataclass(frozen=True)
+class _Margins:
+    """How far the stencils reach beyond a tile, in pixels."""
+
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+    @classmethod
+    def around(cls, stencils: tuple[Stencil, ...]) -> "_Margins":
+        sides = ("top", "bottom", "left", "right")
+        return cls(*(sum(getattr(stencil, side) for stencil in stencils) for side in sides))
+
+
+def fits(shape: tuple[int, ...], dtype: np.dtype[Any]) -> bool:
+    """Say whether a uniform buffer holds a matrix of `shape`."""
+    return shape[0] * _align(shape[1], NUMBERS_PER_VECTOR) * dtype.itemsize <= UNIFORM_BYTES
+
+
+def run_convolution(job: ConvolutionJob) -> None:
+    """Write the correlation of all images into `job.out`, which may be `job.images` only if one tile holds all."""
+    passes = _Passes(job)
+    with job.device.lock:
+        coefficients = [_upload_coefficients(job, number) for number in range(len(job.stencils))]
+        for tile in plan_tiles(job):
+            passes.run(tile, coefficients)
+
+
+def plan_tiles(job: ConvolutionJob) -> Iterator[Tile]:
+    """Cut the images so that buffers hold a tile and its margins."""
+    n_images, height, width, n_channels = job.images.shape
+    margins = _Margins.around(job.stencils)
+    item_bytes = job.images.itemsize if len(job.stencils) == 1 else max(job.images.itemsize, job.dtype.itemsize)
+    pixel_bytes = n_channels * item_bytes
+    n_pixels = min(MAX_TILE_BYTES, job.device.limits.max_bound_bytes) // pixel_bytes
+    beside = margins.left + margins.right + 2 * VECTORS_PER_BLOCK * NUMBERS_PER_VECTOR
+    above = margins.top + margins.bottom + ROWS_PER_COLUMN
+    columns = min(width, max(NUMBERS_PER_VECTOR, n_pixels // (min(height, MIN_TILE_ROWS) + above) - beside))
+    rows = min(height, max(ROWS_PER_BLOCK, n_pixels // (columns + beside) - above))
+    if (rows, columns) == (height, width):
+        step = max(1, n_pixels // ((columns + beside) * (rows + above)))
+        for first in range(0, n_images, step):
+            yield Tile(slice(first, min(first + step, n_images)), slice(0, height), slice(0, width))
+        return
+    for image in range(n_images):
+        for y in range(0, height, rows):
+            for x in range(0, width, columns):
+                yield Tile(slice(image, image + 1), slice(y, min(y + rows, height)), slice(x, min(x + columns, width)))
+
+
+class _Passes:
+    """The passes of a job over one tile after the other, by buffers that are kept."""
+
+    def __init__(self, job: ConvolutionJob) -> None:
+        self._job = job
+        self._pool = job.device.pool
+        self._margins = _Margins.around(job.stencils)
+        self._n_channels = int(job.images.shape[-1])
+        # Integers are exact already if the stencils are.
+        is_centered = job.images.dtype.kind == "u" and job.opaque == 0 and job.scale == 1.0
+        self._zero = (np.iinfo(job.images.dtype).max + 1) // 2 if is_centered else 0
+        total = math.prod(math.fsum(stencil.matrix.ravel()) for stencil in job.stencils)
+        self._offset = math.modf(self._zero * total)
+
+    def run(self, tile: Tile, coefficients: list[Binding]) -> None:
+        """Copy a tile in, run the passes, and copy the result out."""
+        job = self._job
+        source, n_columns, stride, padded_height = self._upload(tile)
+        n_images = tile.images.stop - tile.images.start
+        height = tile.rows.stop - tile.rows.start
+        blocks_per_row = -(-self._count_vectors(n_columns) // VECTORS_PER_BLOCK)
+        # Images stand one below the other. What lies between two of them is computed for nothing.
+        n_rows = (n_images - 1) * padded_height + height
+        heights = self._pass_heights(n_rows)
+        buffers, strides, formats = [source], [stride], [Format.of(job.images.dtype)]
+        for number in range(len(heights)):
+            is_last = number == len(heights) - 1
+            formats.append(Format.of(job.out.dtype) if is_last else Format.REAL)
+            itemsize = job.out.itemsize if is_last else job.dtype.itemsize
+            strides.append(blocks_per_row * VECTORS_PER_BLOCK)
+            n_bytes = heights[number] * strides[-1] * NUMBERS_PER_VECTOR * itemsize
+            buffers.append(self._pool.scratch(POOL_OWNER, "destination" if is_last else "rows", n_bytes))
+        structs = [
+            self._pack_parameters(number, heights[number], blocks_per_row, strides) for number in range(len(heights))
+        ]
+        parameters = uniforms.upload(job.device, POOL_OWNER, "convolution passes", structs)
+        idle = [self._pool.scratch(POOL_OWNER, f"idle {k}", NUMBERS_PER_VECTOR * job.dtype.itemsize) for k in range(2)]
+        used = [*buffers, *idle, parameters[0].buffer, coefficients[0].buffer]
+        with job.device.encode_commands(*used, label="convolve") as encoder:
+            for number in range(len(heights)):
+                pipeline = job.device.pipelines.compute(
+                    "convolve",
+                    name_number_type(job.dtype),
+                    workgroup_size=self._workgroup_size,
+                    is_column=job.stencils[number].is_column,
+                    kernel_width=job.stencils[number].matrix.shape[1],
+                    n_channels=self._n_channels,
+                    source_format=formats[number],
+                    destination_format=formats[number + 1],
+                    premultiplies=job.opaque > 0 and number == 0,
+                    unpremultiplies=job.opaque > 0 and number == len(heights) - 1,
+                    sums_quads=job.stencils[number].matrix.shape[1] > MAX_COLUMNS_PER_SUM,
+                    sums_rows=job.stencils[number].matrix.size > MAX_TAPS_PER_SUM,
+                )
+                bindings = job.device.bind_groups.bind(
+                    pipeline,
+                    parameters=parameters[number],
+                    coefficients=coefficients[number],
+                    **_views("source", buffers[number], formats[number], idle[0]),
+                    **_views("destination", buffers[number + 1], formats[number + 1], idle[1]),
+                )
+                n_blocks = int(structs[number].view(layouts.CONVOLUTION_PASS[job.dtype])["n_blocks"][0])
+                dispatch(encoder, pipeline, bindings, -(-n_blocks // self._workgroup_size))
+        row_numbers = strides[-1] * NUMBERS_PER_VECTOR
+        with buffers[-1].map_read(n_rows * row_numbers * job.out.itemsize) as view:
+            numbers = view.view(job.out.dtype.newbyteorder("=")).reshape(n_rows, row_numbers)
+            numbers = numbers[:, : n_columns * self._n_channels]
+            for k, image in enumerate(range(tile.images.start, tile.images.stop)):
+                pixels = numbers[k * padded_height :][:height].reshape(height, n_columns, self._n_channels)
+                job.out[image, tile.rows, tile.columns] = pixels
+
+    @property
+    def _workgroup_size(self) -> int:
+        return min(WORKGROUP_SIZE, self._job.device.limits.max_workgroup_size)
+
+    def _count_vectors(self, n_pixels: int) -> int:
+        return -(-n_pixels * self._n_channels // NUMBERS_PER_VECTOR)
+
+    def _pass_heights(self, height: int) -> list[int]:
+        """Return how many rows each pass makes, whole blocks: the rows that the next pass reads."""
+        heights = []
+        for stencil in reversed(self._job.stencils):
+            height = _align(height, stencil.rows_per_block)
+            heights.append(height)
+            height += len(stencil.matrix) - 1
+        return heights[::-1]
+
+    def _upload(self, tile: Tile) -> tuple[Buffer, int, int, int]:
+        """Upload a tile with its margins; return where, its columns, vectors from row to row, rows of each image."""
+        job, margins = self._job, self._margins
+        height, width = job.images.shape[1:3]
+        n_columns = tile.columns.stop - tile.columns.start
+        widest = max(stencil.matrix.shape[1] for stencil in job.stencils)
+        n_vectors = _align(self._count_vectors(n_columns), VECTORS_PER_BLOCK) + self._count_vectors(widest) + 2
+        rows = job.extend(tile.rows.start - margins.top, tile.rows.stop + margins.bottom, height)
+        columns = job.extend(tile.columns.start - margins.left, tile.columns.stop + margins.right, width)
+        n_images = tile.images.stop - tile.images.start
+        row_numbers = n_vectors * NUMBERS_PER_VECTOR
+        n_bytes = n_images * len(rows) * row_numbers * job.images.itemsize
+        buffer = self._pool.scratch(POOL_OWNER, "source", n_bytes)
+        with buffer.map_write(n_bytes) as view:
+            padded = view.view(job.images.dtype.newbyteorder("=")).reshape(n_images, len(rows), row_numbers)
+            numbers = padded[:, :, : len(columns) * self._n_channels]
+            pixels = numbers.reshape(*numbers.shape[:2], len(columns), self._n_channels)
+            copy_extended(job.images[tile.images], rows, columns, pixels)
+        return buffer, n_columns, n_vectors, len(rows)
+
+    def _pack_parameters(
+        self, number: int, height: int, blocks_per_row: int, strides: list[int]
+    ) -> npt.NDArray[np.uint8]:
+        job = self._job
+        struct = np.zeros((), layouts.CONVOLUTION_PASS[job.dtype])
+        struct["scale"] = job.scale if number == len(job.stencils) - 1 else 1.0
+        struct["opaque"] = job.opaque
+        struct["zero"] = self._zero
+        struct["offset_fraction"], struct["offset_whole"] = self._offset
+        stencil = job.stencils[number]
+        blocks_per_row *= VECTORS_PER_BLOCK if stencil.is_column else 1
+        struct["n_blocks"] = height // stencil.rows_per_block * blocks_per_row
+        struct["blocks_per_row"] = blocks_per_row
+        struct["source_stride"], struct["destination_stride"] = strides[number], strides[number + 1]
+        matrix = job.stencils[number].matrix
+        struct["kernel_height"] = len(matrix)
+        struct["rows_per_sum"] = MAX_ROWS_PER_SUM if matrix.size > MAX_TAPS_PER_SUM else len(matrix)
+        return layouts.as_bytes(struct)
+
+
+def copy_extended(
+    images: npt.NDArray[Any], rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], out: npt.NDArray[Any]
+) -> None:
+    """Write images[:, rows][:, :, columns] into `out`, where an index of -1 stands for zeros."""
+    inner_rows, inner_columns = _find_run(rows), _find_run(columns)
+    taken = images[:, rows[inner_rows.start] : rows[inner_rows.stop - 1] + 1]
+    middle = out[:, inner_rows]
+    middle[:, :, inner_columns] = taken[:, :, columns[inner_columns.start] : columns[inner_columns.stop - 1] + 1]
+    for outer in (slice(0, inner_columns.start), slice(inner_columns.stop, len(columns))):
+        middle[:, :, outer] = _take(taken, columns[outer], axis=2)
+    for k, row in enumerate(rows):
+        if not inner_rows.start <= k < inner_rows.stop:
+            if row < 0:
+                out[:, k] = 0
+            else:
+                out[:, k] = _take(images[:, row], columns, axis=1)
+
+
+def _find_run(indices: npt.NDArray[np.intp]) -> slice:
+    """Return the longest run of consecutive indices that grow by 1."""
+    breaks = np.flatnonzero((np.diff(indices) != 1) | (indices[:-1] < 0)) + 1
+    edges = [0, *breaks.tolist(), len(indices)]
+    lengths = np.where(indices[edges[:-1]] < 0, 0, np.diff(edges))
+    longest = int(np.argmax(lengths))
+    return slice(edges[longest], edges[longest + 1])
+
+
+def _take(array: npt.NDArray[Any], indices: npt.NDArray[np.intp], axis: int) -> npt.NDArray[Any]:
+    taken = np.take(array, indices, axis=axis, mode="clip")
+    if (indices < 0).any():
+        np.moveaxis(taken, axis, 0)[indices < 0] = 0
+    return taken
+
+
+def _views(name: str, buffer: Buffer, number_format: Format, idle: Buffer) -> dict[str, Buffer]:
+    """Return the bindings of a buffer of numbers or of words, of which the other is idle."""
+    is_real = number_format is Format.REAL
+    return {name: buffer if is_real else idle, f"{name}_words": idle if is_real else buffer}
+
+
+def _upload_coefficients(job: ConvolutionJob, number: int) -> Binding:
+    matrix = job.stencils[number].matrix
+    padded = np.zeros((len(matrix), _align(matrix.shape[1], NUMBERS_PER_VECTOR)), job.dtype)
+    padded[:, : matrix.shape[1]] = matrix
+    content = np.zeros(UNIFORM_BYTES // job.dtype.itemsize, job.dtype)
+    content[: padded.size] = padded.ravel()
+    buffer = job.device.pool.scratch(POOL_OWNER, f"coefficients {number}", UNIFORM_BYTES, UNIFORM)
+    key = content.tobytes()
+    if buffer.content_key != key:
+        buffer.upload(content)
+        buffer.content_key = key
+    return Binding(buffer, 0, UNIFORM_BYTES)
+
+
+def _align(n: int, step: int) -> int:
+    return -(-n // step) * step

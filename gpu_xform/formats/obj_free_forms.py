@@ -1,0 +1,301 @@
+"""Free forms of OBJ: Bézier and B-spline curves and surfaces, which become segments and polygons among the others.
+
+Source: "Object Files (.obj)", appendix B1 of the Advanced Visualizer manual, and for `bzp` and `bsp` its chapter on
+superseded statements. What a file trims is not trimmed.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from .._core.types import Float64Array, IndexArray
+from ..errors import ArgumentError, MeshError
+from ..surfaces.bernstein import make_cut, make_elevation
+from ..surfaces.bsplines import make_extraction
+from ..surfaces.curves import choose_curve_steps, tessellate_curves
+from ..surfaces.patches import choose_patch_steps, tessellate_patches
+from .obj_attributes import SHAPES, Extras
+
+_DEFAULT_TOLERANCE = 1e-3  # of the diagonal of all points
+_N_OLD_POINTS = 16  # of `bzp` and `bsp`, 4 x 4
+_TYPES = ("bezier", "bspline")
+
+
+@dataclass
+class _Form:
+    """A curve or a surface, as its statements say."""
+
+    keyword: str
+    line: int
+    faces_before: int
+    states_before: int
+    words: list[str]
+    points_before: int
+    kind: str
+    is_rational: bool
+    degrees: list[int]
+    parameters: dict[str, list[float]] = field(default_factory=dict)
+
+
+@dataclass
+class _Pieces:
+    """The Bézier curves or patches of one form."""
+
+    form: _Form
+    control_points: Float64Array
+    used: IndexArray
+    """The points of the file."""
+
+
+def insert_free_forms(
+    positions: Float64Array, offsets: IndexArray, indices: IndexArray, extras: Extras, tolerance: float | None
+) -> tuple[Float64Array, IndexArray, IndexArray]:
+    """Return the points and faces of a file with the polygons of its free forms, where the file has them.
+
+    What `extras` says of faces, corners and points is adapted. Control points that no face names are left out.
+    """
+    found = list(_read_forms(extras, positions))
+    if not found:
+        return positions, offsets, indices
+    if tolerance is None:
+        tolerance = _DEFAULT_TOLERANCE * float(np.linalg.norm(np.ptp(positions, axis=0))) or 1.0
+    made: list[tuple[_Form, IndexArray, IndexArray, Float64Array]] = []
+    points = [positions]
+    n_points = len(positions)
+    for n_axes in (1, 2):
+        pieces = [each for each in found if each.control_points.ndim == n_axes + 2]
+        if pieces:
+            new_points, faces = _tessellate(pieces, n_axes, tolerance)
+            made += [(form, sizes, corners + n_points, normals) for form, sizes, corners, normals in faces]
+            points.append(new_points)
+            n_points += len(new_points)
+    made.sort(key=lambda each: each[0].line)
+    _extend_points(extras, len(positions), n_points)
+    offsets, indices = _insert_faces(offsets, indices, extras, made)
+    if extras.drawn_points:  # they name points by their numbers
+        return np.concatenate(points), offsets, indices
+    kept = np.ones(n_points, bool)
+    kept[np.concatenate([each.used for each in found])] = False
+    kept[indices] = True
+    if extras.beside_points is not None:
+        extras.beside_points = extras.beside_points[kept]
+    return np.concatenate(points)[kept], offsets, (np.cumsum(kept) - 1)[indices]
+
+
+def _tessellate(
+    pieces: Sequence[_Pieces], n_axes: int, tolerance: float
+) -> tuple[Float64Array, list[tuple[_Form, IndexArray, IndexArray, Float64Array]]]:
+    """Return points, and the sizes, corners and normals of the faces of each form; those of all forms are welded."""
+    control_points = np.concatenate(_raise_degrees([each.control_points for each in pieces]))
+    counts = [len(each.control_points) for each in pieces]
+    if n_axes == 1:
+        steps = choose_curve_steps(control_points, None, tolerance)
+        points, segments = tessellate_curves(control_points, steps)
+        offsets, indices = np.arange(0, segments.size + 1, 2), segments.reshape(-1)
+        normals, part = np.full((len(indices), 3), np.nan), np.repeat(np.arange(len(control_points)), steps)
+    else:
+        points, offsets, indices, normals, part = tessellate_patches(
+            control_points, choose_patch_steps(control_points, None, tolerance)
+        )
+    faces = []
+    ends = np.searchsorted(part, np.cumsum(counts)).tolist()
+    for each, start, end in zip(pieces, [0, *ends[:-1]], ends, strict=True):
+        corners = slice(offsets[start], offsets[end])
+        faces.append((each.form, np.diff(offsets[start : end + 1]), indices[corners], normals[corners]))
+    return points, faces
+
+
+def _raise_degrees(arrays: Sequence[Float64Array]) -> list[Float64Array]:
+    """Return curves or patches all of the highest degree, and all rational if one is."""
+    is_rational = any(array.shape[-1] == 4 for array in arrays)
+    orders = np.max([array.shape[1:-1] for array in arrays], axis=0)
+    raised = []
+    for array in arrays:
+        if is_rational and array.shape[-1] == 3:
+            array = np.concatenate([array, np.ones((*array.shape[:-1], 1))], axis=-1)
+        for axis, order in enumerate(orders.tolist(), 1):
+            elevation = make_elevation(array.shape[axis] - 1, order - 1)
+            array = np.moveaxis(np.tensordot(elevation, array, axes=(1, axis)), 0, axis)
+        raised.append(array)
+    return raised
+
+
+def _extend_points(extras: Extras, n_before: int, n_points: int) -> None:
+    """Add rows of nothing to what stands behind points."""
+    if extras.beside_points is not None:
+        rows = np.full((n_points - n_before, extras.beside_points.shape[1]), np.nan)
+        extras.beside_points = np.concatenate([extras.beside_points, rows])
+
+
+def _insert_faces(
+    offsets: IndexArray,
+    indices: IndexArray,
+    extras: Extras,
+    made: Sequence[tuple[_Form, IndexArray, IndexArray, Float64Array]],
+) -> tuple[IndexArray, IndexArray]:
+    """Return the faces with those of forms between them, and let `extras` speak of the new ones."""
+    no_references = np.full(len(indices), -1)
+    texcoords = no_references if extras.texcoord_of_corner is None else extras.texcoord_of_corner
+    references = no_references if extras.normal_of_corner is None else extras.normal_of_corner
+    normals = [np.empty((0, 3)) if extras.normals is None else extras.normals]
+    n_normals = len(normals[0])
+    all_sizes, all_corners, all_texcoords, all_references = [], [], [], []
+    shifts = np.zeros(len(extras.states) + 1, np.int64)
+    sizes = np.diff(offsets)
+    done = 0
+    for form, new_sizes, new_corners, new_normals in made:
+        before = slice(offsets[done], offsets[form.faces_before])
+        has_normal = np.isfinite(new_normals).all(axis=1)
+        rows = np.where(has_normal, n_normals + np.cumsum(has_normal) - 1, -1)
+        normals.append(new_normals[has_normal])
+        n_normals += int(has_normal.sum())
+        all_sizes += [sizes[done : form.faces_before], new_sizes]
+        all_corners += [indices[before], new_corners]
+        all_texcoords += [texcoords[before], np.full(len(new_corners), -1)]
+        all_references += [references[before], rows]
+        shifts[form.states_before :] += len(new_sizes)
+        done = form.faces_before
+    last = slice(offsets[done], None)
+    extras.states = [
+        (at + shift, word, text) for (at, word, text), shift in zip(extras.states, shifts.tolist(), strict=False)
+    ]
+    extras.texcoord_of_corner = np.concatenate([*all_texcoords, texcoords[last]])
+    extras.normal_of_corner = np.concatenate([*all_references, references[last]])
+    if n_normals:
+        extras.normals = np.concatenate(normals)
+    sizes = np.concatenate([*all_sizes, sizes[done:]])
+    return np.concatenate([[0], np.cumsum(sizes)]), np.concatenate([*all_corners, indices[last]])
+
+
+def _read_forms(extras: Extras, positions: Float64Array) -> Iterator[_Pieces]:
+    """Yield the forms that can be made polygons of, and count the others."""
+    for form in _list_forms(extras):
+        try:
+            yield _make_pieces(form, positions, extras.beside_points)
+        except (ValueError, ArgumentError, MeshError) as error:
+            extras.not_shown[form.keyword] += 1
+            extras.reasons.append(f"line {form.line}: {error}")
+
+
+def _list_forms(extras: Extras) -> Iterator[_Form]:
+    """Yield all curves and surfaces, each with the type, degrees and parameters that hold for it."""
+    kind, is_rational, degrees = "", False, [0]
+    form = None
+    for line, points_before, faces_before, states_before, text in extras.free_forms:
+        keyword, *words = text.split()
+        if keyword in SHAPES:
+            if form is not None:
+                yield form
+            form = _Form(
+                keyword, line, faces_before, states_before, words, points_before, kind, is_rational, list(degrees)
+            )
+            if keyword in ("bzp", "bsp"):  # without a body
+                yield form
+                form = None
+        elif keyword == "cstype":
+            is_rational = "rat" in words[:-1]
+            kind = words[-1] if words else ""
+        elif keyword == "deg":
+            degrees = [int(word) if word.isdecimal() else 0 for word in words]
+        elif keyword == "parm" and form is not None and words:
+            form.parameters[words[0]] = [_parse(word) for word in words[1:]]
+        elif keyword in ("trim", "hole") and form is not None:
+            extras.not_shown[keyword] += 1
+        elif keyword == "end" and form is not None:
+            yield form
+            form = None
+    if form is not None:
+        yield form
+
+
+def _make_pieces(form: _Form, positions: Float64Array, beside: Float64Array | None) -> _Pieces:
+    """Return the Bézier curves or patches of a form; raise an error for what is malformed, or of another type."""
+    if form.keyword in ("bzp", "bsp"):
+        used = _resolve(form, form.words, len(positions))
+        if len(used) != _N_OLD_POINTS:
+            raise MeshError(f"{form.keyword} needs {_N_OLD_POINTS} points, got {len(used)}")
+        patch = positions[used].reshape(4, 4, 3).swapaxes(0, 1)
+        if form.keyword == "bsp":
+            extraction = make_extraction(4, np.arange(8.0), "knots")[0]
+            patch = np.einsum("ia,abd,jb->ijd", extraction, patch, extraction)
+        return _Pieces(form, patch[np.newaxis], used)
+    if form.keyword not in ("curv", "surf") or form.kind not in _TYPES:
+        raise MeshError(f"{form.keyword} of type {form.kind or 'none'} is none of curv and surf of bezier and bspline")
+    n_axes = 1 if form.keyword == "curv" else 2
+    ranges = [_parse(word) for word in form.words[: 2 * n_axes]]
+    used = _resolve(form, form.words[2 * n_axes :], len(positions))
+    degrees = form.degrees[:n_axes]
+    if len(degrees) < n_axes or min(degrees) < 1:
+        raise MeshError(f"{form.keyword} needs {n_axes} degrees of at least 1, got {degrees}")
+    parameters = [np.array(form.parameters.get(name, [])) for name in "uv"[:n_axes]]
+    if any(len(values) < 2 for values in parameters):
+        raise MeshError(f"{form.keyword} needs parm {' and parm '.join('uv'[:n_axes])}")
+    counts = [
+        len(values) - degree - 1 if form.kind == "bspline" else (len(values) - 1) * degree + 1
+        for values, degree in zip(parameters, degrees, strict=True)
+    ]
+    if len(used) != np.prod(counts):
+        shape = " x ".join(map(str, counts))
+        raise MeshError(f"{form.keyword} needs {shape} control points for its degrees and parameters, got {len(used)}")
+    points = positions[used]
+    if form.is_rational:
+        weights = np.ones((len(used), 1))
+        if beside is not None and beside.shape[1] == 1:
+            weights = np.where(np.isnan(beside[used]), 1.0, beside[used])
+        if not (weights > 0).all():
+            raise MeshError(f"{form.keyword} needs positive weights, got {weights.min():g}")
+        points = np.concatenate([points * weights, weights], axis=1)
+    net = points.reshape(*counts[::-1], -1)  # u runs fastest
+    net = np.moveaxis(net, 1, 0) if n_axes == 2 else net
+    for axis, (values, degree) in enumerate(zip(parameters, degrees, strict=True)):
+        matrices = _cut(form, values, degree, *ranges[2 * axis : 2 * axis + 2])
+        net = np.moveaxis(np.tensordot(matrices, net, axes=(2, 2 * axis)), (0, 1), (2 * axis, 2 * axis + 1))
+    if n_axes == 2:
+        net = net.swapaxes(1, 2).reshape(-1, net.shape[1], net.shape[3], net.shape[4])
+    return _Pieces(form, np.ascontiguousarray(net), used)
+
+
+def _cut(form: _Form, values: Float64Array, degree: int, low: float, high: float) -> Float64Array:
+    """Return the matrices from control points to those of Bézier pieces between two parameters: (k, degree + 1, n)."""
+    if form.kind == "bspline":
+        n_points = len(values) - degree - 1
+        matrices = make_extraction(n_points, values, "parm")
+        inside = values[(values >= values[degree]) & (values <= values[n_points])]
+        breaks = np.unique(inside)
+    else:
+        if not (np.diff(values) > 0).all():
+            raise MeshError("parm must ascend")
+        breaks = values
+        n_pieces = len(values) - 1
+        rows = degree * np.arange(n_pieces)[:, np.newaxis] + np.arange(degree + 1)
+        matrices = np.eye(n_pieces * degree + 1)[rows]
+    low, high = max(low, breaks[0]), min(high, breaks[-1])
+    cut = []
+    for matrix, start, end in zip(matrices, breaks[:-1], breaks[1:], strict=True):
+        if low < end and start < high:
+            first, last = (max(low, start) - start) / (end - start), (min(high, end) - start) / (end - start)
+            cut.append(matrix if (first, last) == (0.0, 1.0) else make_cut(degree, first, last) @ matrix)
+    if not cut:
+        raise MeshError(f"{form.keyword} has nothing between its ends {low:g} and {high:g}")
+    return np.stack(cut)
+
+
+def _resolve(form: _Form, words: Sequence[str], n_points: int) -> IndexArray:
+    """Return the points that words such as 3, -1 or 3/1/2 name, counted from 0."""
+    found = []
+    for word in words:
+        value = int(word.partition("/")[0])
+        point = value - 1 if value > 0 else form.points_before + value
+        if value == 0 or not 0 <= point < n_points:
+            raise MeshError(f"{form.keyword} names point {word}, and there are {n_points}")
+        found.append(point)
+    return np.array(found, np.int64)
+
+
+def _parse(word: str) -> float:
+    """Return a finite number."""
+    value = float(word)
+    if not np.isfinite(value):
+        raise ValueError(f"expected a finite number, got {word}")
+    return value

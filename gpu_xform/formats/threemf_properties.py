@@ -1,0 +1,147 @@
+"""Colours, materials and texture coordinates of 3MF, by its core specification 1.3 (5) and its extension for materials.
+
+A triangle names a group of properties and three of its members; an object names what its triangles have by default.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.types import Float64Array, IndexArray
+from ..geometry.attributes import Attributes
+
+_COLOR = re.compile(r"#([0-9a-fA-F]{6})([0-9a-fA-F]{2})?")
+
+GROUPS = ("basematerials", "colorgroup", "compositematerials", "multiproperties", "texture2dgroup")
+
+
+@dataclass(frozen=True)
+class Group:
+    """A group of properties; what its kind does not have is None or empty."""
+
+    colors: npt.NDArray[np.uint8] | None = None
+    """(n, 4), red, green, blue and opacity."""
+    names: tuple[str, ...] = ()
+    texcoords: Float64Array | None = None
+    """(n, 2)"""
+
+
+def read_group(element: Any, known: dict[str, Group]) -> Group:
+    """Return a group, which may refer to `known` ones; members that are malformed are white, or at (0, 0)."""
+    kind = element.tag.rpartition("}")[2]
+    members = [child for child in element if isinstance(child.tag, str)]
+    if kind == "basematerials":
+        colors = [_parse_color(member.get("displaycolor")) for member in members]
+        return Group(np.array(colors, np.uint8).reshape(-1, 4), tuple(member.get("name") or "" for member in members))
+    if kind == "colorgroup":
+        return Group(np.array([_parse_color(member.get("color")) for member in members], np.uint8).reshape(-1, 4))
+    if kind == "texture2dgroup":
+        rows = [[*_parse_floats(f"{member.get('u')} {member.get('v')}"), 0.0, 0.0][:2] for member in members]
+        return Group(texcoords=np.array(rows).reshape(-1, 2))
+    if kind == "compositematerials":
+        base = known.get(element.get("matid", ""), Group())
+        chosen = [int(number) for number in _parse_floats(element.get("matindices"))]
+        return Group(_mix(base, chosen, [_parse_floats(member.get("values")) for member in members]))
+    return _combine(element, members, known)
+
+
+def _mix(base: Group, chosen: Sequence[int], parts: Sequence[Sequence[float]]) -> npt.NDArray[np.uint8] | None:
+    """Return the means of base materials, weighted by their parts."""
+    if base.colors is None or not chosen or not 0 <= min(chosen) <= max(chosen) < len(base.colors):
+        return None
+    weights = np.array([[*row, *[0.0] * len(chosen)][: len(chosen)] for row in parts]).reshape(-1, len(chosen))
+    totals = weights.sum(axis=1, keepdims=True)
+    weights = np.where(totals > 0, weights / np.where(totals > 0, totals, 1.0), 1.0 / len(chosen))
+    return np.rint(np.clip(weights @ base.colors[chosen], 0, 255)).astype(np.uint8)
+
+
+def _combine(element: Any, members: Sequence[Any], known: dict[str, Group]) -> Group:
+    """Return the members of several groups: of these, the first that has colours and the first that has a texture."""
+    groups = [known.get(name, Group()) for name in (element.get("pids") or "").split()]
+    rows = [[int(number) for number in _parse_floats(member.get("pindices"))] for member in members]
+    found: dict[str, Any] = {}
+    for column, group in enumerate(groups):
+        chosen = np.array([row[column] if column < len(row) else 0 for row in rows], np.int64)
+        for name in ("colors", "texcoords"):
+            table = getattr(group, name)
+            if name in found or table is None or not len(table) or not len(chosen):
+                continue
+            found[name] = table[np.where((chosen >= 0) & (chosen < len(table)), chosen, 0)]
+            if name == "colors" and group.names:
+                found["names"] = tuple(group.names[i] if 0 <= i < len(group.names) else "" for i in chosen)
+    return Group(**found)
+
+
+def build_attributes(
+    groups: dict[str, Group], group_of_triangle: Sequence[str | None], members: IndexArray
+) -> Attributes | None:
+    """Return the attributes of triangles.
+
+    group_of_triangle : the name of the group that each triangle names
+    members : (t, 3), the member of the group for each corner, -1 for none
+    """
+    n = len(members)
+    names = np.array([name or "" for name in group_of_triangle])
+    colors, has_color = np.full((n, 3, 4), 255, np.uint8), np.zeros((n, 3), bool)
+    texcoords = np.full((n, 3, 2), np.nan)
+    materials = np.full(n, -1, np.int32)
+    labels: dict[str, int] = {}
+    for name in np.unique(names).tolist():
+        group = groups.get(name)
+        if group is None:
+            continue
+        of_group = np.flatnonzero(names == name)
+        chosen = members[of_group]
+        for table, target, is_set in ((group.colors, colors, has_color), (group.texcoords, texcoords, None)):
+            if table is not None:
+                fits = (chosen >= 0) & (chosen < len(table))
+                rows, corners = np.nonzero(fits)
+                target[of_group[rows], corners] = table[chosen[fits]]
+                if is_set is not None:
+                    is_set[of_group[rows], corners] = True
+        if group.names:
+            numbers = np.array([labels.setdefault(text, len(labels)) for text in group.names] + [-1])
+            first = chosen[:, 0]
+            materials[of_group] = numbers[np.where((first >= 0) & (first < len(group.names)), first, -1)]
+    corner: dict[str, Any] = {}
+    face: dict[str, Any] = {}
+    if has_color.any():
+        colors = colors if (colors[..., 3] < 255).any() else colors[..., :3]
+        if (colors == colors[:, :1]).all():
+            face["color"] = colors[:, 0]
+        else:
+            corner["color"] = colors.reshape(-1, colors.shape[2])
+    if not np.isnan(texcoords).all():
+        corner["texcoord"] = texcoords.reshape(-1, 2)
+    if labels:
+        face["material"] = materials
+    if not (corner or face):
+        return None
+    return Attributes(corner=corner, face=face, labels={"material": tuple(labels)} if labels else None)
+
+
+def _parse_color(text: str | None) -> tuple[int, int, int, int]:
+    """Return the colour that #RRGGBB or #RRGGBBAA says."""
+    match = _COLOR.fullmatch((text or "").strip())
+    if match is None:
+        return 255, 255, 255, 255
+    red, green, blue, alpha = bytes.fromhex(match[1] + (match[2] or "ff"))
+    return red, green, blue, alpha
+
+
+def _parse_floats(text: str | None) -> list[float]:
+    """Return the finite numbers of a text, up to the first word that is none."""
+    numbers: list[float] = []
+    for word in (text or "").split():
+        try:
+            number = float(word)
+        except ValueError:
+            break
+        if not abs(number) < 2**31:
+            break
+        numbers.append(number)
+    return numbers

@@ -1,0 +1,223 @@
+"""Leapfrog on the device: kicks and drifts, each one dispatch, between two copies of the points' state."""
+
+import weakref
+from collections.abc import Callable
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ArgumentError
+from ..gpu import uniforms
+from ..gpu.buffers import Buffer
+from ..gpu.chunking import choose_workgroup_size
+from ..gpu.device import GpuDevice
+from ..gpu.dispatch import Bindable, dispatch
+from ..gpu.layouts import OBSTACLE, SLOT_PACKET, as_bytes
+from ..gpu.shaders import ComputePipeline
+from .conditions import FrameConditions
+from .incidence import MAX_PACKETS, Slots, pack_fans, pack_slots
+from .obstacles import MAX_OBSTACLES
+from .spring_system import SpringSystem
+
+POOL_OWNER = "simulation"
+MAX_STEPS_PER_SUBMISSION = 256  # so that Ctrl+C is heard in the middle of a long frame
+UNUSED_BYTES = 32  # of what stands for an array that a stage does not read
+
+
+class Leapfrog:
+    """The state of a system on a device: positions at a time, velocities half a step earlier, and what moves them.
+
+    A kick adds acceleration times time to the velocities, a drift adds velocities times time to the positions. Both are
+    one dispatch, which reads one copy of the state and writes the other.
+    """
+
+    def __init__(self, device: GpuDevice, system: SpringSystem) -> None:
+        self.device = device
+        self._system = system
+        n_points = system.n_points
+        self._slots = pack_slots(system)
+        self._fans = pack_fans(system.triangles, n_points)
+        self._require_room()
+        self._buffers: list[Buffer] = []
+        weakref.finalize(self, _release, self._buffers)
+        self._springs = self._upload("springs", self._slots.springs)
+        self._masks = self._upload("masks", self._slots.masks)
+        self._unused = self._allocate("unused", UNUSED_BYTES)
+        self._fan_buffer: Buffer | None = None
+        self._force_buffer: Buffer | None = None
+        self._pin_buffer: Buffer | None = None
+        self._positions = [self._allocate("positions", 16 * n_points) for _ in range(2)]
+        self._velocities = [self._allocate("velocities", 16 * n_points) for _ in range(2)]
+        self._current = 0
+
+    def _require_room(self) -> None:
+        limits = self.device.limits
+        per_point = max(
+            16, (48 if self._slots.kind is Slots.LISTED else 16) * self._slots.n_packets, 8 * len(self._fans)
+        )
+        in_dispatch = limits.max_workgroups * choose_workgroup_size(self.device)
+        most = min(limits.max_bound_bytes // per_point, in_dispatch)
+        if self._system.n_points > most:
+            expected = f"have at most {most:,} points with so many springs on {self.device.name!r}"
+            raise ArgumentError.expecting("model", expected, f"{self._system.n_points:,}")
+
+    def _allocate(self, name: str, n_bytes: int) -> Buffer:
+        buffer = Buffer(self.device.context, max(n_bytes, UNUSED_BYTES), label=f"springs: {name}", persistent=True)
+        self._buffers.append(buffer)
+        return buffer
+
+    def _upload(self, name: str, array: npt.NDArray[np.generic]) -> Buffer:
+        buffer = self._allocate(name, array.nbytes)
+        if array.nbytes:
+            buffer.upload(array)
+        return buffer
+
+    def write(self, positions: npt.NDArray[np.float32], velocities: npt.NDArray[np.float32]) -> None:
+        """Set the state: (n, 4) each, as `read_state` returns them."""
+        with self.device.lock:
+            self._positions[self._current].upload(np.ascontiguousarray(positions, np.float32))
+            self._velocities[self._current].upload(np.ascontiguousarray(velocities, np.float32))
+
+    def read_state(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+        """Return all that the device holds of positions and velocities: (n, 4) each."""
+        return self._read(self._positions[self._current]), self._read(self._velocities[self._current])
+
+    def read_positions(self) -> npt.NDArray[np.float32]:
+        """Return the positions (n, 3)."""
+        return self._read(self._positions[self._current])[:, :3].copy()
+
+    def read_kicked_velocities(self, seconds: float, conditions: FrameConditions) -> npt.NDArray[np.float32]:
+        """Return what the velocities (n, 3) would be after a kick of so many seconds; the state stays."""
+        with self.device.lock:
+            self._run(1, seconds, seconds, 1.0, conditions, begin=None)  # touching the obstacles where they are then
+            self._current ^= 1
+            return self._read(self._velocities[self._current ^ 1])[:, :3].copy()
+
+    def _read(self, buffer: Buffer) -> npt.NDArray[np.float32]:
+        n_bytes = 16 * self._system.n_points
+        with buffer.map_read(n_bytes) as view:
+            return view.view(np.float32).reshape(-1, 4).copy()
+
+    def kick(self, seconds: float, conditions: FrameConditions) -> None:
+        """Move the velocities on by `seconds`, or back if it is negative."""
+        self._run(1, seconds, 0.0, 0.0, conditions, begin=None)
+
+    def step(self, n_steps: int, step_s: float, conditions: FrameConditions, count: Callable[[int], object]) -> None:
+        """Take the steps of a frame, from its first to its last.
+
+        count : called with the number of steps that are submitted, after each submission
+        """
+        if len(conditions.pins):
+            self._place_pins(conditions.pins)
+        for first in range(0, n_steps, MAX_STEPS_PER_SUBMISSION):
+            n = min(MAX_STEPS_PER_SUBMISSION, n_steps - first)
+            self._run(n, step_s, step_s, 1.0 / n_steps, conditions, begin=first == 0, count=count)
+
+    def _run(
+        self,
+        n_steps: int,
+        kick_s: float,
+        drift_s: float,
+        frame_part: float,
+        conditions: FrameConditions,
+        *,
+        begin: bool | None,
+        count: Callable[[int], object] = lambda _: None,
+    ) -> None:
+        """Submit steps; `begin` says whether the first is the first of its frame, None that it is no step of one."""
+        step = conditions.step.copy()
+        step["kick_s"], step["drift_s"], step["frame_part"] = kick_s, drift_s, frame_part
+        first_step = step.copy()
+        first_step["is_first"] = begin is not False
+        with self.device.lock:
+            pipeline = self._pipeline(conditions)
+            structs = uniforms.upload(self.device, POOL_OWNER, "steps", [first_step, step])
+            [obstacles] = uniforms.upload(
+                self.device, POOL_OWNER, "obstacles", [_fill(MAX_OBSTACLES, OBSTACLE, conditions.obstacles)]
+            )
+            [packets] = uniforms.upload(
+                self.device, POOL_OWNER, "packets", [_fill(MAX_PACKETS, SLOT_PACKET, self._slots.packets)]
+            )
+            fixed: dict[str, Bindable] = {
+                "obstacles": obstacles,
+                "packets": packets,
+                "springs": self._springs,
+                "masks": self._masks,
+                "fans": self._fans_on_device() if conditions.has_drag else self._unused,
+                "forces": self._forces_on_device(conditions.forces),
+            }
+            groups = [
+                [
+                    self.device.bind_groups.bind(
+                        pipeline,
+                        spring_step=struct,
+                        positions=self._positions[source],
+                        velocities=self._velocities[source],
+                        next_positions=self._positions[source ^ 1],
+                        next_velocities=self._velocities[source ^ 1],
+                        **fixed,
+                    )
+                    for source in range(2)
+                ]
+                for struct in structs
+            ]
+            n_workgroups = -(-self._system.n_points // choose_workgroup_size(self.device))
+            with self.device.encode_commands(*self._buffers, label="springs") as encoder:
+                for k in range(n_steps):
+                    dispatch(encoder, pipeline, groups[min(k, 1)][self._current], n_workgroups)
+                    self._current ^= 1
+                count(n_steps)
+
+    def _pipeline(self, conditions: FrameConditions) -> ComputePipeline:
+        return self.device.pipelines.compute(
+            "step_springs",
+            workgroup_size=choose_workgroup_size(self.device),
+            n_packets=self._slots.n_packets,
+            slots=self._slots.kind,
+            n_fans=len(self._fans) if conditions.has_drag else 0,
+            has_damping=self._system.damping_s > 0.0,
+            has_forces=conditions.forces is not None,
+            n_obstacles=len(conditions.obstacles),
+        )
+
+    def _fans_on_device(self) -> Buffer:
+        if self._fan_buffer is None:
+            self._fan_buffer = self._upload("fans", self._fans)
+        return self._fan_buffer
+
+    def _forces_on_device(self, forces: npt.NDArray[np.float64] | None) -> Buffer:
+        if forces is None:
+            return self._unused
+        if self._force_buffer is None:
+            self._force_buffer = self._allocate("forces", 16 * self._system.n_points)
+        padded = np.zeros((self._system.n_points, 4), np.float32)
+        padded[:, :3] = forces
+        self._force_buffer.upload(padded)
+        return self._force_buffer
+
+    def _place_pins(self, pins: npt.NDArray[np.void]) -> None:
+        with self.device.lock:
+            if self._pin_buffer is None:
+                self._pin_buffer = self._allocate("pins", pins.nbytes)
+            self._pin_buffer.upload(as_bytes(pins))
+            size = choose_workgroup_size(self.device)
+            pipeline = self.device.pipelines.compute("place_pins", workgroup_size=size)
+            positions, velocities = self._positions[self._current], self._velocities[self._current]
+            used = (self._pin_buffer, positions, velocities)
+            with self.device.encode_commands(*used, label="springs: pins") as encoder:
+                bindings = self.device.bind_groups.bind(
+                    pipeline, pins=self._pin_buffer, positions=positions, velocities=velocities
+                )
+                dispatch(encoder, pipeline, bindings, -(-len(pins) // size))
+
+
+def _fill(n: int, dtype: np.dtype[np.void], structs: npt.NDArray[np.void]) -> npt.NDArray[np.uint8]:
+    """Return the bytes of an array of n structs, of which the first are given."""
+    filled = np.zeros(n, dtype)
+    filled[: len(structs)] = structs
+    return as_bytes(filled)
+
+
+def _release(buffers: list[Buffer]) -> None:
+    for buffer in buffers:
+        buffer.release()

@@ -1,0 +1,550 @@
+"""Springs: the public face of a simulation."""
+
+import io
+import math
+import zipfile
+from collections.abc import Sequence
+from typing import Self, Unpack
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.arguments import as_int, as_vector
+from .._core.public import public
+from .._core.types import BoolArray, Float64Array, IndexArray, Progress
+from ..device import Device
+from ..errors import ArgumentError, ArgumentTypeError, SimulationError
+from ..geometry.mesh import Mesh, move
+from ..gpu.device import resolve_gpu_device
+from ._validation import as_points, as_positive_float
+from .conditions import GRAVITY, ConditionOptions, Conditions, Force, FrameConditions, PinMotion, Wind
+from .energy import Energy, Momentum, measure_energy, measure_momentum
+from .leapfrog import Leapfrog
+from .obstacles import Obstacle
+from .spring_system import SpringSystem, join_systems, make_system
+from .stability import SAFETY, StiffestPoint, find_largest_step, find_stiffest_point
+from .trajectory import Trajectory
+
+MAX_SUBSTEPS = 10_000  # per frame, unless more are allowed
+MAX_FPS = 1e6
+STATE_VERSION = 1
+
+
+@public
+class Springs:
+    """Points with masses, joined by springs: cloth, nets, hair. The device moves them by Newton's and Hooke's laws.
+
+    A spring of stiffness k and rest length r pulls its ends together with the force k (length - r). Time goes on by
+    leapfrog steps that are as short as the stiffest point needs them; positions and velocities are float32 on the
+    device. Points do not collide with one another, only with obstacles. All quantities are in SI units.
+
+    Parameters
+    ----------
+    model : Mesh, or (n, 3) numbers
+        The points at the start, in metres. A mesh gives springs as well: see `stretch`.
+    springs : (s, 2) integers, optional
+        The ends of each spring, as indices of points; for a mesh, in addition to its own.
+    stiffness : float or (s,) numbers
+        Of `springs`, in newtons per metre.
+    rest : float or (s,) numbers, optional
+        The rest lengths of `springs`, in metres; by default their lengths in `model`.
+    stretch : float
+        The stiffness of a spring along every edge of a mesh, in N/m; required unless `springs` are given.
+    shear : float
+        The stiffness of a spring along both diagonals of every quad, in N/m.
+    bend : float
+        The stiffness of springs that resist folding, in N/m: across every edge between two faces, from the neighbours
+        of its ends in one face to those in the other. So for triangles they join the two opposite corners; on a grid of
+        quads, points that are two edges apart along a row. Of segments, they join the ends of two that meet.
+    mass : float or (n,) numbers
+        In kilograms: the total, which all points share equally, or the mass of each point.
+    area_density : float
+        In kg/m^2, in place of `mass`: each face gives its corners equal parts of its mass.
+    damping : float
+        In seconds: each spring has a damper of `damping` times its stiffness, in N s/m.
+    pinned : (k,) integers or (n,) bool
+        The points that no force moves.
+    velocities : (n, 3) numbers, optional
+        At the start, in m/s; zero by default.
+    device : Device, optional
+        By default the process's own.
+
+    Raises
+    ------
+    ArgumentError
+        For an index out of range, a spring from a point to itself or between points in one place, a rest length or a
+        mass that is not positive, a negative stiffness, numbers that are not finite, or if no point is free.
+    ArgumentTypeError
+        For values that are no numbers, and indices that are no integers.
+    """
+
+    def __init__(
+        self,
+        model: Mesh | npt.ArrayLike,
+        *,
+        springs: npt.ArrayLike | None = None,
+        stiffness: npt.ArrayLike | None = None,
+        rest: npt.ArrayLike | None = None,
+        stretch: float | None = None,
+        shear: float = 0.0,
+        bend: float = 0.0,
+        mass: npt.ArrayLike | None = None,
+        area_density: float | None = None,
+        damping: float = 0.0,
+        pinned: npt.ArrayLike = (),
+        velocities: npt.ArrayLike | None = None,
+        device: Device | None = None,
+    ) -> None:
+        system = make_system(
+            model,
+            springs=springs,
+            stiffness=stiffness,
+            rest=rest,
+            stretch=stretch,
+            shear=shear,
+            bend=bend,
+            mass=mass,
+            area_density=area_density,
+            damping=damping,
+            pinned=pinned,
+        )
+        self._compose(system, velocities, device)
+
+    @classmethod
+    def join(cls, parts: Sequence["Springs"], *, device: Device | None = None) -> Self:
+        """Return one system of several bodies, at their present positions and velocities.
+
+        The bodies do not touch one another. Their points follow one another in the order of the parts.
+
+        Parameters
+        ----------
+        parts : sequence of Springs
+            With equal damping. They stay as they are.
+        device : Device, optional
+            By default that of the first part.
+
+        Returns
+        -------
+        Springs
+
+        Raises
+        ------
+        ArgumentError
+            If there are none, or if their damping differs.
+        """
+        parts = list(parts)
+        if not parts:
+            raise ArgumentError.expecting("parts", "hold at least one", "none")
+        joint = cls.__new__(cls)
+        system = join_systems([part._system for part in parts])
+        joint._compose(system, np.concatenate([part.velocities for part in parts]), device or parts[0].device)
+        joint.positions = np.concatenate([part.positions for part in parts])
+        return joint
+
+    def _compose(self, system: SpringSystem, velocities: npt.ArrayLike | None, device: Device | None) -> None:
+        self._system = system
+        self._stiffest = find_stiffest_point(system)
+        self._start = (
+            np.zeros((system.n_points, 3))
+            if velocities is None
+            else as_points(velocities, "velocities", system.n_points)
+        )
+        self._leapfrog = Leapfrog(resolve_gpu_device(device), system)
+        self._last_trajectory: Trajectory | None = None
+        self.reset()
+
+    def reset(self) -> None:
+        """Go back to the positions and velocities of the start, and to time 0."""
+        self._write(self._system.points, self._start)
+        self._epoch, self._n_frames, self._frame_s = 0.0, 0, 0.0
+        self._substeps = 0
+        self._last = Conditions(self._system).during(0.0, 1.0, self._state)
+
+    @property
+    def device(self) -> Device:
+        """The device that computes."""
+        return self._leapfrog.device
+
+    @property
+    def n_points(self) -> int:
+        """The number of points."""
+        return self._system.n_points
+
+    @property
+    def springs(self) -> IndexArray:
+        """The ends of every spring, given or of the mesh: (s, 2) int64."""
+        return self._system.pairs.copy()
+
+    @property
+    def stiffness(self) -> Float64Array:
+        """The stiffness of every spring in N/m: (s,) float64."""
+        return self._system.stiffness.copy()
+
+    @property
+    def rest(self) -> Float64Array:
+        """The rest length of every spring in metres: (s,) float64."""
+        return self._system.rest.copy()
+
+    @property
+    def masses(self) -> Float64Array:
+        """The mass of every point in kilograms: (n,) float64."""
+        return self._system.masses.copy()
+
+    @property
+    def pinned(self) -> BoolArray:
+        """Which points are pinned: (n,) bool."""
+        return self._system.pinned.copy()
+
+    @property
+    def mesh(self) -> Mesh:
+        """The mesh at the present positions; of points without a mesh, segments along the springs."""
+        return move(self._system.mesh, self.positions, np.eye(4))
+
+    @property
+    def time(self) -> float:
+        """The seconds since the start."""
+        return self._epoch + self._n_frames * self._frame_s
+
+    @property
+    def positions(self) -> npt.NDArray[np.float32]:
+        """The positions in metres: (n, 3) float32, a copy. They can be assigned; velocities stay."""
+        return self._leapfrog.read_positions()
+
+    @positions.setter
+    def positions(self, positions: npt.ArrayLike) -> None:
+        """Move the points, (n, 3) finite numbers."""
+        velocities = self.velocities
+        self._write(as_points(positions, "positions", self.n_points), velocities)
+
+    @property
+    def velocities(self) -> npt.NDArray[np.float32]:
+        """The velocities in m/s: (n, 3) float32, a copy. They can be assigned; positions stay."""
+        return self._leapfrog.read_kicked_velocities(self._lag_s, self._last)
+
+    @velocities.setter
+    def velocities(self, velocities: npt.ArrayLike) -> None:
+        """Give the points other velocities, (n, 3) finite numbers; those of pinned points are zero."""
+        self._write(self.positions, as_points(velocities, "velocities", self.n_points))
+
+    @property
+    def largest_step(self) -> float:
+        """The longest stable step in seconds, without drag; infinite if there are no springs.
+
+        (2/w) (sqrt(1 + z^2) - z), where w^2 is the largest bound by Gershgorin's theorem on the square of a frequency,
+        over all points i: the sum over the springs of i of k / m_i, twice for those whose other end is free; and
+        z = damping w / 2. It holds while no spring is compressed to less than half its rest length.
+        """
+        return find_largest_step(self._stiffest.frequency, self._system.damping_s)
+
+    @property
+    def substeps(self) -> int:
+        """How many steps the last frame took; 0 before the first."""
+        return self._substeps
+
+    @property
+    def trajectory(self) -> Trajectory | None:
+        """The frames of the last `simulate`, as far as it came: after an error or Ctrl+C, those that are done."""
+        return self._last_trajectory
+
+    def energy(self, gravity: npt.ArrayLike = GRAVITY) -> Energy:
+        """Return the energies of the present state, computed in float64.
+
+        Parameters
+        ----------
+        gravity : (3,) numbers
+            In m/s^2, for the potential energy, which is zero at the origin.
+
+        Returns
+        -------
+        Energy
+            `kinetic`, `elastic` and `potential`, in joules, and their `total`.
+
+        Raises
+        ------
+        ArgumentError
+            If `gravity` is no vector of three finite numbers.
+        """
+        return measure_energy(self._system, self.positions, self.velocities, as_vector(gravity, "gravity", 3))
+
+    def momentum(self) -> Momentum:
+        """Return the momenta of the present state, computed in float64.
+
+        Returns
+        -------
+        Momentum
+            `linear`, (3,) in kg m/s, and `angular` about the origin, (3,) in kg m^2/s.
+        """
+        return measure_momentum(self._system, self.positions, self.velocities)
+
+    def simulate(
+        self,
+        duration: float,
+        fps: float = 30.0,
+        *,
+        gravity: npt.ArrayLike = GRAVITY,
+        drag: float = 0.0,
+        drag_rate: float = 0.0,
+        wind: Wind | None = None,
+        force: Force | None = None,
+        move_pins: PinMotion | None = None,
+        obstacles: Obstacle | Sequence[Obstacle] = (),
+        substeps: int | None = None,
+        max_substeps: int = MAX_SUBSTEPS,
+        progress: Progress | None = None,
+    ) -> Trajectory:
+        """Let time go on, and return the positions at the start of it and after every frame.
+
+        Simulating in two parts gives the same positions as in one.
+
+        Parameters
+        ----------
+        duration : float
+            In seconds; rounded to whole frames.
+        fps : float
+            Frames per second.
+        gravity : (3,) numbers
+            In m/s^2.
+        drag : float
+            The drag coefficient of the faces, about 1 to 2 for cloth. A triangle of area A and unit normal n, past
+            which air flows with velocity u, feels the force drag 1.2 kg/m^3 A/2 (u.n)|u.n| n.
+        drag_rate : float
+            In 1/s: each point feels the acceleration drag_rate (wind - velocity). For hair, which has no faces.
+        wind : (3,) numbers, or a function of the time in seconds that returns them, optional
+            The velocity of the air in m/s, constant during a frame. It acts through `drag` or `drag_rate`.
+        force : function, optional
+            Called at the start of each frame with the time in seconds, the positions and the velocities (n, 3); returns
+            the forces (n, 3) in newtons that act on the points during the frame.
+        move_pins : function, optional
+            Called with the time in seconds; returns a (4, 4) matrix that moves the pinned points from where they were
+            at the start, or their positions (p, 3). During a frame they move in straight lines.
+        obstacles : Sphere, HalfSpace, Capsule, Box, or a sequence of them
+            What points cannot enter.
+        substeps : int, optional
+            Steps per frame; by default as few as are stable.
+        max_substeps : int
+            How many steps per frame are too many.
+        progress : function, optional
+            Called with the number of frames done and of all frames, after each.
+
+        Returns
+        -------
+        Trajectory
+            round(duration fps) + 1 frames; the last is the state in which the system is left.
+
+        Raises
+        ------
+        ArgumentError
+            An argument has an impossible value; `substeps` makes the steps longer than the largest stable one, which is
+            named; or the system needs more than `max_substeps`: the stiffest point is named.
+        SimulationError
+            A position is not finite: the frame is named, and `trajectory` holds the frames before it.
+        """
+        fps = as_positive_float(fps, "fps")
+        if fps > MAX_FPS:
+            raise ArgumentError.expecting("fps", f"be at most {MAX_FPS:g}", f"{fps:g}")
+        duration = as_positive_float(duration, "duration")
+        n_frames = max(1, round(duration * fps))
+        conditions = Conditions(
+            self._system,
+            gravity=gravity,
+            drag=drag,
+            drag_rate=drag_rate,
+            wind=wind,
+            force=force,
+            move_pins=move_pins,
+            obstacles=obstacles,
+        )
+        n_steps = self._choose_substeps(1.0 / fps, conditions, substeps, max_substeps)
+        self._begin_frames(1.0 / fps)
+        first_time, first_frame = self.time, self._n_frames
+        positions = np.empty((n_frames + 1, self.n_points, 3), np.float32)
+        times = self._epoch + (first_frame + np.arange(n_frames + 1, dtype=np.float64)) * self._frame_s
+        positions[0] = self.positions
+        self._require_finite(positions[0], first_time, 0, "at the start")
+        n_done = 1
+        try:
+            for k in range(1, n_frames + 1):
+                self._advance(times[k - 1], times[k], n_steps, conditions)
+                positions[k] = self.positions
+                self._require_finite(positions[k], times[k], k, f"in frame {k}")
+                n_done = k + 1
+                if progress is not None:
+                    progress(k, n_frames)
+        finally:
+            self._last_trajectory = Trajectory(positions[:n_done], times[:n_done], self._system.mesh)
+        return self._last_trajectory
+
+    def step(self, n: int = 1, dt: float | None = None, **conditions: Unpack[ConditionOptions]) -> None:
+        """Take `n` steps, and leave the system after the last.
+
+        Parameters
+        ----------
+        n : int
+            The number of steps.
+        dt : float, optional
+            The length of each in seconds; by default 0.98 of the largest.
+        **conditions
+            gravity, drag, drag_rate, wind, force, move_pins and obstacles, as `simulate` takes them; the steps together
+            count as one frame.
+
+        Raises
+        ------
+        ArgumentError
+            If an argument has an impossible value, or `dt` is above the largest stable step.
+        """
+        n = as_int(n, "n")
+        if n < 1:
+            raise ArgumentError.expecting("n", "be at least 1", n)
+        frame = Conditions(self._system, **conditions)
+        largest = find_largest_step(self._stiffest.frequency, self._system.damping_s, frame.drag_rate)
+        if dt is None:
+            if math.isinf(largest):
+                raise ArgumentError.expecting("dt", "be given if there are no springs", "none")
+            dt = SAFETY * largest
+        dt = as_positive_float(dt, "dt")
+        if dt > largest:
+            raise ArgumentError.expecting("dt", f"be at most {largest:.6g} s, the largest stable step", f"{dt:.6g}")
+        self._begin_frames(n * dt)
+        self._advance(self.time, self.time + n * dt, n, frame, dt)
+
+    def state(self) -> bytes:
+        """Return the present state, to be written to a file.
+
+        Returns
+        -------
+        bytes
+            `restore` continues from it as if there had been no pause, to the byte on the same device.
+        """
+        positions, velocities = self._leapfrog.read_state()
+        file = io.BytesIO()
+        np.savez(
+            file,
+            version=STATE_VERSION,
+            system=self._system.fingerprint(),
+            positions=positions,
+            velocities=velocities,
+            clock=np.array([self._epoch, self._n_frames, self._frame_s, self._lag_s]),
+            step=self._last.step,
+        )
+        return file.getvalue()
+
+    def restore(self, state: bytes) -> None:
+        """Go back to a state that `state` has returned.
+
+        Parameters
+        ----------
+        state : bytes
+            Of a system with the same points, masses, springs and pins.
+
+        Raises
+        ------
+        ArgumentError
+            If it is the state of another system, or no state at all.
+        ArgumentTypeError
+            If it is no bytes.
+        """
+        if not isinstance(state, bytes | bytearray | memoryview):
+            raise ArgumentTypeError.expecting("state", "be the bytes that state() returns", type(state).__name__)
+        try:
+            with np.load(io.BytesIO(state), allow_pickle=False) as file:
+                arrays = {name: file[name] for name in file.files}
+            version, system = int(arrays["version"]), str(arrays["system"])
+            positions, velocities, clock = arrays["positions"], arrays["velocities"], arrays["clock"]
+            step = arrays["step"].astype(self._last.step.dtype)
+        except (ValueError, TypeError, OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
+            raise ArgumentError.expecting("state", "be what state() returns", reason=error) from None
+        if version != STATE_VERSION:
+            raise ArgumentError.expecting("state", f"have version {STATE_VERSION}", version)
+        if system != self._system.fingerprint():
+            raise ArgumentError.expecting("state", "be that of a system with the same points and springs", "another")
+        self._leapfrog.write(positions, velocities)
+        self._epoch, self._n_frames, self._frame_s = float(clock[0]), int(clock[1]), float(clock[2])
+        self._lag_s = float(clock[3])
+        self._last = FrameConditions(step)
+
+    def _write(self, positions: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
+        """Set positions and velocities (n, 3) of one time."""
+        state = np.zeros((2, self.n_points, 4), np.float32)
+        state[0, :, :3], state[0, :, 3] = positions, self._system.inverse_masses
+        state[1, :, :3] = np.where(self._system.pinned[:, np.newaxis], 0.0, velocities)
+        self._leapfrog.write(*state)
+        self._lag_s = 0.0  # how far the device's velocities are behind its positions
+        self._pins_move = False
+
+    def _state(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+        return self.positions, self.velocities
+
+    def _begin_frames(self, frame_s: float) -> None:
+        """Count frames of another length from now on."""
+        if frame_s != self._frame_s:
+            self._epoch, self._n_frames, self._frame_s = self.time, 0, frame_s
+
+    def _advance(
+        self, start_s: float, end_s: float, n_steps: int, conditions: Conditions, step_s: float | None = None
+    ) -> None:
+        """Take the steps of one frame."""
+        step_s = self._frame_s / n_steps if step_s is None else step_s
+        frame = conditions.during(start_s, end_s, self._state)
+        if self._pins_move and not len(frame.pins):
+            self._write(*self._state())
+        if self._lag_s != step_s / 2.0:
+            self._leapfrog.kick(self._lag_s - step_s / 2.0, frame)
+            self._lag_s = step_s / 2.0
+        self._last = frame
+        self._pins_move = len(frame.pins) > 0
+        self._substeps = n_steps
+        n_submitted = 0
+
+        def count(n: int) -> None:
+            nonlocal n_submitted
+            n_submitted += n
+            if n_submitted == n_steps:
+                self._n_frames += 1
+
+        try:
+            self._leapfrog.step(n_steps, step_s, frame, count)
+        except BaseException:
+            if 0 < n_submitted < n_steps:
+                self._epoch, self._n_frames = self.time + n_submitted * step_s, 0
+                self._frame_s = 0.0
+            raise
+
+    def _choose_substeps(self, frame_s: float, conditions: Conditions, substeps: int | None, max_substeps: int) -> int:
+        """Return the number of steps of a frame."""
+        max_substeps = as_int(max_substeps, "max_substeps")
+        if max_substeps < 1:
+            raise ArgumentError.expecting("max_substeps", "be at least 1", max_substeps)
+        largest = find_largest_step(self._stiffest.frequency, self._system.damping_s, conditions.drag_rate)
+        if substeps is None:
+            needed = max(1, math.ceil(frame_s / (SAFETY * largest)))
+            if needed > max_substeps:
+                raise ArgumentError(_describe_stiffness(self._stiffest, needed, max_substeps), argument="max_substeps")
+            return needed
+        n_steps = as_int(substeps, "substeps")
+        if n_steps < 1:
+            raise ArgumentError.expecting("substeps", "be at least 1", n_steps)
+        if frame_s / n_steps > largest:
+            least = math.ceil(frame_s / largest)
+            expected = f"be at least {least}, for steps of at most {largest:.6g} s, the largest stable one"
+            raise ArgumentError.expecting("substeps", expected, n_steps)
+        return n_steps
+
+    def _require_finite(self, positions: npt.NDArray[np.float32], time: float, frame: int, where: str) -> None:
+        wrong = ~np.isfinite(positions).all(axis=1)
+        if wrong.any():
+            point = int(np.argmax(wrong))
+            raise SimulationError(
+                f"point {point} is not at a finite position {where}, at {time:g} s: restore a state, or reset()",
+                frame=frame,
+            )
+
+    def __repr__(self) -> str:
+        return f"<Springs: {self.n_points} points, {len(self._system.pairs)} springs at {self.time:g} s>"
+
+
+def _describe_stiffness(stiffest: StiffestPoint, needed: int, max_substeps: int) -> str:
+    return (
+        f"a frame needs {needed:,} steps, more than max_substeps, {max_substeps:,}: point {stiffest.point} has springs "
+        f"of {stiffest.stiffness:g} N/m in sum and a mass of {stiffest.mass:g} kg. Softer springs, more mass, more "
+        "frames per second, or a coarser model would need fewer"
+    )

@@ -1,0 +1,105 @@
+"""B-splines to Bézier curves and patches, by knot insertion."""
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.arguments import as_real_array
+from .._core.public import public
+from .._core.types import Float64Array
+from ..errors import ArgumentError
+from .control_points import require_control_points
+
+
+@public
+def bspline_to_bezier(control_points: npt.ArrayLike, *knots: npt.ArrayLike) -> Float64Array:
+    """Return the Bézier curves or patches that a B-spline, rational or not, consists of.
+
+    The degree in each direction follows from the numbers of knots and of control points: n_knots - n_points - 1. The
+    spline is defined from the knot of that index to the one as far from the end; knots need not be clamped. Pieces of
+    no length, between equal knots, give no curve or patch.
+
+    Parameters
+    ----------
+    control_points : (n, 3) or (n, 4), or (n, m, 3) or (n, m, 4) numbers
+        Those of a curve or of a surface. With a fourth coordinate, the weight w > 0, they are rational: (x, y, z, w)
+        stands for the point (x/w, y/w, z/w).
+    *knots : one array of numbers per direction
+        The knots of a curve, or those in u and those in v of a surface; not descending.
+
+    Returns
+    -------
+    (k, p + 1, 3 or 4) float64, or (k, p + 1, q + 1, 3 or 4) float64
+        Control points for `curve` or `bezier`. Neighbours share theirs, so that they are welded.
+
+    Raises
+    ------
+    ArgumentError
+        For a wrong shape, too few or too many knots, descending knots, or a knot inside that occurs more often than the
+        degree, where the spline would be torn.
+    ArgumentTypeError
+        If an argument holds no real numbers.
+
+    Notes
+    -----
+    Source: W. Boehm, "Inserting new knots into B-spline curves", Computer-Aided Design 12 (1980): every knot is
+    inserted until it occurs as often as the degree.
+    """
+    points = as_real_array(control_points, "control_points")
+    if len(knots) not in (1, 2):
+        message = f"knots must be given for one direction or for two, got {len(knots)}"
+        raise ArgumentError(message, argument="knots", expected="be given for one direction or for two")
+    axes = ("n", "n, m")[len(knots) - 1]
+    require_control_points(points[np.newaxis], "control_points", f"1, {axes}")
+    extractions = []
+    for axis, values in enumerate(knots):
+        name = "knots" if len(knots) == 1 else f"knots in {'uv'[axis]}"
+        extractions.append(make_extraction(points.shape[axis], as_real_array(values, name), name))
+    pieces: Float64Array = np.tensordot(extractions[0], points, axes=(2, 0))  # (k, p + 1, ...)
+    if len(knots) == 2:
+        pieces = np.einsum("ljm,kimd->klijd", extractions[1], pieces, optimize=True)
+        pieces = pieces.reshape(-1, *pieces.shape[2:])
+    return np.ascontiguousarray(pieces)
+
+
+def make_extraction(n_points: int, knots: Float64Array, name: str) -> Float64Array:
+    """Return the matrices from control points of a B-spline to those of its Bézier curves: (k, p + 1, n)."""
+    degree = len(knots) - n_points - 1 if knots.ndim == 1 else 0
+    if degree < 1 or degree >= n_points:
+        expected = f"have shape ({n_points + 2},) to ({2 * n_points},), which makes a degree of 1 to {n_points - 1}"
+        raise ArgumentError.expecting(name, expected, knots.shape)
+    if (np.diff(knots) < 0).any():
+        row = int(np.argmax(np.diff(knots) < 0))
+        raise ArgumentError.expecting(name, "not descend", f"{knots[row]:g} before {knots[row + 1]:g}")
+    low, high = knots[degree], knots[n_points]
+    if not low < high:
+        raise ArgumentError.expecting(name, "leave a range where the spline is defined", f"{low:g} to {high:g}")
+    inner, counts = np.unique(knots[(knots > low) & (knots < high)], return_counts=True)
+    if (counts > degree).any():
+        row = int(np.argmax(counts))
+        raise ArgumentError.expecting(
+            name, f"have no knot inside more than {degree} times", f"{inner[row]:g} {counts[row]} times"
+        )
+    matrix = np.eye(n_points)
+    for knot in (low, *inner.tolist(), high):
+        for _ in range(degree - int(np.count_nonzero(knots == knot))):
+            matrix, knots = _insert_knot(matrix, knots, degree, knot)
+    # The control points of the first piece end at the last of the knots at its start.
+    first = int(np.searchsorted(knots, low, side="right")) - 1 - degree
+    n_pieces = len(inner) + 1
+    rows = first + degree * np.arange(n_pieces)[:, np.newaxis] + np.arange(degree + 1)
+    pieces: Float64Array = matrix[rows]
+    return pieces
+
+
+def _insert_knot(
+    matrix: Float64Array, knots: Float64Array, degree: int, knot: float
+) -> tuple[Float64Array, Float64Array]:
+    """Return the matrix of the control points after one more knot, and the knots."""
+    span = int(np.searchsorted(knots, knot, side="right")) - 1
+    i = np.arange(len(matrix) + 1)
+    last = len(matrix) - 1
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = (knot - knots[i]) / (knots[np.minimum(i + degree, len(knots) - 1)] - knots[i])
+    share = np.where(i <= span - degree, 1.0, np.where(i > span, 0.0, share))[:, np.newaxis]
+    new = share * matrix[np.minimum(i, last)] + (1.0 - share) * matrix[np.maximum(i - 1, 0)]
+    return new, np.insert(knots, span + 1, knot)

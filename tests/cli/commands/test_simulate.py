@@ -1,0 +1,127 @@
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from gpu_xform import Box, Camera, HalfSpace, Layer, Mesh, Sphere, Springs, matrices, render_array, samples, save_mesh
+from gpu_xform.cli import main
+from tests.support.cli import error_of
+from tests.support.types import Pixels
+
+SMALL = ("--resolution", "60,40", "--duration", "0.2", "--fps", "20", "--no-antialias")
+PLAIN = {"mass": 0.1, "stretch": 98.1, "shear": 9.81, "bend": 0.2943, "damping": 2e-4}
+AIM = ("--camera-position", "0,0,4", "--camera-focal-point", "0,0,0")
+
+
+def run_simulate(*options: str) -> list[Pixels]:
+    assert main(["simulate", *options, "-o", "out.webp", *SMALL, *AIM]) == 0
+    frames = []
+    with Image.open("out.webp") as image:
+        for k in range(getattr(image, "n_frames", 1)):
+            image.seek(k)
+            frames.append(np.asarray(image.convert("RGBA"), np.uint8))
+    return frames
+
+
+def expected(mesh: Mesh, material: dict[str, Any], bodies: tuple[Mesh, ...] = (), **conditions: Any) -> list[Pixels]:
+    """Return the frames as the library simulates and draws them."""
+
+    path = Springs(mesh, **PLAIN | material).simulate(0.2, 20, **{"drag": 1.0} | conditions)
+    grey: dict[str, Any] = {"edges": "silhouette", "hidden": "remove", "color": "#9aa0a6", "line_width": 1}
+    layers = [Layer(body, **grey) for body in bodies]
+    return [
+        render_array(
+            [*layers, Layer(frame, antialias=False)], size=(60, 40), camera=Camera.look_at((0, 0, 4), (0, 0, 0))
+        )
+        for frame in path.meshes()
+    ]
+
+
+def test_cloth_falls_over_what_is_below() -> None:
+    sphere, box = ("0,-0.2,0,0.15", "0.3,-0.1,0.2,0.1,0.2,0.3")
+    options = ("--sphere", sphere, "--box", box, "--floor", "-0.1", "--friction", "0.5", "--gap", "0.02")
+    frames = run_simulate("cloth", "--quads", "5,4", *options)
+    surface = {"friction": 0.5, "gap": 0.02}
+    obstacles = [
+        Sphere((0, -0.2, 0), 0.15, **surface),
+        Box((0.3, -0.1, 0.2), (0.1, 0.2, 0.3), **surface),
+        HalfSpace((0, -0.1, 0), **surface),
+    ]
+    ball = samples.icosphere(4).transformed(matrices.chain(matrices.scale(0.15), matrices.translate(0, -0.2, 0)))
+    block = samples.cube().transformed(
+        matrices.chain(matrices.scale(0.05, 0.1, 0.15), matrices.translate(0.3, -0.1, 0.2))
+    )
+    assert len(frames) == 5
+    assert not np.array_equal(frames[0], frames[-1])
+    assert np.array_equal(frames, expected(samples.cloth(5, 4), {}, (ball, block), obstacles=obstacles))
+
+
+def test_a_curtain_hangs_in_the_wind() -> None:
+    options = ("--pin", "top", "--wind", "1,0,3", "--drag", "1.5", "--gravity", "0,-5,0")
+    frames = run_simulate("curtain", "--quads", "32,3", *options)
+    curtain = samples.curtain(32, 3)
+    conditions: dict[str, Any] = {"wind": (1, 0, 3), "drag": 1.5, "gravity": (0, -5, 0)}
+    assert np.array_equal(frames, expected(curtain, {"pinned": range(33)}, **conditions))
+
+
+def test_a_file_has_the_material_and_the_place_that_are_typed() -> None:
+    save_mesh(samples.house(), "house.obj")
+    options = ("--scale", "0.4", "--pin", "0,3", "--pin", "left", "--mass", "2", "--stretch-stiffness", "300")
+    more = ("--shear-stiffness", "50", "--bend-stiffness", "7", "--damping", "1e-3")
+    frames = run_simulate("house.obj", *options, *more)
+    house = samples.house().transformed(matrices.scale(0.4))
+    left = np.flatnonzero(house.positions[:, 0] < -0.39)
+    material = {"mass": 2, "stretch": 300, "shear": 50, "bend": 7, "damping": 1e-3, "pinned": [0, 3, *left]}
+    assert np.array_equal(frames, expected(house, material))
+
+
+@pytest.mark.parametrize(
+    ("pins", "found"),
+    [
+        ("corners", [0, 4, 15, 19]),
+        ("back", [0, 1, 2, 3, 4]),
+        ("front,7", [7, 15, 16, 17, 18, 19]),
+        ("left,right", [0, 4, 5, 9, 10, 14, 15, 19]),
+    ],
+)
+def test_pins_have_names(pins: str, found: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    pinned = []
+
+    class StopError(Exception):
+        pass
+
+    def simulate(springs: Springs, *_: Any, **__: Any) -> None:
+        pinned.extend(np.flatnonzero(springs.pinned).tolist())
+        raise StopError
+
+    monkeypatch.setattr(Springs, "simulate", simulate)
+    with pytest.raises(StopError):
+        main(["simulate", "cloth", "--quads", "4,3", "--pin", pins, "-o", "out.gif"])
+    assert pinned == found
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["cloth", "-o", "out.bmp"], "-o: path must end in one of"),
+        (["none.obj", "-o", "out.gif"], "none.obj: No such file"),
+        (["house.obj", "-o", "out.gif", "--quads", "2,2"], "--quads is for cloth and curtain"),
+        (["cloth", "-o", "out.gif", "--quads", "2"], "--quads: expected two whole numbers, N,M, got '2'"),
+        (["cloth", "-o", "out.gif", "--pin", "topp"], "got 'topp'; did you mean 'top'?"),
+        (["cloth", "-o", "out.gif", "--pin", "5000"], "--pin: pinned must lie in 0..1680, got 5000"),
+        (["cloth", "-o", "out.gif", "--pin", "top"], "--pin: pinned must leave a point free, got all 1681"),
+        (["cloth", "-o", "out.gif", "--mass", "0"], "--mass: mass must be positive"),
+        (["cloth", "-o", "out.gif", "--stretch-stiffness", "-1"], "--stretch-stiffness: stretch must not be negative"),
+        (["cloth", "-o", "out.gif", "--stretch-stiffness", "1e12"], "--fps: a frame needs"),
+        (["cloth", "-o", "out.gif", "--sphere", "0,0,0,0"], "--sphere: expected a positive radius"),
+        (["cloth", "-o", "out.gif", "--box", "0,0,0,1,1,-1"], "--box: expected positive lengths"),
+        (["cloth", "-o", "out.gif", "--duration", "0"], "--duration: duration must be positive"),
+        (["cloth", "-o", "out.gif", "--scalars", "x"], "--scalars is not for simulate"),
+    ],
+)
+def test_bad_input_is_one_line(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    save_mesh(samples.house(), "house.obj")
+    assert words in error_of(["simulate", *typed], capsys)
+    assert not Path("out.gif").exists()

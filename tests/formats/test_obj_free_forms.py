@@ -1,0 +1,227 @@
+"""Curves and surfaces in OBJ files."""
+
+import io
+import math
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.surfaces.bernstein import evaluate_bernstein
+from gpu_xform.surfaces.newell_teapot import make_teapot_patches
+
+TEAPOT = make_teapot_patches(bottom=True, fit_lid=False)
+
+
+def load(text: str, tolerance: float | None = None) -> gx.Mesh:
+    return gx.load_mesh(io.BytesIO(text.encode()), file_type="obj", tolerance=tolerance)
+
+
+def write_patches(form: str) -> str:
+    """Return the teapot as text: its points each once, and its patches, u fastest."""
+    points, numbers = np.unique(TEAPOT.reshape(-1, 3), axis=0, return_inverse=True)
+    lines = ["v {} {} {}".format(*point) for point in points.tolist()]
+    for patch in numbers.reshape(32, 4, 4) + 1:
+        names = " ".join(map(str, patch.T.reshape(-1).tolist()))
+        if form == "bzp":
+            lines.append(f"bzp {names}")
+        else:
+            knots = "0 1" if "bezier" in form else "0 0 0 0 1 1 1 1"
+            lines += [f"cstype {form}", "deg 3 3", f"surf 0 1 0 1 {names}", f"parm u {knots}", f"parm v {knots}", "end"]
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("form", ["bzp", "bezier", "bspline", "rat bezier"])
+@pytest.mark.parametrize("tolerance", [0.1, 0.01])
+def test_the_teapot_is_read(form: str, tolerance: float) -> None:
+    mesh = load(write_patches(form), tolerance)
+    expected = gx.bezier(TEAPOT, tolerance=tolerance)
+    if form != "rat bezier":  # of rational patches the bound is another
+        assert (mesh.n_points, mesh.n_faces) == (expected.n_points, expected.n_faces)
+        np.testing.assert_allclose(mesh.positions[mesh.indices], expected.positions[expected.indices], atol=1e-14)
+        normals = expected.attributes.corner["normal"]
+        np.testing.assert_allclose(mesh.attributes.corner["normal"], normals, rtol=0, atol=1e-12)
+    else:
+        assert mesh.n_faces >= expected.n_faces
+
+
+def test_both_readers_agree_and_the_default_tolerance_is_a_thousandth() -> None:
+    text = write_patches("bzp")
+    broken = re.sub(r"(bzp(?: \d+){8}) ", r"\1 \\\n", text)
+    assert load(text, 0.05) == load(broken, 0.05)
+    points = np.unique(TEAPOT.reshape(-1, 3), axis=0)
+    diagonal = np.linalg.norm(np.ptp(points, axis=0))
+    assert load(text) == load(text, float(diagonal) / 1000)
+
+
+ARC = f"""v 1 0 0 1
+v 1 1 0 {math.sqrt(0.5)!r}
+v 0 1 0 1
+v 5 5 5
+cstype rat bezier
+deg 2
+"""
+
+
+def test_a_rational_curve_is_an_arc() -> None:
+    mesh = load(ARC + "curv 0 1 1 2 -2\nparm u 0 1\nend\np 4\n", 1e-3)
+    segments = mesh.positions[mesh.indices.reshape(-1, 2)]
+    np.testing.assert_allclose(np.linalg.norm(segments, axis=-1), 1, rtol=0, atol=1e-15)
+    assert segments[0, 0].tolist() == [1, 0, 0]
+    assert segments[-1, 1].tolist() == [0, 1, 0]
+    middles = np.linalg.norm(segments.mean(axis=1), axis=-1)
+    assert 1e-4 < 1 - middles.min() < 1e-3
+    assert mesh.positions[3].tolist() == [5, 5, 5]  # points that `p` draws keep their numbers
+
+
+def test_control_points_are_no_points_of_the_mesh_unless_a_face_names_them() -> None:
+    mesh = load(ARC.replace("v 5 5 5", "v 0 0 1 1") + "curv 0 1 1 2 3\nparm u 0 1\nend\nl 2 4\n", 1e-2)
+    assert [1, 1, 0] in mesh.positions.tolist()
+    lone = load(ARC + "curv 0 1 1 2 3\nparm u 0 1\nend\n", 1e-2)
+    assert lone.positions.tolist()[0] == [5, 5, 5]  # of no form
+    assert [1, 1, 0] not in lone.positions.tolist()
+
+
+def test_a_part_of_a_curve_is_cut_out() -> None:
+    points = np.random.default_rng(2).normal(size=(7, 3))
+    vertices = "".join("v {!r} {!r} {!r}\n".format(*point) for point in points.tolist())
+    text = f"{vertices}cstype bezier\ndeg 3\ncurv 0.5 5 1 2 3 4 5 6 7\nparm u 0 2 6\nend\n"
+    mesh = load(text, 1e-3)
+    ends = [
+        (evaluate_bernstein(3, np.array([0.25])) @ points[:4])[0],
+        (evaluate_bernstein(3, np.array([0.75])) @ points[3:])[0],
+    ]
+    np.testing.assert_allclose(mesh.positions[mesh.indices[[0, -1]]], ends, rtol=0, atol=1e-14)
+    assert mesh.n_faces % 2 == 0
+    assert points[3].tolist() in mesh.positions.tolist()
+
+
+def test_surfaces_stand_where_the_file_has_them_and_keep_materials_and_normals() -> None:
+    text = """v 0 0 0
+v 2 0 0
+v 0 2 1
+v 2 2 0
+vn 0 0 1
+vt 0 0
+usemtl wood
+f 1/1/1 2/1/1 3/1/1
+usemtl stone
+cstype bezier
+deg 1 1
+surf 0 1 0 1 1 2 3 4
+parm u 0 1
+parm v 0 1
+end
+usemtl wood
+f 2 4 3
+g last
+curv 0 1 1 2
+cstype bezier
+deg 1
+curv 0 1 1 4
+parm u 0 1
+end
+f 1 2 4
+"""
+    with pytest.warns(gx.MeshWarning, match="not shown: 1 curv; line 19: curv needs parm u"):
+        mesh = load(text, 0.5)
+    assert np.diff(mesh.offsets).tolist() == [3, 4, 3, 2, 3]
+    labels = mesh.attributes.labels
+    names = [labels["material"][i] for i in mesh.attributes.face["material"]]
+    assert names == ["wood", "stone", "wood", "wood", "wood"]
+    assert [i >= 0 for i in mesh.attributes.face["group"]] == [False, False, False, True, True]
+    quad = mesh.indices[mesh.offsets[1] : mesh.offsets[2]]
+    assert mesh.positions[quad].tolist() == [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 1]]
+    normals = mesh.attributes.corner["normal"]
+    assert normals[:3].tolist() == [[0, 0, 1]] * 3
+    np.testing.assert_allclose(normals[3], np.array([0, -0.5, 1]) / math.sqrt(1.25), rtol=0, atol=1e-15)
+    assert np.isnan(normals[7:]).all()
+    assert np.isnan(mesh.attributes.corner["texcoord"][3:]).all()
+
+
+def test_surfaces_of_several_degrees_are_welded() -> None:
+    grid = [(x, y, x * y + x * x) for y in (0.0, 1.0) for x in (0.0, 1.0, 2.0)]
+    vertices = "".join("v {} {} {}\n".format(*point) for point in [*grid, (0, -1, 0), (2, -1, 4)])
+    text = f"""{vertices}cstype bezier
+deg 2 1
+surf 0 1 0 1 1 2 3 4 5 6
+parm u 0 1
+parm v 0 1
+end
+deg 1 1
+surf 0 1 0 1 7 8 1 3
+parm u 0 1
+parm v 0 1
+end
+"""
+    mesh = load(text, 0.05)
+    n = round(math.sqrt(mesh.n_faces / 2))
+    assert mesh.n_faces == 2 * n * n
+    assert mesh.n_points == 2 * (n + 1) ** 2 - 2  # corners alone: one border is bent, the other is not
+
+
+B_SPLINE = "".join(f"v {x} {y} {(x - y) ** 2}\n" for y in range(4) for x in range(4))
+
+
+def test_the_old_b_spline_patch_is_the_uniform_one() -> None:
+    names = " ".join(map(str, range(1, 17)))
+    old = load(f"{B_SPLINE}bsp {names}\n", 0.01)
+    knots = "0 1 2 3 4 5 6 7"
+    new = load(f"{B_SPLINE}cstype bspline\ndeg 3 3\nsurf 3 4 3 4 {names}\nparm u {knots}\nparm v {knots}\nend\n", 0.01)
+    assert old.n_faces == new.n_faces
+    np.testing.assert_allclose(old.positions, new.positions, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(old.bounds[:, :2], [[1, 1], [2, 2]], rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("statements", "reason"),
+    [
+        ("bzp 1 2 3", "line 17: bzp needs 16 points, got 3"),
+        ("cdc 1 2 3 4", "line 17: cdc of type none is none of curv and surf of bezier and bspline"),
+        ("cstype bezier\ndeg 3\ncurv 0 1 1 2 3\nparm u 0 1\nend", "line 19: curv needs 4 control points for its"),
+        ("cstype bezier\ndeg 3\ncurv 0 1 1 2 3 99\nparm u 0 1\nend", "line 19: curv names point 99, and there are 16"),
+        ("cstype bezier\ndeg 3\ncurv 0 x 1 2 3 4\nparm u 0 1\nend", "line 19: could not convert string to float: 'x'"),
+        ("cstype bezier\ndeg 3\ncurv 0 inf 1 2 3 4\nparm u 0 1\nend", "line 19: expected a finite number, got inf"),
+        ("cstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 1 0\nend", "line 19: parm must ascend"),
+        ("cstype bezier\ndeg 3\ncurv 5 6 1 2 3 4\nparm u 0 1\nend", "line 19: curv has nothing between its ends"),
+        ("cstype bezier\ncurv 0 1 1 2 3 4\nparm u 0 1\nend", "line 18: curv needs 1 degrees of at least 1, got [0]"),
+        ("cstype bspline\ndeg 1\ncurv 0 1 1 2 3 4\nparm u 0 2 1 3 4 5\nend", "line 19: parm must not descend, got 2"),
+        ("cstype bmatrix\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1", "line 19: curv of type bmatrix is none of curv and"),
+    ],
+)
+def test_forms_that_cannot_be_read_are_left_out_with_the_reason(statements: str, reason: str) -> None:
+    keyword = next(word for word in ("bzp", "cdc", "curv") if word in statements)
+    with pytest.warns(gx.MeshWarning, match=re.escape(f"not shown: 1 {keyword}; {reason}")):
+        mesh = load(f"{B_SPLINE}{statements}\nf 1 2 3\n")
+    assert (mesh.n_points, mesh.n_faces) == (16, 1)
+
+
+def test_what_is_trimmed_is_named() -> None:
+    names = " ".join(map(str, range(1, 17)))
+    knots = "0 0 0 0 1 1 1 1"
+    body = f"cstype bspline\ndeg 3 3\nsurf 0 1 0 1 {names}\nparm u {knots}\nparm v {knots}\ntrim 0 1 1\nend\n"
+    with pytest.warns(gx.MeshWarning, match="not shown: 1 trim$"):
+        assert load(B_SPLINE + body, 0.1).n_faces > 1
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "message"),
+    [
+        (0, r"tolerance must be positive, got 0\.0"),
+        (math.nan, "tolerance must be finite, got nan"),
+        (1e-12, "tolerance must need at most 16777216 faces, got 1e-12"),
+    ],
+)
+def test_bad_tolerances_are_refused(tolerance: float, message: str) -> None:
+    with pytest.raises(gx.ArgumentError, match=message):
+        load(write_patches("bzp"), tolerance)
+
+
+def test_other_formats_take_a_tolerance_too(tmp_path: Any) -> None:
+    gx.save_mesh(gx.samples.house(), tmp_path / "house.ply")
+    assert gx.load_mesh(tmp_path / "house.ply", tolerance=1) == gx.samples.house()
+    (tmp_path / "teapot.obj").write_text(write_patches("bzp"))
+    scene = gx.load_scene(tmp_path / "teapot.obj", tolerance=0.1)
+    assert scene["teapot"].models[0].model == gx.load_mesh(tmp_path / "teapot.obj", tolerance=0.1)

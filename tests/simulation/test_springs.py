@@ -1,0 +1,389 @@
+"""The public face: what is refused, what is kept when something goes wrong, pins, states, trajectories."""
+
+import math
+import signal
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.gpu.dispatch import dispatch
+from gpu_xform.simulation import leapfrog
+from gpu_xform.simulation import springs as springs_module
+from tests.support.spring_models import cloth_mesh, make_chain, make_cloth
+
+NAN = float("nan")
+POINTS = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 2.0, 0.0]]
+SQUARE = cloth_mesh(2)
+
+
+def pair(**options: Any) -> gx.Springs:
+    return gx.Springs(**{"model": POINTS[:2], "springs": [[0, 1]], "stiffness": 3.0, "mass": 1.0, **options})
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"model": [[0.0, 0.0]]}, r"^model must have shape \(n, 3\), got \(1, 2\)$"),
+        ({"model": np.empty((0, 3))}, r"^model must have at least one point, got none$"),
+        (
+            {"model": [[0, 0, NAN]], "springs": None, "stiffness": None},
+            r"^model must be finite, got nan at index \(0, 2\)",
+        ),
+        ({"springs": [[0, 2]]}, r"^springs must name points in 0..1, got \(0, 2\) for spring 0$"),
+        ({"springs": [[0, 1], [-1, 1]]}, r"^springs must name points in 0..1, got \(-1, 1\) for spring 1$"),
+        ({"springs": [[0, 1], [1, 1]]}, r"^springs must join two points each, got point 1 twice for spring 1$"),
+        ({"springs": [0, 1]}, r"^springs must have shape \(s, 2\), got \(2,\)$"),
+        (
+            {"model": POINTS, "springs": [[0, 1], [3, 2]]},
+            r"^springs must join points that lie apart, got points 3 and 2 in one place$",
+        ),
+        (
+            {"model": gx.Mesh(POINTS, [[0, 1, 2, 3]]), "stretch": 1.0},
+            r"^model must join points that lie apart, got points 2 ",
+        ),
+        ({"stiffness": None}, r"^stiffness must be given with springs, in newtons per metre, got none$"),
+        ({"stiffness": -1.0}, r"^stiffness must not be negative, got -1 for spring 0$"),
+        ({"stiffness": NAN}, r"^stiffness must be finite, got nan$"),
+        ({"stiffness": [1.0, 2.0]}, r"^stiffness must be one number or have shape \(1,\), one per spring, got \(2,\)$"),
+        ({"rest": 0.0}, r"^rest must be positive, got 0 for spring 0$"),
+        ({"rest": [-0.5]}, r"^rest must be positive, got -0.5 for spring 0$"),
+        ({"springs": None}, r"^stiffness and rest are those of springs, which are not given$"),
+        ({"mass": None}, r"^mass \(kg\) or area_density \(kg/m\^2\) must be given, got neither$"),
+        ({"area_density": 1.0}, r"^mass \(kg\) or area_density \(kg/m\^2\) must be given, got both$"),
+        ({"mass": 0.0}, r"^mass must be positive, got 0$"),
+        ({"mass": [1.0, -2.0]}, r"^mass must be positive, got -2 for point 1$"),
+        ({"mass": [1.0, 2.0, 3.0]}, r"^mass must be one number or have shape \(2,\), one per point, got \(3,\)$"),
+        ({"mass": None, "area_density": 1.0}, r"^area_density needs a mesh, whose faces have areas$"),
+        ({"damping": -1e-3}, r"^damping must not be negative, got -0.001$"),
+        ({"pinned": [0, 1]}, r"^pinned must leave a point free, got all 2$"),
+        ({"pinned": [2]}, r"^pinned must lie in 0..1, got 2$"),
+        ({"pinned": [True]}, r"^pinned must be a mask of shape \(2,\), or indices, got \(1,\)$"),
+        ({"velocities": [[0.0, 0.0, 1.0]]}, r"^velocities must have shape \(2, 3\), got \(1, 3\)$"),
+        ({"velocities": [[0, 0, 1], [0, 0, math.inf]]}, r"^velocities must be finite, got inf at index \(1, 2\)$"),
+        ({"stretch": 1.0}, r"^stretch, shear and bend need a mesh, whose edges and faces they join$"),
+        (
+            {"model": SQUARE, "springs": None, "stiffness": None},
+            r"^stretch must be given for a mesh, in newtons per metre",
+        ),
+        ({"model": SQUARE, "stretch": 1.0, "shear": -1.0}, r"^shear must not be negative, got -1$"),
+        (
+            {"model": gx.Mesh(POINTS[:3], [[0, 1]]), "stretch": 1.0, "mass": None, "area_density": 1.0},
+            r"^area_density must give every point a mass, got 0 for point 0$",
+        ),
+    ],
+)
+def test_an_impossible_system_is_an_error(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(gx.ArgumentError, match=message):
+        pair(**options)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"springs": [[0.0, 1.0]]}, r"^springs must hold indices of points, got dtype float64$"),
+        ({"pinned": [0.5]}, r"^pinned must hold indices of points, got dtype float64$"),
+        ({"mass": "heavy"}, r"^mass must hold real numbers, got dtype <U5$"),
+        ({"device": "gpu"}, r"^device must be a Device, got 'gpu'$"),
+    ],
+)
+def test_a_wrong_type_is_an_error(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(gx.ArgumentTypeError, match=message):
+        pair(**options)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"duration": 0.0}, r"^duration must be positive, got 0$"),
+        ({"duration": NAN}, r"^duration must be finite, got nan$"),
+        ({"fps": -1.0}, r"^fps must be positive, got -1$"),
+        ({"gravity": (0, 1)}, r"^gravity must have shape \(3,\), got \(2,\)$"),
+        ({"drag": 1.0}, r"^drag must be 0 without faces; drag_rate acts on points, got 1$"),
+        ({"drag_rate": -1.0}, r"^drag_rate must not be negative, got -1$"),
+        ({"wind": (1, 0, 0)}, r"^wind must come with a drag or a drag_rate, through which it acts, got neither$"),
+        ({"wind": lambda t: (t, 0), "drag_rate": 1.0}, r"^wind must have shape \(3,\), got \(2,\)$"),
+        ({"move_pins": lambda _: np.eye(4)}, r"^move_pins needs pinned points$"),
+        ({"force": lambda *_: np.zeros(3)}, r"^force must have shape \(2, 3\), got \(3,\)$"),
+        ({"force": lambda *_: 1 / 0}, r"^force raised at 0 s: ZeroDivisionError: division by zero$"),
+        ({"substeps": 0}, r"^substeps must be at least 1, got 0$"),
+        ({"max_substeps": 0}, r"^max_substeps must be at least 1, got 0$"),
+    ],
+)
+def test_an_impossible_run_is_an_error(options: dict[str, Any], message: str) -> None:
+    with pytest.raises(gx.ArgumentError, match=message):
+        pair().simulate(**{"duration": 1.0, **options})
+
+
+def test_a_step_above_the_limit_is_an_error_that_names_the_largest() -> None:
+    springs = pair(mass=[0.5, 0.5], stiffness=100.0)  # w = 20 / s
+    with pytest.raises(gx.ArgumentError, match=r"^dt must be at most 0.1 s, the largest stable step, got 0.11$"):
+        springs.step(1, 0.11)
+    with pytest.raises(gx.ArgumentError, match=r"^substeps must be at least 10, for steps of at most 0.1 s, .* got 9$"):
+        springs.simulate(1.0, 1.0, substeps=9)
+    assert springs.time == 0.0
+    springs.simulate(1.0, 1.0, substeps=10)
+
+
+def test_too_many_substeps_are_an_error_that_names_the_stiffest_point() -> None:
+    springs = gx.Springs(
+        [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]],
+        springs=[[0, 1], [1, 2]],
+        stiffness=[1e10, 2e10],
+        mass=[1.0, 0.1, 1.0],
+    )
+    message = (
+        r"^a frame needs .* steps, more than max_substeps, 10,000: point 1 has springs of 3e\+10 N/m in sum and a mass"
+    )
+    with pytest.raises(gx.ArgumentError, match=message) as caught:
+        springs.simulate(1.0)
+    assert caught.value.argument == "max_substeps"
+
+
+def test_the_largest_step_allows_for_pins_masses_and_damping() -> None:
+    free = pair(mass=[0.5, 2.0], stiffness=100.0)
+    assert free.largest_step == pytest.approx(2.0 / math.sqrt(2.0 * 100.0 / 0.5))
+    pinned = pair(mass=[0.5, 2.0], stiffness=100.0, pinned=[1])
+    assert pinned.largest_step == pytest.approx(2.0 / math.sqrt(100.0 / 0.5))
+    damped = pair(mass=[0.5, 2.0], stiffness=100.0, pinned=[1], damping=0.1)
+    w, z = math.sqrt(200.0), 0.1 * math.sqrt(200.0) / 2.0
+    assert damped.largest_step == pytest.approx(2.0 / w * (math.sqrt(1.0 + z * z) - z))
+    assert gx.Springs(POINTS, mass=1.0).largest_step == math.inf
+
+
+def test_substeps_are_the_fewest_that_are_stable() -> None:
+    springs = pair(mass=[0.5, 0.5], stiffness=100.0)
+    springs.simulate(0.5, 2.0)
+    assert springs.substeps == math.ceil(0.5 / (0.98 * 0.1))
+
+
+def test_a_result_that_is_not_finite_names_the_frame_and_keeps_the_frames_before() -> None:
+    springs = make_cloth(4)
+    blow = 3
+
+    def force(time: float, positions: Any, _: Any) -> Any:
+        return np.full_like(positions, 3e38 if round(30 * time) >= blow else 0.0)
+
+    with pytest.raises(
+        gx.SimulationError, match=r"^point 0 is not at a finite position in frame 4, at 0.133333 s"
+    ) as caught:
+        springs.simulate(1.0, force=force)
+    assert caught.value.frame == 4
+    assert springs.trajectory is not None
+    assert springs.trajectory.shape == (4, 16, 3)
+    np.testing.assert_allclose(springs.trajectory.times, np.arange(4) / 30.0)
+    with pytest.raises(gx.SimulationError, match=r"^point 0 is not at a finite position at the start, at "):
+        springs.simulate(1.0)
+    springs.reset()
+    assert np.isfinite(springs.simulate(0.1)).all()
+
+
+def test_ctrl_c_keeps_what_is_done() -> None:
+    springs, whole = make_cloth(6, pinned=[0, 5]), make_cloth(6, pinned=[0, 5])
+    done = []
+
+    def progress(k: int, n: int) -> None:
+        done.append((k, n))
+        if k == 3:
+            signal.raise_signal(signal.SIGINT)
+
+    with pytest.raises(KeyboardInterrupt):
+        springs.simulate(1.0, progress=progress)
+    assert done == [(1, 30), (2, 30), (3, 30)]
+    assert springs.trajectory is not None
+    assert len(springs.trajectory) == 4
+    rest = springs.simulate(0.1)
+    np.testing.assert_array_equal([*springs.trajectory][-1], rest[-1])
+    expected = whole.simulate(0.2)
+    np.testing.assert_array_equal(rest.positions[-1], expected.positions[-1])
+
+
+def test_ctrl_c_within_a_frame_leaves_a_state_to_go_on_from(monkeypatch: pytest.MonkeyPatch) -> None:
+    springs = make_cloth(6)
+    step_s = 0.9 * springs.largest_step
+    n_dispatches = 0
+
+    def interrupt(*arguments: Any) -> None:
+        nonlocal n_dispatches
+        n_dispatches += 1
+        if n_dispatches == 700:
+            signal.raise_signal(signal.SIGINT)
+        dispatch(*arguments)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(leapfrog, "dispatch", interrupt)
+        with pytest.raises(KeyboardInterrupt):
+            springs.simulate(3000 * step_s, 1.0 / (3000 * step_s), substeps=3000)
+    assert springs.time == pytest.approx(3 * leapfrog.MAX_STEPS_PER_SUBMISSION * step_s)
+    assert springs.positions[:, 1].mean() == pytest.approx(-9.81 / 2.0 * springs.time**2, rel=1e-4)
+    springs.simulate(0.1, 10.0)
+    assert springs.positions[:, 1].mean() == pytest.approx(-9.81 / 2.0 * springs.time**2, rel=1e-4)
+
+
+def test_a_state_in_a_file_continues_to_the_byte(tmp_path: Path) -> None:
+    options: dict[str, Any] = {"drag": 1.0, "wind": (2.0, 0.0, 0.0), "gravity": (0.0, -5.0, 1.0)}
+    springs = make_cloth(8, damping=1e-4, pinned=[0, 7])
+    springs.simulate(0.2, **options)
+    (tmp_path / "cloth.state").write_bytes(springs.state())
+    velocities = springs.velocities
+    expected = springs.simulate(0.2, **options)
+
+    other = make_cloth(8, damping=1e-4, pinned=[0, 7])
+    other.restore((tmp_path / "cloth.state").read_bytes())
+    assert other.time == pytest.approx(0.2)
+    np.testing.assert_array_equal(other.velocities, velocities)
+    assert other.state() == (tmp_path / "cloth.state").read_bytes()
+    path = other.simulate(0.2, **options)
+    assert path.positions.tobytes() == expected.positions.tobytes()
+    np.testing.assert_array_equal(path.times, expected.times)
+
+
+def test_a_state_of_another_system_and_no_state_are_errors() -> None:
+    springs = make_cloth(4)
+    for other in (make_cloth(5), make_cloth(4, damping=1e-5), make_cloth(4, pinned=[3]), make_cloth(4, mass=0.3)):
+        with pytest.raises(gx.ArgumentError, match=r"^state must be that of a system with the same points and springs"):
+            springs.restore(other.state())
+    state = springs.state()
+    for damage in (b"", b"PK", state[: len(state) // 2], b"\x93NUMPY" + state[6:]):
+        with pytest.raises(gx.ArgumentError, match=r"^state must be what state\(\) returns"):
+            springs.restore(damage)
+    with pytest.raises(gx.ArgumentTypeError, match=r"^state must be the bytes that state\(\) returns, got str$"):
+        springs.restore("cloth.state")  # type: ignore[arg-type]
+
+
+def test_pins_follow_a_matrix_of_the_time() -> None:
+    springs = make_cloth(5, pinned=[0, 4], damping=1e-4)
+    path = springs.simulate(0.5, 20.0, move_pins=lambda t: gx.translate(0.2 * t, t * t, 0.0) @ gx.rotate_x(t))
+    for frame, time in zip(path, path.times, strict=True):
+        corners = gx.transform_points(
+            springs._system.points[[0, 4]], gx.translate(0.2 * time, time**2, 0.0) @ gx.rotate_x(time)
+        )
+        np.testing.assert_allclose(frame[[0, 4]], corners, atol=5e-6)
+    held = springs.simulate(0.2, 20.0)  # nothing moves them any more
+    np.testing.assert_array_equal(held.positions[:, [0, 4]], np.tile(held[0][[0, 4]], (5, 1, 1)))
+
+
+def test_pins_follow_positions_and_pull_the_rest_along() -> None:
+    springs = make_chain(3, length=0.1, stiffness=100.0, mass=0.01, damping=1e-2)
+    springs.simulate(4.0, 10.0, gravity=(0, 0, 0), drag_rate=5.0, move_pins=lambda t: [[min(t, 1.0), 0.0, 0.0]])
+    assert np.linalg.norm(springs.positions - [1.0, 0.0, 0.0], axis=1).max() < 0.31
+    with pytest.raises(
+        gx.ArgumentError, match=r"^move_pins must return a \(4, 4\) matrix or \(1, 3\) points, got \(2, 3\)$"
+    ):
+        springs.step(1, move_pins=lambda _: np.zeros((2, 3)))
+
+
+def test_a_force_is_called_once_a_frame_with_the_present_state() -> None:
+    springs = gx.Springs([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0]], mass=[2.0, 1.0])
+    calls: list[tuple[float, Any, Any]] = []
+
+    def force(time: float, positions: Any, velocities: Any) -> Any:
+        calls.append((time, positions, velocities))
+        return [[3.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
+
+    springs.simulate(1.0, 4.0, gravity=(0, 0, 0), force=force, substeps=8)
+    assert [time for time, *_ in calls] == [0.0, 0.25, 0.5, 0.75]
+    np.testing.assert_allclose(springs.positions, [[0.75, 0.0, 0.0], [1.0, 0.0, 0.0]], rtol=1e-5)
+    np.testing.assert_allclose(calls[-1][2], [[1.5 * 0.75, 0.0, 0.0], [0.0, 0.0, 0.0]], rtol=1e-5)
+
+
+def test_bodies_that_are_joined_move_as_each_alone() -> None:
+    cloth, chain = make_cloth(5, pinned=[0]), make_chain(6, length=0.1, stiffness=50.0, mass=0.02)
+    both = gx.Springs.join([cloth, chain])
+    assert (both.n_points, len(both.springs)) == (32, len(cloth.springs) + 6)
+    assert both.mesh.n_faces == 16 + 6
+    path = both.simulate(0.5, 10.0)
+    np.testing.assert_allclose(path.positions[:, :25], cloth.simulate(0.5, 10.0, substeps=both.substeps), atol=2e-5)
+    np.testing.assert_allclose(path.positions[:, 25:], chain.simulate(0.5, 10.0, substeps=both.substeps), atol=2e-5)
+    with pytest.raises(gx.ArgumentError, match=r"^damping must be the same for all that are joined, got \[0.0, 0.1\]$"):
+        gx.Springs.join([cloth, pair(damping=0.1)])
+    with pytest.raises(gx.ArgumentError, match=r"^parts must hold at least one, got none$"):
+        gx.Springs.join([])
+
+
+def test_a_trajectory_is_an_array_and_a_sequence() -> None:
+    springs = make_cloth(4, pinned=[0])
+    path = springs.simulate(0.2, 20.0)
+    array = np.asarray(path)
+    assert array.shape == path.shape == (5, 16, 3)
+    assert np.shares_memory(array, path.positions)
+    assert not array.flags.writeable
+    np.testing.assert_allclose(path.times, [0.0, 0.05, 0.1, 0.15, 0.2])
+    assert np.array_equal(np.array(path, np.float64), array)
+    assert len(path[1:3]) == 2
+    assert path[1:3].times[0] == path.times[1]
+    np.testing.assert_array_equal(path[-1], springs.positions)
+    assert len(list(path)) == 5
+    assert repr(path) == "<Trajectory: 5 frames of 16 points to 0.2 s>"
+
+
+def test_the_meshes_of_a_trajectory_keep_what_stays_true() -> None:
+    plain = cloth_mesh(3)
+    mesh = plain.with_attributes({"point": {"normal": np.tile([0.0, 1.0, 0.0], (9, 1)), "heat": np.arange(9.0)}})
+    path = gx.Springs(mesh, mass=0.1, stretch=10.0).simulate(0.1, 20.0)
+    last = path.meshes()[-1]
+    np.testing.assert_array_equal(last.positions, path[-1])
+    np.testing.assert_array_equal(last.indices, mesh.indices)
+    assert last.attributes.point.keys() == {"heat"}
+    assert len(path.meshes()) == len(path.meshes()[0:]) == 3
+
+
+def test_the_frames_are_drawn_by_animate() -> None:
+    springs = make_cloth(6, pinned=[0, 5])
+    path = springs.simulate(0.2, 10.0)
+    animation = gx.animate(springs.mesh, path.meshes(), size=(64, 48), hidden="remove")
+    first, last = np.asarray(animation.frame(0)), np.asarray(animation.frame(2))
+    assert len(animation) == 3
+    assert (first != last).any()
+
+
+def test_points_without_a_mesh_are_drawn_as_their_springs() -> None:
+    springs = make_chain(3, length=0.1, stiffness=10.0, mass=0.1)
+    np.testing.assert_array_equal(springs.mesh.edges, [[0, 1], [1, 2], [2, 3]])
+    assert springs.simulate(0.1).meshes()[0].n_faces == 3
+
+
+def test_energy_and_momentum_are_those_of_the_formulas() -> None:
+    springs = pair(model=[[0, 1, 0], [2, 1, 0]], rest=1.5, mass=[1.0, 3.0], velocities=[[0, 0, 2], [1, 0, 0]])
+    energy, momentum = springs.energy(), springs.momentum()
+    assert energy.kinetic == pytest.approx(0.5 * 1 * 4 + 0.5 * 3 * 1)
+    assert energy.elastic == pytest.approx(0.5 * 3.0 * 0.25)
+    assert energy.potential == pytest.approx(4.0 * 9.81)
+    assert energy.total == pytest.approx(sum(energy))
+    np.testing.assert_allclose(momentum.linear, [3.0, 0.0, 2.0])
+    np.testing.assert_allclose(momentum.angular, np.cross([0, 1, 0], [0, 0, 2]) + 3 * np.cross([2, 1, 0], [1, 0, 0]))
+
+
+def test_positions_and_velocities_can_be_assigned() -> None:
+    springs = pair(pinned=[0])
+    springs.positions = [[0, 0, 0], [1, 1, 0]]
+    springs.velocities = [[5, 5, 5], [0, 0, 1]]
+    np.testing.assert_array_equal(springs.velocities, [[0, 0, 0], [0, 0, 1]])  # a pin has none
+    np.testing.assert_array_equal(springs.positions, [[0, 0, 0], [1, 1, 0]])
+    with pytest.raises(gx.ArgumentError, match=r"^positions must have shape \(2, 3\), got \(1, 3\)$"):
+        springs.positions = [[0, 0, 0]]
+    springs.reset()
+    np.testing.assert_array_equal(springs.positions, POINTS[:2])
+
+
+def test_a_model_too_large_for_the_device_is_an_error(device_with_limits: Any) -> None:
+    device = device_with_limits(max_binding_bytes=1 << 12)
+    with pytest.raises(
+        gx.ArgumentError, match=r"^model must have at most 85 points with so many springs on .*, got 400$"
+    ):
+        make_cloth(20, device=device)
+
+
+@pytest.mark.parametrize("kind", ["mappable", "staging", "single"])
+def test_every_kind_of_device_moves_the_points_alike(kind: str, request: pytest.FixtureRequest) -> None:
+    names = {"mappable": "device", "staging": "staging_device", "single": "single_device"}
+    springs = make_cloth(6, pinned=[0], device=request.getfixturevalue(names[kind]))
+    path = springs.simulate(0.2, obstacles=gx.Sphere((0, -0.2, 0.5), 0.15))
+    expected = make_cloth(6, pinned=[0]).simulate(0.2, obstacles=gx.Sphere((0, -0.2, 0.5), 0.15))
+    np.testing.assert_array_equal(path, expected)
+
+
+def test_the_documented_cap_is_the_default() -> None:
+    assert springs_module.MAX_SUBSTEPS == 10_000
