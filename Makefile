@@ -15,7 +15,7 @@ help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 .PHONY: demo
-demo: .venv/library driver ## draw three pictures into demo/ and measure a bulk transform
+demo: .venv/library driver ## draw four pictures into demo/ and measure a bulk transform
 	@$(BIN)/python examples/demo.py
 
 .PHONY: test
@@ -35,6 +35,7 @@ check: .venv/tools ## check format, lint and types
 .PHONY: bench
 bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/load.py
+	@$(BIN)/python benchmarks/surfaces.py
 	@$(BIN)/python benchmarks/transform.py
 	@$(BIN)/python benchmarks/convolve.py
 	@$(BIN)/python benchmarks/render.py

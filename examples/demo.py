@@ -1,4 +1,4 @@
-"""Demonstration: three pictures, and the throughput of a bulk transform."""
+"""Demonstration: four pictures, and the throughput of a bulk transform."""
 
 import statistics
 import time
@@ -9,23 +9,26 @@ import numpy as np
 import gpu_xform as gx
 
 SIZE = (1024, 1024)
+WIDE = (1024, 640)
 N_POINTS = 4_000_000
 
 
 def draw(folder: Path, device: gx.Device) -> list[Path]:
-    """Draw a ball of 92 faces from a model file, in colours per face, and the cube and the house in perspective."""
+    """Draw a ball of 92 faces from a model file, in colours per face, a cube, a teapot and a house in perspective."""
     folder.mkdir(exist_ok=True)
     model = folder / "snub_dodecahedron.obj"
     gx.save_mesh(gx.samples.snub_dodecahedron(), model)
     ball = gx.load_mesh(model)
     cube = gx.samples.cube()
     house = gx.samples.house()
+    teapot = gx.samples.teapot()
     turned = gx.rotate_y(-25, degrees=True)
     flat = gx.Camera.window((-2.5, 2.5), (-2.5, 2.5))
     from_the_eye = gx.Camera.eye_on_z(8, (-2, 2), (-2, 2))
     pictures = {
         "snub_dodecahedron.png": gx.render(ball, camera=flat, color="face", size=SIZE, line_width=2, device=device),
         "cube.png": gx.render(cube, transform=turned, camera=from_the_eye, size=SIZE, line_width=2, device=device),
+        "teapot.png": gx.render(teapot, size=WIDE, line_width=2, hidden="remove", color="#1f3a5f", device=device),
         "house.png": gx.render(house, size=SIZE, line_width=2, color="#1f3a5f", device=device),
     }
     for name, picture in pictures.items():

@@ -250,9 +250,24 @@ def teapot(n: SupportsIndex = 8, bottom: bool = True, fit_lid: bool = False) -> 
     heights are those that J. Blinn scaled down, as in all copies of the numbers. They follow from six profiles, the
     sections of handle and spout, and Newell's 0.56 for control points that approximate a quarter of a circle.
     """
-    patches = make_teapot_patches(bottom=bottom, fit_lid=fit_lid)
-    x, y, z = np.moveaxis(patches, -1, 0)
-    return bezier(np.stack([x, z, 0.0 - y], axis=-1), n)
+    return bezier(teapot_patches(bottom, fit_lid), n)
+
+
+def teapot_patches(bottom: bool = True, fit_lid: bool = False) -> Float64Array:
+    """Return the control points of the teapot's 32 bicubic patches, for `bezier` with a tolerance.
+
+    Parameters
+    ----------
+    bottom, fit_lid : bool
+        As `teapot` takes them; without its bottom it has 28 patches.
+
+    Returns
+    -------
+    (k, 4, 4, 3) float64
+        290 of them are different.
+    """
+    x, y, z = np.moveaxis(make_teapot_patches(bottom=bottom, fit_lid=fit_lid), -1, 0)
+    return np.stack([x, z, 0.0 - y], axis=-1)
 
 
 def saddle(n: SupportsIndex) -> Mesh:

@@ -13,8 +13,9 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError, MeshError
 from ..surfaces.bernstein import make_cut, make_elevation
 from ..surfaces.bsplines import make_extraction
-from ..surfaces.curves import choose_curve_steps, tessellate_curves
-from ..surfaces.patches import choose_patch_steps, tessellate_patches
+from ..surfaces.curves import tessellate_curves
+from ..surfaces.patches import tessellate_patches
+from ..surfaces.resolution import choose_steps
 from .obj_attributes import SHAPES, Extras
 
 _DEFAULT_TOLERANCE = 1e-3  # of the diagonal of all points
@@ -90,14 +91,15 @@ def _tessellate(
     control_points = np.concatenate(_raise_degrees([each.control_points for each in pieces]))
     counts = [len(each.control_points) for each in pieces]
     if n_axes == 1:
-        steps = choose_curve_steps(control_points, None, tolerance)
+        steps = choose_steps(None, tolerance, control_points)
         points, segments = tessellate_curves(control_points, steps)
         offsets, indices = np.arange(0, segments.size + 1, 2), segments.reshape(-1)
         normals, part = np.full((len(indices), 3), np.nan), np.repeat(np.arange(len(control_points)), steps)
     else:
-        points, offsets, indices, normals, part = tessellate_patches(
-            control_points, choose_patch_steps(control_points, None, tolerance)
-        )
+        steps = choose_steps(None, tolerance, control_points)
+        made = tessellate_patches(control_points, steps, normals=True)
+        points, offsets, indices, part = made.positions, made.offsets, made.indices, made.quad // steps**2
+        normals = np.empty((0, 3)) if made.normals is None else made.normals
     faces = []
     ends = np.searchsorted(part, np.cumsum(counts)).tolist()
     for each, start, end in zip(pieces, [0, *ends[:-1]], ends, strict=True):

@@ -156,6 +156,12 @@ class Attributes:
         """What the file says of materials and textures, as it came; read-only."""
         return self._material
 
+    def updated(self, other: "Attributes") -> "Attributes":
+        """Return these attributes and those of `other`, which take the place of those of their names."""
+        point, corner, face = ({**own, **new} for own, new in zip(self._tables(), other._tables(), strict=True))
+        labels, material = {**self._labels, **other._labels}, {**self._material, **other._material}
+        return Attributes(point, corner, face, labels=labels, material=material)
+
     def __bool__(self) -> bool:
         return any((self._point, self._corner, self._face, self._labels, self._material))
 

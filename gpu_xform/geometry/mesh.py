@@ -267,14 +267,16 @@ class Mesh:
         return _freeze(center)
 
     def with_attributes(
-        self, attributes: AttributesLike | None, *, metadata: Mapping[str, Any] | None = None
+        self, attributes: AttributesLike | None, *, keep: bool = False, metadata: Mapping[str, Any] | None = None
     ) -> "Mesh":
         """Return the mesh of the same points and faces with other attributes.
 
         Parameters
         ----------
         attributes : Attributes, or a mapping such as {"point": {"color": colors}}, or None
-            They take the place of all that the mesh has.
+            They take the place of all that the mesh has, or, with `keep`, of those of their names.
+        keep : bool
+            Whether the mesh keeps its attributes of other names.
         metadata : mapping, optional
             Takes the place of the metadata; they stay if it is None.
 
@@ -289,6 +291,8 @@ class Mesh:
         """
         mesh = Mesh.__new__(Mesh)
         mesh._positions, mesh._offsets, mesh._indices = self._positions, self._offsets, self._indices
+        if keep:
+            attributes = self._attributes.updated(as_attributes(attributes))
         mesh._set_attributes(attributes, self._metadata if metadata is None else metadata)
         return mesh
 

@@ -140,6 +140,18 @@ OBSTACLE = np.dtype(
 
 SLOT_PACKET = np.dtype([("rest", "<f4", (4,)), ("stiffness", "<f4", (4,)), ("shift", "<i4", (4,))])
 
+GRID_SPRINGS = np.dtype(
+    {
+        "names": [
+            *("along_row", "over_row", "along_column", "over_column", "shear"),
+            *("height", "width", "row_shift", "column_shift", "n_blocks", "n_strips", "n_padded_rows"),
+        ],
+        "formats": [*[("<f4", (2,))] * 5, *["<u4"] * 7],
+        "offsets": [*range(0, 40, 8), *range(40, 68, 4)],
+        "itemsize": 72,
+    }
+)
+
 PIN = np.dtype(
     {
         "names": ["position", "point", "velocity"],

@@ -99,14 +99,18 @@ def _sort_ends(system: SpringSystem) -> _Ends:
 
 def _merge_close(lengths: Float64Array) -> Float64Array:
     """Return lengths of which those within a part of `MAX_REST_SPREAD` are one."""
+    if len(lengths) == 0:
+        return lengths
     values, inverse = np.unique(lengths, return_inverse=True)
     first = 0
-    while first < len(values):
+    for _ in range(SLOTS_PER_PACKET * MAX_PACKETS):
         end = int(np.searchsorted(values, values[first] * (1.0 + MAX_REST_SPREAD), side="right"))
         values[first:end] = values[(first + end) // 2]
         first = end
-        if first > SLOTS_PER_PACKET * MAX_PACKETS * 4:
-            return lengths
+        if first == len(values):
+            break
+    else:
+        return lengths  # they are too many for slots that are alike
     merged: Float64Array = values[inverse.ravel()]
     return merged
 

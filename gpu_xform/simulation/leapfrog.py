@@ -10,17 +10,22 @@ from ..errors import ArgumentError
 from ..gpu import uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size
+from ..gpu.context import CommandEncoder
 from ..gpu.device import GpuDevice
-from ..gpu.dispatch import Bindable, dispatch
+from ..gpu.dispatch import Bindable, Binding, dispatch
 from ..gpu.layouts import OBSTACLE, SLOT_PACKET, as_bytes
 from ..gpu.shaders import ComputePipeline
 from .conditions import FrameConditions
+from .grid import Grid, find_grid
 from .incidence import MAX_PACKETS, Slots, pack_fans, pack_slots
 from .obstacles import MAX_OBSTACLES
 from .spring_system import SpringSystem
 
 POOL_OWNER = "simulation"
 MAX_STEPS_PER_SUBMISSION = 256  # so that Ctrl+C is heard in the middle of a long frame
+GRID_WORKGROUP_SIZE = 8  # an invocation has much to do, and there are few
+MAX_STRIP_ROWS = {"CPU": 50}  # a few long strips, of which little is computed twice
+MAX_STRIP_ROWS_OF_GPU = 4  # many short ones, for thousands of threads
 UNUSED_BYTES = 32  # of what stands for an array that a stage does not read
 
 
@@ -49,6 +54,8 @@ class Leapfrog:
         self._positions = [self._allocate("positions", 16 * n_points) for _ in range(2)]
         self._velocities = [self._allocate("velocities", 16 * n_points) for _ in range(2)]
         self._current = 0
+        self._grid = find_grid(self._slots, n_points, MAX_STRIP_ROWS.get(device.adapter.kind, MAX_STRIP_ROWS_OF_GPU))
+        self._grid_state: _GridState | None = None
 
     def _require_room(self) -> None:
         limits = self.device.limits
@@ -109,6 +116,9 @@ class Leapfrog:
         """
         if len(conditions.pins):
             self._place_pins(conditions.pins)
+        if self._grid and conditions.forces is None and not conditions.has_drag:
+            self._step_grid(self._grid, n_steps, step_s, conditions, count)
+            return
         for first in range(0, n_steps, MAX_STEPS_PER_SUBMISSION):
             n = min(MAX_STEPS_PER_SUBMISSION, n_steps - first)
             self._run(n, step_s, step_s, 1.0 / n_steps, conditions, begin=first == 0, count=count)
@@ -168,6 +178,78 @@ class Leapfrog:
                     self._current ^= 1
                 count(n_steps)
 
+    def _step_grid(
+        self, grid: Grid, n_steps: int, step_s: float, conditions: FrameConditions, count: Callable[[int], object]
+    ) -> None:
+        """Take the steps of a frame in blocks of columns, and put the result back."""
+        step = conditions.step.copy()
+        step["kick_s"], step["drift_s"], step["frame_part"] = step_s, step_s, 1.0 / n_steps
+        first_step = step.copy()
+        first_step["is_first"] = 1
+        pipelines = self.device.pipelines
+        with self.device.lock:
+            if self._grid_state is None:
+                self._grid_state = _GridState(self, grid)
+            state = self._grid_state
+            structs = uniforms.upload(self.device, POOL_OWNER, "steps", [first_step, step])
+            [layout] = uniforms.upload(self.device, POOL_OWNER, "grid", [grid.struct()])
+            [obstacles] = uniforms.upload(
+                self.device, POOL_OWNER, "obstacles", [_fill(MAX_OBSTACLES, OBSTACLE, conditions.obstacles)]
+            )
+            pipeline = pipelines.compute(
+                "step_grid",
+                workgroup_size=GRID_WORKGROUP_SIZE,
+                rows_per_strip=grid.rows_per_strip,
+                n_obstacles=len(conditions.obstacles),
+                has_damping=self._system.damping_s > 0.0,
+                has_rows=grid.has_rows,
+            )
+            groups = [
+                [
+                    self.device.bind_groups.bind(
+                        pipeline,
+                        spring_step=struct,
+                        grid=layout,
+                        obstacles=obstacles,
+                        inverse_masses=state.inverse_masses,
+                        positions=state.positions[source],
+                        velocities=state.velocities[source],
+                        next_positions=state.positions[source ^ 1],
+                        next_velocities=state.velocities[source ^ 1],
+                        step_counts=state.step_counts,
+                    )
+                    for source in range(2)
+                ]
+                for struct in structs
+            ]
+            n_workgroups = -(-grid.n_blocks * grid.n_strips // GRID_WORKGROUP_SIZE)
+            source = 0
+            for first in range(0, n_steps, MAX_STEPS_PER_SUBMISSION):
+                n = min(MAX_STEPS_PER_SUBMISSION, n_steps - first)
+                with self.device.encode_commands(*self._buffers, label="springs: grid") as encoder:
+                    self._copy_grid(encoder, layout, state, source, is_packing=True)
+                    for k in range(n):
+                        dispatch(encoder, pipeline, groups[0 if first + k == 0 else 1][source], n_workgroups)
+                        source ^= 1
+                    self._copy_grid(encoder, layout, state, source, is_packing=False)
+                    count(n)
+
+    def _copy_grid(
+        self, encoder: CommandEncoder, layout: Binding, state: "_GridState", source: int, *, is_packing: bool
+    ) -> None:
+        """Encode a copy of the state into blocks, or back."""
+        size = choose_workgroup_size(self.device)
+        pipeline = self.device.pipelines.compute("copy_grid", workgroup_size=size, is_packing=is_packing)
+        bindings = self.device.bind_groups.bind(
+            pipeline,
+            grid=layout,
+            positions=self._positions[self._current],
+            velocities=self._velocities[self._current],
+            grid_positions=state.positions[source],
+            grid_velocities=state.velocities[source],
+        )
+        dispatch(encoder, pipeline, bindings, -(-self._system.n_points // size))
+
     def _pipeline(self, conditions: FrameConditions) -> ComputePipeline:
         return self.device.pipelines.compute(
             "step_springs",
@@ -209,6 +291,18 @@ class Leapfrog:
                     pipeline, pins=self._pin_buffer, positions=positions, velocities=velocities
                 )
                 dispatch(encoder, pipeline, bindings, -(-len(pins) // size))
+
+
+class _GridState:
+    """The buffers of a grid in blocks of columns."""
+
+    def __init__(self, owner: Leapfrog, grid: Grid) -> None:
+        blocks = grid.to_blocks(owner._system.inverse_masses)
+        zeros = np.zeros((3, *blocks.shape), np.float32)
+        self.inverse_masses = owner._upload("grid: inverse masses", blocks)
+        self.positions = [owner._upload("grid: positions", zeros) for _ in range(2)]
+        self.velocities = [owner._upload("grid: velocities", zeros) for _ in range(2)]
+        self.step_counts = owner._allocate("grid: step counts", 4 * grid.n_blocks * grid.n_strips)
 
 
 def _fill(n: int, dtype: np.dtype[np.void], structs: npt.NDArray[np.void]) -> npt.NDArray[np.uint8]:

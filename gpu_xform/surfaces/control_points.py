@@ -1,5 +1,7 @@
 """Control points: arguments checked, and numbered by which are equal."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -42,12 +44,16 @@ def number_points(control_points: Float64Array) -> IndexArray:
     """
     points = divide_by_weights(control_points).reshape(-1, 3)
     step = np.ldexp(_MAX_ROUNDING, np.frexp(np.abs(points).max())[1])
-    snapped = np.rint(points / step)
-    order = np.lexsort(snapped.T)
-    is_new = (np.diff(snapped[order], axis=0) != 0).any(axis=1)
-    numbers = np.empty(len(order), np.int64)
-    numbers[order] = np.concatenate([[0], np.cumsum(is_new)])
-    return numbers.reshape(control_points.shape[:-1])
+    return number_rows(np.rint(points / step)).reshape(control_points.shape[:-1])
+
+
+def number_rows(rows: npt.NDArray[Any]) -> IndexArray:
+    """Return one number for each row (n, d), from 0, the same for equal ones; faster than `np.unique`."""
+    order = np.lexsort(rows.T)
+    ordered = rows[order]
+    numbers = np.zeros(len(order), np.int64)
+    numbers[order[1:]] = np.cumsum((ordered[1:] != ordered[:-1]).any(axis=1))
+    return numbers
 
 
 def snap_weights(control_points: Float64Array) -> IndexArray | None:

@@ -13,7 +13,7 @@ from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from .bernstein import evaluate_bernstein, make_elevation
 from .control_points import divide_by_weights, number_points, require_control_points, snap_weights
-from .resolution import bound_second_derivatives, choose_steps, require_one
+from .resolution import choose_steps, require_one
 from .weld import compact, number_curves, place_points
 
 
@@ -56,12 +56,7 @@ def curve(
     """
     require_one(n, tolerance)
     curves = _as_curves(control_points, "control_points")
-    return Mesh(*tessellate_curves(curves, choose_curve_steps(curves, n, tolerance)))
-
-
-def choose_curve_steps(curves: Float64Array, n: SupportsIndex | None, tolerance: float | None) -> int:
-    """Return `n`, or the least number of steps with which all curves keep `tolerance`."""
-    return choose_steps(n, tolerance, bound_second_derivatives(curves, 1), 1, len(curves))
+    return Mesh(*tessellate_curves(curves, choose_steps(n, tolerance, curves)))
 
 
 def tessellate_curves(curves: Float64Array, steps: int) -> tuple[Float64Array, IndexArray]:

@@ -5,6 +5,7 @@ polynomial. Where it is zero, its first Taylor coefficient along a line into the
 """
 
 from collections.abc import Callable
+from functools import cache
 
 import numpy as np
 
@@ -59,26 +60,33 @@ def _compute_directions(points: Float64Array, along_u: Float64Array, along_v: Fl
 
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
     """Return the cross products of the first three components: several times faster than `np.cross`."""
-    (ax, ay, az), (bx, by, bz) = (np.moveaxis(array[..., :3], -1, 0) for array in (a, b))
-    return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)
+    products = np.empty((*np.broadcast_shapes(a.shape[:-1], b.shape[:-1]), 3))
+    for axis in range(3):
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        np.subtract(a[..., first] * b[..., second], a[..., second] * b[..., first], out=products[..., axis])
+    return products
 
 
 def _find_limits(patches: Float64Array, places: Float64Array, inwards: Float64Array) -> Float64Array:
     """Return the limits (z, 3) of unit normals at `places` (z, 2) along lines `inwards` (z, 2)."""
     u, v = places.T
     degree_u, degree_v = patches.shape[1] - 1, patches.shape[2] - 1
-    taylor = np.einsum("zia,zabd,zjb->zijd", expand_bernstein(degree_u, u), patches, expand_bernstein(degree_v, v))
-    n_terms = degree_u + degree_v + 1
-    points, along_u, along_v = (np.zeros((n_terms, len(patches), patches.shape[-1])) for _ in range(3))
-    x, y = inwards.T[..., np.newaxis]
-    for i in range(degree_u + 1):
-        for j in range(degree_v + 1):
-            term = taylor[:, i, j]
-            points[i + j] += term * x**i * y**j
-            if i:
-                along_u[i + j - 1] += i * term * x ** (i - 1) * y**j
-            if j:
-                along_v[i + j - 1] += j * term * x**i * y ** (j - 1)
+    count, a, b, d = patches.shape
+    rows = expand_bernstein(degree_u, u) @ patches.reshape(count, a, b * d)
+    taylor = expand_bernstein(degree_v, v)[:, np.newaxis] @ rows.reshape(count, a, b, d)  # (z, a, b, d)
+    # The terms x^i y^j of the surface and of both derivatives along the line, by the power of its parameter.
+    x, y = (inwards[:, [axis]] ** np.arange(degree + 1) for axis, degree in ((0, degree_u), (1, degree_v)))
+    x_slope, y_slope = np.zeros_like(x), np.zeros_like(y)
+    x_slope[:, 1:], y_slope[:, 1:] = np.arange(1, a) * x[:, :-1], np.arange(1, b) * y[:, :-1]
+    powers = _sum_antidiagonals(a, b).reshape(-1, a * b)
+    points, along_u, along_v = (
+        (
+            powers
+            @ (taylor * (left[:, :, np.newaxis] * right[:, np.newaxis])[..., np.newaxis]).reshape(count, a * b, d)
+        ).swapaxes(0, 1)
+        for left, right in ((x, y), (x_slope, y), (x, y_slope))
+    )
+    along_u, along_v = along_u[1:], along_v[1:]  # a derivative has one power less
     coefficients = _multiply(along_u, along_v, _cross)
     if patches.shape[-1] == 4:
         coefficients = (
@@ -88,9 +96,9 @@ def _find_limits(patches: Float64Array, places: Float64Array, inwards: Float64Ar
         )
     lengths = np.linalg.norm(coefficients, axis=-1)  # (terms, z)
     first = (lengths > _MIN_LENGTH * lengths.max(axis=0)).argmax(axis=0)
-    rows = np.arange(len(patches))
+    each = np.arange(len(patches))
     with np.errstate(invalid="ignore"):
-        limits: Float64Array = coefficients[first, rows] / lengths[first, rows, np.newaxis]
+        limits: Float64Array = coefficients[first, each] / lengths[first, each, np.newaxis]
     return limits
 
 
@@ -98,9 +106,15 @@ def _multiply(
     a: Float64Array, b: Float64Array, product: Callable[[Float64Array, Float64Array], Float64Array]
 ) -> Float64Array:
     """Return the product of two polynomials whose coefficients are rows (terms, z, ...)."""
-    terms = [np.zeros(0)] * (len(a) + len(b) - 1)
-    for i, left in enumerate(a):
-        for j, right in enumerate(b):
-            value = product(left, right)
-            terms[i + j] = value if terms[i + j].size == 0 else terms[i + j] + value
-    return np.stack(terms)
+    pairs = product(a[:, np.newaxis], b[np.newaxis])
+    sums = _sum_antidiagonals(len(a), len(b)).reshape(-1, len(a) * len(b))
+    coefficients: Float64Array = sums @ pairs.reshape(len(a) * len(b), -1)
+    return coefficients.reshape(len(sums), *pairs.shape[2:])
+
+
+@cache
+def _sum_antidiagonals(m: int, n: int) -> Float64Array:
+    """Return what adds the entries (i, j) of a table with the same i + j: (m + n - 1, m, n)."""
+    powers = np.add.outer(np.arange(m), np.arange(n))
+    sums: Float64Array = (powers == np.arange(m + n - 1)[:, np.newaxis, np.newaxis]).astype(np.float64)
+    return sums

@@ -1,5 +1,6 @@
 """Bézier patches to meshes of quads, as two matrix products."""
 
+from functools import lru_cache
 from typing import NamedTuple, SupportsIndex
 
 import numpy as np
@@ -11,12 +12,18 @@ from ..geometry.mesh import Mesh, adopt_arrays
 from .bernstein import differentiate_bernstein, evaluate_bernstein
 from .control_points import as_patches, divide_by_weights
 from .patch_normals import compute_corner_normals
-from .resolution import bound_second_derivatives, choose_steps, require_one
+from .resolution import choose_steps, require_one
 from .weld import drop_repeated_corners, list_quads, number_grid_points, place_points
 
 
 @public
-def bezier(control_points: npt.ArrayLike, n: SupportsIndex | None = None, tolerance: float | None = None) -> Mesh:
+def bezier(
+    control_points: npt.ArrayLike,
+    n: SupportsIndex | None = None,
+    tolerance: float | None = None,
+    *,
+    normals: bool = True,
+) -> Mesh:
     """Return Bézier patches as a mesh of n x n quads per patch.
 
     All patches get the same n, so seams stay closed. Patches whose borders have the same control points, in either
@@ -35,6 +42,8 @@ def bezier(control_points: npt.ArrayLike, n: SupportsIndex | None = None, tolera
         The largest distance between the surface and the bilinear quad of the same parameters, in the unit of the
         points: a promise, but for rounding. It gives the least n with (max |S_uu| + max |S_vv|) / (8 n^2) <=
         `tolerance`, where the second differences of the control points bound S_uu and S_vv.
+    normals : bool
+        Whether the mesh gets normals, which take most of the time and of the memory.
 
     Returns
     -------
@@ -58,8 +67,9 @@ def bezier(control_points: npt.ArrayLike, n: SupportsIndex | None = None, tolera
     """
     require_one(n, tolerance)
     patches = as_patches(control_points, "control_points")
-    made = tessellate_patches(patches, choose_patch_steps(patches, n, tolerance))
-    return adopt_arrays(made.positions, made.offsets, made.indices, {"corner": {"normal": made.normals}})
+    made = tessellate_patches(patches, choose_steps(n, tolerance, patches), normals=normals)
+    attributes = None if made.normals is None else {"corner": {"normal": made.normals}}
+    return adopt_arrays(made.positions, made.offsets, made.indices, attributes)
 
 
 class Tessellation(NamedTuple):
@@ -68,35 +78,36 @@ class Tessellation(NamedTuple):
     positions: Float64Array
     offsets: IndexArray
     indices: IndexArray
-    normals: Float64Array
+    normals: Float64Array | None
     """Of each corner: (c, 3)."""
-    patch: IndexArray
-    """Of each face: (f,)."""
+    quad: IndexArray
+    """Of each face, counted through all patches, n x n to each: (f,)."""
 
 
-def choose_patch_steps(patches: Float64Array, n: SupportsIndex | None, tolerance: float | None) -> int:
-    """Return `n`, or the least number of steps with which all patches keep `tolerance`."""
-    bounds = bound_second_derivatives(patches, 1) + bound_second_derivatives(patches, 2)
-    return choose_steps(n, tolerance, bounds, 2, len(patches))
-
-
-def tessellate_patches(patches: Float64Array, steps: int) -> Tessellation:
+def tessellate_patches(patches: Float64Array, steps: int, *, normals: bool) -> Tessellation:
     """Return the mesh of patches (k, a, b, 3 or 4) in `steps` steps per side, as `bezier` does."""
     numbers = number_grid_points(patches, steps)
     quads = list_quads(np.arange(numbers.size).reshape(numbers.shape))
     offsets, kept = drop_repeated_corners(numbers.reshape(-1)[quads])
-    grids = _evaluate_grids(_center(patches), steps)
     positions = place_points(numbers, divide_by_weights(evaluate_patches(patches, steps)))
-    normals = compute_corner_normals(patches, grids, quads, kept)
     indices = numbers.reshape(-1)[quads[kept]]
-    patch = np.flatnonzero(kept.any(axis=1)) // steps**2
-    return Tessellation(positions, offsets, indices, normals, patch)
+    quad = np.flatnonzero(kept[:, 0] | kept[:, 1])  # a triangle lacks one corner
+    if not normals:
+        return Tessellation(positions, offsets, indices, None, quad)
+    grids = _evaluate_grids(_center(patches), steps)
+    return Tessellation(positions, offsets, indices, compute_corner_normals(patches, grids, quads, kept), quad)
 
 
 def evaluate_patches(patches: Float64Array, n: int) -> Float64Array:
     """Return the points of patches (k, a, b, d) on a grid of n steps, as homogeneous as they are: (k, n+1, n+1, d)."""
+    return _multiply_sides(patches, *(_get_basis(order - 1, n)[0] for order in patches.shape[1:3]))
+
+
+@lru_cache(maxsize=32)
+def _get_basis(degree: int, n: int) -> tuple[Float64Array, Float64Array]:
+    """Return the values and the derivatives of the basis at n steps; kept, for few of both are used again and again."""
     t = np.arange(n + 1) / n
-    return _multiply_sides(patches, *(evaluate_bernstein(order - 1, t) for order in patches.shape[1:3]))
+    return evaluate_bernstein(degree, t), differentiate_bernstein(degree, t)
 
 
 def _multiply_sides(patches: Float64Array, left: Float64Array, right: Float64Array) -> Float64Array:
@@ -109,10 +120,7 @@ def _multiply_sides(patches: Float64Array, left: Float64Array, right: Float64Arr
 
 def _evaluate_grids(patches: Float64Array, n: int) -> tuple[Float64Array, Float64Array, Float64Array]:
     """Return points and derivatives along u and v on a grid of n steps: three of (k, n + 1, n + 1, d)."""
-    t = np.arange(n + 1) / n
-    values, slopes = (
-        [make(order - 1, t) for order in patches.shape[1:3]] for make in (evaluate_bernstein, differentiate_bernstein)
-    )
+    values, slopes = zip(*(_get_basis(order - 1, n) for order in patches.shape[1:3]), strict=True)
     along = _multiply_sides(patches, slopes[0], values[1]), _multiply_sides(patches, values[0], slopes[1])
     points = _multiply_sides(patches, *values) if patches.shape[-1] == 4 else along[0]  # not looked at without weights
     return points, *along

@@ -43,20 +43,18 @@ def as_steps(value: SupportsIndex, name: str = "n", minimum: int = 1) -> int:
     return n
 
 
-def choose_steps(
-    n: SupportsIndex | None, tolerance: float | None, second_derivative: Float64Array, n_axes: int, n_parts: int
-) -> int:
-    """Return `n`, or the least number of steps that keeps `tolerance`, one for all parts.
+def choose_steps(n: SupportsIndex | None, tolerance: float | None, control_points: Float64Array) -> int:
+    """Return `n`, or the least number of steps that keeps `tolerance`, one for all curves or patches.
 
-    second_derivative : (k,), of each curve, or the sum of both directions of each patch
-    n_axes : 1 for curves, 2 for patches
-    n_parts : how many curves or patches there are
+    control_points : (k, a, 3 or 4) of curves, (k, a, b, 3 or 4) of patches
     """
+    n_parts, n_axes = len(control_points), control_points.ndim - 2
     if n is not None:
         steps, name, got = as_steps(n), "n", f"{n}"
     else:
         limit = as_tolerance(tolerance)  # type: ignore[arg-type]  # one of both is given
-        largest = float(second_derivative.max()) / 8.0
+        bounds = [bound_second_derivatives(control_points, axis) for axis in range(1, n_axes + 1)]
+        largest = float(np.max(sum(bounds))) / 8.0
         steps = math.ceil(min(math.sqrt(largest / limit), 2.0**53)) or 1
         steps += largest / steps**2 > limit  # the square root may round down onto a whole number
         name, got = "tolerance", f"{limit:g}"

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import BoolArray, Float64Array, IndexArray
-from .control_points import number_points, snap_weights
+from .control_points import number_points, number_rows, snap_weights
 
 _Place: TypeAlias = tuple[int | None, int | None]
 _Array: TypeAlias = npt.NDArray[Any]
@@ -69,9 +69,9 @@ def number_curves(
     each = np.arange(len(rows))
     is_backward = backward[each, first] < rows[each, first]
     forward = np.where(is_backward[:, np.newaxis], backward, rows)
-    unique, numbers = np.unique(forward, axis=0, return_inverse=True)
+    numbers = number_rows(forward)
     is_point: BoolArray = (control_numbers == control_numbers[:, :1]).all(axis=1)
-    return numbers.reshape(-1), len(unique), is_backward, is_point
+    return numbers, int(numbers.max()) + 1, is_backward, is_point
 
 
 def compact(keys: IndexArray, n_keys: int) -> IndexArray:
@@ -109,10 +109,15 @@ def drop_repeated_corners(quads: IndexArray) -> tuple[IndexArray, BoolArray]:
     Quads become triangles where two corners are one point, and vanish where fewer than three are left. Returns
     offsets (f + 1,) and a mask (q, 4).
     """
-    kept = quads != np.roll(quads, -1, axis=1)
-    sizes = kept.sum(axis=1)
-    kept[sizes < 3] = False
-    offsets = np.concatenate([np.zeros(1, np.int64), np.cumsum(sizes[sizes >= 3])])
+    kept = np.empty(quads.shape, bool)
+    np.not_equal(quads[:, :-1], quads[:, 1:], out=kept[:, :-1])
+    np.not_equal(quads[:, -1], quads[:, 0], out=kept[:, -1])
+    sizes = kept.view(np.int8) @ np.ones(4, np.int8)
+    if sizes.min(initial=4) < 3:
+        kept[sizes < 3] = False
+        sizes = sizes[sizes >= 3]
+    offsets = np.zeros(len(sizes) + 1, np.int64)
+    np.cumsum(sizes, out=offsets[1:])
     return offsets, kept
 
 

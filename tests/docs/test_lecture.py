@@ -40,7 +40,7 @@ def test_it_is_kept_without_what_it_shows() -> None:
 def test_its_contents_lead_to_its_sections() -> None:
     text = "\n".join(cell.source for cell in notebook().cells if cell.cell_type == "markdown")
     titles = re.findall(r"^## (.+)$", text, re.MULTILINE)
-    assert [title.split(".")[0] for title in titles] == [str(i) for i in range(1, 11)]
+    assert [title.split(".")[0] for title in titles] == [str(i) for i in range(1, 12)]
     listed = re.findall(r"^(\d+)\. \[(.+)\]\(#(.+)\)$", text, re.MULTILINE)
     assert [f"{number}. {title}" for number, title, _ in listed] == titles
     assert [anchor for *_, anchor in listed] == [title.replace(" ", "-") for title in titles]
@@ -68,13 +68,14 @@ def test_every_figure_is_drawn(cells: list[Any]) -> None:
     }
     sizes = {section: (picture.shape[1], picture.shape[0]) for section, picture in pictures.items()}
     assert sizes == {
-        1: (930, 240),
+        1: (480, 288),
         2: (320, 320),
         3: (400, 400),
         6: (780, 520),
         7: (600, 360),
         8: (500, 430),
         10: (640, 360),
+        11: (500, 370),
     }
     for section, picture in pictures.items():
         ink = (picture < 128).any(axis=2)
@@ -84,12 +85,25 @@ def test_every_figure_is_drawn(cells: list[Any]) -> None:
     red = (np.abs(order - np.array([214.0, 39, 40])) < 40).all(axis=2)
     heights = [np.ptp(np.flatnonzero(half.any(axis=1))) / order.shape[0] * 2.8 for half in np.hsplit(red, 2)]
     assert heights == pytest.approx([0, 0.5], abs=0.05)
-    # The four spheres of the first figure, side by side; the four triangles of the eighth, each in its own colour.
-    first = (pictures[1] < 128).any(axis=(0, 2))
-    assert np.count_nonzero(np.diff(first.astype(np.int8)) == 1) == 4
+    assert_first_section(outputs(cells, "image/png")[1])
+    # The four triangles of the eighth figure, each in its own colour.
     for color in ("blue", "red", "green", "orange"):
         rgb = np.array(Image.new("RGB", (1, 1), color).getpixel((0, 0)))
         assert np.count_nonzero((pictures[8] == rgb).all(axis=2)) > 50, color
+
+
+def assert_first_section(data: list[str]) -> None:
+    """A curve, a patch, four teapots side by side, and what is measured below what is promised."""
+    pictures = [np.asarray(Image.open(io.BytesIO(base64.b64decode(each))).convert("RGB")) for each in data]
+    assert [picture.shape[1::-1] for picture in pictures] == [(480, 288), (480, 360), (1120, 208), (384, 384)]
+    columns = (pictures[2] < 128).any(axis=(0, 2))
+    assert np.count_nonzero(np.diff(columns.astype(np.int8)) == 1) == 4
+    chart = pictures[3].astype(int)
+    red = np.abs(chart - [214, 39, 40]).max(axis=2) < 60
+    grey = np.abs(chart - 127).max(axis=2) < 30
+    both = np.flatnonzero(red.any(axis=0) & grey.any(axis=0))
+    assert len(both) > 250
+    assert all(np.flatnonzero(red[:, x]).mean() > np.flatnonzero(grey[:, x]).mean() for x in both)
 
 
 @pytest.mark.slow  # runs the notebook
@@ -105,8 +119,12 @@ def test_every_animation_has_its_frames(cells: list[Any]) -> None:
 @pytest.mark.slow  # runs the notebook
 def test_what_is_printed_is_what_the_lecture_says(cells: list[Any]) -> None:
     printed = {section: "".join(texts) for section, texts in outputs(cells, "").items()}
+    assert "within  0.1:   1177 points,   1152 faces" in printed[1]
+    assert printed[1].count("times less") == 9
     assert printed[2].count("\nf ") == 7
     assert "faces of [5, 4] corners" in printed[2]
     assert "divided by w  [ 2  4  0  1   ]" in printed[7]
     assert "after M3  [ -0.8  2    1 ]" in printed[8]
     assert "24 nodes show 1 model" in printed[10]
+    toeplitz = [[2, 1, 0, 0, 0], [3, 2, 1, 0, 0], [0, 3, 2, 1, 0], [0, 0, 3, 2, 1], [0, 0, 0, 3, 2]]
+    assert [float(number) for number in re.findall(r"[\d.]+", printed[11])] == np.ravel(toeplitz).tolist()

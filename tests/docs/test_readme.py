@@ -56,6 +56,8 @@ def assert_what_python_made(place: Path, names: dict[str, Any]) -> None:
     assert colors_in(place / "house.png") >= 4
     with Image.open(place / "dashed.png") as dashed:
         assert (np.asarray(dashed)[..., 0] < 128).sum() > 3000
+    with Image.open(place / "teapot.png") as teapot:
+        assert 1000 < (np.asarray(teapot)[..., 0] < 128).sum() < 10000
     assert '"nFrames": 40' in (place / "arm.html").read_text("utf-8")
     assert re.search(r'(?s)<title>house</title>.*#ffd700.*<g id="[^"]+">', names["drawing"])
 
@@ -100,6 +102,9 @@ def test_a_command_line(line: str, folder: Path) -> None:
             assert moved.n_faces == house.n_faces
             flattened = "--perspective-from-eye" in words
             assert bool((moved.positions[:, 2] == 0).all()) == flattened
+        case "convolve":
+            with Image.open(folder / "house.png") as before, Image.open(folder / "soft.png") as after:
+                assert np.array_equal(np.asarray(after), np.asarray(gx.convolve(before.copy(), gx.gaussian(2))))
         case "explain":
             assert ran.stdout.splitlines()[-1].split() == ["after", "M3", "[", "-0.8", "2.3", "0", "1", "]"]
         case "doctor":
@@ -110,7 +115,8 @@ def test_a_command_line(line: str, folder: Path) -> None:
 
 def test_there_are_commands_to_run() -> None:
     assert [line.split()[1] for line in command_lines()] == [
-        *("render", "render", "render", "render", "animate", "simulate", "transform", "transform", "explain", "doctor")
+        *("render", "render", "render", "render", "animate", "simulate", "transform", "transform"),
+        *("convolve", "explain", "doctor"),
     ]
 
 

@@ -79,6 +79,18 @@ def test_copies_and_pickles_have_the_same_attributes(protocol: int) -> None:
         assert not twin.attributes.point["normal"].flags.writeable
 
 
+def test_attributes_are_replaced_all_or_those_of_a_name() -> None:
+    mesh = attributed()
+    assert mesh.with_attributes({"point": {"depth": np.arange(5.0)}}).attributes.summarize() == "point: depth"
+    kept = mesh.with_attributes({"point": {"intensity": np.arange(5.0)}, "labels": {"layer": ["a"]}}, keep=True)
+    assert kept.attributes.point["intensity"].tolist() == [0.0, 1.0, 2.0, 3.0, 4.0]
+    assert kept.attributes.labels == {**mesh.attributes.labels, "layer": ("a",)}
+    assert kept.attributes.material == mesh.attributes.material
+    assert kept.attributes.point["normal"] is mesh.attributes.point["normal"]
+    assert kept.attributes.corner.keys() == mesh.attributes.corner.keys()
+    assert kept.attributes.face.keys() == mesh.attributes.face.keys()
+
+
 def test_attributes_count_in_equality_and_metadata_do_not() -> None:
     mesh = attributed()
     assert mesh == mesh.with_attributes(mesh.attributes, metadata={"other": 1})

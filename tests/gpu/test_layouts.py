@@ -33,6 +33,7 @@ STRUCTS = [
     ("CountOrWrite", "split_edges_by_visibility", None, layouts.COUNT_OR_WRITE),
     ("SpringStep", "step_springs", None, layouts.SPRING_STEP),
     ("SlotPacket", "step_springs", None, layouts.SLOT_PACKET),
+    ("GridSprings", "step_grid", None, layouts.GRID_SPRINGS),
     ("Obstacle", "step_springs", None, layouts.OBSTACLE),
     ("Pin", "place_pins", None, layouts.PIN),
     ("SelfTest", "self_test", None, layouts.SELF_TEST),

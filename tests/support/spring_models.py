@@ -56,3 +56,19 @@ def make_reference(springs: gx.Springs, **options: Any) -> ReferenceSprings:
         springs.rest,
         **options,
     )
+
+
+def make_strands(n_strands: int, n_points: int, **options: Any) -> gx.Springs:
+    """Return strands of 0.3 m from a sphere of 0.1 m, one after another, each held at its first point."""
+    directions = np.random.default_rng(2).standard_normal((n_strands, 3))
+    directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
+    lengths = 0.1 + 0.3 * np.arange(n_points) / (n_points - 1)
+    points = (lengths[:, np.newaxis] * directions[:, np.newaxis]).reshape(-1, 3)
+    index = np.arange(n_strands * n_points).reshape(n_strands, n_points)
+    stretch = np.stack([index[:, :-1], index[:, 1:]], axis=-1).reshape(-1, 2)
+    bend = np.stack([index[:, :-2], index[:, 2:]], axis=-1).reshape(-1, 2)
+    stiffness = np.repeat([0.2, 0.02], [len(stretch), len(bend)])
+    pinned = index[:, 0]
+    masses = np.full(n_strands * n_points, 1e-6)
+    springs = np.concatenate([stretch, bend])
+    return gx.Springs(points, springs=springs, stiffness=stiffness, mass=masses, pinned=pinned, **options)

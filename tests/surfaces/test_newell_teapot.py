@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gpu_xform import samples
+from gpu_xform import bezier, samples
 from gpu_xform.surfaces.newell_teapot import make_teapot_patches
 
 PATCHES = make_teapot_patches(bottom=True, fit_lid=False)
@@ -34,6 +34,12 @@ def test_the_teapot_has_the_known_counts() -> None:
     assert teapot.n_points == 2081
     assert samples.teapot(bottom=False).n_faces == 28 * 64
     assert samples.teapot(1).n_faces == 32
+
+
+def test_the_patches_of_the_sample_are_those_of_its_mesh() -> None:
+    assert samples.teapot_patches().shape == (32, 4, 4, 3)
+    assert bezier(samples.teapot_patches(bottom=False, fit_lid=True), 3) == samples.teapot(3, False, True)
+    assert samples.teapot_patches()[:, :, :, 1].max() == 3.15  # y is up
 
 
 def walk_borders(edges: np.ndarray[tuple[int, int], np.dtype[np.int64]]) -> list[list[int]]:

@@ -235,6 +235,12 @@ def test_normals_at_corners_whose_sides_are_parallel_are_limits() -> None:
     np.testing.assert_allclose(corner, expected / np.linalg.norm(expected), rtol=0, atol=1e-3)
 
 
+def test_normals_can_be_left_out() -> None:
+    bare = gx.bezier(TEAPOT, 4, normals=False)
+    assert not bare.attributes
+    assert bare == gx.bezier(TEAPOT, 4).with_attributes(None)
+
+
 def test_a_patch_without_area_has_no_normals() -> None:
     line = np.zeros((2, 2, 3))
     line[1, :, 0] = 1
