@@ -1,6 +1,5 @@
 """Every test of this folder that names no device runs twice: on the default one, and on the host device."""
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -17,7 +16,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         is_below = metafunc.definition.path.parent != Path(__file__).parent
         is_for_one = is_below or ADAPTER_FIXTURES & set(metafunc.fixturenames)
         names = ["adapter"] if is_for_one else ["adapter", "host"]
-        metafunc.parametrize("process_device", names, indirect=True, scope="session")
+        metafunc.parametrize("process_device", names, indirect=True)
 
 
 @pytest.fixture(scope="session")
@@ -26,11 +25,9 @@ def host() -> Device:
     return gx.Device("host")
 
 
-@pytest.fixture(scope="session", autouse=True)
-def process_device(request: pytest.FixtureRequest, host: Device) -> Iterator[Device]:
+@pytest.fixture(autouse=True)
+def process_device(request: pytest.FixtureRequest, host: Device, monkeypatch: pytest.MonkeyPatch) -> Device:
     """The process's own device, which functions use by default."""
-    before = device_module.opened_device()
     if request.param == "host":
-        device_module._default = host
-    yield gx.default_device()
-    device_module._default = before
+        monkeypatch.setattr(device_module, "_default", host)
+    return gx.default_device()
