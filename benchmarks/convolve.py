@@ -15,7 +15,7 @@ import numpy.typing as npt
 from harness import Contender, Row, calm_threads, medians, table
 
 import gpu_xform as gx
-from gpu_xform.gpu.device import default_device
+from gpu_xform.gpu.device import default_gpu_device
 
 Pixels = npt.NDArray[Any]
 Kernel = npt.NDArray[np.float64]
@@ -141,7 +141,9 @@ def main() -> None:
         ("RGBA uint8, 7 x 7", rgba, dense(7), {"scipy.ndimage": 0.25, "OpenCV": 1.5}),
         ("RGBA uint8, 15 x 15", rgba, dense(15), {"OpenCV": 1.0}),
     ]
-    print(f"{default_device()!r}; Python {platform.python_version()}, NumPy {np.__version__}, {os.cpu_count()} CPUs")
+    print(
+        f"{default_gpu_device()!r}; Python {platform.python_version()}, NumPy {np.__version__}, {os.cpu_count()} CPUs"
+    )
     rows = []
     for what, image, kernel, asked in cases:
         if arguments.only in what:

@@ -13,13 +13,19 @@ Contender = Callable[[], object]
 # The worker threads of OpenBLAS and OpenMP spin on for tens of milliseconds after their work, and the next contender
 # would pay for it. Both read these when they are loaded.
 CALM_THREADS = {"OPENBLAS_THREAD_TIMEOUT": "4", "OMP_WAIT_POLICY": "PASSIVE"}
+# What makes OpenBLAS choose kernels for another processor than it finds: NumPy is timed as it comes.
+FOREIGN_TUNING = {"OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE"}
 
 
 def calm_threads() -> None:
-    """Start the script anew with threads that sleep as soon as they have nothing to do, unless it is so already."""
-    if CALM_THREADS.items() <= os.environ.items():
+    """Start the script anew with threads that sleep as soon as they have nothing to do, and with OpenBLAS as it comes.
+
+    If it is so already, do nothing.
+    """
+    if CALM_THREADS.items() <= os.environ.items() and not FOREIGN_TUNING & os.environ.keys():
         return
-    os.execve(sys.executable, [sys.executable, *sys.argv], {**os.environ, **CALM_THREADS})  # noqa: S606
+    kept = {name: value for name, value in os.environ.items() if name not in FOREIGN_TUNING}
+    os.execve(sys.executable, [sys.executable, *sys.argv], kept | CALM_THREADS)  # noqa: S606
 
 
 @dataclass(frozen=True)

@@ -29,10 +29,10 @@ class Scene(NamedTuple):
 
 def here(mesh: gx.Mesh, **style: Any) -> Scene:
     """Return the scene in this library: a mesh that is drawn again."""
-    from gpu_xform.gpu.device import default_device
+    from gpu_xform.gpu.device import default_gpu_device
 
     draw = partial(gx.render_array, mesh, camera=CAMERA, size=(SIDE, SIDE), line_width=LINE_WIDTH, **style)
-    return Scene(draw, default_device().name)
+    return Scene(draw, default_gpu_device().name)
 
 
 def here_by_height(mesh: gx.Mesh) -> Scene:

@@ -29,6 +29,7 @@ from spring_peers import (
 
 import gpu_xform as gx
 from gpu_xform.gpu.buffers import Buffer
+from gpu_xform.gpu.device import require_gpu_device
 
 MAX_APART_M = 1e-6  # after the steps of one round, in which a point falls by more
 STRANDS, POINTS = 10_000, 32
@@ -139,7 +140,7 @@ def memory(n: int) -> str:
     """Return the device's bytes for a cloth beside those of its state and its springs."""
     springs = make_cloth(n)
     springs.step(1)
-    buffers = [buffer for buffer in springs.device.context.buffers if isinstance(buffer, Buffer)]
+    buffers = [buffer for buffer in require_gpu_device(springs.device).context.buffers if isinstance(buffer, Buffer)]
     held = sum(buffer.n_bytes for buffer in buffers if buffer.label.startswith("springs: "))
     state = 7 * 4 * springs.n_points + 5 * 4 * len(springs.springs)  # x, v, m; ends, rest, stiffness, damping
     return f"memory, {n} x {n}: {held / state:.2f} of the bytes of points and springs (asked: at most 1.5)"

@@ -10,20 +10,23 @@ import statistics
 import subprocess
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import numpy.typing as npt
 from harness import Contender, Row, calm_threads, medians, table
 
 import gpu_xform as gx
+from gpu_xform.compute.host import choose
 from gpu_xform.compute.kernels import transform as transform_kernel
 from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.chunking import DispatchPlan
-from gpu_xform.gpu.device import default_device
+from gpu_xform.gpu.device import GpuDevice, default_gpu_device
 from gpu_xform.gpu.dispatch import Binding, dispatch
 from gpu_xform.gpu.shaders import ComputePipeline
 from gpu_xform.gpu.timing import time_kernel
@@ -56,19 +59,26 @@ def peers(points: Points, matrix: npt.NDArray[np.float64], out: Points) -> dict[
     """Return the same transform by other libraries, each in the fastest way that its documentation offers."""
     import pylinalg
     import pyvista
-    import torch
     import trimesh
 
     single = matrix.astype(points.dtype)
     cloud = pyvista.PolyData(points)
-    linear, offset = torch.from_numpy(single[:3, :3].T.copy()), torch.from_numpy(single[:3, 3].copy())
-    torch_points, torch_out = torch.from_numpy(points), torch.from_numpy(out)
     return {
         "trimesh transform_points": lambda: trimesh.transform_points(points, matrix),
         "pyvista transform": lambda: cloud.transform(matrix, inplace=False).points,
         "pylinalg vec_transform": lambda: pylinalg.vec_transform(points, single),
-        "torch addmm(out=)": lambda: torch.addmm(offset, torch_points, linear, out=torch_out).numpy(),
+        "torch addmm(out=)": torch_addmm(points, matrix, out),
     }
+
+
+def torch_addmm(points: Points, matrix: npt.NDArray[np.float64], out: Points) -> Contender:
+    """Return the same transform by torch."""
+    import torch
+
+    single = matrix.astype(points.dtype)
+    linear, offset = torch.from_numpy(single[:3, :3].T.copy()), torch.from_numpy(single[:3, 3].copy())
+    torch_points, torch_out = torch.from_numpy(points), torch.from_numpy(out)
+    return lambda: torch.addmm(offset, torch_points, linear, out=torch_out).numpy()
 
 
 def scipy_rotation(points: Points, rotation: npt.NDArray[np.float64]) -> Contender:
@@ -91,7 +101,7 @@ def checked(contenders: dict[str, Contender], expected: Points, tolerance: float
 class Copies:
     """What the device and the way to it cost alone: the loads and stores of the transform without its arithmetic."""
 
-    def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
+    def __init__(self, device: GpuDevice, points: Points, out: Points) -> None:
         self.plan = DispatchPlan.of(device, len(points), 3, points.dtype)
         if self.plan.chunk < len(points):
             raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
@@ -123,7 +133,7 @@ class Copies:
 class ManyCopies:
     """What a stack of matrices costs the device alone: each result stored and brought back, and nothing computed."""
 
-    def __init__(self, device: gx.Device, points: Points, out: Points) -> None:
+    def __init__(self, device: GpuDevice, points: Points, out: Points) -> None:
         self.plan = DispatchPlan.of(device, len(points), 3, points.dtype, max_bytes=transform_kernel.MAX_BATCH_BYTES)
         if self.plan.chunk < len(points):
             raise SystemExit(f"{len(points):,} points take more than one binding of {device.name}: not compared")
@@ -156,7 +166,7 @@ class ManyCopies:
                 dispatch(encoder, pipeline, bindings, self.plan.n_workgroups(len(self.points)))
 
 
-def end_to_end(device: gx.Device, n_points: int, dtype: npt.DTypeLike) -> list[Row]:
+def end_to_end(device: GpuDevice, n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     """Array in, array out, into a warm `out`."""
     rng = np.random.default_rng(1)
     points = rng.standard_normal((n_points, 3)).astype(dtype)
@@ -190,7 +200,7 @@ def end_to_end(device: gx.Device, n_points: int, dtype: npt.DTypeLike) -> list[R
     return rows
 
 
-def kernel(device: gx.Device, n_points: int) -> Row:
+def kernel(device: GpuDevice, n_points: int) -> Row:
     """Time the kernel by the device's own clock, beside one that copies."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     copies = Copies(device, points, np.empty_like(points))
@@ -209,7 +219,7 @@ def kernel(device: gx.Device, n_points: int) -> Row:
     return Row(f"kernel, float32, {n_points / 1e6:g} M, resident", "a copy kernel, same bytes", ours, copy, 1.15)
 
 
-def chain_of_five(device: gx.Device, n_points: int) -> Row:
+def chain_of_five(device: GpuDevice, n_points: int) -> Row:
     """Five matrices on resident points and one result read, beside NumPy applying each."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     steps = [gx.rotate((1, k, 2), 0.3) @ gx.translate(0.1 * k, 0, -0.2) for k in range(5)]
@@ -241,7 +251,7 @@ def chain_of_five(device: gx.Device, n_points: int) -> Row:
     return Row(what, "NumPy applying 5, out=", seconds["ours"], seconds["NumPy"], 0.15, seconds["copies"])
 
 
-def many_matrices(device: gx.Device, k: int, n_points: int) -> Row:
+def many_matrices(device: GpuDevice, k: int, n_points: int) -> Row:
     """Every one of k matrices on the same points."""
     points = np.random.default_rng(1).standard_normal((n_points, 3), dtype=np.float32)
     stack = np.array([gx.rotate((1, 2, 3), 0.1 * i) @ gx.translate(i, 0, 1) for i in range(k)])
@@ -262,6 +272,110 @@ def many_matrices(device: gx.Device, k: int, n_points: int) -> Row:
     best = min(("NumPy matmul", "NumPy einsum"), key=seconds.__getitem__)
     what = f"{k} matrices x {n_points:,} points"
     return Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.5, seconds["copies"])
+
+
+@numba.njit(parallel=True, error_model="numpy")  # type: ignore[untyped-decorator]
+def bare_loop(points: Points, m: Points, out: Points) -> None:
+    """Do what anyone would write with numba, with the loads and stores of our loop."""
+    for i in numba.prange(len(points)):
+        x, y, z = points[i, 0], points[i, 1], points[i, 2]
+        out[i, 0] = m[0, 0] * x + m[0, 1] * y + m[0, 2] * z + m[0, 3]
+        out[i, 1] = m[1, 0] * x + m[1, 1] * y + m[1, 2] * z + m[1, 3]
+        out[i, 2] = m[2, 0] * x + m[2, 1] * y + m[2, 2] * z + m[2, 3]
+
+
+def without_numba(run: Contender) -> Contender:
+    """Return what runs as on a machine without numba."""
+
+    def call() -> object:
+        found = choose._import_loops
+        choose._import_loops = lambda: None  # type: ignore[assignment]
+        try:
+            return run()
+        finally:
+            choose._import_loops = found
+
+    return call
+
+
+def on_host(n_points: int, dtype: npt.DTypeLike) -> list[Row]:
+    """Array in, array out, into a warm `out`, on the host device."""
+    host = gx.Device("host")
+    points = np.random.default_rng(1).standard_normal((n_points, 3)).astype(dtype)
+    matrix = gx.chain(gx.scale(0.3, 0.5, 2), gx.rotate((1, 2, 3), 0.7), gx.translate(-0.5, 2, 1))
+    rotation = gx.rotate((1, 2, 3), 0.7)
+    ours, theirs = np.empty_like(points), np.empty_like(points)
+    expected = points.astype(np.float64) @ matrix[:3, :3].T + matrix[:3, 3]
+    tolerance = 1e-5 if points.dtype == np.float32 else 1e-13
+    single = matrix.astype(points.dtype)
+    idioms = numpy_idioms(points, matrix, theirs)
+
+    def bare() -> Points:
+        bare_loop(points, single, theirs)
+        return theirs
+
+    def run() -> Points:
+        return gx.transform_points(points, matrix, out=ours, device=host)
+
+    contenders: dict[str, Contender] = {"ours": run, "a bare numba loop": bare, "without": without_numba(run), **idioms}
+    if points.dtype == np.float32:
+        contenders["torch addmm(out=)"] = torch_addmm(points, matrix, theirs)
+    contenders = checked(contenders, expected, tolerance)
+    del expected
+    contenders["ours, a rotation"] = lambda: gx.transform_points(points, rotation, out=ours, device=host)
+    contenders["SciPy Rotation.apply"] = scipy_rotation(points, rotation)
+    seconds = medians(contenders)
+    what = f"host, {points.dtype}, {n_points / 1e6:g} M"
+    best = min(idioms, key=seconds.__getitem__)
+    is_single = points.dtype == np.float32
+    rows = [
+        Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.35 if is_single else 0.5),
+        Row(what, "a bare numba loop", seconds["ours"], seconds["a bare numba loop"], 1.1),
+        Row(f"{what}, without numba", f"best of NumPy: {best}", seconds["without"], seconds[best], 0.6),
+    ]
+    if is_single:
+        rows.append(Row(what, "torch addmm(out=)", seconds["ours"], seconds["torch addmm(out=)"], 0.4))
+        turned = "SciPy Rotation.apply"
+        rows.append(Row(what, turned, seconds["ours, a rotation"], seconds[turned], 0.4))
+    return rows
+
+
+def stacks_on_host() -> list[Row]:
+    """Many matrices on the same points, and a matrix per point, on the host device."""
+    host, rng = gx.Device("host"), np.random.default_rng(1)
+    rows = []
+    for k, n_points, at_most in ((150, 100_000, 0.6), (1000, 1000, 0.8)):
+        points = rng.standard_normal((n_points, 3), dtype=np.float32)
+        stack = gx.rotate((1, 2, 3), rng.normal(size=k)) @ gx.translate(1, 0, 2)
+        linear = np.ascontiguousarray(stack[:, :3, :3].swapaxes(1, 2), np.float32)
+        offset = stack[:, None, :3, 3].astype(np.float32)
+        ours, theirs = (np.empty((k, n_points, 3), np.float32) for _ in range(2))
+        contenders: dict[str, Contender] = {
+            "ours": partial(gx.transform_points, points, stack, out=ours, device=host),
+            "NumPy matmul": partial(_multiply_stack, points, linear, offset, theirs),
+        }
+        expected = points[None].astype(np.float64) @ stack[:, :3, :3].swapaxes(1, 2) + stack[:, None, :3, 3]
+        seconds = medians(checked(contenders, expected, 1e-4))
+        what = f"host, {k} matrices x {n_points:,} points"
+        rows.append(Row(what, "NumPy matmul", seconds["ours"], seconds["NumPy matmul"], at_most))
+    n = 1_000_000
+    points, own = rng.standard_normal((n, 3), dtype=np.float32), gx.rotate((1, 2, 3), rng.normal(size=n))
+    index, single = np.arange(n), own.astype(np.float32)
+    ours = np.empty_like(points)
+    contenders = {
+        "ours": lambda: gx.transform_points(points, own, index=index, out=ours, device=host),
+        "einsum": lambda: np.einsum("nij,nj->ni", single[:, :3, :3], points) + single[:, :3, 3],
+        "matmul": lambda: (single[:, :3, :3] @ points[:, :, None])[..., 0] + single[:, :3, 3],
+    }
+    expected = np.einsum("nij,nj->ni", own[:, :3, :3], points.astype(np.float64))
+    seconds = medians(checked(contenders, expected, 1e-5))
+    best = min(("einsum", "matmul"), key=seconds.__getitem__)
+    rows.append(Row("host, a matrix per point, 1 M", f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.25))
+    return rows
+
+
+def _multiply_stack(points: Points, linear: Points, offset: Points, out: Points) -> Points:
+    return np.asarray(np.add(np.matmul(points, linear, out=out), offset, out=out))
 
 
 def overhead(n_points: int) -> tuple[str, float]:
@@ -309,13 +423,18 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--millions", type=float, default=8.0, help="of points (default: %(default)s)")
     parser.add_argument("--file-millions", type=float, default=200.0, help="in the file, 0 for none (%(default)s)")
+    parser.add_argument("--host", action="store_true", help="the rows of the host device alone")
     options = parser.parse_args()
     calm_threads()
     n_points = int(options.millions * 1e6)
-    device = default_device()
+    device = default_gpu_device()
     print(f"{device.name} ({device.adapter.kind}), {device.adapter.driver}; {os.cpu_count()} processors; ", end="")
     print(f"Python {platform.python_version()}, NumPy {np.__version__}\n")
-    rows = end_to_end(device, n_points, np.float32)
+    rows = on_host(n_points, np.float32) + on_host(n_points // 2, np.float64) + stacks_on_host()
+    if options.host:
+        print(table(rows))
+        return
+    rows += end_to_end(device, n_points, np.float32)
     rows.append(kernel(device, n_points))
     rows.append(chain_of_five(device, n_points))
     rows.append(many_matrices(device, 150, 100_000))

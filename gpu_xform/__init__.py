@@ -14,10 +14,11 @@ __version__ = "0.1.0"
 # The public names, by the module that defines them; a module's own name stands for the module itself.
 _PUBLIC_NAMES = {
     "errors": (
-        "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DisplayError GpuXformError MeshError "
-        "MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError SimulationError "
-        "SingularMatrixError SizeWarning"
+        "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DeviceWarning DisplayError GpuXformError "
+        "MeshError MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError "
+        "SimulationError SingularMatrixError SizeWarning"
     ),
+    "device": "Device default_device",
     "matrices": (
         "matrices chain decompose explain homogeneous identity inverse look_at orthographic perspective "
         "perspective_from_eye project_onto reflect rotate rotate_x rotate_y rotate_z scale shear translate"
@@ -36,7 +37,6 @@ _PUBLIC_NAMES = {
     "formats": "load_mesh load_scene save_mesh",
     "imaging.compare": "compare_images",
     "gpu.adapters": "adapters",
-    "gpu.device": "Device",
     "compute.transform": "project_points transform_normals transform_points transform_vectors",
     "compute.point_buffer": "PointBuffer bounds",
     "compute.streaming": "transform_file",
@@ -88,12 +88,15 @@ if TYPE_CHECKING:
     from .compute.transform import transform_normals as transform_normals
     from .compute.transform import transform_points as transform_points
     from .compute.transform import transform_vectors as transform_vectors
+    from .device import Device as Device
+    from .device import default_device as default_device
     from .drawing.camera import Camera as Camera
     from .drawing.layer import Layer as Layer
     from .errors import ArgumentError as ArgumentError
     from .errors import ArgumentTypeError as ArgumentTypeError
     from .errors import DeviceError as DeviceError
     from .errors import DeviceMemoryError as DeviceMemoryError
+    from .errors import DeviceWarning as DeviceWarning
     from .errors import DisplayError as DisplayError
     from .errors import GpuXformError as GpuXformError
     from .errors import MeshError as MeshError
@@ -115,7 +118,6 @@ if TYPE_CHECKING:
     from .geometry.scene import Scene as Scene
     from .geometry.strands import Strands as Strands
     from .gpu.adapters import adapters as adapters
-    from .gpu.device import Device as Device
     from .imaging.compare import compare_images as compare_images
     from .matrices import chain as chain
     from .matrices import decompose as decompose

@@ -79,6 +79,10 @@ class PrecisionWarning(UserWarning):
     """Single precision is too coarse for these coordinates."""
 
 
+class DeviceWarning(UserWarning):
+    """A device computes in another way than it should, with the same results."""
+
+
 class SizeWarning(UserWarning):
     """A picture is padded to a size that its format can hold."""
 

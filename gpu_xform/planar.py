@@ -23,17 +23,17 @@ def identity() -> Float64Array:
     return np.eye(3)
 
 
-def scale(x: float, y: float | None = None) -> Float64Array:
+def scale(x: npt.ArrayLike, y: npt.ArrayLike | None = None) -> Float64Array:
     """Return the scaling diag(x, y, 1).
 
     Parameters
     ----------
-    x, y : float
+    x, y : float, or arrays that broadcast to (...)
         The factor along each axis; `x` alone scales both axes.
 
     Returns
     -------
-    (3, 3) float64
+    (3, 3) float64, or (..., 3, 3) for arrays
 
     Raises
     ------
@@ -43,17 +43,17 @@ def scale(x: float, y: float | None = None) -> Float64Array:
     return _affine.make_scaling(x=x, y=x if y is None else y)
 
 
-def translate(x: float, y: float) -> Float64Array:
+def translate(x: npt.ArrayLike, y: npt.ArrayLike) -> Float64Array:
     """Return the translation [[1, 0, x], [0, 1, y], [0, 0, 1]]: points (w = 1) move, vectors (w = 0) do not.
 
     Parameters
     ----------
-    x, y : float
+    x, y : float, or arrays that broadcast to (...)
         The offset along each axis.
 
     Returns
     -------
-    (3, 3) float64
+    (3, 3) float64, or (..., 3, 3) for arrays
 
     Raises
     ------
@@ -63,12 +63,12 @@ def translate(x: float, y: float) -> Float64Array:
     return _affine.make_translation(x=x, y=y)
 
 
-def rotate(angle: float, *, point: npt.ArrayLike | None = None, degrees: bool = False) -> Float64Array:
+def rotate(angle: npt.ArrayLike, *, point: npt.ArrayLike | None = None, degrees: bool = False) -> Float64Array:
     """Return the rotation [[c, -s], [s, c]] about a point, counter-clockwise.
 
     Parameters
     ----------
-    angle : float
+    angle : float, or an array (...)
         In radians.
     point : (2,) numbers, optional
         The centre; the origin by default.
@@ -111,17 +111,17 @@ def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Flo
     return _affine.about_point(point, _affine.make_reflection(normal, 2))
 
 
-def shear(*, xy: float = 0.0, yx: float = 0.0) -> Float64Array:
+def shear(*, xy: npt.ArrayLike = 0.0, yx: npt.ArrayLike = 0.0) -> Float64Array:
     """Return the shear [[1, xy], [yx, 1]], embedded in a 3x3.
 
     Parameters
     ----------
-    xy, yx : float
+    xy, yx : float, or arrays that broadcast to (...)
         The second axis, times this factor, is added to the first: x gains `xy` times y.
 
     Returns
     -------
-    (3, 3) float64
+    (3, 3) float64, or (..., 3, 3) for arrays
 
     Raises
     ------

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import settings
 
 from gpu_xform.gpu.context import MAPPABLE, WANTED_FEATURES, GpuContext
-from gpu_xform.gpu.device import Device, default_device
+from gpu_xform.gpu.device import GpuDevice, default_gpu_device
 from gpu_xform.raster.names import RASTERIZERS
 from tests.support.browser import Browser
 from tests.support.goldens import FAILURES, FOLDER, Goldens, driver_of
@@ -41,7 +41,7 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def suite_goldens(request: pytest.FixtureRequest, device: Device) -> Goldens:
+def suite_goldens(request: pytest.FixtureRequest, device: GpuDevice) -> Goldens:
     """The goldens of this suite, compared on the default device; failures are left in `test-failures/`."""
     return Goldens(FOLDER, driver_of(device.adapter), FAILURES, request.config.getoption("--update-goldens"))
 
@@ -60,20 +60,20 @@ def rasterizer_name(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPa
 
 
 @pytest.fixture(scope="session")
-def device() -> Device:
+def device() -> GpuDevice:
     """The default device. A machine without one fails: it cannot test this library."""
-    return default_device()
+    return default_gpu_device()
 
 
 @pytest.fixture(scope="session")
-def device_with_limits(device: Device) -> Iterator[Callable[..., Device]]:
+def device_with_limits(device: GpuDevice) -> Iterator[Callable[..., GpuDevice]]:
     """Make a device that plans by smaller limits: `device_with_limits(max_binding_bytes=65536)`."""
-    made: dict[tuple[tuple[str, int], ...], Device] = {}
+    made: dict[tuple[tuple[str, int], ...], GpuDevice] = {}
 
-    def make(**limits: int) -> Device:
+    def make(**limits: int) -> GpuDevice:
         key = tuple(sorted(limits.items()))
         if key not in made:
-            made[key] = Device(limits=dataclasses.replace(device.limits, **limits))
+            made[key] = GpuDevice(limits=dataclasses.replace(device.limits, **limits))
         return made[key]
 
     yield make
@@ -82,17 +82,17 @@ def device_with_limits(device: Device) -> Iterator[Callable[..., Device]]:
 
 
 @pytest.fixture(scope="session")
-def staging_device() -> Iterator[Device]:
+def staging_device() -> Iterator[GpuDevice]:
     """A device whose memory the host cannot map, as on a discrete GPU."""
-    with Device.from_context(GpuContext(wanted_features=WANTED_FEATURES - {MAPPABLE})) as staging:
+    with GpuDevice.from_context(GpuContext(wanted_features=WANTED_FEATURES - {MAPPABLE})) as staging:
         assert not staging.host_mappable
         yield staging
 
 
 @pytest.fixture(scope="session")
-def single_device() -> Iterator[Device]:
+def single_device() -> Iterator[GpuDevice]:
     """A device without double precision, as on Metal; nor can the host map its memory."""
-    with Device.from_context(GpuContext(wanted_features=frozenset())) as single:
+    with GpuDevice.from_context(GpuContext(wanted_features=frozenset())) as single:
         assert not single.has_float64
         yield single
 

@@ -57,7 +57,7 @@ def test_an_error_of_one_text_is_about_no_argument() -> None:
 CALLS: list[tuple[Callable[[], Any], str, str]] = [
     (lambda: gx.rotate_x(float("nan")), "angle", "be finite"),
     (lambda: gx.rotate((0, 0, 0), 1), "axis", "not be the zero vector"),
-    (lambda: gx.translate("1", 2, 3), "x", "hold real numbers"),  # type: ignore[arg-type]
+    (lambda: gx.translate("1", 2, 3), "x", "hold real numbers"),
     (lambda: gx.perspective(0, 1, 1, 2), "fov_y", "lie between 0 and 180 degrees"),
     (lambda: gx.orthographic(1, 1, 0, 1, 0, 1), "right", "differ from left"),
     (

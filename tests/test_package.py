@@ -33,7 +33,7 @@ DOCUMENTED = {
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
     *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
     *("PointBuffer", "bounds", "transform_file", "PrecisionWarning", "Scene", "load_scene", "compare_images"),
-    *("Layer", "render_svg", "render_pdf", "view", "Attributes", "RaggedArray", "bezier", "curve"),
+    *("Layer", "render_svg", "render_pdf", "view", "default_device", "Attributes", "RaggedArray", "bezier", "curve"),
     *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box", "Strands", "ChildStrands"),
     *("parametric", "subdivide", "Subdivision", "bspline_to_bezier"),
     *("convolve", "correlate", "gaussian", "box_kernel", "sobel_kernel"),
@@ -66,6 +66,9 @@ def test_another_name_is_an_attribute_error() -> None:
         gpu_xform.transfrom_points  # type: ignore[attr-defined]  # noqa: B018
 
 
+WARNINGS = {"DeviceWarning", "MeshWarning", "PrecisionWarning", "SizeWarning"}
+
+
 def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
     bases = {
         "ArgumentError": ValueError,
@@ -81,7 +84,7 @@ def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
         "ShaderError": RuntimeError,
         "SimulationError": RuntimeError,
     }
-    assert {*bases, "GpuXformError", "MeshWarning", "PrecisionWarning", "SizeWarning"} == set(ERRORS)
+    assert {*bases, "GpuXformError", *WARNINGS} == set(ERRORS)
     for name, base in bases.items():
         assert issubclass(getattr(errors, name), base)
         assert issubclass(getattr(errors, name), errors.GpuXformError)
@@ -235,7 +238,15 @@ def test_no_folder_or_module_is_called_as_a_public_function_is() -> None:
 
 
 def test_only_these_modules_lie_loose_at_the_top() -> None:
-    assert {path.stem for path in ROOT.glob("*.py")} == {"__init__", "__main__", "errors", "planar", "samples"}
+    assert {path.stem for path in ROOT.glob("*.py")} == {
+        "__init__",
+        "__main__",
+        "device",
+        "errors",
+        "host",
+        "planar",
+        "samples",
+    }
 
 
 def test_no_models_and_pictures_lie_loose_beside_the_package() -> None:

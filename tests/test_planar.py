@@ -120,8 +120,8 @@ REFUSED: list[Case] = [
     (lambda: planar.scale(math.nan), errors.ArgumentError, r"x must be finite, got nan"),
     (lambda: planar.scale(1, math.inf), errors.ArgumentError, r"y must be finite, got inf"),
     (lambda: planar.scale(True), errors.ArgumentTypeError, r"x must hold real numbers, got dtype bool"),
-    (lambda: planar.translate(1, "2"), errors.ArgumentTypeError, r"y must hold real numbers, got dtype <U1"),  # type: ignore[arg-type]
-    (lambda: planar.rotate(1j), errors.ArgumentTypeError, r"angle must hold real numbers, got dtype complex128"),  # type: ignore[arg-type]
+    (lambda: planar.translate(1, "2"), errors.ArgumentTypeError, r"y must hold real numbers, got dtype <U1"),
+    (lambda: planar.rotate(1j), errors.ArgumentTypeError, r"angle must hold real numbers, got dtype complex128"),
     (lambda: planar.rotate(1, point=(1, 2, 3)), errors.ArgumentError, r"point must have shape \(2,\), got \(3,\)"),
     (lambda: planar.rotate(3, point=(1.7e308, 0)), errors.ArgumentError, r"point must stay within float64's range"),
     (lambda: planar.reflect((0, 0)), errors.ArgumentError, r"normal must not be the zero vector"),

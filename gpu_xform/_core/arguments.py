@@ -2,6 +2,7 @@
 
 import math
 import operator
+from collections.abc import Mapping
 from typing import Any, SupportsIndex
 
 import numpy as np
@@ -44,6 +45,20 @@ def as_float(value: npt.ArrayLike, name: str) -> float:
     return float(array)
 
 
+def as_numbers(values: Mapping[str, npt.ArrayLike]) -> Mapping[str, Any]:
+    """Return each value as a finite float or, if one is an array, all as arrays of one shape; the keys name them."""
+    if all(isinstance(value, float | int) for value in values.values()):  # the usual case, much faster than arrays
+        return {name: as_float(value, name) for name, value in values.items()}
+    arrays = {name: as_real_array(value, name) for name, value in values.items()}
+    if all(array.ndim == 0 for array in arrays.values()):
+        return {name: float(array) for name, array in arrays.items()}
+    try:
+        return dict(zip(arrays, np.broadcast_arrays(*arrays.values()), strict=True))
+    except ValueError:
+        shapes = ", ".join(str(array.shape) for array in arrays.values())
+        raise ArgumentError.expecting(" and ".join(arrays), "broadcast", f"shapes {shapes}") from None
+
+
 def as_int(value: SupportsIndex, name: str) -> int:
     """Return `value` as an int."""
     try:
@@ -60,15 +75,28 @@ def as_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     return array
 
 
+def as_vectors(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
+    """Return `value` as finite vectors (..., size)."""
+    array = as_real_array(value, name)
+    if array.shape[-1:] != (size,):
+        raise ArgumentError.expecting(name, f"have shape ({size},)", array.shape)
+    return array
+
+
 def as_nonzero_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """Return `value`, a vector of `size` components not all zero, divided by a power of two.
 
     The largest component is then in [0.5, 1), so that squares neither overflow nor vanish; small integers stay exact.
     """
-    array = as_vector(value, name, size)
-    if not array.any():
-        raise ArgumentError.expecting(name, "not be the zero vector")
-    scaled: Float64Array = np.ldexp(array, -np.frexp(np.abs(array).max())[1])
+    return _scale_vectors(as_vector(value, name, size), name)
+
+
+def _scale_vectors(vectors: Float64Array, name: str) -> Float64Array:
+    """Return vectors (..., size), each divided by a power of two; none may be zero."""
+    is_zero = np.asarray(~vectors.any(axis=-1))
+    if is_zero.any():
+        raise ArgumentError.expecting(name, f"not be the zero vector{describe_first(is_zero)}")
+    scaled: Float64Array = np.ldexp(vectors, -np.frexp(np.abs(vectors).max(axis=-1, keepdims=True))[1])
     return scaled
 
 
@@ -76,6 +104,21 @@ def as_unit_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """Return `value` as a unit vector of `size` components; raise an error for the zero vector."""
     array = as_nonzero_vector(value, name, size)
     return array / np.linalg.norm(array)
+
+
+def as_unit_vectors(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
+    """Return `value` as unit vectors (..., size); raise an error for a zero vector."""
+    vectors = _scale_vectors(as_vectors(value, name, size), name)
+    unit: Float64Array = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return unit
+
+
+def describe_first(is_wrong: npt.NDArray[np.bool_]) -> str:
+    """Return " in matrix INDEX" for the first of a stack that is wrong; nothing for one alone."""
+    if is_wrong.ndim == 0:
+        return ""
+    index = tuple(int(i) for i in np.argwhere(is_wrong)[0])
+    return f" in matrix {index[0] if len(index) == 1 else index}"
 
 
 def as_square_matrix(value: MatrixLike, name: str, *sizes: int) -> Float64Array:
@@ -113,11 +156,11 @@ def require_affine(matrices: Float64Array, name: str) -> None:
     wrong = (last_rows != expected).any(axis=-1)
     if wrong.any():
         index = tuple(int(i) for i in np.argwhere(wrong)[0])
+        where = describe_first(wrong)
         rows = [
             "(" + ", ".join(repr(entry).removesuffix(".0") for entry in row.tolist()) + ")"
             for row in (expected, last_rows[index])
         ]
-        where = f" in matrix {index[0] if len(index) == 1 else index}" if index else ""
         raise ArgumentError.expecting(name, f"be affine, with the last row {rows[0]}", f"{rows[1]}{where}")
 
 

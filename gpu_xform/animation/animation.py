@@ -16,13 +16,13 @@ from .._core.error_context import prefix_errors
 from .._core.progress import show_progress
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
+from ..device import Device
 from ..drawing.camera import Camera, CameraLike, extreme_points, fit_options, require_in_range
 from ..drawing.framing import framing_points
 from ..drawing.layer import Layer, Models, Style, require_style
 from ..drawing.load_models import load_models
 from ..drawing.prepare import Frame, Size, parse_size
 from ..errors import ArgumentError, MeshError
-from ..gpu.device import Device
 from ..imaging import image as images
 from ..imaging.colors import ColorLike, to_rgba
 from ..imaging.image import Pixels

@@ -11,8 +11,8 @@ from .camera_options import make_camera, require_one_camera
 from .options import STYLE
 
 if TYPE_CHECKING:
+    from ..device import Device
     from ..drawing.layer import Layer
-    from ..gpu.device import Device
 
 STYLE_NAMES = (*(option.flag.removeprefix("--").replace("-", "_") for option in STYLE), "antialias", "instances")
 
@@ -33,7 +33,7 @@ def compose_transforms(options: Namespace) -> Float64Array:
 
 def choose_device(options: Namespace) -> "Device":
     """Return the device of --adapter, without it the default one."""
-    from ..gpu.device import Device, default_device
+    from ..device import Device, default_device
 
     return default_device() if options.adapter is None else Device(options.adapter)
 

@@ -270,7 +270,8 @@ def add_general_options(parser: argparse.ArgumentParser, *, adapter: bool, raste
         group.add_argument(
             "--adapter",
             metavar="NAME",
-            help="graphics adapter, by a part of its name (default: $GPU_XFORM_ADAPTER, else the fastest)",
+            help="graphics adapter, by a part of its name"
+            f"{'' if rasterizer else ', or host for the processors'} (default: $GPU_XFORM_ADAPTER, else the fastest)",
         )
     if rasterizer:
         *others, last = RASTERIZERS

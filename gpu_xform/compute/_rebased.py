@@ -14,12 +14,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array
-from ..gpu.device import Device
+from ..device import Device
 from ._precision import SINGLE
 from ._skinning import Influences
+from .backend import find_backend
 from .kernels.job import Epilogue, Job, SkinningJob
-from .kernels.skin import max_matrices, run_skinning
-from .kernels.transform import run_transform
 
 POINTS_PER_BLOCK = 4096
 POINTS_PER_CELL = 8
@@ -42,7 +41,7 @@ def run_rebased(job: Job) -> None:
         points = job.points[start : start + step]
         out = job.out[:, start : start + step]
         if job.is_sorted_in_space:
-            order, starts = _sort_into_cells(points, max_matrices(job.device, SINGLE))
+            order, starts = _sort_into_cells(points, _max_matrices(job.device))
             moved = np.empty(out.shape, out.dtype)
             _run_part(replace(job, points=points[order], out=moved), starts)
             out[:, order] = moved
@@ -108,7 +107,7 @@ def _transform_affine(job: Job, origins: Float64Array, block: npt.NDArray[np.int
     linear = job.matrices.copy()
     linear[:, :3, 3] = 0.0
     moved = np.empty(job.out.shape, np.float32)
-    run_transform(replace(job, matrices=linear, out=moved))
+    find_backend(job.device).run_transform(replace(job, matrices=linear, out=moved))
     axes = [0, 1, 2][: job.points.shape[1]]
     for matrix, offsets, target in zip(job.matrices, moved, job.out, strict=True):
         moved_origins = origins @ matrix[np.ix_(axes, axes)].T + matrix[axes, 3]
@@ -119,7 +118,7 @@ def _transform_projective(job: Job, origins: Float64Array, block: npt.NDArray[np
     from_offsets = np.broadcast_to(np.eye(4), (len(origins), 4, 4)).copy()
     from_offsets[:, : origins.shape[1], 3] = origins
     for matrix, out in zip(job.matrices, job.out, strict=True):
-        run_skinning(
+        find_backend(job.device).run_skinning(
             SkinningJob(
                 job.device,
                 job.points,
@@ -141,4 +140,9 @@ def _find_origins(points: npt.NDArray[Any], starts: npt.NDArray[np.intp]) -> Flo
 
 
 def _blocks_per_part(device: Device) -> int:
-    return max(1, min(MAX_BLOCKS_PER_PART, max_matrices(device, SINGLE)))
+    return max(1, min(MAX_BLOCKS_PER_PART, _max_matrices(device)))
+
+
+def _max_matrices(device: Device) -> int:
+    """Return how many matrices one dispatch can hold."""
+    return device.limits.max_bound_bytes // (16 * SINGLE.itemsize)

@@ -1,7 +1,7 @@
 """Point buffers: points that stay on the device between one transform and the next."""
 
 from types import TracebackType
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -10,16 +10,16 @@ from .._core.arguments import as_square_matrix, require_affine
 from .._core.masked import drop_hidden_rows
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
-from ..errors import ArgumentError, DeviceError
-from ..gpu.buffers import Buffer
-from ..gpu.chunking import DispatchPlan
-from ..gpu.device import Device, resolve_device
-from ..gpu.device_points import DevicePoints
+from ..device import Device, resolve_device
+from ..errors import ArgumentError
 from ._arrays import as_4x4, as_point_array, require_output
 from ._precision import require_range, resolve_precision
+from .backend import PointStore, find_backend
 from .kernels.job import Epilogue
-from .kernels.reduce import Reduction, reduce_points
-from .kernels.transform import POOL_OWNER, dispatch_transform, read_results
+from .kernels.reduction import Reduction
+
+if TYPE_CHECKING:
+    from ..gpu.device_points import DevicePoints
 
 
 @public
@@ -51,32 +51,32 @@ class PointBuffer:
             raise ArgumentError.expecting("points", "have shape (n, 3) or (n, 2)", source.shape)
         device = resolve_device(device)
         dtype = resolve_precision("float64" if source.dtype.itemsize == 8 else "float32", source.dtype, device).dtype
-        self._store = _Store(device, source, dtype)
+        self._store: PointStore = find_backend(device).store_points(device, source, dtype)
         self._pending: Float64Array | None = None
         self._divides = False
 
     @property
     def device(self) -> Device:
         """The device that holds the points."""
-        return self._store.plan.device
+        return self._store.device
 
     @property
     def dtype(self) -> np.dtype[Any]:
         """float32 or float64."""
-        return self._store.plan.dtype
+        return self._store.dtype
 
     @property
     def shape(self) -> tuple[int, int]:
         """(n, 3) or (n, 2)."""
-        return self._store.n_points, self._store.plan.n_components
+        return self._store.shape
 
     @property
     def nbytes(self) -> int:
         """The bytes of the points, as NumPy would count them."""
-        return self._store.n_points * self._store.plan.point_bytes
+        return self._store.shape[0] * self._store.shape[1] * self._store.dtype.itemsize
 
     def __len__(self) -> int:
-        return self._store.n_points
+        return self._store.shape[0]
 
     @property
     def pending(self) -> Float64Array | None:
@@ -187,7 +187,7 @@ class PointBuffer:
         reduction = self._reduce()
         return reduction.total / reduction.n_points
 
-    def device_points(self) -> DevicePoints:
+    def device_points(self) -> "DevicePoints":
         """Return the points as they lie on the device, without what is pending, for a stage that draws them there."""
         return self._store.device_points()
 
@@ -253,68 +253,3 @@ def bounds(points: npt.ArrayLike, *, device: Device | None = None) -> npt.NDArra
     """
     with PointBuffer(points, device=device) as buffer:
         return buffer.bounds()
-
-
-class _Store:
-    """The device's memory behind one `PointBuffer` and all that came from it."""
-
-    def __init__(self, device: Device, points: npt.NDArray[Any], dtype: np.dtype[Any]) -> None:
-        n_points, n_components = points.shape
-        self.n_points: int = n_points
-        self.plan = DispatchPlan.of(device, max(self.n_points, 1), n_components, dtype)
-        self.parts: list[tuple[slice, Buffer]] = []
-        self._released = False
-        try:
-            for part in self.plan.chunks(self.n_points):
-                buffer = Buffer(
-                    device.context,
-                    self.plan.aligned_count(part.stop - part.start) * self.plan.point_bytes,
-                    label="PointBuffer",
-                )
-                self.parts.append((part, buffer))
-                buffer.upload(np.ascontiguousarray(points[part], dtype))
-        except BaseException:
-            self.release()
-            raise
-
-    def download(self, matrix: Float64Array | None, epilogue: Epilogue, out: npt.NDArray[Any]) -> None:
-        device = self.require_open()
-        for part, source in self.parts:
-            with device.lock:
-                result = source
-                if matrix is not None:
-                    result = device.pool.scratch(POOL_OWNER, "destination", source.n_bytes)
-                    dispatch_transform(self.plan, matrix[None], source, result, part.stop - part.start, epilogue)
-                read_results(self.plan, result, out[None, part])
-
-    def reduce(self, matrix: Float64Array | None, epilogue: Epilogue) -> Reduction:
-        self.require_open()
-        parts = [
-            reduce_points(self.plan, source, part.stop - part.start, matrix, epilogue) for part, source in self.parts
-        ]
-        whole = parts[0]
-        for part in parts[1:]:
-            whole = whole.merged(part)
-        return whole
-
-    def device_points(self) -> DevicePoints:
-        device = self.require_open()
-        if len(self.parts) != 1:
-            raise ArgumentError.expecting(
-                "points", f"be one to {self.plan.chunk:,} to be drawn from {device.name!r}", f"{self.n_points:,}"
-            )
-        return DevicePoints(self.parts[0][1], self.n_points, self.plan.dtype)
-
-    def require_open(self) -> Device:
-        if self._released:
-            raise DeviceError("the PointBuffer is closed")
-        self.plan.device.require_usable()
-        return self.plan.device
-
-    def release(self) -> None:
-        self._released = True
-        for _, buffer in self.parts:
-            buffer.release()
-
-    def __del__(self) -> None:
-        self.release()

@@ -16,8 +16,8 @@ from .._core.arguments import as_square_matrix
 from .._core.npy import read_header
 from .._core.public import public
 from .._core.types import MatrixLike, Progress, StrPath
+from ..device import Device
 from ..errors import ArgumentError, ArgumentTypeError
-from ..gpu.device import Device
 from ._precision import Precision
 from .transform import project_points, transform_points
 

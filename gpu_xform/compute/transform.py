@@ -26,20 +26,17 @@ from .._core.arguments import as_square_matrices, require_affine
 from .._core.masked import Mask, find_hidden_rows, hide_rows
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
+from ..device import Device, resolve_device
 from ..errors import ArgumentError, PrecisionError
-from ..gpu.device import Device, resolve_device
 from ._arrays import as_4x4, as_point_array, require_output
 from ._precision import Precision, require_range, resolve_precision, rounds_to_float32, warn_if_coarse
 from ._rebased import run_rebased
 from ._skinning import Influences, validate_influences
+from ._small import transform_few
+from .backend import find_backend
 from .kernels.job import Epilogue, Job, SkinningJob
-from .kernels.skin import run_skinning
-from .kernels.transform import run_transform
 
 Order: TypeAlias = Literal["input", "morton"]
-
-# Fewer points do not fill a dispatch: then one dispatch does the work of many matrices.
-MIN_POINTS_PER_DISPATCH = 4096
 
 
 @dataclass(frozen=True)
@@ -110,6 +107,10 @@ def transform_points(
     PrecisionWarning
         Once per process, if float32 is too coarse for the coordinates.
     """
+    if index is None and weights is None and out is None and precision == "auto" and order == "input":
+        few = transform_few(points, matrix, Epilogue.NONE, device)
+        if few is not None:
+            return few
     source = as_point_array(points)
     affine = _affine_matrices(matrix, source)
     if rounds_to_float32(precision, source):
@@ -283,6 +284,10 @@ def project_points(
     PrecisionWarning
         Once per process, if float32 is too coarse for the coordinates.
     """
+    if index is None and weights is None and out is None and precision == "auto" and order == "input":
+        few = transform_few(points, matrix, Epilogue.PERSPECTIVE_DIVIDE, device)
+        if few is not None:
+            return few
     source = as_point_array(points)
     projective = as_square_matrices(matrix, "matrix", source.shape[-1] + 1)
     if rounds_to_float32(precision, source):
@@ -360,7 +365,7 @@ def _plan_skinning(job: Job, influences: Influences, inverse_transpose: bool, *,
         raise PrecisionError("rebased precision takes the same matrices for all points: use precision='float32'")
     n_components = job.points.shape[-1]
     return partial(
-        run_skinning,
+        find_backend(job.device).run_skinning,
         SkinningJob(
             job.device,
             np.broadcast_to(job.points, job.out.shape).reshape(-1, n_components),
@@ -381,7 +386,7 @@ def _plan_broadcast(job: Job, *, rebased: bool) -> list[Run]:
         stack = as_4x4(job.matrices.reshape(-1, *job.matrices.shape[-2:]))
         results = job.out.reshape(len(stack), -1, n_components)
         flat = replace(job, points=job.points.reshape(-1, n_components), matrices=stack, out=results)
-        return [partial(run_rebased if rebased else run_transform, flat)]
+        return [partial(run_rebased if rebased else find_backend(job.device).run_transform, flat)]
     if not rebased:
         return [_plan_skinning(job, _one_matrix_per_set(job), False, rebased=False)]
     batch = job.out.shape[:-2]
@@ -396,8 +401,8 @@ def _plan_broadcast(job: Job, *, rebased: bool) -> list[Run]:
 def _use_one_dispatch_per_matrix(job: Job) -> bool:
     n_points, n_components = job.points.shape[-2:]
     n_matrices = job.matrices.size // job.matrices.shape[-1] ** 2
-    is_one_set = job.points.size == n_points * n_components
-    return n_matrices == 1 or bool(is_one_set and n_points >= MIN_POINTS_PER_DISPATCH)
+    is_one_set = bool(job.points.size == n_points * n_components)
+    return n_matrices == 1 or (is_one_set and n_points >= find_backend(job.device).min_points_per_matrix)
 
 
 def _one_matrix_per_set(job: Job) -> Influences:

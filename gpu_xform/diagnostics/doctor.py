@@ -10,18 +10,20 @@ from typing import Literal
 import numpy as np
 
 from ..compute.transform import transform_points
+from ..device import ADAPTER_VARIABLE, HOST, Adapter, Device
 from ..drawing.camera import Camera
 from ..errors import GpuXformError, NoAdapterError
 from ..geometry.mesh import Mesh
 from ..gpu import self_test
-from ..gpu.adapters import Adapter, adapters, describe_adapter, find_adapter
-from ..gpu.device import Device
+from ..gpu.adapters import adapters, describe_adapter, find_adapter
+from ..gpu.device import GpuDevice
+from ..host import HostDevice
 from ..raster.names import RASTERIZERS, RasterizerName
 from ..rendering.raster import render_array
 from .doctor_report import Check, Report
 
 RENDER_CHECK = "picture (render)"
-N_POINTS = 1_000
+N_POINTS = 20_000  # enough for the host to compile its loops
 # Fifteen different entries, and a translation much larger than the rotation: a transposed or shifted matrix must fail.
 MATRIX = np.array([[0.5, -1.25, 2.0, 30.0], [1.5, 0.75, -0.25, -7.0], [-3.0, 0.125, 1.0, 11.0], [0.0, 0.0, 0.0, 1.0]])
 
@@ -29,13 +31,15 @@ MATRIX = np.array([[0.5, -1.25, 2.0, 30.0], [1.5, 0.75, -0.25, -7.0], [-3.0, 0.1
 def examine(adapter: str | None = None) -> Report:
     """Check the device that `Device(adapter)` opens; failures are in the report, not raised.
 
-    adapter : part of an adapter's name; by default GPU_XFORM_ADAPTER, else the fastest
+    adapter : "host", or part of an adapter's name; by default GPU_XFORM_ADAPTER, else the fastest
     """
     found = tuple(adapters())
     device: Adapter | None = None
     checks: tuple[Check, ...] = ()
     try:
-        device = describe_adapter(find_adapter(adapter or os.environ.get("GPU_XFORM_ADAPTER") or None))
+        name = adapter or os.environ.get(ADAPTER_VARIABLE) or None
+        is_host = name is not None and name.casefold() == HOST
+        device = HostDevice().adapter if is_host else describe_adapter(find_adapter(name))
         reason = _explain_choice(adapter, len(found))
         checks = _run_checks(adapter)
     except NoAdapterError as error:
@@ -51,7 +55,7 @@ def _try_render_pass(adapter: Adapter) -> Check:
     """Draw by a render pass on an adapter that is not in use."""
 
     def attempt() -> tuple[bool, str]:
-        with Device(adapter.name) as device:
+        with GpuDevice(adapter.name) as device:
             return _check_picture(device, "render")
 
     return _run_check(RENDER_CHECK, attempt)
@@ -74,8 +78,8 @@ def _find_versions() -> dict[str, str]:
 def _explain_choice(adapter: str | None, n_adapters: int) -> str:
     if adapter:
         return f"{adapter!r} is requested"
-    if os.environ.get("GPU_XFORM_ADAPTER"):
-        return f"GPU_XFORM_ADAPTER is {os.environ['GPU_XFORM_ADAPTER']!r}"
+    if os.environ.get(ADAPTER_VARIABLE):
+        return f"{ADAPTER_VARIABLE} is {os.environ[ADAPTER_VARIABLE]!r}"
     return (
         "it is the only one"
         if n_adapters == 1
@@ -91,14 +95,17 @@ def _run_checks(adapter: str | None) -> tuple[Check, ...]:
     except GpuXformError as error:
         return (Check("open the device", False, str(error)),)
     with device:
-        checks = [Check(*result) for result in self_test.run(device.context, device.pipelines)]
+        checks = []
+        if isinstance(device, GpuDevice):
+            checks += [Check(*result) for result in self_test.run(device.context, device.pipelines)]
         checks.append(_run_check("float32 transform", lambda: _check_transform(device, "float32")))
         if device.has_float64:
             checks.append(_run_check("float64 transform", lambda: _check_transform(device, "float64")))
-        checks += [
-            _run_check(f"picture ({rasterizer})", partial(_check_picture, device, rasterizer))
-            for rasterizer in RASTERIZERS[1:]
-        ]
+        if isinstance(device, GpuDevice):
+            checks += [
+                _run_check(f"picture ({rasterizer})", partial(_check_picture, device, rasterizer))
+                for rasterizer in RASTERIZERS[1:]
+            ]
     return tuple(checks)
 
 
@@ -122,7 +129,7 @@ def _check_transform(device: Device, dtype: Literal["float32", "float64"]) -> tu
     return n_wrong == 0, f"{N_POINTS - n_wrong:,} of {N_POINTS:,} points agree with NumPy's"
 
 
-def _check_picture(device: Device, rasterizer: RasterizerName) -> tuple[bool, str]:
+def _check_picture(device: GpuDevice, rasterizer: RasterizerName) -> tuple[bool, str]:
     """Draw a line two pixels wide, left of and above the centre, and test the pixels on it and away from it."""
     line = Mesh([(-0.75, 0.5, 0.0), (0.25, 0.5, 0.0)], [(0, 1)])
     pixels = render_array(

@@ -5,8 +5,9 @@ import json
 from dataclasses import dataclass
 from itertools import zip_longest
 
-from ..gpu.adapters import Adapter
+from ..device import HOST, Adapter
 from ..gpu.context import HOST_MAPPABLE_KINDS
+from ..host import count_threads, suggest_host
 
 
 @dataclass(frozen=True)
@@ -80,6 +81,9 @@ def _format_device(report: Report) -> list[str]:
     device = report.device
     if device is None:
         return [f"No device: {report.reason}"]
+    if device.backend == HOST:
+        rows = {"chosen because": report.reason, "threads": f"{count_threads()}", "float64": "yes", "pictures": "no"}
+        return [f"In use: the host device, {device.driver}", *_format_rows(rows), ""]
     limits = device.limits
     mappable = device.kind in HOST_MAPPABLE_KINDS and "mappable-primary-buffers" in device.features
     rows = {
@@ -91,10 +95,14 @@ def _format_device(report: Report) -> list[str]:
         "host-mappable memory": _format_flag(mappable),
         "timestamps": _format_flag("timestamp-query" in device.features),
     }
-    lines = [f"In use: {device.name}", *(f"  {name:26} {value}" for name, value in rows.items())]
+    lines = [f"In use: {device.name}", *_format_rows(rows), ""]
     if device.kind == "CPU":
-        lines += ["", "This device is a CPU, not a GPU: its results are right, at the speed of a CPU."]
-    return [*lines, ""]
+        lines.append("This device is a CPU, not a GPU: its results are right, at the speed of a CPU.")
+    return [*lines, suggest_host(device.kind), ""]
+
+
+def _format_rows(rows: dict[str, str]) -> list[str]:
+    return [f"  {name:26} {value}" for name, value in rows.items()]
 
 
 def _format_checks(report: Report) -> list[str]:

@@ -9,7 +9,7 @@ import numpy as np
 from ..drawing.camera import Camera
 from ..errors import DeviceError
 from ..geometry.mesh import Mesh
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..raster.names import RasterizerName
 from ..raster.tuning import MIN_RATIO_FOR_COMPUTE, TunedCell
 from ..rendering.raster import render_array
@@ -24,7 +24,7 @@ MAX_DIFFERENCE = 5  # of 255, between the pictures of both: what many edges diff
 
 
 def tune(
-    device: Device, edge_counts: Sequence[int] = EDGE_COUNTS, lengths_px: Sequence[float] = LENGTHS_PX
+    device: GpuDevice, edge_counts: Sequence[int] = EDGE_COUNTS, lengths_px: Sequence[float] = LENGTHS_PX
 ) -> list[TunedCell]:
     """Time whole pictures of random edges by both rasterisers, alternately; raise `DeviceError` if they differ."""
     return [
@@ -35,7 +35,7 @@ def tune(
     ]
 
 
-def format_tuning(device: Device, cells: Sequence[TunedCell]) -> str:
+def format_tuning(device: GpuDevice, cells: Sequence[TunedCell]) -> str:
     """Return a table of what was measured, and which rasteriser is the faster."""
     adapter = device.adapter
     lines = [
@@ -55,7 +55,7 @@ def format_tuning(device: Device, cells: Sequence[TunedCell]) -> str:
     return "\n".join([*lines, "", rule]) + "\n"
 
 
-def _time_cell(device: Device, n_edges: int, length_px: float) -> TunedCell:
+def _time_cell(device: GpuDevice, n_edges: int, length_px: float) -> TunedCell:
     mesh = _random_edges(n_edges, length_px)
     seconds: dict[RasterizerName, list[float]] = {"render": [], "compute": []}
     for _ in range(ROUNDS + 1):

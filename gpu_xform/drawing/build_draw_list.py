@@ -13,7 +13,7 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError, MeshError
 from ..geometry.edges import list_edge_parts
 from ..gpu.buffers import Buffer
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.layouts import CANDIDATE
 from ..imaging.colors import pack_rgba8
 from .depth import DepthCue, eye
@@ -32,7 +32,7 @@ def build_draw_list(
     sources: Sequence[GeometrySource],
     clip_from_world: Float64Array,
     depth_cues: Sequence[DepthCue],
-    device: Device,
+    device: GpuDevice,
     stack: contextlib.ExitStack,
 ) -> DrawList:
     """Put the layers on the device; buffers for this picture alone are released as `stack` unwinds.
@@ -78,7 +78,7 @@ def needs_depth_order(layer: Layer) -> bool:
 class _LayerBuilder:
     """Builds the drawables of one layer."""
 
-    def __init__(self, layer: Layer, source: GeometrySource, device: Device, stack: contextlib.ExitStack) -> None:
+    def __init__(self, layer: Layer, source: GeometrySource, device: GpuDevice, stack: contextlib.ExitStack) -> None:
         self._layer = layer
         self._source = source
         self._device = device

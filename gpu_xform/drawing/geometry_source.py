@@ -24,7 +24,7 @@ from ..geometry.edges import (
 )
 from ..geometry.mesh import Mesh, pack_pairs
 from ..geometry.triangulation import triangulate
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.device_points import DevicePoints, pad_points
 from ..gpu.layouts import CANDIDATE
 from .boxes import box_corners, box_in_world, world_positions
@@ -113,7 +113,7 @@ class GeometrySource(Protocol):
         """Return points of the world (p, 3) around what is drawn although `framing_points` has none for it."""
         ...
 
-    def on_device(self, device: Device) -> tuple[DevicePoints, Float64Array]:
+    def on_device(self, device: GpuDevice) -> tuple[DevicePoints, Float64Array]:
         """Return the points on `device`, and the (4, 4) matrix from them to the model's frame."""
         ...
 
@@ -214,7 +214,7 @@ class MeshSource:
         """Return none: all points of a mesh are finite."""
         return np.empty((0, 3))
 
-    def on_device(self, device: Device) -> tuple[DevicePoints, Float64Array]:
+    def on_device(self, device: GpuDevice) -> tuple[DevicePoints, Float64Array]:
         """Return the points in single precision, moved and scaled into [-1, 1]^3.
 
         Single precision would lose the shape of a small model far from the origin, and cannot hold very large ones.
@@ -330,7 +330,7 @@ class BufferSource:
     def _bounds(self) -> Float64Array:
         return self._points.bounds().astype(np.float64)
 
-    def on_device(self, device: Device) -> tuple[DevicePoints, Float64Array]:
+    def on_device(self, device: GpuDevice) -> tuple[DevicePoints, Float64Array]:
         """Return the points as they are; a pending transform goes into the matrix."""
         if self._points.device is not device:
             raise ArgumentError(f"model is on {self._points.device!r}, device is {device!r}: they must be one")

@@ -10,9 +10,10 @@ import numpy as np
 
 from .._core.types import Float64Array
 from ..compute.point_buffer import PointBuffer
+from ..device import Device
 from ..errors import ArgumentError, MeshError
 from ..geometry.mesh import Mesh
-from ..gpu.device import Device, resolve_device
+from ..gpu.device import GpuDevice, resolve_gpu_device
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from . import limits
 from .build_draw_list import build_draw_list, needs_depth_order
@@ -48,7 +49,7 @@ class PreparedFrame:
     sources, depth_cues : one per layer
     """
 
-    device: Device
+    device: GpuDevice
     view: View
     background: Rgba
     draw_list: DrawList
@@ -70,7 +71,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style) -> Iterator[Prepar
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
     framed = cache(lambda: framing_points(layers, sources))
     camera = frame.camera if isinstance(frame.camera, Camera) else _fit_camera(fit_options(frame.camera), framed())
-    device = resolve_device(_own_device(layers) if frame.device is None else frame.device)
+    device = resolve_gpu_device(_own_device(layers) if frame.device is None else frame.device)
     for source in sources:
         _require_fits(source, device)
     drawn = cache(lambda: np.concatenate([framed(), unbounded_points(layers, sources)]))
@@ -121,7 +122,7 @@ def _own_device(layers: Sequence[Layer]) -> Device | None:
     return next((layer.model.device for layer in layers if isinstance(layer.model, PointBuffer)), None)
 
 
-def _require_fits(source: GeometrySource, device: Device) -> None:
+def _require_fits(source: GeometrySource, device: GpuDevice) -> None:
     most = limits.max_points(device)
     if source.n_points > most:
         raise ArgumentError.expecting(

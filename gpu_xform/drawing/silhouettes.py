@@ -6,13 +6,13 @@ import numpy.typing as npt
 from ..gpu import layouts, uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import dispatch
 from .draw_list import EDGE_BYTES
 
 
 def extract_silhouette(
-    device: Device, candidates: Buffer, n_candidates: int, planes: Buffer, eye: npt.NDArray[np.float64]
+    device: GpuDevice, candidates: Buffer, n_candidates: int, planes: Buffer, eye: npt.NDArray[np.float64]
 ) -> Buffer:
     """Return the edges (n_candidates, 2) uint32 that `Lines` takes, without points for those not seen edge-on.
 

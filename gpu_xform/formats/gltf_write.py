@@ -14,7 +14,7 @@ from ..errors import MeshError
 from ..geometry.attributes import Attributes, RaggedArray, thaw_value
 from ..geometry.deformable_mesh import DeformableMesh, Skin
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Node, Scene
+from ..geometry.scene import Node, Scene, require_one_pose
 from ..geometry.scene_animation import SceneAnimation
 from ..geometry.triangulation import triangulate
 from ._losses import warn_of
@@ -68,6 +68,7 @@ class _Writer:
 
     def document(self) -> Document:
         """Return the whole document."""
+        require_one_pose(self._scene)
         children: dict[str | None, list[int]] = {}
         for node in self._scene:
             children.setdefault(node.parent, []).append(self._numbers[node.name])

@@ -9,12 +9,14 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .. import matrices
 from .._core.arguments import as_real_array, as_square_matrices, as_square_matrix
 from .._core.error_context import prefix_errors
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 from ..matrices._affine import require_finite
+from ..matrices._composition import require_broadcast
 from .deformable_mesh import DeformableMesh
 from .mesh import Mesh
 from .scene_animation import SceneAnimation
@@ -308,19 +310,43 @@ class Scene:
 
         Returns
         -------
-        (4, 4) float64
+        (4, 4) float64, or (..., 4, 4) in a scene that is posed by stacks
 
         Raises
         ------
         ArgumentError
-            For an unknown node, or if the product overflows.
+            For an unknown node, if the product overflows, or if stacks of poses do not broadcast.
         """
         path = self._path(self._node(node, "node"))
-        product = path[-1].transform
-        with np.errstate(over="ignore", invalid="ignore"):
-            for below in reversed(path[:-1]):
-                product = product @ below.transform
-        return _require_finite_world(product, path[0])
+        return _require_finite_world(_multiply_down(path), path[0])
+
+    def transform_between(self, source: str | Node, target: str | Node) -> Float64Array:
+        """Return the matrix from one node to another: `target_from_source`.
+
+        It goes up to the nearest node that both are in, and down again: what lies above has no part in it.
+
+        Parameters
+        ----------
+        source, target : Node or str
+            The nodes or their names.
+
+        Returns
+        -------
+        (4, 4) float64, or (..., 4, 4) in a scene that is posed by stacks
+
+        Raises
+        ------
+        ArgumentError
+            For an unknown node, if the product overflows, or if stacks of poses do not broadcast.
+        SingularMatrixError
+            If a matrix on the way down has no inverse.
+        """
+        up, down = self._path(self._node(source, "source")), self._path(self._node(target, "target"))
+        while up and down and up[-1] is down[-1]:
+            up.pop()
+            down.pop()
+        with prefix_errors(f"from {self._node(source, 'source').name!r} to {self._node(target, 'target').name!r}"):
+            return matrices.chain(_multiply_down(up), matrices.inverse(_multiply_down(down)))
 
     def posed(
         self, poses: Mapping[str, MatrixLike], weights: Mapping[str, npt.ArrayLike] = MappingProxyType({})
@@ -331,6 +357,7 @@ class Scene:
         ----------
         poses : dict of str to (4, 4) numbers, or to objects with `as_matrix()`
             The new matrix, from the node to its parent, by the node's name. Skinned meshes follow their joints.
+            Stacks (..., 4, 4) broadcast: `world` and `transform_between` then give stacks, and nothing can be drawn.
         weights : dict of str to (t,) numbers, optional
             The new morph weights of what the node shows, by the node's name.
 
@@ -352,7 +379,7 @@ class Scene:
         for name, matrix in poses.items():
             if name not in posed:
                 raise ArgumentError.expecting("poses", "name nodes of this scene", repr(name))
-            posed._nodes[name]._transform = _as_local_matrix(matrix, f"poses[{name!r}]")
+            posed._nodes[name]._transform = _as_local_matrices(matrix, f"poses[{name!r}]")
         for name, factors in weights.items():
             if name not in posed:
                 raise ArgumentError.expecting("weights", "name nodes of this scene", repr(name))
@@ -390,8 +417,9 @@ class Scene:
         Raises
         ------
         ArgumentError
-            If a world matrix overflows.
+            If a world matrix overflows, or if the scene is posed by stacks.
         """
+        require_one_pose(self)
         worlds: dict[str | None, Float64Array] = {None: np.eye(4)}
         hidden: set[str | None] = set()
         found: dict[Any, tuple[Node, Shown, list[Float64Array]]] = {}
@@ -404,9 +432,9 @@ class Scene:
                 if node.name in hidden:
                     continue
                 for shown in node.models:
-                    placed, matrices = _place(shown, node, worlds)
+                    placed, copies = _place(shown, node, worlds)
                     *_, places = found.setdefault(_make_key(placed), (node, placed, []))
-                    places += [_require_finite_world(matrix, node) for matrix in matrices]
+                    places += [_require_finite_world(copy_matrix, node) for copy_matrix in copies]
         return [
             Instances(node.name, shown.model, shown.style, np.stack(places))
             for node, shown, places in found.values()
@@ -487,10 +515,35 @@ def _require_finite_world(matrix: Float64Array, node: Node) -> Float64Array:
     return require_finite(matrix, f"the world matrix of {node.name!r}")
 
 
+def require_one_pose(scene: Scene) -> None:
+    """Raise `ArgumentError` if a node of a scene has a stack of matrices."""
+    for node in scene:
+        if node.transform.ndim != 2:
+            name = f"the matrix of {node.name!r}"
+            raise ArgumentError.expecting(name, "have shape (4, 4) to be drawn or written", node.transform.shape)
+
+
+def _multiply_down(path: list[Node]) -> Float64Array:
+    """Return the product of the matrices of a path, which begins at the lowest node."""
+    product = np.eye(4)
+    with np.errstate(over="ignore", invalid="ignore"):
+        for below in reversed(path):
+            require_broadcast(product, below.transform, f"the matrix of {below.name!r}")
+            product = product @ below.transform
+    return product
+
+
 def _as_local_matrix(matrix: MatrixLike, argument: str) -> Float64Array:
-    local = as_square_matrix(matrix, argument, 4)
-    local.flags.writeable = False
-    return local
+    return _protect(as_square_matrix(matrix, argument, 4))
+
+
+def _as_local_matrices(matrix: MatrixLike, argument: str) -> Float64Array:
+    return _protect(as_square_matrices(matrix, argument, 4))
+
+
+def _protect(array: Float64Array) -> Float64Array:
+    array.flags.writeable = False
+    return array
 
 
 def _as_weights(weights: npt.ArrayLike, argument: str) -> Float64Array:

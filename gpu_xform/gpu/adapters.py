@@ -9,12 +9,12 @@ import os
 import sys
 import tempfile
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import wgpu
 from wgpu.backends.wgpu_native.extras import set_instance_extras
 
 from .._core.public import public
+from ..device import Adapter, Limits
 from ..errors import NoAdapterError
 from .drivers import suggest_driver
 from .type_lookups import narrow_type_lookups
@@ -23,64 +23,6 @@ NATIVE_BACKENDS = {"darwin": ["Metal"], "win32": ["DX12", "Vulkan"]}.get(sys.pla
 FASTEST_FIRST = ("DiscreteGPU", "IntegratedGPU", "VirtualGPU", "Unknown", "CPU")
 
 narrow_type_lookups()
-
-
-@dataclass(frozen=True)
-class Limits:
-    """What one adapter can hold and dispatch.
-
-    Parameters
-    ----------
-    max_buffer_bytes : int
-        Bytes per buffer.
-    max_binding_bytes : int
-        Bytes of a buffer that one storage binding can show.
-    max_workgroups : int
-        Workgroups per dispatch, in each dimension.
-    max_workgroup_size : int
-        Invocations per workgroup.
-    max_texture_side : int
-        Texels across a texture, and down.
-    """
-
-    max_buffer_bytes: int
-    max_binding_bytes: int
-    max_workgroups: int
-    max_workgroup_size: int
-    max_texture_side: int = 8192
-
-    @property
-    def max_bound_bytes(self) -> int:
-        """The bytes of the largest buffer that one binding can show."""
-        return min(self.max_binding_bytes, self.max_buffer_bytes)
-
-
-@dataclass(frozen=True)
-class Adapter:
-    """A graphics adapter.
-
-    Parameters
-    ----------
-    name : str
-        What its driver calls it; a part of it chooses the adapter in `Device`.
-    kind : str
-        "DiscreteGPU", "IntegratedGPU", "VirtualGPU", "CPU" or "Unknown".
-    backend : str
-        "Vulkan", "Metal" or "D3D12".
-    driver : str
-        The driver's name and version.
-    limits : Limits
-        What it can hold and dispatch.
-    features : frozenset of str
-        Names of the optional features of WebGPU that it has, such as "shader-f64".
-    """
-
-    name: str
-    kind: str
-    backend: str
-    driver: str
-    limits: Limits
-    features: frozenset[str]
 
 
 @public
@@ -120,7 +62,10 @@ def find_adapter(name: str | None) -> wgpu.GPUAdapter:
     """Return the fastest adapter whose name contains `name`, in any case; raise `NoAdapterError` if there is none."""
     found = list_native_adapters()
     if not found:
-        raise NoAdapterError(f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver. {suggest_driver()}")
+        raise NoAdapterError(
+            f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver; arrays of points can be transformed "
+            f"without, by gx.Device('host') or --adapter host. {suggest_driver()}"
+        )
     for adapter in found:
         if name is None or name.casefold() in adapter.info["device"].casefold():
             return adapter

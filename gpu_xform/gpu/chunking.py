@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .device import Device
+from .device import GpuDevice
 from .shaders import ComputePipeline
 
 POINTS_PER_INVOCATION = 4
@@ -18,7 +18,7 @@ MAX_PART_BYTES = 128 << 20  # of a part of an array that stays on the device
 class DispatchPlan:
     """An array cut for one device: `chunk` points per dispatch, in whole workgroups, computed in `dtype`."""
 
-    device: Device
+    device: GpuDevice
     dtype: np.dtype[Any]
     n_components: int
     workgroup_size: int
@@ -27,7 +27,7 @@ class DispatchPlan:
     @classmethod
     def of(
         cls,
-        device: Device,
+        device: GpuDevice,
         n_points: int,
         n_components: int,
         dtype: np.dtype[Any],
@@ -80,12 +80,12 @@ class DispatchPlan:
             yield slice(start, min(start + self.chunk, n_points))
 
 
-def choose_workgroup_size(device: Device) -> int:
+def choose_workgroup_size(device: GpuDevice) -> int:
     """Return how many invocations make a workgroup."""
     return min(WORKGROUP_SIZE, device.limits.max_workgroup_size)
 
 
-def count_workgroups(device: Device, n: int) -> int:
+def count_workgroups(device: GpuDevice, n: int) -> int:
     """Return how many workgroups a stage takes for `n` things; beyond what a dispatch holds, each takes several."""
     return max(1, min(-(-n // choose_workgroup_size(device)), device.limits.max_workgroups))
 

@@ -13,8 +13,9 @@ from typing import Any, Protocol
 import wgpu
 
 from .._core.interrupts import defer_sigint
+from ..device import Adapter, Limits
 from ..errors import DeviceError
-from .adapters import Adapter, Limits, describe_adapter, find_adapter, lend_runtime_dir
+from .adapters import describe_adapter, find_adapter, lend_runtime_dir
 from .errors import translate_wgpu_errors
 
 # Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus

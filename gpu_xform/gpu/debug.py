@@ -1,7 +1,7 @@
 """Debug tools: buffers of a device, read back by their labels after all work or after each dispatch of one stage.
 
 >>> from gpu_xform.gpu import debug, device
->>> gpu = device.default_device()
+>>> gpu = device.default_gpu_device()
 >>> with debug.capture(gpu, "raster: face depths", after="depth_small_triangles") as depths:
 ...     gpu_xform.render(mesh, device=gpu, hidden="remove")
 
@@ -19,15 +19,15 @@ import numpy.typing as npt
 from ..errors import ArgumentError
 from .buffers import READBACK, Buffer
 from .context import CommandEncoder, DispatchObserver
-from .device import Device
+from .device import GpuDevice
 
 
-def list_buffers(device: Device) -> dict[str, int]:
+def list_buffers(device: GpuDevice) -> dict[str, int]:
     """Return the bytes of every buffer that is alive, by label; of several with one label, those of the newest."""
     return {label: buffer.n_bytes for label, buffer in sorted(_newest(device).items())}
 
 
-def read_buffer(device: Device, label: str, dtype: npt.DTypeLike = np.uint8) -> npt.NDArray[Any]:
+def read_buffer(device: GpuDevice, label: str, dtype: npt.DTypeLike = np.uint8) -> npt.NDArray[Any]:
     """Return what the newest buffer with `label` holds, after all work submitted so far.
 
     Raises `ArgumentError` if there is no such buffer, with the labels of those there are.
@@ -40,7 +40,7 @@ def read_buffer(device: Device, label: str, dtype: npt.DTypeLike = np.uint8) -> 
 
 @contextlib.contextmanager
 def capture(
-    device: Device, label: str, *, after: str, dtype: npt.DTypeLike = np.uint8
+    device: GpuDevice, label: str, *, after: str, dtype: npt.DTypeLike = np.uint8
 ) -> Iterator[list[npt.NDArray[Any]]]:
     """Lend a list that receives what a buffer holds after each dispatch of one stage in the block.
 
@@ -57,7 +57,7 @@ def capture(
 
 
 class _Capture(DispatchObserver):
-    def __init__(self, device: Device, label: str, stage: str, dtype: np.dtype[Any]) -> None:
+    def __init__(self, device: GpuDevice, label: str, stage: str, dtype: np.dtype[Any]) -> None:
         self.arrays: list[npt.NDArray[Any]] = []
         self._device = device
         self._label = label
@@ -80,12 +80,12 @@ class _Capture(DispatchObserver):
         self._readbacks.clear()
 
 
-def _newest(device: Device) -> dict[str, Buffer]:
+def _newest(device: GpuDevice) -> dict[str, Buffer]:
     alive = [buffer for buffer in device.context.buffers if isinstance(buffer, Buffer) and not buffer.is_released]
     return {buffer.label: buffer for buffer in sorted(alive, key=lambda each: each.id)}
 
 
-def _find(device: Device, label: str) -> Buffer:
+def _find(device: GpuDevice, label: str) -> Buffer:
     buffers = _newest(device)
     if label not in buffers:
         raise ArgumentError(f"label must be that of a buffer, got {label!r}; there are: {', '.join(sorted(buffers))}")

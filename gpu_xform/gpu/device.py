@@ -1,15 +1,12 @@
 """The device: an opened adapter with its buffers, caches and compiled shaders."""
 
 import contextlib
-import threading
 from collections.abc import Iterator
-from types import TracebackType
 from typing import Self
 
-from .._core.public import public
-from ..errors import ArgumentTypeError
+from ..device import Device, Limits, default_device, resolve_device
+from ..errors import DeviceError
 from . import self_test
-from .adapters import Adapter, Limits
 from .buffer_pool import BufferPool
 from .context import CommandEncoder, GpuContext, Submittable
 from .dispatch import BindGroupCache
@@ -20,27 +17,8 @@ from .timestamps import DispatchTimer, create_timer
 from .trace import Tracer, trace_from_environment
 
 
-@public
-class Device:
-    """A graphics adapter, opened; every transform and picture runs on one.
-
-    Opening runs a self-test, so that a driver that computes wrongly is refused at once. Work of several threads runs
-    one piece at a time. A Device is a context manager that closes itself.
-
-    Parameters
-    ----------
-    adapter : str, optional
-        Part of an adapter's name, in any case; by default GPU_XFORM_ADAPTER, else the fastest adapter.
-    limits : Limits, optional
-        Limits to plan by, stricter than the adapter's own.
-
-    Raises
-    ------
-    NoAdapterError
-        If there is no adapter, or none of that name.
-    DeviceError
-        If the self-test fails, or if the process is a fork of one that has opened a device.
-    """
+class GpuDevice(Device):
+    """A graphics adapter, opened, as a device: it transforms points and draws pictures."""
 
     def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:
         self._compose(GpuContext(adapter, limits=limits))
@@ -54,8 +32,8 @@ class Device:
 
     def _compose(self, context: GpuContext) -> None:
         self.context = context
-        self.adapter: Adapter = context.adapter
-        self.limits: Limits = context.limits
+        self.adapter = context.adapter
+        self.limits = context.limits
         self.features: frozenset[str] = context.features
         self.host_mappable: bool = context.host_mappable
         self.lock = context.lock
@@ -69,11 +47,6 @@ class Device:
         if self._tracer:
             context.observers.append(self._tracer)
         self_test.require(context, self.pipelines)
-
-    @property
-    def name(self) -> str:
-        """The adapter's name."""
-        return self.adapter.name
 
     @property
     def has_float64(self) -> bool:
@@ -102,6 +75,11 @@ class Device:
         """Raise `DeviceError` if the device is closed, or if this process is a fork of the one that opened it."""
         self.context.require_usable()
 
+    @property
+    def is_closed(self) -> bool:
+        """Whether `close` was called."""
+        return self.context.is_closed
+
     def close(self) -> None:
         """Give the device's memory back; it takes no more work. Closing twice does nothing."""
         with self.lock:
@@ -114,35 +92,25 @@ class Device:
                 if self._trace:
                     self._trace.write()
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
-    ) -> None:
-        self.close()
-
     def __repr__(self) -> str:
         return repr(self.context)
 
 
-_default: Device | None = None
-_default_lock = threading.Lock()
+def default_gpu_device() -> GpuDevice:
+    """Return the process's own device, opened at the first call; raise `DeviceError` if it is the host."""
+    return require_gpu_device(default_device())
 
 
-def default_device() -> Device:
-    """Return the process's own device, opened at the first call."""
-    global _default
-    with _default_lock:
-        if _default is None or _default.context.is_closed:
-            _default = Device()
-        return _default
+def resolve_gpu_device(device: Device | None) -> GpuDevice:
+    """Return `device`, or by default the process's own; raise `DeviceError` if it draws no pictures."""
+    return require_gpu_device(resolve_device(device))
 
 
-def resolve_device(device: Device | None) -> Device:
-    """Return `device`, or by default the process's own; raise `ArgumentTypeError` for what is no Device."""
-    if device is None:
-        return default_device()
-    if not isinstance(device, Device):
-        raise ArgumentTypeError.expecting("device", "be a Device", repr(device))
+def require_gpu_device(device: Device) -> GpuDevice:
+    """Return `device`, which must be a graphics adapter's."""
+    if not isinstance(device, GpuDevice):
+        raise DeviceError(
+            "the host device draws no pictures, moves no springs and filters no images: "
+            "that takes a graphics adapter, such as gx.Device() opens"
+        )
     return device

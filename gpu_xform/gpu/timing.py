@@ -3,13 +3,13 @@
 from collections.abc import Mapping
 
 from .buffers import Buffer
-from .device import Device
+from .device import GpuDevice
 from .dispatch import Binding, dispatch
 from .shaders import ComputePipeline
 
 
 def time_kernel(
-    device: Device, pipeline: ComputePipeline, bindings: Mapping[str, Buffer | Binding], n_workgroups: int
+    device: GpuDevice, pipeline: ComputePipeline, bindings: Mapping[str, Buffer | Binding], n_workgroups: int
 ) -> float:
     """Run one dispatch and return its seconds by the device's own clock, or by the host's if the device has none."""
     buffers = [part.buffer if isinstance(part, Binding) else part for part in bindings.values()]

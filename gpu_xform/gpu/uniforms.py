@@ -7,14 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .buffers import UNIFORM
-from .device import Device
+from .device import GpuDevice
 from .dispatch import Binding
 from .layouts import as_bytes
 
 OFFSET_ALIGNMENT_BYTES = 256  # of a binding's offset: the most that WebGPU lets an adapter ask for
 
 
-def upload(device: Device, owner: str, key: str, structs: Sequence[npt.NDArray[Any]]) -> list[Binding]:
+def upload(device: GpuDevice, owner: str, key: str, structs: Sequence[npt.NDArray[Any]]) -> list[Binding]:
     """Put the structs, one after the other, into the pool's buffer of `owner` under `key`; return where each lies.
 
     What the buffer holds already, as for the frames of an animation, is not sent again.

@@ -1,11 +1,12 @@
 """Homogeneous matrices of size n + 1 for both R^2 and R^3, built from their linear part."""
 
 import math
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_float, as_nonzero_vector, as_vector, describe_first_non_finite
+from .._core.arguments import as_nonzero_vector, as_numbers, as_vector, describe_first_non_finite
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 
@@ -17,65 +18,89 @@ def require_finite(matrix: Float64Array, what: str) -> Float64Array:
     return matrix + 0.0
 
 
-def compute_cos_sin(angle: float, *, degrees: bool) -> tuple[float, float]:
-    """Return the cosine and the sine of `angle`; in degrees they are exact at every multiple of 90.
+def compute_cos_sin(angle: npt.ArrayLike, *, degrees: bool) -> tuple[Any, Any]:
+    """Return the cosine and the sine of an angle, or of an array; in degrees they are exact at every multiple of 90.
 
     Degrees are reduced, without rounding, to a number of quarter turns and a rest in [-45, 45] before they are
     converted to radians.
     """
-    angle = as_float(angle, "angle")
+    checked = as_numbers({"angle": angle})["angle"]
+    if isinstance(checked, np.ndarray):
+        return _compute_cos_sin_of_array(checked, degrees=degrees)
     if not degrees:
-        return math.cos(angle), math.sin(angle)
-    turn = math.remainder(angle, 360.0)
+        return math.cos(checked), math.sin(checked)
+    turn = math.remainder(checked, 360.0)
     quarters = round(turn / 90.0)
     rest = math.radians(turn - 90.0 * quarters)
     c, s = math.cos(rest), math.sin(rest)
     return ((c, s), (-s, c), (-c, -s), (s, -c))[quarters % 4]
 
 
+def _compute_cos_sin_of_array(angle: Float64Array, *, degrees: bool) -> tuple[Float64Array, Float64Array]:
+    if not degrees:
+        return np.cos(angle), np.sin(angle)
+    turn = np.fmod(angle, 360.0)
+    quarters = np.rint(turn / 90.0)
+    rest = np.radians(turn - 90.0 * quarters)
+    c, s = np.cos(rest), np.sin(rest)
+    quarter = quarters.astype(np.int64) % 4
+    return np.choose(quarter, [c, -s, -c, s]), np.choose(quarter, [s, c, -s, -c])
+
+
 def about_point(point: npt.ArrayLike | None, linear: Float64Array) -> Float64Array:
     """Return the matrix that acts as the n x n matrix A about the fixed `point` p: [[A, p - A p], [0, 1]].
 
-    Without a point, the origin stays fixed: A is embedded.
+    Without a point, the origin stays fixed: A is embedded. A stack of A (..., n, n) gives a stack.
     """
-    n = len(linear)
-    matrix = np.eye(n + 1)
-    matrix[:n, :n] = linear
+    n = linear.shape[-1]
+    matrix = make_identities(linear.shape[:-2], n + 1)
+    matrix[..., :n, :n] = linear
     if point is not None:
         fixed = as_vector(point, "point", n)
         with np.errstate(over="ignore", invalid="ignore"):
-            matrix[:n, n] = fixed - linear @ fixed
+            matrix[..., :n, n] = fixed - linear @ fixed
     return require_finite(matrix, "the matrix about point")
 
 
-def make_scaling(**factors: float) -> Float64Array:
-    """Return diag(factors..., 1); errors name the keywords."""
-    return np.diag([*(as_float(factor, name) for name, factor in factors.items()), 1.0])
+def make_identities(shape: tuple[int, ...], n: int) -> Float64Array:
+    """Return a stack of n x n identities (*shape, n, n)."""
+    matrices = np.zeros((*shape, n, n))
+    matrices[..., range(n), range(n)] = 1.0
+    return matrices
 
 
-def make_translation(**offsets: float) -> Float64Array:
-    """Return [[I, offsets], [0, 1]]; errors name the keywords."""
-    matrix = np.eye(len(offsets) + 1)
-    matrix[:-1, -1] = [as_float(offset, name) for name, offset in offsets.items()]
+def make_scaling(**factors: npt.ArrayLike) -> Float64Array:
+    """Return diag(factors..., 1), or a stack for arrays; errors name the keywords."""
+    return _make_entries(len(factors), {(i, i): factor for i, factor in enumerate(as_numbers(factors).values())})
+
+
+def make_translation(**offsets: npt.ArrayLike) -> Float64Array:
+    """Return [[I, offsets], [0, 1]], or a stack for arrays; errors name the keywords."""
+    n = len(offsets)
+    return _make_entries(n, {(i, n): offset for i, offset in enumerate(as_numbers(offsets).values())})
+
+
+def make_shearing(n: int, **factors: npt.ArrayLike) -> Float64Array:
+    """Return the homogeneous shear where x gains, for a keyword `xy`, that factor times y; or a stack for arrays."""
+    entries = {("xyz".index(name[0]), "xyz".index(name[1])): factor for name, factor in as_numbers(factors).items()}
+    return _make_entries(n, entries)
+
+
+def _make_entries(n: int, entries: dict[tuple[int, int], Any]) -> Float64Array:
+    """Return the identity of size n + 1 with other entries: floats, or arrays of one shape, which give a stack."""
+    matrix = make_identities(np.shape(next(iter(entries.values()))), n + 1)
+    for (row, column), value in entries.items():
+        matrix[..., row, column] = value
     return matrix
 
 
-def make_shearing(n: int, **factors: float) -> Float64Array:
-    """Return the homogeneous shear where x gains, for a keyword `xy`, that factor times y."""
-    matrix = np.eye(n + 1)
-    for name, factor in factors.items():
-        target, source = ("xyz".index(axis) for axis in name)
-        matrix[target, source] = as_float(factor, name)
-    return matrix
-
-
-def make_rotation(n: int, first: int, second: int, angle: float, *, degrees: bool) -> Float64Array:
-    """Return the n x n rotation by `angle` that turns axis `first` towards axis `second`."""
+def make_rotation(n: int, first: int, second: int, angle: npt.ArrayLike, *, degrees: bool) -> Float64Array:
+    """Return the n x n rotation by `angle` that turns axis `first` towards axis `second`; or a stack for an array."""
     c, s = compute_cos_sin(angle, degrees=degrees)
-    linear = np.eye(n)
-    linear[first, first] = linear[second, second] = c
-    linear[second, first] = s
-    linear[first, second] = -s
+    linear = make_identities(np.shape(c), n)
+    linear[..., first, first] = linear[..., second, second] = c
+    linear[..., second, first] = s
+    linear[..., first, second] = -s
     return linear
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_square_matrix, as_unit_vector
+from .._core.arguments import as_square_matrices, as_unit_vector
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, SupportsAsMatrix
 from ..errors import ArgumentError
@@ -22,17 +22,17 @@ def identity() -> Float64Array:
 
 
 @public
-def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Array:
+def scale(x: npt.ArrayLike, y: npt.ArrayLike | None = None, z: npt.ArrayLike | None = None) -> Float64Array:
     """Return the scaling diag(x, y, z, 1).
 
     Parameters
     ----------
-    x, y, z : float
+    x, y, z : float, or arrays that broadcast to (...)
         The factor along each axis; `x` alone scales all three axes.
 
     Returns
     -------
-    (4, 4) float64
+    (4, 4) float64, or (..., 4, 4) for arrays
 
     Raises
     ------
@@ -42,22 +42,22 @@ def scale(x: float, y: float | None = None, z: float | None = None) -> Float64Ar
     if y is None and z is None:
         y = z = x
     if y is None or z is None:
-        raise ArgumentError.expecting("scale", "have one factor or three", f"x = {x}, y = {y}, z = {z}")
+        raise ArgumentError.expecting("scale", "have one factor or three", f"x = {x!r}, y = {y!r}, z = {z!r}")
     return _affine.make_scaling(x=x, y=y, z=z)
 
 
 @public
-def translate(x: float, y: float, z: float) -> Float64Array:
+def translate(x: npt.ArrayLike, y: npt.ArrayLike, z: npt.ArrayLike) -> Float64Array:
     """Return the translation [[I, (x, y, z)], [0, 1]]: points (w = 1) move, vectors (w = 0) do not.
 
     Parameters
     ----------
-    x, y, z : float
+    x, y, z : float, or arrays that broadcast to (...)
         The offset along each axis.
 
     Returns
     -------
-    (4, 4) float64
+    (4, 4) float64, or (..., 4, 4) for arrays
 
     Raises
     ------
@@ -68,19 +68,19 @@ def translate(x: float, y: float, z: float) -> Float64Array:
 
 
 @public
-def rotate_x(angle: float, *, degrees: bool = False) -> Float64Array:
+def rotate_x(angle: npt.ArrayLike, *, degrees: bool = False) -> Float64Array:
     """Return the rotation [[1, 0, 0], [0, c, -s], [0, s, c]] about the x-axis, embedded in a 4x4: y turns towards z.
 
     Parameters
     ----------
-    angle : float
+    angle : float, or an array (...)
         In radians; counter-clockwise as seen from the positive x-axis towards the origin.
     degrees : bool
         Take the angle in degrees; multiples of 90 are then exact.
 
     Returns
     -------
-    (4, 4) float64
+    (4, 4) float64, or (..., 4, 4) for an array
 
     Raises
     ------
@@ -91,7 +91,7 @@ def rotate_x(angle: float, *, degrees: bool = False) -> Float64Array:
 
 
 @public
-def rotate_y(angle: float, *, degrees: bool = False) -> Float64Array:
+def rotate_y(angle: npt.ArrayLike, *, degrees: bool = False) -> Float64Array:
     """Return the rotation [[c, 0, s], [0, 1, 0], [-s, 0, c]] about the y-axis, embedded in a 4x4: z turns towards x.
 
     A camera that circles a model by `angle` sees the model rotated by the inverse, [[c, 0, -s], [0, 1, 0], [s, 0, c]],
@@ -99,14 +99,14 @@ def rotate_y(angle: float, *, degrees: bool = False) -> Float64Array:
 
     Parameters
     ----------
-    angle : float
+    angle : float, or an array (...)
         In radians; counter-clockwise as seen from the positive y-axis towards the origin.
     degrees : bool
         Take the angle in degrees; multiples of 90 are then exact.
 
     Returns
     -------
-    (4, 4) float64
+    (4, 4) float64, or (..., 4, 4) for an array
 
     Raises
     ------
@@ -117,19 +117,19 @@ def rotate_y(angle: float, *, degrees: bool = False) -> Float64Array:
 
 
 @public
-def rotate_z(angle: float, *, degrees: bool = False) -> Float64Array:
+def rotate_z(angle: npt.ArrayLike, *, degrees: bool = False) -> Float64Array:
     """Return the rotation [[c, -s, 0], [s, c, 0], [0, 0, 1]] about the z-axis, embedded in a 4x4: x turns towards y.
 
     Parameters
     ----------
-    angle : float
+    angle : float, or an array (...)
         In radians; counter-clockwise as seen from the positive z-axis towards the origin.
     degrees : bool
         Take the angle in degrees; multiples of 90 are then exact.
 
     Returns
     -------
-    (4, 4) float64
+    (4, 4) float64, or (..., 4, 4) for an array
 
     Raises
     ------
@@ -141,7 +141,7 @@ def rotate_z(angle: float, *, degrees: bool = False) -> Float64Array:
 
 @public
 def rotate(
-    axis: npt.ArrayLike, angle: float, *, point: npt.ArrayLike | None = None, degrees: bool = False
+    axis: npt.ArrayLike, angle: npt.ArrayLike, *, point: npt.ArrayLike | None = None, degrees: bool = False
 ) -> Float64Array:
     """Return the rotation about a line: c I + s K + (1 - c) k k^T (Rodrigues).
 
@@ -151,7 +151,7 @@ def rotate(
     ----------
     axis : (3,) numbers
         The direction of the line, of any length but 0.
-    angle : float
+    angle : float, or an array (...)
         In radians; counter-clockwise as seen against the axis.
     point : (3,) numbers, optional
         A point of the line; the origin by default.
@@ -160,7 +160,7 @@ def rotate(
 
     Returns
     -------
-    (4, 4) float64
+    (4, 4) float64, or (..., 4, 4) for an array
 
     Raises
     ------
@@ -170,6 +170,7 @@ def rotate(
     k = as_unit_vector(axis, "axis", 3)
     c, s = _affine.compute_cos_sin(angle, degrees=degrees)
     cross = np.array([[0.0, -k[2], k[1]], [k[2], 0.0, -k[0]], [-k[1], k[0], 0.0]])
+    c, s = (np.asarray(part)[..., np.newaxis, np.newaxis] for part in (c, s))
     return _affine.about_point(point, c * np.eye(3) + s * cross + (1.0 - c) * np.outer(k, k))
 
 
@@ -200,18 +201,24 @@ def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Flo
 
 @public
 def shear(
-    *, xy: float = 0.0, xz: float = 0.0, yx: float = 0.0, yz: float = 0.0, zx: float = 0.0, zy: float = 0.0
+    *,
+    xy: npt.ArrayLike = 0.0,
+    xz: npt.ArrayLike = 0.0,
+    yx: npt.ArrayLike = 0.0,
+    yz: npt.ArrayLike = 0.0,
+    zx: npt.ArrayLike = 0.0,
+    zy: npt.ArrayLike = 0.0,
 ) -> Float64Array:
     """Return the shear [[1, xy, xz], [yx, 1, yz], [zx, zy, 1]], embedded in a 4x4.
 
     Parameters
     ----------
-    xy, xz, yx, yz, zx, zy : float
+    xy, xz, yx, yz, zx, zy : float, or arrays that broadcast to (...)
         The second axis, times this factor, is added to the first: x gains `xy` times y.
 
     Returns
     -------
-    (4, 4) float64
+    (4, 4) float64, or (..., 4, 4) for arrays
 
     Raises
     ------
@@ -253,12 +260,12 @@ def homogeneous(a: MatrixLike) -> Float64Array:
 
     Parameters
     ----------
-    a : (3, 3) or (2, 2) numbers, or an object with `as_matrix()`
+    a : (..., 3, 3) or (..., 2, 2) numbers, or an object with `as_matrix()`
         The linear map. An object with `as_matrix()` may also give a 4x4, which is returned unchanged.
 
     Returns
     -------
-    (4, 4) or (3, 3) float64
+    (..., 4, 4) or (..., 3, 3) float64
 
     Raises
     ------
@@ -266,5 +273,5 @@ def homogeneous(a: MatrixLike) -> Float64Array:
         For another shape, or a number that is not finite.
     """
     if isinstance(a, SupportsAsMatrix):
-        return as_square_matrix(a, "a", 4)
-    return _affine.about_point(None, as_square_matrix(a, "a", 2, 3))
+        return as_square_matrices(a, "a", 4)
+    return _affine.about_point(None, as_square_matrices(a, "a", 2, 3))

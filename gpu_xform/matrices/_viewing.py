@@ -5,11 +5,11 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_float, as_real_array, as_unit_vector, as_vector
+from .._core.arguments import as_float, as_real_array, as_unit_vectors, as_vectors, describe_first
 from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError
-from ._affine import require_finite
+from ._affine import make_identities, require_finite
 
 # Of the angle between `up` and the view direction: below it, rounding would decide which direction is right.
 MIN_SIN_OF_UP = 1e-12
@@ -143,14 +143,14 @@ def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0,
 
     Parameters
     ----------
-    eye, target : (3,) numbers
+    eye, target : (..., 3) numbers
         Points of the world.
-    up : (3,) numbers
-        The direction that points up in the picture, not parallel to the view.
+    up : (..., 3) numbers
+        The direction that points up in the picture, not parallel to the view. The three broadcast.
 
     Returns
     -------
-    (4, 4) float64
+    (..., 4, 4) float64
 
     Raises
     ------
@@ -158,25 +158,37 @@ def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0,
         If eye and target are equal, if `up` is parallel to the view, or for another shape or a number that is not
         finite.
     """
-    eye, target, up = as_vector(eye, "eye", 3), as_vector(target, "target", 3), as_vector(up, "up", 3)
-    if np.array_equal(eye, target):
+    eye, target, up = as_vectors(eye, "eye", 3), as_vectors(target, "target", 3), as_vectors(up, "up", 3)
+    try:
+        eye, target, up = np.broadcast_arrays(eye, target, up)
+    except ValueError:
+        shapes = f"shapes {eye.shape}, {target.shape}, {up.shape}"
+        raise ArgumentError.expecting("eye and target and up", "broadcast", shapes) from None
+    is_equal = (eye == target).all(axis=-1)
+    if is_equal.any():
+        both = tuple(eye[is_equal][0].tolist())
         raise ArgumentError(
-            f"eye and target must differ, both are {tuple(eye.tolist())}", argument="target", expected="differ from eye"
+            f"eye and target must differ, both are {both}{describe_first(is_equal)}",
+            argument="target",
+            expected="differ from eye",
         )
     with np.errstate(over="ignore"):
         view = as_real_array(target - eye, "target - eye")
-    forward = as_unit_vector(view, "target - eye", 3)
-    sideways = np.cross(forward, as_unit_vector(up, "up", 3))
-    if np.linalg.norm(sideways) < MIN_SIN_OF_UP:
+    forward = as_unit_vectors(view, "target - eye", 3)
+    sideways = np.cross(forward, as_unit_vectors(up, "up", 3))
+    sines = np.linalg.norm(sideways, axis=-1, keepdims=True)
+    is_parallel = sines[..., 0] < MIN_SIN_OF_UP
+    if is_parallel.any():
+        along, wrong = (tuple(vectors[is_parallel][0].tolist()) for vectors in (view, up))
         raise ArgumentError.expecting(
-            "up", f"not be parallel to target - eye = {tuple(view.tolist())}", tuple(up.tolist())
+            "up", f"not be parallel to target - eye = {along}", f"{wrong}{describe_first(is_parallel)}"
         )
-    right = sideways / np.linalg.norm(sideways)
-    matrix = np.eye(4)
-    matrix[:3, :3] = right, np.cross(right, forward), -forward
+    right = sideways / sines
+    matrix = make_identities(forward.shape[:-1], 4)
+    matrix[..., :3, :3] = np.stack([right, np.cross(right, forward), -forward], axis=-2)
     with np.errstate(over="ignore", invalid="ignore"):
-        matrix[:3, 3] = -matrix[:3, :3] @ eye
-    return require_finite(matrix, f"the matrix for eye = {tuple(eye.tolist())}")
+        matrix[..., :3, 3] = (-matrix[..., :3, :3] @ eye[..., np.newaxis])[..., 0]
+    return require_finite(matrix, f"the matrix for eye = {tuple(eye.tolist())}" if eye.ndim == 1 else "a view matrix")
 
 
 def _require_depth_order(near: float, far: float) -> None:

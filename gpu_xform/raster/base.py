@@ -4,7 +4,7 @@ from typing import Protocol
 
 from ..drawing.draw_list import DrawList
 from ..drawing.view import View
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..imaging.colors import Rgba
 from ..imaging.image import Pixels
 
@@ -13,7 +13,7 @@ class PendingImage(Protocol):
     """A picture whose last tile is drawn, or being drawn, on its device; like `concurrent.futures.Future`."""
 
     @property
-    def device(self) -> Device:
+    def device(self) -> GpuDevice:
         """The device that draws it."""
         ...
 

@@ -6,11 +6,11 @@ from dataclasses import replace
 from ..drawing.draw_list import Drawable
 from ..drawing.limits import CLIP_POSITION_BYTES
 from ..gpu.chunking import align_points
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from .triangles import HEAD_BYTES, INDEX_BYTES
 
 
-def split_to_binding_limits(device: Device, drawable: Drawable) -> Iterator[Drawable]:
+def split_to_binding_limits(device: GpuDevice, drawable: Drawable) -> Iterator[Drawable]:
     """Split a drawable into as many as bindings need: for its clip positions, and a number per face or per edge."""
     n_triangles = drawable.faces.n_triangles if drawable.faces else 0
     n_numbers = max(n_triangles, *(lines.n_edges for lines in drawable.lines), 0)

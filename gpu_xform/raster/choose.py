@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 from .._core.suggestions import did_you_mean
 from ..errors import ArgumentError
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from .base import Rasterizer
 from .compute.lines import ComputeLineStage
 from .hardware.lines import HardwareLineStage
@@ -19,7 +19,7 @@ COMPUTE_KINDS = {"CPU"}  # of adapters: there, the quads of the render pass take
 
 
 def rasterizer_for(
-    device: Device, name: RasterizerName = "auto", workload: Callable[[], Workload] | None = None
+    device: GpuDevice, name: RasterizerName = "auto", workload: Callable[[], Workload] | None = None
 ) -> Rasterizer:
     """Return a rasteriser for `device`: the one of `name`, or for "auto" the one that `resolve_auto` chooses.
 
@@ -39,7 +39,7 @@ def require_rasterizer(name: object, argument: str = "rasterizer") -> None:
         raise ArgumentError.expecting(argument, f"be {names}", f"{name!r}{suggestion}")
 
 
-def resolve_auto(device: Device, workload: Callable[[], Workload] | None = None) -> RasterizerName:
+def resolve_auto(device: GpuDevice, workload: Callable[[], Workload] | None = None) -> RasterizerName:
     """Return the name of the rasteriser that "auto" stands for on `device`.
 
     It is the one that GPU_XFORM_RASTERIZER names. If it names none, adapters that are CPUs draw by compute shaders, and

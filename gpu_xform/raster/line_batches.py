@@ -14,7 +14,7 @@ from ..gpu import layouts
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.context import CommandEncoder
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Binding, dispatch
 from .tiles import TILE_SIDE_PX
 from .vertex_stage import ProjectedDrawable
@@ -45,12 +45,12 @@ class LineBatch:
         return self.n_edges * self.projected.n_instances
 
 
-def split_batches(device: Device, projected: Sequence[ProjectedDrawable]) -> list[LineBatch]:
+def split_batches(device: GpuDevice, projected: Sequence[ProjectedDrawable]) -> list[LineBatch]:
     """Return the lines of all drawables in the order in which they are drawn."""
     return [batch for each in projected for lines in each.drawable.lines for batch in _split(device, each, lines)]
 
 
-def _split(device: Device, projected: ProjectedDrawable, lines: Lines) -> Iterator[LineBatch]:
+def _split(device: GpuDevice, projected: ProjectedDrawable, lines: Lines) -> Iterator[LineBatch]:
     max_edges = max(device.limits.max_bound_bytes // EDGE_BYTES // EDGE_ALIGNMENT, 1) * EDGE_ALIGNMENT
     for start in range(0, lines.n_edges, max_edges):
         n_edges = min(max_edges, lines.n_edges - start)
@@ -110,7 +110,7 @@ def make_line_bindings(batch: LineBatch, tile: Binding, style: Binding, face_dep
 
 
 def dispatch_over_edges(
-    device: Device,
+    device: GpuDevice,
     encoder: CommandEncoder,
     stage: str,
     batch: LineBatch,

@@ -14,7 +14,7 @@ from ..drawing.enums import Hidden
 from ..gpu import uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.context import CommandEncoder
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Bindable, Binding
 from .line_batches import (
     COLOR_BYTES,
@@ -51,7 +51,7 @@ class LineStage(ABC):
 
     def __init__(
         self,
-        device: Device,
+        device: GpuDevice,
         projected: Sequence[ProjectedDrawable],
         triangles: TriangleStage,
         extent: tuple[int, int],
@@ -202,7 +202,9 @@ def _k_buffer_depth(batch: LineBatch) -> int:
     return 4 if batch.n_instance_edges <= MAX_EDGES_FOR_DEEP_K_BUFFER else 2
 
 
-LineStageFactory: TypeAlias = Callable[[Device, Sequence[ProjectedDrawable], TriangleStage, tuple[int, int]], LineStage]
+LineStageFactory: TypeAlias = Callable[
+    [GpuDevice, Sequence[ProjectedDrawable], TriangleStage, tuple[int, int]], LineStage
+]
 
 
 def is_wide(lines: Lines) -> bool:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..gpu.buffers import Buffer, Usage
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import RenderPass
 
 QUADS_PER_DRAW = 1 << 14  # as many as 16 bits number the vertices of
@@ -13,7 +13,7 @@ INDEX_BYTES = 2
 INDEX: int = Usage.INDEX | Usage.COPY_DST
 
 
-def draw_quads(device: Device, owner: str, render: RenderPass, n_quads: int) -> None:
+def draw_quads(device: GpuDevice, owner: str, render: RenderPass, n_quads: int) -> None:
     """Draw `n_quads`: vertex 4 * i + k is corner k of quad i. `owner` keeps the indices in the pool."""
     indices = _quad_indices(device, owner)
     for first in range(0, n_quads, QUADS_PER_DRAW):
@@ -21,7 +21,7 @@ def draw_quads(device: Device, owner: str, render: RenderPass, n_quads: int) -> 
         render.draw_indexed(indices, n_indices, QUAD_VERTICES * first)
 
 
-def _quad_indices(device: Device, owner: str) -> Buffer:
+def _quad_indices(device: GpuDevice, owner: str) -> Buffer:
     n_bytes = INDEX_BYTES * len(QUAD_TRIANGLES) * QUADS_PER_DRAW
     indices = device.pool.scratch(owner, "quad indices", n_bytes, INDEX)
     if indices.content_key is None:

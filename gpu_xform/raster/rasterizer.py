@@ -14,7 +14,7 @@ from ..drawing.view import View
 from ..errors import DeviceError
 from ..gpu import uniforms
 from ..gpu.buffers import Buffer
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..imaging.colors import Rgba
 from ..imaging.image import Pixels, unpremultiply
 from .base import PendingImage
@@ -33,7 +33,7 @@ MAX_DEPTH_MARGIN_PX = 256
 class TiledPendingImage:
     """A picture whose last tile is drawn, or being drawn."""
 
-    def __init__(self, device: Device, pixels: Pixels, is_opaque: bool, last: Region, target: RenderTarget) -> None:
+    def __init__(self, device: GpuDevice, pixels: Pixels, is_opaque: bool, last: Region, target: RenderTarget) -> None:
         self.device = device
         self._pixels = pixels
         self._is_opaque = is_opaque
@@ -65,7 +65,7 @@ class TiledRasterizer:
     line_stage : how it draws lines
     """
 
-    def __init__(self, device: Device, line_stage: LineStageFactory) -> None:
+    def __init__(self, device: GpuDevice, line_stage: LineStageFactory) -> None:
         self._device = device
         self._line_stage = line_stage
 
@@ -100,7 +100,7 @@ class _Stages:
 
     def __init__(
         self,
-        device: Device,
+        device: GpuDevice,
         line_stage: LineStageFactory,
         draw_list: DrawList,
         view: View,

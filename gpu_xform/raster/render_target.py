@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ..gpu.buffers import READBACK, STORAGE, Buffer, Usage
 from ..gpu.context import CommandEncoder
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Bindable, Binding, begin_render_pass
 from ..gpu.textures import Texture, align_row
 from ..imaging.image import Pixels
@@ -31,7 +31,7 @@ class RenderTarget:
     background : (4,) premultiplied
     """
 
-    def __init__(self, device: Device, extent: tuple[int, int], tile: Binding, background: Pixels) -> None:
+    def __init__(self, device: GpuDevice, extent: tuple[int, int], tile: Binding, background: Pixels) -> None:
         self._device = device
         self.extent = extent
         self._tile = tile

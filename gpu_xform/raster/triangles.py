@@ -15,7 +15,7 @@ from ..gpu import layouts, uniforms
 from ..gpu.buffers import INDIRECT, Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.context import CommandEncoder
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Bindable, Binding, dispatch
 from .render_target import POOL_OWNER, RenderTarget
 from .vertex_stage import ProjectedDrawable
@@ -57,7 +57,7 @@ class TriangleStage:
 
     def __init__(
         self,
-        device: Device,
+        device: GpuDevice,
         projected: Sequence[ProjectedDrawable],
         n_depths: int,
         palette: Buffer | None = None,
@@ -175,7 +175,7 @@ def _with_consecutive_ids(batches: Sequence[_TriangleBatch]) -> list[_TriangleBa
     return [replace(batch, first_id=first_id) for batch, first_id in zip(ordered, first_ids, strict=False)]
 
 
-def _split(device: Device, projected: ProjectedDrawable) -> Iterator[_TriangleBatch]:
+def _split(device: GpuDevice, projected: ProjectedDrawable) -> Iterator[_TriangleBatch]:
     faces = projected.drawable.faces
     if faces is None:
         return

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from .._core.atomic_files import atomic_write
-from ..gpu.adapters import Adapter
+from ..device import Adapter
 from .workload import Workload
 
 VARIABLE = "GPU_XFORM_TUNING"

@@ -11,7 +11,7 @@ from ..gpu import layouts, uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import POINTS_PER_INVOCATION, align_points, choose_workgroup_size, name_number_type
 from ..gpu.context import CommandEncoder
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Binding, dispatch
 from .render_target import POOL_OWNER
 
@@ -37,7 +37,7 @@ class ProjectedDrawable:
 class VertexStage:
     """The transform of all points of all instances of `drawables`, recorded once before what is drawn from it."""
 
-    def __init__(self, device: Device, drawables: Sequence[Drawable]) -> None:
+    def __init__(self, device: GpuDevice, drawables: Sequence[Drawable]) -> None:
         self._device = device
         self._bindings: list[dict[str, Buffer | Binding]] = []
         self.projected: list[ProjectedDrawable] = []

@@ -3,10 +3,10 @@
 from typing import TYPE_CHECKING, Unpack
 
 from .._core.public import public
+from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Frame, Size, prepare_frame
-from ..gpu.device import Device
 from ..imaging import image as images
 from ..imaging.colors import ColorLike
 from ..raster.base import PendingImage

@@ -3,11 +3,11 @@
 from typing import Unpack
 
 from .._core.public import public
+from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Frame, PreparedFrame, Size, prepare_frame
 from ..errors import ArgumentError
-from ..gpu.device import Device
 from ..imaging.colors import ColorLike, Rgba
 from ..vector import VectorLayer, format_pdf, format_svg
 from ..vector.build_layers import build_layers

@@ -9,11 +9,12 @@ import numpy.typing as npt
 from .._core.arguments import as_float, as_int
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray
+from ..device import Device
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh, move
 from ..geometry.strands import Strands
 from ..gpu.chunking import choose_workgroup_size
-from ..gpu.device import Device, resolve_device
+from ..gpu.device import resolve_gpu_device
 from ..gpu.dispatch import Binding, dispatch
 from ._validation import as_points
 
@@ -63,7 +64,7 @@ class ChildStrands:
     ) -> None:
         if guides.n_strands < 3:
             raise ArgumentError.expecting("guides", "be at least 3", guides.n_strands)
-        self._device = resolve_device(device)
+        self._device = resolve_gpu_device(device)
         self._n_points = guides.n_points
         limits = self._device.limits
         room = min(limits.max_workgroups * choose_workgroup_size(self._device), limits.max_bound_bytes // 12)

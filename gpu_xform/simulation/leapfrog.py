@@ -11,7 +11,7 @@ from ..gpu import uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size
 from ..gpu.context import CommandEncoder
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Bindable, Binding, dispatch
 from ..gpu.layouts import OBSTACLE, SLOT_PACKET, as_bytes
 from ..gpu.shaders import ComputePipeline
@@ -36,7 +36,7 @@ class Leapfrog:
     one dispatch, which reads one copy of the state and writes the other.
     """
 
-    def __init__(self, device: Device, system: SpringSystem) -> None:
+    def __init__(self, device: GpuDevice, system: SpringSystem) -> None:
         self.device = device
         self._system = system
         n_points = system.n_points

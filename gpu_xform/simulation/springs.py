@@ -12,9 +12,10 @@ import numpy.typing as npt
 from .._core.arguments import as_int, as_vector
 from .._core.public import public
 from .._core.types import BoolArray, Float64Array, IndexArray, Progress
+from ..device import Device
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..geometry.mesh import Mesh, move
-from ..gpu.device import Device, resolve_device
+from ..gpu.device import resolve_gpu_device
 from ..gpu.layouts import SPRING_STEP
 from ._validation import as_points, as_positive_float
 from .conditions import GRAVITY, ConditionOptions, Conditions, Force, FrameConditions, PinMotion, Wind
@@ -149,7 +150,7 @@ class Springs:
             if velocities is None
             else as_points(velocities, "velocities", system.n_points)
         )
-        self._leapfrog = Leapfrog(resolve_device(device), system)
+        self._leapfrog = Leapfrog(resolve_gpu_device(device), system)
         self._last_trajectory: Trajectory | None = None
         self.reset()
 

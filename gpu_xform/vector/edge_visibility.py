@@ -15,7 +15,7 @@ from ..drawing.view import View
 from ..gpu import uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
-from ..gpu.device import Device
+from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Binding, dispatch
 from ..gpu.layouts import COUNT_OR_WRITE, SPAN
 from ..raster.binding_limits import split_to_binding_limits
@@ -51,7 +51,7 @@ class SplitEdges(NamedTuple):
 
 
 def split_edges_by_visibility(
-    device: Device,
+    device: GpuDevice,
     drawables: Sequence[Drawable],
     view: View,
     max_span_px: Callable[[Lines], float],
@@ -97,7 +97,7 @@ def _read_back(part: Binding) -> npt.NDArray[np.uint32]:
 
 
 def _find_spans(
-    device: Device, batch: LineBatch, buffers: Mapping[str, Buffer | Binding], constants: Mapping[str, float]
+    device: GpuDevice, batch: LineBatch, buffers: Mapping[str, Buffer | Binding], constants: Mapping[str, float]
 ) -> npt.NDArray[np.void]:
     """Return the spans of a batch: counted in a first dispatch, and written in as many as the bindings need."""
     n_edges = batch.n_instance_edges

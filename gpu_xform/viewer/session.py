@@ -10,12 +10,12 @@ import numpy as np
 
 from .._core.atomic_files import atomic_write
 from .._core.types import Float64Array
+from ..device import Device
 from ..drawing.camera import Camera, CameraLike, fit_options
 from ..drawing.framing import framing_points
 from ..drawing.layer import Models, Style, as_layers
 from ..drawing.load_models import PATH_TYPES, load_models
 from ..errors import ArgumentError, MeshError
-from ..gpu.device import Device
 from ..imaging import image as images
 from ..imaging.colors import ColorLike, parse_background
 from ..imaging.image import Pixels

@@ -13,12 +13,12 @@ import numpy.typing as npt
 
 from .._core.arguments import as_unit_vector
 from .._core.public import public
+from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Size, parse_size
 from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import lend_runtime_dir
-from ..gpu.device import Device
 from ..imaging.colors import ColorLike
 from ..raster.names import RasterizerName
 from .session import Session

@@ -12,7 +12,7 @@ import wgpu
 from gpu_xform import render_array, samples, scale, transform_points
 from gpu_xform._core.interrupts import defer_sigint
 from gpu_xform.gpu.context import CommandEncoder, Submittable
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import rasterizer
 
 
@@ -80,7 +80,7 @@ def test_other_threads_are_left_alone() -> None:
 
 @pytest.mark.parametrize("call", ["create_command_encoder", "create_bind_group"])
 def test_an_interrupted_picture_or_transform_is_finished_first(
-    call: str, device: Device, monkeypatch: pytest.MonkeyPatch
+    call: str, device: GpuDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = render_array(samples.cube(), device=device, size=(40, 30)).tobytes()
     device.bind_groups.clear()
@@ -105,18 +105,18 @@ def test_an_interrupted_picture_or_transform_is_finished_first(
 
 
 def test_an_interrupt_waits_for_one_tile_not_for_the_whole_picture(
-    device: Device, monkeypatch: pytest.MonkeyPatch
+    device: GpuDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     recorded = []
-    encode_commands = Device.encode_commands
+    encode_commands = GpuDevice.encode_commands
 
-    def interrupted(own: Device, *used: Submittable, label: str) -> AbstractContextManager[CommandEncoder]:
+    def interrupted(own: GpuDevice, *used: Submittable, label: str) -> AbstractContextManager[CommandEncoder]:
         recorded.append(len(used))
         signal.raise_signal(signal.SIGINT)
         return encode_commands(own, *used, label=label)
 
     monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", 32)
-    monkeypatch.setattr(Device, "encode_commands", interrupted)
+    monkeypatch.setattr(GpuDevice, "encode_commands", interrupted)
     with pytest.raises(KeyboardInterrupt):
         render_array(samples.cube(), device=device, size=(320, 320))
     assert len(recorded) == 1

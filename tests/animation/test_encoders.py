@@ -29,7 +29,7 @@ from gpu_xform.animation.encoders.image_codecs import encode_png, encode_webp
 from gpu_xform.animation.encoders.parallel import MAX_WORKERS, encode_parallel
 from gpu_xform.animation.encoders.registry import ENCODERS, make_writer
 from gpu_xform.errors import ArgumentError, MissingExtraError, SizeWarning
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.browser import Browser
 from tests.support.types import Pixels
 
@@ -866,7 +866,7 @@ def test_progress_that_raises_stops_it(tmp_path: Path) -> None:
         gx.turntable(gx.samples.cube(), 50, tmp_path / "out.gif", size=(20, 20), progress=stop)
 
 
-def held(device: Device) -> tuple[int, dict[tuple[str, str, int], list[int]]]:
+def held(device: GpuDevice) -> tuple[int, dict[tuple[str, str, int], list[int]]]:
     """Return what a device keeps: how many groups of buffers, and which buffers for whoever takes one."""
     spare = {role: sorted(buffer.id for buffer in buffers) for role, buffers in device.pool._spare.items()}
     return len(device.bind_groups), spare

@@ -17,7 +17,7 @@ from gpu_xform.cli import files, main
 from gpu_xform.compute import transform
 from gpu_xform.errors import DeviceError, DeviceMemoryError, ShaderError
 from gpu_xform.formats import registry
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.rendering import raster as wireframe
 from tests.support.cli import error_of, run_in_process
 
@@ -249,7 +249,7 @@ def test_what_is_no_path_of_a_file_is_said_of_the_argument(
 
 @pytest.mark.parametrize("command", [RENDER, TRANSFORM, ARRAY, "doctor "])
 def test_an_unknown_adapter_is_named_with_those_there_are(
-    command: str, capsys: pytest.CaptureFixture[str], device: Device
+    command: str, capsys: pytest.CaptureFixture[str], device: GpuDevice
 ) -> None:
     if command == "doctor ":
         assert main(["doctor", "--adapter", "nonesuch"]) == 3

@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import gpu_xform as gx
-from gpu_xform.compute import point_buffer
+from gpu_xform.compute.kernels import store
 from gpu_xform.compute.kernels import transform as transform_kernel
 from gpu_xform.errors import ArgumentError, DeviceError, PrecisionError
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, assert_transformed, some_points
 from tests.support.types import Array, DeviceFactory
 
@@ -47,7 +47,7 @@ def test_a_chain_is_the_product_of_its_matrices(dtype: npt.DTypeLike, matrix: Ar
         assert_transformed(buffer.transformed(matrix).transformed(other).numpy(), points, other @ matrix)
 
 
-def test_a_chain_is_one_dispatch(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_chain_is_one_dispatch(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     dispatches: list[int] = []
     dispatch = transform_kernel.dispatch_transform
 
@@ -55,8 +55,8 @@ def test_a_chain_is_one_dispatch(monkeypatch: pytest.MonkeyPatch) -> None:
         dispatches.append(1)
         dispatch(*args)
 
-    monkeypatch.setattr(point_buffer, "dispatch_transform", counted)
-    with gx.PointBuffer(some_points(10, np.float32)) as buffer:
+    monkeypatch.setattr(store, "dispatch_transform", counted)
+    with gx.PointBuffer(some_points(10, np.float32), device=device) as buffer:
         chained = buffer
         for _ in range(9):
             chained = chained.transformed(AFFINE)
@@ -159,7 +159,7 @@ def test_an_array_without_a_copy_is_refused() -> None:
         np.array(buffer, copy=False)
 
 
-def test_float64_needs_a_device_that_has_it(single_device: Device) -> None:
+def test_float64_needs_a_device_that_has_it(single_device: GpuDevice) -> None:
     with pytest.raises(PrecisionError, match="no double precision"):
         gx.PointBuffer(np.ones((4, 3)), device=single_device)
 
@@ -169,7 +169,7 @@ def test_a_projective_matrix_is_refused_where_nothing_divides() -> None:
         buffer.transformed(PROJECTIVE)
 
 
-def test_a_staging_device_gives_the_same_bytes(staging_device: Device) -> None:
+def test_a_staging_device_gives_the_same_bytes(staging_device: GpuDevice) -> None:
     points = some_points(4099, np.float32)
     with gx.PointBuffer(points, device=staging_device) as there, gx.PointBuffer(points) as here:
         assert np.array_equal(there.transformed(AFFINE).numpy(), here.transformed(AFFINE).numpy())

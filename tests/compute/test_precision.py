@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 import gpu_xform as gx
 from gpu_xform.compute import _precision, _rebased
 from gpu_xform.errors import ArgumentError, PrecisionError, PrecisionWarning
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.reference_transform import AFFINE, PROJECTIVE, some_points, transform_exactly
 from tests.support.types import Array, DeviceFactory
 
@@ -69,7 +69,7 @@ def test_auto_is_double_where_the_device_has_it() -> None:
     assert not np.array_equal(gx.transform_points(points, AFFINE, precision="rebased"), double)
 
 
-def test_auto_is_rebased_where_the_device_has_no_double(single_device: Device) -> None:
+def test_auto_is_rebased_where_the_device_has_no_double(single_device: GpuDevice) -> None:
     points = some_points(64, np.float64) + EARTH
     result = gx.transform_points(points, AFFINE, device=single_device)
     assert result.dtype == np.float64
@@ -77,7 +77,7 @@ def test_auto_is_rebased_where_the_device_has_no_double(single_device: Device) -
     assert_rebased(result, points, AFFINE)
 
 
-def test_double_on_a_device_without_it_says_what_to_do(single_device: Device) -> None:
+def test_double_on_a_device_without_it_says_what_to_do(single_device: GpuDevice) -> None:
     with pytest.raises(PrecisionError, match="use precision='rebased' or 'float32'"):
         gx.transform_points(np.ones((4, 3)), AFFINE, precision="float64", device=single_device)
 
@@ -117,7 +117,7 @@ def test_rebased_batches_and_projections_agree_with_double() -> None:
 @pytest.mark.parametrize("n", [1, 10, BLOCK - 1, BLOCK])
 @pytest.mark.parametrize("columns", [2, 3])
 def test_rebased_stacks_are_their_matrices_one_at_a_time(
-    point_batch: tuple[int, ...], matrix_batch: tuple[int, ...], n: int, columns: int, single_device: Device
+    point_batch: tuple[int, ...], matrix_batch: tuple[int, ...], n: int, columns: int, single_device: GpuDevice
 ) -> None:
     rng = np.random.default_rng(3)
     points = rng.normal(size=(*point_batch, n, columns)) + 5e6

@@ -12,6 +12,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.compute import streaming as module
+from gpu_xform.device import Device
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, some_points
 from tests.support.types import Array
@@ -204,13 +205,13 @@ def test_no_depth_of_a_header_exhausts_a_stack(tmp_path: Path, shape: str) -> No
 
 
 @pytest.mark.slow
-def test_memory_maps_go_in_and_out_without_staying_in_memory(tmp_path: Path) -> None:
+def test_memory_maps_go_in_and_out_without_staying_in_memory(tmp_path: Path, process_device: Device) -> None:
     """A map of 240 MB each way, in chunks of 16 MiB: the process grows by far less than either."""
     script = (
         "import re, sys, dataclasses, numpy as np\n"
         "import gpu_xform as gx\n"
-        "device = gx.Device()\n"
-        "small = gx.Device(limits=dataclasses.replace(device.limits, max_binding_bytes=16 << 20))\n"
+        "device = gx.Device(sys.argv[3])\n"
+        "small = gx.Device(sys.argv[3], limits=dataclasses.replace(device.limits, max_binding_bytes=16 << 20))\n"
         "matrix = gx.translate(1, 2, 3)\n"
         "gx.transform_points(np.ones((2_000_000, 3), np.float32), matrix, device=small)\n"
         # Not getrusage: its figure begins at the peak of the process that started this one.
@@ -227,6 +228,6 @@ def test_memory_maps_go_in_and_out_without_staying_in_memory(tmp_path: Path) -> 
     source = np.lib.format.open_memmap(tmp_path / "in.npy", "w+", np.float32, (20_000_000, 3))
     source[:5] = source[-5:] = 7
     del source
-    command = [sys.executable, "-c", script, str(tmp_path / "in.npy"), str(tmp_path / "out.npy")]
+    command = [sys.executable, "-c", script, str(tmp_path / "in.npy"), str(tmp_path / "out.npy"), process_device.name]
     run = subprocess.run(command, check=True, capture_output=True, text=True)
     assert float(run.stdout) < 100

@@ -16,7 +16,7 @@ from gpu_xform.compute import transform as transform_module
 from gpu_xform.compute.kernels import transform as transform_kernel
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, PrecisionError, SingularMatrixError
 from gpu_xform.gpu.chunking import DispatchPlan
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.dispatch import dispatch
 from tests.support.reference_transform import (
     AFFINE,
@@ -117,7 +117,7 @@ def test_more_points_than_one_dispatch_of_single_threads_could_take(dtype: npt.D
 @pytest.mark.parametrize("dtype", DTYPES)
 @pytest.mark.parametrize("matrix", [AFFINE, PLANAR], ids=["space", "plane"])
 def test_chunks_change_no_byte(
-    limits: dict[str, int], dtype: npt.DTypeLike, matrix: Array, device_with_limits: DeviceFactory, device: Device
+    limits: dict[str, int], dtype: npt.DTypeLike, matrix: Array, device_with_limits: DeviceFactory, device: GpuDevice
 ) -> None:
     small = device_with_limits(**limits)
     columns = len(matrix) - 1
@@ -150,7 +150,7 @@ def test_chunks_respect_the_limits(device_with_limits: DeviceFactory, monkeypatc
     assert len(dispatched) == 3
 
 
-def test_memory_that_the_host_cannot_map_gives_the_same_bytes(staging_device: Device, device: Device) -> None:
+def test_memory_that_the_host_cannot_map_gives_the_same_bytes(staging_device: GpuDevice, device: GpuDevice) -> None:
     for dtype in DTYPES:
         for matrix in (AFFINE, PLANAR):
             points = some_points(1027, dtype, len(matrix) - 1)
@@ -174,7 +174,7 @@ def test_no_points_never_reach_the_device(
     def fail(*_: Any, **__: Any) -> None:
         raise AssertionError
 
-    monkeypatch.setattr(transform_module, "run_transform", fail)
+    monkeypatch.setattr(transform_module, "find_backend", fail)
     matrix = np.eye(shape[1] + 1)
     for function in (gx.transform_points, gx.transform_vectors, gx.transform_normals, gx.project_points):
         result = function(np.empty(shape, dtype), matrix)
@@ -483,7 +483,7 @@ def test_a_matrix_that_does_not_fit_single_precision_is_refused() -> None:
     assert gx.transform_points(np.zeros((1, 3)), large).tolist() == [[0, -1e39, 0]]
 
 
-def test_double_precision_is_refused_where_the_device_has_none(single_device: Device) -> None:
+def test_double_precision_is_refused_where_the_device_has_none(single_device: GpuDevice) -> None:
     with pytest.raises(PrecisionError, match="use precision='rebased' or 'float32'"):
         gx.transform_points([[1.0, 2.0, 3.0]], AFFINE, precision="float64", device=single_device)
     points = some_points(5, np.float32)
@@ -518,7 +518,7 @@ def test_points_in_the_plane_take_planar_matrices() -> None:
 @pytest.mark.parametrize("n", [1, 5461, 5462, 3 * 5461 + 7])
 @pytest.mark.parametrize("dtype", DTYPES)
 def test_two_chunks_under_way_do_not_mix(
-    n: int, dtype: npt.DTypeLike, staging_device: Device, monkeypatch: pytest.MonkeyPatch
+    n: int, dtype: npt.DTypeLike, staging_device: GpuDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(transform_kernel, "MAX_STAGED_BYTES", 65536)
     points = some_points(n, dtype)
@@ -527,7 +527,9 @@ def test_two_chunks_under_way_do_not_mix(
     assert gx.transform_points(points, AFFINE, out=points, device=staging_device).tobytes() == expected.tobytes()
 
 
-def test_a_chunk_is_read_while_the_next_is_under_way(staging_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_chunk_is_read_while_the_next_is_under_way(
+    staging_device: GpuDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(transform_kernel, "MAX_STAGED_BYTES", 65536)
     happened: list[str] = []
 

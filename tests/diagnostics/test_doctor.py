@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ from gpu_xform.diagnostics.doctor import examine
 from gpu_xform.diagnostics.doctor_report import Check, Report
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu import self_test
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import rasterizer
 
 NO_DRIVER = {"VK_DRIVER_FILES": os.devnull, "VK_ICD_FILENAMES": os.devnull}
@@ -37,7 +38,7 @@ def wrong(checks: tuple[Check, ...]) -> list[str]:
     return [check.name for check in checks if not check.passed]
 
 
-def test_this_machine_is_well(report: Report, device: Device) -> None:
+def test_this_machine_is_well(report: Report, device: GpuDevice) -> None:
     assert report.passed
     assert report.device == device.adapter
     assert report.adapters == tuple(gpu_xform.adapters())
@@ -64,6 +65,7 @@ def test_the_text_says_what_matters(report: Report) -> None:
         assert piece in text
     assert "  float64 " in text
     assert ("This device is a CPU" in text) == (report.device.kind == "CPU")
+    assert "the host device (--adapter host)" in text.lower()
     assert text.endswith("Everything works.\n")
     assert max(map(len, text.splitlines())) <= max(80, *(len(line) + 11 for line in report.versions.values()))
 
@@ -107,14 +109,14 @@ def one_left_out(points: npt.NDArray[Any], matrix: npt.NDArray[Any], out: npt.ND
 def test_a_wrong_transform_is_noticed(
     mutant: Callable[..., None],
     failing: list[str],
-    device: Device,
+    device: GpuDevice,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     def run(job: Job) -> None:
         mutant(job.points, job.matrices[0], job.out[0])
 
-    monkeypatch.setattr(transform, "run_transform", run)
+    monkeypatch.setattr(transform, "find_backend", lambda _: SimpleNamespace(run_transform=run))
     assert wrong(examine().checks) == [n for n in failing if device.has_float64 or "64" not in n]
     if device.has_float64:
         assert main(["doctor"]) == 1
@@ -196,7 +198,7 @@ def test_a_device_that_does_not_open_is_reported(
 
 
 def test_the_reason_for_the_choice(
-    report: Report, device: Device, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    report: Report, device: GpuDevice, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     part = device.name[:4]
     monkeypatch.setattr(doctor, "_run_checks", lambda _: ())
@@ -214,6 +216,20 @@ def test_the_reason_for_the_choice(
     printed = capsys.readouterr().out
     assert "no graphics adapter has 'nonesuch' in its name" in printed
     assert device.name in printed
+
+
+@pytest.mark.parametrize("variable", [None, "HOST"])
+def test_the_host_device_is_examined(
+    variable: str | None, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if variable:
+        monkeypatch.setenv("GPU_XFORM_ADAPTER", variable)
+    assert main(["doctor", *([] if variable else ["--adapter", "host"])]) == 0
+    text = capsys.readouterr().out
+    assert "In use: the host device, numba " in text
+    assert ("GPU_XFORM_ADAPTER is 'HOST'" if variable else "'host' is requested") in text
+    assert [line.split()[1] for line in text.splitlines() if line.startswith("  ok ")] == ["float32", "float64"]
+    assert text.endswith("Everything works.\n")
 
 
 def test_nothing_passes_without_checks(report: Report) -> None:
@@ -251,7 +267,7 @@ def test_bytes_in_human_units(n_bytes: int, text: str) -> None:
 
 
 @pytest.mark.parametrize("driver", ["", " ", ", "])
-def test_a_driver_without_a_version_leaves_no_comma_behind(report: Report, device: Device, driver: str) -> None:
+def test_a_driver_without_a_version_leaves_no_comma_behind(report: Report, device: GpuDevice, driver: str) -> None:
     adapter = dataclasses.replace(device.adapter, driver=driver)
     lines = dataclasses.replace(report, adapters=(adapter,)).text().splitlines()
     assert f"    {adapter.kind}, {adapter.backend}" in lines

@@ -11,20 +11,20 @@ from gpu_xform import DeviceError
 from gpu_xform.cli import main
 from gpu_xform.diagnostics import tune as tune_module
 from gpu_xform.diagnostics.tune import EDGE_COUNTS, LENGTHS_PX, format_tuning, tune
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster.tuning import TunedCell, load_tuning
 
 GRID = ((10, 100), (2.0, 50.0))
 CELLS = [TunedCell(1_000, 2.0, 5.0, 2.0), TunedCell(100_000, 200.0, 1.5, 1.25)]
 
 
-def test_each_cell_is_timed_by_both(device: Device) -> None:
+def test_each_cell_is_timed_by_both(device: GpuDevice) -> None:
     cells = tune(device, *GRID)
     assert [(cell.n_edges, cell.length_px) for cell in cells] == [(10, 2.0), (10, 50.0), (100, 2.0), (100, 50.0)]
     assert all(0.0 < cell.render_ms < 1e5 and 0.0 < cell.compute_ms < 1e5 for cell in cells)
 
 
-def test_the_grid_leaves_out_what_would_take_minutes(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_grid_leaves_out_what_would_take_minutes(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(tune_module, "_time_cell", lambda _, n_edges, length: TunedCell(n_edges, length, 1.0, 1.0))
     timed = [(cell.n_edges, cell.length_px) for cell in tune(device)]
     assert (10_000, 200.0) in timed
@@ -34,7 +34,7 @@ def test_the_grid_leaves_out_what_would_take_minutes(device: Device, monkeypatch
     assert {length for _, length in timed} == set(LENGTHS_PX)
 
 
-def test_rasterizers_that_differ_are_an_error(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rasterizers_that_differ_are_an_error(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     whole: Any = gx.render_array
 
     def differing(mesh: Any, rasterizer: str, **arguments: Any) -> Any:
@@ -47,7 +47,7 @@ def test_rasterizers_that_differ_are_an_error(device: Device, monkeypatch: pytes
         tune(device, (10,), (2.0,))
 
 
-def test_the_table_says_what_was_faster_and_that_a_cpu_does_not_mind(device: Device) -> None:
+def test_the_table_says_what_was_faster_and_that_a_cpu_does_not_mind(device: GpuDevice) -> None:
     text = format_tuning(device, CELLS)
     rows = [line.split() for line in text.splitlines()[4:6]]
     assert rows == [
@@ -66,7 +66,7 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("quick")
 def test_the_command_prints_and_keeps_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], device: Device
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], device: GpuDevice
 ) -> None:
     path = tmp_path / "new" / "tuning.json"
     monkeypatch.setenv("GPU_XFORM_TUNING", str(path))
@@ -81,7 +81,7 @@ def test_the_command_prints_and_keeps_it(
 
 @pytest.mark.usefixtures("quick")
 def test_a_file_that_cannot_be_written_is_a_warning(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], device: Device
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], device: GpuDevice
 ) -> None:
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("GPU_XFORM_TUNING", str(tmp_path / "file" / "tuning.json"))

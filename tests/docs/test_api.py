@@ -7,7 +7,7 @@ import numpy as np
 
 import gpu_xform
 from gpu_xform import errors
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 
 PAGE, RETURNED = (
     (Path(__file__).parents[2] / "docs" / "api.md").read_text("utf-8").split("\n## What functions return\n")
@@ -31,7 +31,7 @@ def test_the_page_says_what_an_error_is_besides() -> None:
         assert set(re.findall(r"`(\w+)`", phrase)) == others, name
 
 
-def test_the_page_says_all_that_returned_values_hold(device: Device) -> None:
+def test_the_page_says_all_that_returned_values_hold(device: GpuDevice) -> None:
     picture = np.zeros((2, 2, 4), np.uint8)
     springs = gpu_xform.Springs([[0, 0, 0]], mass=1.0, device=device)
     values = [

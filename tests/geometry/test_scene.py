@@ -1,6 +1,7 @@
 import copy
 import pickle
 import time
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
+import gpu_xform as gx
 from gpu_xform import Mesh, Scene, inverse, rotate_x, rotate_y, rotate_z, samples, scale, translate
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from tests.support.reference_transform import AFFINE, PROJECTIVE
@@ -212,6 +214,8 @@ def test_no_other_matrix_is_taken(matrix: Any, message: str) -> None:
         scene["a"].transform = matrix
     with pytest.raises((ArgumentError, ArgumentTypeError), match=f"^transform {message}"):
         scene.add(transform=matrix)
+    if np.ndim(matrix) == 3:  # a stack, which poses may be
+        return
     with pytest.raises((ArgumentError, ArgumentTypeError), match=rf"^poses\['a'\] {message}"):
         scene.posed({"a": matrix})
     assert scene["a"].transform is before
@@ -398,3 +402,43 @@ def test_the_parts_of_the_robot_arm_rotate_between_plates_and_touch_nothing() ->
     for outer, inner in ((parts[0][1:], parts[1]), (parts[2], parts[1]), (parts[2], parts[3])):
         depths = [np.abs(model.positions[:, 2]) for model in (*outer, *inner) if isinstance(model, Mesh)]
         assert min(depth.min() for depth in depths[:2]) > depths[2].max()
+
+
+def test_a_matrix_between_two_nodes_goes_by_the_nearest_node_that_holds_both() -> None:
+    arm = gx.samples.robot_arm()
+    arm.add(name="camera", transform=gx.look_at((3, 4, 5), (0, 0, 0)))
+    for source in arm:
+        for target in arm:
+            expected = gx.inverse(arm.world(target)) @ arm.world(source)
+            assert np.abs(arm.transform_between(source, target.name) - expected).max() < 1e-12
+    assert np.array_equal(arm.transform_between("hand", "hand"), np.eye(4))
+    assert np.array_equal(arm.transform_between("hand", "forearm"), arm["hand"].transform)
+    flat = arm.posed({"base": gx.scale(1, 1, 0)})
+    assert np.array_equal(flat.transform_between("hand", "forearm"), arm["hand"].transform)
+    with pytest.raises(gx.SingularMatrixError, match="from 'camera' to 'hand': m must have an inverse"):
+        flat.transform_between("camera", "hand")
+    with pytest.raises(ArgumentError, match="target must be a node of this scene"):
+        arm.transform_between("hand", "foot")
+
+
+def test_a_scene_posed_by_stacks_gives_stacks_and_draws_nothing(tmp_path: Path) -> None:
+    arm = gx.samples.robot_arm()
+    angles = np.linspace(-1, 1, 7)
+    posed = arm.posed({"upper arm": arm["upper arm"].transform @ gx.rotate_z(angles), "hand": gx.rotate_x(angles)})
+    assert posed.world("base").shape == (4, 4)
+    for name in ("upper arm", "forearm", "hand"):
+        worlds = posed.world(name)
+        assert worlds.shape == (7, 4, 4)
+        for angle, world in zip(angles, worlds, strict=True):
+            one = arm.posed({"upper arm": arm["upper arm"].transform @ gx.rotate_z(angle), "hand": gx.rotate_x(angle)})
+            assert np.abs(world - one.world(name)).max() < 1e-14
+            between = posed.transform_between("base", name)[list(angles).index(angle)]
+            assert np.abs(between - one.transform_between("base", name)).max() < 1e-14
+    message = r"the matrix of 'upper arm' must have shape \(4, 4\) to be drawn or written, got \(7, 4, 4\)"
+    for use in (posed.layers, lambda: gx.render(posed), lambda: gx.save_mesh(posed, tmp_path / "arm.glb")):
+        with pytest.raises(ArgumentError, match=message):
+            use()
+    assert not list(tmp_path.iterdir())
+    torn = arm.posed({"base": gx.rotate_z(angles), "hand": gx.rotate_x(angles[:3])})
+    with pytest.raises(ArgumentError, match=r"the matrix of 'hand' must broadcast with a stack \(7,\), got \(3,\)"):
+        torn.world("hand")

@@ -6,13 +6,13 @@ import pytest
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu.buffer_pool import BufferPool
 from gpu_xform.gpu.buffers import INDIRECT, READBACK, STORAGE, UNIFORM
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.device_memory import read_uint32
 
 DATA = np.arange(1, 17, dtype=np.uint32)
 
 
-def test_a_pool_keeps_one_scratch_buffer_per_key_and_grows_it(any_device: Device) -> None:
+def test_a_pool_keeps_one_scratch_buffer_per_key_and_grows_it(any_device: GpuDevice) -> None:
     pool = BufferPool(any_device.context)
     first = pool.scratch("test", "source", 256)
     assert pool.scratch("test", "source", 256) is first
@@ -33,7 +33,7 @@ def test_a_pool_keeps_one_scratch_buffer_per_key_and_grows_it(any_device: Device
     pool.clear()
 
 
-def test_the_pool_survives_an_allocation_that_failed(any_device: Device) -> None:
+def test_the_pool_survives_an_allocation_that_failed(any_device: GpuDevice) -> None:
     pool = BufferPool(any_device.context)
     kept = pool.scratch("test", "source", 64)
     with pytest.raises(DeviceError):
@@ -45,7 +45,7 @@ def test_the_pool_survives_an_allocation_that_failed(any_device: Device) -> None
     pool.clear()
 
 
-def test_an_acquired_buffer_is_the_callers_alone_until_it_is_released(any_device: Device) -> None:
+def test_an_acquired_buffer_is_the_callers_alone_until_it_is_released(any_device: GpuDevice) -> None:
     pool = BufferPool(any_device.context)
     first, second = pool.acquire("test", "picture", 256), pool.acquire("test", "picture", 256)
     assert first is not second
@@ -57,7 +57,7 @@ def test_an_acquired_buffer_is_the_callers_alone_until_it_is_released(any_device
     second.upload(DATA[:4])  # is not the pool's
 
 
-def test_of_released_buffers_the_largest_are_kept(any_device: Device) -> None:
+def test_of_released_buffers_the_largest_are_kept(any_device: GpuDevice) -> None:
     pool = BufferPool(any_device.context)
     acquired = [pool.acquire("test", "picture", n_bytes) for n_bytes in (512, 64, 1024)]
     for buffer in acquired:
@@ -72,7 +72,7 @@ def test_of_released_buffers_the_largest_are_kept(any_device: Device) -> None:
         acquired[0].upload(DATA[:4])
 
 
-def test_buffers_of_other_owners_and_usages_are_others(device: Device) -> None:
+def test_buffers_of_other_owners_and_usages_are_others(device: GpuDevice) -> None:
     pool = BufferPool(device.context)
     slots = [(owner, usage) for owner in ("raster", "compute") for usage in (STORAGE, INDIRECT, UNIFORM, READBACK)]
     scratch = [pool.scratch(owner, "ticks", 64, usage) for owner, usage in slots]

@@ -7,20 +7,20 @@ import pytest
 
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu.buffers import READBACK, STORAGE, UNIFORM, Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.device_memory import read_uint32
 
 DATA = np.arange(1, 1001, dtype=np.uint32)
 
 
-def copy(device: Device, source: Buffer, target: Buffer, meanwhile: Callable[[], None]) -> None:
+def copy(device: GpuDevice, source: Buffer, target: Buffer, meanwhile: Callable[[], None]) -> None:
     """Copy 16 bytes; `meanwhile` happens between encoding and submission."""
     with device.encode_commands(source, target, label="test") as encoder:
         encoder.copy_buffer(source, target, 16)
         meanwhile()
 
 
-def test_what_is_uploaded_is_read_back(any_device: Device) -> None:
+def test_what_is_uploaded_is_read_back(any_device: GpuDevice) -> None:
     buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
     assert read_uint32(buffer, DATA.nbytes).tolist() == DATA.tolist()
@@ -28,7 +28,7 @@ def test_what_is_uploaded_is_read_back(any_device: Device) -> None:
     buffer.release()
 
 
-def test_what_is_uploaded_after_a_submission_is_read_back(any_device: Device) -> None:
+def test_what_is_uploaded_after_a_submission_is_read_back(any_device: GpuDevice) -> None:
     buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
     other = Buffer(any_device.context, DATA.nbytes, label="other")
@@ -41,7 +41,7 @@ def test_what_is_uploaded_after_a_submission_is_read_back(any_device: Device) ->
 
 
 def test_reading_what_a_submission_wrote_submits_nothing_more(
-    any_device: Device, monkeypatch: pytest.MonkeyPatch
+    any_device: GpuDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     source = Buffer(any_device.context, DATA.nbytes, label="test")
     readback = Buffer(any_device.context, DATA.nbytes, READBACK, label="readback")
@@ -55,7 +55,7 @@ def test_reading_what_a_submission_wrote_submits_nothing_more(
     readback.release()
 
 
-def test_a_shorter_upload_leaves_the_rest(any_device: Device) -> None:
+def test_a_shorter_upload_leaves_the_rest(any_device: GpuDevice) -> None:
     buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     buffer.upload(DATA)
     buffer.upload(np.array([7, 8], np.uint32))
@@ -63,7 +63,7 @@ def test_a_shorter_upload_leaves_the_rest(any_device: Device) -> None:
     buffer.release()
 
 
-def test_an_upload_beyond_the_end_is_an_error_that_leaves_the_buffer_usable(any_device: Device) -> None:
+def test_an_upload_beyond_the_end_is_an_error_that_leaves_the_buffer_usable(any_device: GpuDevice) -> None:
     buffer = Buffer(any_device.context, 16, label="test")
     with pytest.raises(ValueError, match=r"range|length"):
         buffer.upload(DATA)
@@ -72,7 +72,7 @@ def test_an_upload_beyond_the_end_is_an_error_that_leaves_the_buffer_usable(any_
     buffer.release()
 
 
-def test_a_released_buffer_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
+def test_a_released_buffer_is_refused_before_wgpu_would_abort(any_device: GpuDevice) -> None:
     buffer, other = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 16, label="test")
     buffer.release()
     buffer.release()
@@ -87,18 +87,18 @@ def test_a_released_buffer_is_refused_before_wgpu_would_abort(any_device: Device
     other.release()
 
 
-def test_a_buffer_released_while_commands_are_encoded_is_refused(any_device: Device) -> None:
+def test_a_buffer_released_while_commands_are_encoded_is_refused(any_device: GpuDevice) -> None:
     source, target = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 16, label="test")
     with pytest.raises(DeviceError, match="released"):
         copy(any_device, source, target, meanwhile=source.release)
     target.release()
 
 
-def test_a_buffer_of_another_device_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
+def test_a_buffer_of_another_device_is_refused_before_wgpu_would_abort(any_device: GpuDevice) -> None:
     own = Buffer(any_device.context, 16, label="test")
-    with Device() as elsewhere:
+    with GpuDevice() as elsewhere:
         foreign = Buffer(elsewhere.context, 16, label="test")
-        message = r"^the buffer 'test' of Device\(.*\) cannot be used on Device\(.*\)$"
+        message = r"^the buffer 'test' of GpuDevice\(.*\) cannot be used on GpuDevice\(.*\)$"
         with (
             pytest.raises(DeviceError, match=message),
             any_device.encode_commands(own, foreign, label="test") as encoder,
@@ -109,7 +109,7 @@ def test_a_buffer_of_another_device_is_refused_before_wgpu_would_abort(any_devic
     own.release()
 
 
-def test_a_mapped_buffer_is_refused_before_wgpu_would_abort(any_device: Device) -> None:
+def test_a_mapped_buffer_is_refused_before_wgpu_would_abort(any_device: GpuDevice) -> None:
     readback = Buffer(any_device.context, 16, READBACK, label="test")
     with readback.map_read(16):
         with pytest.raises(DeviceError, match="mapped"), any_device.encode_commands(readback, label="test"):
@@ -120,7 +120,7 @@ def test_a_mapped_buffer_is_refused_before_wgpu_would_abort(any_device: Device) 
     readback.release()
 
 
-def test_an_upload_while_the_host_reads_is_refused(device: Device) -> None:
+def test_an_upload_while_the_host_reads_is_refused(device: GpuDevice) -> None:
     buffer = Buffer(device.context, 16, label="test")
     if not device.host_mappable:  # there the reader holds a copy
         buffer = Buffer(device.context, 16, READBACK, label="test")
@@ -129,7 +129,7 @@ def test_an_upload_while_the_host_reads_is_refused(device: Device) -> None:
     buffer.release()
 
 
-def test_commands_that_do_not_fit_are_an_error_and_the_device_goes_on(any_device: Device) -> None:
+def test_commands_that_do_not_fit_are_an_error_and_the_device_goes_on(any_device: GpuDevice) -> None:
     small, large = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 64, label="test")
     with (
         pytest.raises(DeviceError, match="record the commands"),
@@ -144,7 +144,7 @@ def test_commands_that_do_not_fit_are_an_error_and_the_device_goes_on(any_device
     large.release()
 
 
-def test_an_error_while_commands_are_encoded_submits_none_of_them(any_device: Device) -> None:
+def test_an_error_while_commands_are_encoded_submits_none_of_them(any_device: GpuDevice) -> None:
     source, target = Buffer(any_device.context, 16, label="test"), Buffer(any_device.context, 16, label="test")
     source.upload(DATA[:4])
     with pytest.raises(StopIteration):
@@ -154,14 +154,14 @@ def test_an_error_while_commands_are_encoded_submits_none_of_them(any_device: De
     target.release()
 
 
-def test_a_buffer_larger_than_any_is_a_device_error(any_device: Device) -> None:
+def test_a_buffer_larger_than_any_is_a_device_error(any_device: GpuDevice) -> None:
     n_bytes = any_device.limits.max_buffer_bytes // 4 * 4 + 4
     for usage in (STORAGE, UNIFORM):
         with pytest.raises(DeviceError, match=f"allocate {n_bytes:,} bytes"):
             Buffer(any_device.context, n_bytes, usage, label="test")
 
 
-def test_a_mapped_buffer_is_lent_once_and_then_free_again(any_device: Device) -> None:
+def test_a_mapped_buffer_is_lent_once_and_then_free_again(any_device: GpuDevice) -> None:
     readback = Buffer(any_device.context, 16, READBACK, label="test")
     readback.wait_mapped(16)
     with pytest.raises(DeviceError, match="mapped"), any_device.encode_commands(readback, label="test"):
@@ -177,7 +177,7 @@ def test_a_mapped_buffer_is_lent_once_and_then_free_again(any_device: Device) ->
     readback.release()
 
 
-def test_memory_is_lent_to_be_written(any_device: Device) -> None:
+def test_memory_is_lent_to_be_written(any_device: GpuDevice) -> None:
     buffer = Buffer(any_device.context, DATA.nbytes, label="test")
     with buffer.map_write(DATA.nbytes - 4) as view:
         view.view(np.uint32)[:] = DATA[:-1]

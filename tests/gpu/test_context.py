@@ -15,15 +15,15 @@ from gpu_xform.diagnostics.doctor import examine
 from gpu_xform.errors import DeviceError, DeviceMemoryError
 from gpu_xform.gpu import adapters, context
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.python_run import linux_only, run_python
 
 FORK = """
     import os, signal, sys
     import gpu_xform
     from gpu_xform.gpu.buffers import Buffer
-    from gpu_xform.gpu.device import default_device
-    device = gpu_xform.Device() if {own} else default_device()
+    from gpu_xform.gpu.device import default_gpu_device
+    device = gpu_xform.Device() if {own} else default_gpu_device()
     given = device if {own} else None
     child = os.fork()
     if child == 0:
@@ -94,15 +94,15 @@ def test_an_adapter_that_cannot_be_opened_is_a_device_error(
     request = adapter_type.request_device_sync
     monkeypatch.setattr(adapter_type, "request_device_sync", asking_for_more)
     with pytest.raises(DeviceError, match=r"^the device .* open the adapter '") as caught:
-        Device()
+        GpuDevice()
     assert type(caught.value) is expected
     (opened,) = [check for check in examine().checks if check.name == "open the device"]
     assert not opened.passed
 
 
-def test_stricter_limits_are_taken_and_the_adapters_own_kept_beside(device: Device) -> None:
+def test_stricter_limits_are_taken_and_the_adapters_own_kept_beside(device: GpuDevice) -> None:
     strict = dataclasses.replace(device.limits, max_binding_bytes=4096)
-    with Device(limits=strict) as other:
+    with GpuDevice(limits=strict) as other:
         assert other.limits == strict
         assert other.adapter.limits == device.adapter.limits
 
@@ -111,13 +111,13 @@ def test_stricter_limits_are_taken_and_the_adapters_own_kept_beside(device: Devi
     ("kind", "is_mapped"), [("CPU", True), ("IntegratedGPU", False), ("DiscreteGPU", False), ("Unknown", False)]
 )
 def test_the_host_maps_no_memory_that_it_would_read_slowly(
-    kind: str, is_mapped: bool, device: Device, monkeypatch: pytest.MonkeyPatch
+    kind: str, is_mapped: bool, device: GpuDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """What a GPU shares with the host, wgpu makes write-combined where the host may write it."""
     features = device.adapter.features | {"mappable-primary-buffers"}
     seen = dataclasses.replace(device.adapter, kind=kind, features=features)
     monkeypatch.setattr(context, "describe_adapter", lambda _: seen)
-    with Device() as other:
+    with GpuDevice() as other:
         assert other.host_mappable is is_mapped
         assert Buffer(other.context, 16, label="test").can_map is is_mapped
         points = np.arange(3000, dtype=np.float32).reshape(-1, 3)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform import device as device_module
 from gpu_xform.errors import DeviceError
-from gpu_xform.gpu import device as device_module
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.device import Device, default_device
+from gpu_xform.gpu.device import GpuDevice, default_gpu_device
 from tests.support.python_run import python_output
 
 
@@ -16,19 +16,19 @@ def test_importing_the_package_opens_nothing_and_the_first_use_does() -> None:
         import sys
         import gpu_xform
         assert "wgpu" not in sys.modules
-        from gpu_xform.gpu import device
-        assert device._default is None
+        from gpu_xform.device import opened_device
+        assert opened_device() is None
         gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity())
-        first = device._default
+        first = opened_device()
         assert first is not None
         gpu_xform.transform_points([[1, 2, 3]], gpu_xform.identity())
-        assert device._default is first
+        assert opened_device() is first
     """
     python_output(code)
 
 
 def test_a_closed_device_takes_no_more_work() -> None:
-    other = Device()
+    other = GpuDevice()
     gx.transform_points([[1, 2, 3]], gx.identity(), device=other)
     other.close()
     other.close()
@@ -44,14 +44,14 @@ def test_a_closed_device_takes_no_more_work() -> None:
 
 
 def test_leaving_the_block_closes_the_device() -> None:
-    with Device() as other:
+    with GpuDevice() as other:
         gx.transform_points([[1, 2, 3]], gx.identity(), device=other)
     with pytest.raises(DeviceError, match="closed"):
         other.require_usable()
 
 
 def test_buffers_of_a_closed_device_are_refused() -> None:
-    other = Device()
+    other = GpuDevice()
     buffer = Buffer(other.context, 16, label="test")
     other.close()
     with pytest.raises(DeviceError, match="closed"):
@@ -63,24 +63,24 @@ def test_buffers_of_a_closed_device_are_refused() -> None:
 
 def test_the_default_device_is_one_and_is_opened_again_after_it_was_closed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(device_module, "_default", None)
-    first = default_device()
-    assert default_device() is first
+    first = default_gpu_device()
+    assert default_gpu_device() is first
     first.close()
-    second = default_device()
+    second = default_gpu_device()
     assert second is not first
     assert gx.transform_points([[1, 2, 3]], gx.identity()).tolist() == [[1, 2, 3]]
     second.close()
 
 
-def test_two_devices_work_side_by_side(device: Device) -> None:
-    with Device() as other:
+def test_two_devices_work_side_by_side(device: GpuDevice) -> None:
+    with GpuDevice() as other:
         for turn in range(3):
             points = np.full((5, 3), turn, np.float32)
             for each in (device, other):
                 assert (gx.transform_points(points, gx.translate(1, 1, 1), device=each) == turn + 1).all()
 
 
-def test_a_device_tells_who_it_is(device: Device) -> None:
+def test_a_device_tells_who_it_is(device: GpuDevice) -> None:
     assert device.name in repr(device)
     assert device.adapter.backend in repr(device)
     assert device.has_float64 == ("shader-f64" in device.features)

@@ -11,7 +11,7 @@ from gpu_xform import Camera, matrices, samples
 from gpu_xform.errors import ShaderError
 from gpu_xform.gpu import dispatch
 from gpu_xform.gpu.buffers import STORAGE, UNIFORM, Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.shaders import Pipelines
 from gpu_xform.gpu.textures import Texture
 from tests.support.wgsl import STAGES, VARIANTS, create_pipeline, source
@@ -27,13 +27,13 @@ STYLES: list[dict[str, Any]] = [
 ]
 
 
-def draw(device: Device, **style: Any) -> bytes:
+def draw(device: GpuDevice, **style: Any) -> bytes:
     """Return the pixels of a cube."""
     return gx.render_array(samples.cube(), device=device, **{"camera": CAMERA, "size": (64, 48), **style}).tobytes()
 
 
 @pytest.fixture
-def made(device: Device, monkeypatch: pytest.MonkeyPatch) -> list[str]:
+def made(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What has been made and sent since the test began."""
     calls: list[str] = []
     bind_group, upload = type(device.context.handle).create_bind_group, Buffer.upload
@@ -51,7 +51,7 @@ def made(device: Device, monkeypatch: pytest.MonkeyPatch) -> list[str]:
     return calls
 
 
-def test_a_frame_like_the_last_binds_nothing_and_sends_its_matrix_alone(device: Device, made: list[str]) -> None:
+def test_a_frame_like_the_last_binds_nothing_and_sends_its_matrix_alone(device: GpuDevice, made: list[str]) -> None:
     mesh = samples.snub_dodecahedron()
     for k in range(3):
         made.clear()
@@ -61,8 +61,8 @@ def test_a_frame_like_the_last_binds_nothing_and_sends_its_matrix_alone(device: 
 
 
 @pytest.mark.slow
-def test_pictures_are_the_same_whatever_was_bound_and_sent_before(device: Device) -> None:
-    with Device() as fresh:
+def test_pictures_are_the_same_whatever_was_bound_and_sent_before(device: GpuDevice) -> None:
+    with GpuDevice() as fresh:
         expected = []
         for style in STYLES:
             fresh.bind_groups.clear()
@@ -72,7 +72,7 @@ def test_pictures_are_the_same_whatever_was_bound_and_sent_before(device: Device
             assert draw(device, **STYLES[k]) == expected[k]
 
 
-def test_no_more_than_a_number_of_groups_is_kept(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_more_than_a_number_of_groups_is_kept(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     expected = [draw(device, **style) for style in STYLES]
     device.bind_groups.clear()
     monkeypatch.setattr(dispatch, "MAX_BIND_GROUPS", 3)
@@ -89,7 +89,7 @@ def test_no_more_than_a_number_of_groups_is_kept(device: Device, monkeypatch: py
         ([], "none"),
     ],
 )
-def test_names_that_are_not_the_shaders_are_an_error(names: list[str], got: str, device: Device) -> None:
+def test_names_that_are_not_the_shaders_are_an_error(names: list[str], got: str, device: GpuDevice) -> None:
     buffers = {name: Buffer(device.context, 80, UNIFORM | STORAGE, label="test") for name in names}
     message = rf"^the bindings of self_test must be given, seen, got {got}$"
     with pytest.raises(ShaderError, match=message):
@@ -99,7 +99,7 @@ def test_names_that_are_not_the_shaders_are_an_error(names: list[str], got: str,
 
 
 @pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
-def test_a_stage_uses_every_binding_that_it_declares(stage: str, number_type: str | None, device: Device) -> None:
+def test_a_stage_uses_every_binding_that_it_declares(stage: str, number_type: str | None, device: GpuDevice) -> None:
     """The layout of a pipeline holds what its shader uses: it refuses a group with more."""
     if number_type == "f64" and not device.has_float64:
         pytest.skip("no double precision")
@@ -119,7 +119,7 @@ def test_a_stage_uses_every_binding_that_it_declares(stage: str, number_type: st
         part.release()
 
 
-def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
+def test_what_comes_and_goes_is_not_kept(device: GpuDevice) -> None:
     device.bind_groups.clear()
     draw(device)
     with gx.PointBuffer(np.eye(3, dtype=np.float32), device=device) as points:
@@ -130,7 +130,9 @@ def test_what_comes_and_goes_is_not_kept(device: Device) -> None:
     assert own not in kept
 
 
-def test_dispatches_in_a_row_share_a_pass_unless_each_is_timed(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dispatches_in_a_row_share_a_pass_unless_each_is_timed(
+    device: GpuDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
     begun: list[str] = []
 
     def spy(encoder: wgpu_native.GPUCommandEncoder, **options: Any) -> Any:
@@ -149,7 +151,7 @@ def test_dispatches_in_a_row_share_a_pass_unless_each_is_timed(device: Device, m
     assert 0 < n_together < n_dispatches
 
 
-def test_passes_that_must_round_alike_share_one_pipeline(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_passes_that_must_round_alike_share_one_pipeline(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     """Two may round otherwise: faces would not be as near as they were found, edges have more pieces than counted."""
     asked: list[tuple[str, str]] = []
     compute = Pipelines.compute

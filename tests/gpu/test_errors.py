@@ -4,14 +4,14 @@ import pytest
 import wgpu
 
 from gpu_xform.errors import DeviceError, DeviceMemoryError
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.errors import translate_wgpu_errors
 from tests.support.python_run import linux_only, python_output
 
 
 @pytest.mark.slow
 @linux_only
-def test_exhausted_memory_is_a_device_memory_error(device: Device) -> None:
+def test_exhausted_memory_is_a_device_memory_error(device: GpuDevice) -> None:
     if device.adapter.kind != "CPU":
         pytest.skip("the memory of this device is not the process's own, which the test limits")
     code = """

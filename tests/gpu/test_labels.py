@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 
 CREATORS = [
     *("create_buffer", "create_shader_module", "create_compute_pipeline", "create_bind_group"),
@@ -17,7 +17,7 @@ CREATORS = [
 ]
 
 
-def test_every_object_has_a_label(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_every_object_has_a_label(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     made: dict[str, list[str]] = {name: [] for name in CREATORS}
 
     def spy_on(name: str) -> None:
@@ -32,7 +32,7 @@ def test_every_object_has_a_label(device: Device, monkeypatch: pytest.MonkeyPatc
 
     for name in CREATORS:
         spy_on(name)
-    with Device() as fresh:
+    with GpuDevice() as fresh:
         assert fresh.context.handle.label
         gx.render_array(gx.samples.cube(), hidden="remove", fill="gold", size=(64, 64), device=fresh)
         gx.render_svg(gx.samples.cube(), hidden="dash", edges="silhouette", device=fresh)
@@ -48,7 +48,7 @@ def test_every_object_has_a_label(device: Device, monkeypatch: pytest.MonkeyPatc
         assert all(labels), name
 
 
-def test_a_validation_error_shows_the_labels(device: Device) -> None:
+def test_a_validation_error_shows_the_labels(device: GpuDevice) -> None:
     small = Buffer(device.context, 16, label="the small one")
     large = Buffer(device.context, 64, label="the large one")
     with (

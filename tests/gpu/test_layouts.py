@@ -10,7 +10,7 @@ import pytest
 
 from gpu_xform.gpu import layouts
 from gpu_xform.gpu.buffers import UNIFORM, Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster.triangles import HEAD_BYTES
 from tests.support import wgsl
 from tests.support.evaluate import evaluate
@@ -70,7 +70,7 @@ def leaves(dtype: np.dtype[Any], path: str) -> Iterator[tuple[str, tuple[Any, ..
 
 
 def members_seen(
-    device: Device, declaration: str, name: str, members: list[str], struct: npt.NDArray[Any]
+    device: GpuDevice, declaration: str, name: str, members: list[str], struct: npt.NDArray[Any]
 ) -> list[float]:
     """Return the value of each expression in `members` of the struct, as a shader reads it."""
     given = Buffer(device.context, struct.nbytes, UNIFORM, label="test")
@@ -101,7 +101,7 @@ def test_every_layout_is_here() -> None:
 
 @EVERY_STRUCT
 def test_every_member_lies_where_the_dtype_says(
-    name: str, stage: str, number_type: str | None, mirror: np.dtype[np.void], device: Device
+    name: str, stage: str, number_type: str | None, mirror: np.dtype[np.void], device: GpuDevice
 ) -> None:
     struct: npt.NDArray[Any] = np.zeros((), mirror)
     members = list(leaves(mirror, "given"))
@@ -125,7 +125,7 @@ def test_every_member_is_named_as_in_the_dtype(
 
 @EVERY_STRUCT
 def test_the_structs_are_as_large_as_wgsl_makes_them(
-    name: str, stage: str, number_type: str | None, mirror: np.dtype[np.void], device: Device
+    name: str, stage: str, number_type: str | None, mirror: np.dtype[np.void], device: GpuDevice
 ) -> None:
     n_bytes = 1 << 16  # of which another stride would hold another number of structs
     declaration = f"""{declarations(stage, number_type)}
@@ -142,7 +142,7 @@ def test_the_structs_are_as_large_as_wgsl_makes_them(
     ],
 )
 def test_lists_of_the_device_have_a_head_as_large_as_the_host_clears(
-    name: str, stage: str, access: str, head_bytes: int, device: Device
+    name: str, stage: str, access: str, head_bytes: int, device: GpuDevice
 ) -> None:
     declaration = f"""{wgsl.struct(stage, name)}
 @group(0) @binding(0) var<storage, {access}> given: {name};"""
@@ -153,7 +153,7 @@ def test_lists_of_the_device_have_a_head_as_large_as_the_host_clears(
 
 @pytest.mark.parametrize(("dtype", "number_type"), [(SINGLE, "f32"), (DOUBLE, "f64")])
 def test_a_matrix_of_sixteen_distinct_entries_arrives_transposed_once(
-    device: Device, dtype: np.dtype[Any], number_type: str
+    device: GpuDevice, dtype: np.dtype[Any], number_type: str
 ) -> None:
     matrix = np.arange(1.0, 17.0).reshape(4, 4)
     struct = layouts.pack_transforms(matrix[None], dtype, 7)[0]

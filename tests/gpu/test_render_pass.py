@@ -8,7 +8,7 @@ import pytest
 
 from gpu_xform.errors import DeviceError, ShaderError
 from gpu_xform.gpu.buffers import READBACK, UNIFORM, Buffer, Usage
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.dispatch import begin_render_pass
 from gpu_xform.gpu.shaders import ColorWrite
 from gpu_xform.gpu.textures import Texture, align_row
@@ -46,7 +46,7 @@ Pixels = npt.NDArray[np.uint8]
 
 
 @pytest.fixture(scope="module")
-def painter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Device]:
+def painter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[GpuDevice]:
     """A device with a stage that paints quads in one colour."""
     folder = tmp_path_factory.mktemp("wgsl")
     (folder / "stages.toml").write_text(TABLE, "utf-8")
@@ -54,12 +54,12 @@ def painter(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Device]:
     (folder / "self_test.wgsl").write_text((FOLDER / "self_test.wgsl").read_text("utf-8"), "utf-8")
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("GPU_XFORM_WGSL", str(folder))
-        with Device() as device:
+        with GpuDevice() as device:
             yield device
 
 
 def paint(
-    device: Device,
+    device: GpuDevice,
     target: Texture,
     color: tuple[float, ...],
     write: ColorWrite = ColorWrite.REPLACE,
@@ -84,7 +84,7 @@ def paint(
     indices.release()
 
 
-def read(device: Device, texture: Texture) -> Pixels:
+def read(device: GpuDevice, texture: Texture) -> Pixels:
     """Return the texels (height, width, 4)."""
     width, height = texture.extent
     row_bytes = align_row(4 * width)
@@ -98,7 +98,7 @@ def read(device: Device, texture: Texture) -> Pixels:
 
 
 @pytest.fixture
-def target(painter: Device) -> Iterator[Texture]:
+def target(painter: GpuDevice) -> Iterator[Texture]:
     """A black texture, larger than what is drawn."""
     texture = Texture(painter.context, (10, 7), "rgba8unorm", label="target")
     paint(painter, texture, (0.0, 0.0, 0.0, 1.0), ColorWrite.NOTHING, clear_color=(0.0, 0.0, 0.0, 1.0))
@@ -107,21 +107,21 @@ def target(painter: Device) -> Iterator[Texture]:
     texture.release()
 
 
-def test_what_is_drawn_replaces_the_texels_of_its_viewport_alone(painter: Device, target: Texture) -> None:
+def test_what_is_drawn_replaces_the_texels_of_its_viewport_alone(painter: GpuDevice, target: Texture) -> None:
     paint(painter, target, (1.0, 0.2, 0.0, 0.4))
     expected = np.full((7, 10, 4), (0, 0, 0, 255), np.uint8)
     expected[:4, :3] = (255, 51, 0, 102)
     assert (read(painter, target) == expected).all()
 
 
-def test_indices_count_from_the_first_vertex(painter: Device, target: Texture) -> None:
+def test_indices_count_from_the_first_vertex(painter: GpuDevice, target: Texture) -> None:
     paint(painter, target, (1.0, 1.0, 1.0, 1.0), first_vertex=4)
     lit = read(painter, target)[..., 0] == 255
     assert lit[:4, 3:6].all()
     assert lit.sum() == 12
 
 
-def test_three_vertices_are_a_triangle(painter: Device, target: Texture) -> None:
+def test_three_vertices_are_a_triangle(painter: GpuDevice, target: Texture) -> None:
     uniform = Buffer(painter.context, 16, UNIFORM, label="color")
     uniform.upload(np.ones(4, np.float32))
     pipeline = painter.pipelines.render("paint", target.format, factor=1.0)
@@ -137,7 +137,7 @@ def test_three_vertices_are_a_triangle(painter: Device, target: Texture) -> None
     assert not lit[3, 2]
 
 
-def test_products_of_what_is_left_do_not_replace(painter: Device, target: Texture) -> None:
+def test_products_of_what_is_left_do_not_replace(painter: GpuDevice, target: Texture) -> None:
     paint(painter, target, (0.0, 0.0, 0.0, 0.0), clear_color=(1.0, 1.0, 1.0, 1.0))
     paint(painter, target, (1.0, 1.0, 1.0, 1.0), first_vertex=0)
     for _ in range(2):
@@ -147,7 +147,7 @@ def test_products_of_what_is_left_do_not_replace(painter: Device, target: Textur
 
 
 @pytest.mark.parametrize("texture_format", ["r32float", "r16float"])
-def test_floats_hold_more_than_bytes(painter: Device, texture_format: str) -> None:
+def test_floats_hold_more_than_bytes(painter: GpuDevice, texture_format: str) -> None:
     if texture_format == "r32float" and "float32-blendable" not in painter.features:
         pytest.skip("the device does not blend single precision")
     texture = Texture(painter.context, (4, 4), texture_format, label="transmittance")
@@ -166,12 +166,12 @@ def test_floats_hold_more_than_bytes(painter: Device, texture_format: str) -> No
     assert (values[:, 2:] == 1.0).all()
 
 
-def test_what_writes_nothing_leaves_all(painter: Device, target: Texture) -> None:
+def test_what_writes_nothing_leaves_all(painter: GpuDevice, target: Texture) -> None:
     paint(painter, target, (1.0, 1.0, 1.0, 0.0), ColorWrite.NOTHING)
     assert (read(painter, target) == (0, 0, 0, 255)).all()
 
 
-def test_a_pipeline_is_compiled_once_for_each_format_write_and_choice_of_constants(painter: Device) -> None:
+def test_a_pipeline_is_compiled_once_for_each_format_write_and_choice_of_constants(painter: GpuDevice) -> None:
     render = painter.pipelines.render
     first = render("paint", "rgba8unorm", factor=1.0)
     assert render("paint", "rgba8unorm", ColorWrite.REPLACE, factor=1.0) is first
@@ -186,7 +186,7 @@ def test_a_pipeline_is_compiled_once_for_each_format_write_and_choice_of_constan
     assert render("paint", "rgba8unorm", factor=1.0) is not first
 
 
-def test_a_pipeline_that_is_refused_names_the_file_and_its_constants(painter: Device) -> None:
+def test_a_pipeline_that_is_refused_names_the_file_and_its_constants(painter: GpuDevice) -> None:
     with pytest.raises(ShaderError, match=r"^paint\.wgsl with \{'missing': 1\.0\} is refused: "):
         painter.pipelines.render("paint", "rgba8unorm", missing=1.0)
     with pytest.raises(ShaderError, match=r"^paint\.wgsl with \{'factor': 1\.0\} is refused: "):
@@ -194,20 +194,20 @@ def test_a_pipeline_that_is_refused_names_the_file_and_its_constants(painter: De
 
 
 def test_a_closed_device_compiles_nothing() -> None:
-    with Device() as other:
+    with GpuDevice() as other:
         pass
     with pytest.raises(DeviceError, match="closed"):
         other.pipelines.render("composite_triangles", "rgba8unorm", has_depth_cue=0, is_first=1)
 
 
-def test_a_released_texture_is_neither_bound_nor_drawn_into(painter: Device) -> None:
+def test_a_released_texture_is_neither_bound_nor_drawn_into(painter: GpuDevice) -> None:
     texture = Texture(painter.context, EXTENT, "rgba8unorm", label="gone")
     texture.release()
     with pytest.raises(DeviceError, match=r"^the texture 'gone' has been released$"):
         paint(painter, texture, (1.0, 1.0, 1.0, 1.0))
 
 
-def test_textures_are_copied_row_by_row(painter: Device) -> None:
+def test_textures_are_copied_row_by_row(painter: GpuDevice) -> None:
     texture, other = (Texture(painter.context, (5, 6), "rgba8unorm", label="copy") for _ in range(2))
     rows = np.zeros((4, 64, 4), np.uint8)
     rows[:, :5] = np.random.default_rng(0).integers(0, 256, (4, 5, 4))
@@ -225,7 +225,7 @@ def test_textures_are_copied_row_by_row(painter: Device) -> None:
     other.release()
 
 
-def test_render_passes_are_timed_as_dispatches_are(painter: Device, target: Texture) -> None:
+def test_render_passes_are_timed_as_dispatches_are(painter: GpuDevice, target: Texture) -> None:
     with painter.time_dispatches() as timer:
         paint(painter, target, (1.0, 1.0, 1.0, 1.0))
         [time] = timer.times

@@ -12,7 +12,7 @@ import gpu_xform as gx
 from gpu_xform import Camera, Mesh, samples
 from gpu_xform.gpu import resource_cache
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.spies import record_uploads
 
 STYLE: dict[str, Any] = {"fill": "#ffe0a0", "point_size": 3.0, "size": (80, 60)}
@@ -20,9 +20,9 @@ CAMERA = Camera.look_at((3, 2, 5), (0, 0, 0))
 
 
 @pytest.fixture
-def own() -> Iterator[Device]:
+def own() -> Iterator[GpuDevice]:
     """A device on which nothing is cached yet."""
-    with Device() as device:
+    with GpuDevice() as device:
         yield device
 
 
@@ -32,12 +32,12 @@ def uploads(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     return record_uploads(monkeypatch)
 
 
-def kept(device: Device) -> dict[Any, Buffer]:
+def kept(device: GpuDevice) -> dict[Any, Buffer]:
     return {key: entry.buffer for (_, key), entry in device.resource_cache._entries.items()}
 
 
 @pytest.mark.parametrize("edges", [None, "feature", "silhouette", ["silhouette", "boundary"]])
-def test_the_second_picture_uploads_nothing_of_the_mesh(edges: Any, own: Device, uploads: list[int]) -> None:
+def test_the_second_picture_uploads_nothing_of_the_mesh(edges: Any, own: GpuDevice, uploads: list[int]) -> None:
     mesh = samples.icosphere(4)
     first = gx.render_array(mesh, edges=edges, camera=CAMERA, device=own, feature_angle=1.0, **STYLE)
     smallest = 4 * mesh.n_points
@@ -48,7 +48,7 @@ def test_the_second_picture_uploads_nothing_of_the_mesh(edges: Any, own: Device,
     assert again.tobytes() == first.tobytes()
 
 
-def test_a_change_of_what_is_drawn_is_seen(own: Device) -> None:
+def test_a_change_of_what_is_drawn_is_seen(own: GpuDevice) -> None:
     mesh = samples.cube()
     camera = Camera.fit(mesh)
     one, two = (
@@ -64,7 +64,7 @@ def test_a_change_of_what_is_drawn_is_seen(own: Device) -> None:
     assert pictures[0].tobytes() == pictures[2].tobytes() != pictures[1].tobytes()
 
 
-def test_what_belongs_to_a_mesh_goes_with_it_at_the_next_picture(own: Device) -> None:
+def test_what_belongs_to_a_mesh_goes_with_it_at_the_next_picture(own: GpuDevice) -> None:
     mesh, other = samples.icosphere(2), samples.cube()
     gx.render_array(mesh, device=own, **STYLE)
     gx.render_array(other, device=own, **STYLE)
@@ -79,7 +79,7 @@ def test_what_belongs_to_a_mesh_goes_with_it_at_the_next_picture(own: Device) ->
     assert {id(other)} == {owner for owner, _ in own.resource_cache._entries}
 
 
-def test_many_meshes_that_come_and_go_leave_nothing(own: Device) -> None:
+def test_many_meshes_that_come_and_go_leave_nothing(own: GpuDevice) -> None:
     for i in range(30):
         turned = samples.cube().transformed(gx.rotate_y(0.1 * i))
         shown = gx.render_array(turned, camera=CAMERA, device=own, size=(40, 30))
@@ -92,7 +92,7 @@ def test_many_meshes_that_come_and_go_leave_nothing(own: Device) -> None:
     assert not kept(own)
 
 
-def test_beyond_the_budget_the_least_recently_used_goes_first(own: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_beyond_the_budget_the_least_recently_used_goes_first(own: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     meshes = [samples.icosphere(2), samples.torus(20, 15), samples.snub_dodecahedron()]
     pictures = [gx.render_array(mesh, device=own, **STYLE).tobytes() for mesh in meshes]
     gx.render_array(meshes[0], device=own, **STYLE)
@@ -110,7 +110,7 @@ def test_beyond_the_budget_the_least_recently_used_goes_first(own: Device, monke
     assert not kept(own)
 
 
-def test_an_array_is_made_once_per_owner_and_key(own: Device) -> None:
+def test_an_array_is_made_once_per_owner_and_key(own: GpuDevice) -> None:
     owners = [samples.cube(), samples.cube()]
     made: list[int] = []
 

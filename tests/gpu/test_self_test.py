@@ -4,18 +4,18 @@ import pytest
 
 from gpu_xform.errors import DeviceError
 from gpu_xform.gpu import self_test
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.wgsl import copy_with
 
 
-def test_the_self_test_passes_every_check(device: Device) -> None:
+def test_the_self_test_passes_every_check(device: GpuDevice) -> None:
     checks = self_test.run(device.context, device.pipelines)
     assert [name for name, _, _ in checks] == ["matrix layout", "struct layout", "long loop"]
     assert all(passed for _, passed, _ in checks)
     assert all(detail for _, _, detail in checks)
 
 
-def test_a_loop_of_32768_iterations_is_counted_to_its_end(device: Device) -> None:
+def test_a_loop_of_32768_iterations_is_counted_to_its_end(device: GpuDevice) -> None:
     assert self_test.MAX_ITERATIONS == 32_768
     detail = {name: detail for name, _, detail in self_test.run(device.context, device.pipelines)}["long loop"]
     assert detail == "32,768 iterations counted to 49,152 of 49,152"
@@ -34,15 +34,15 @@ def test_a_driver_that_computes_wrongly_is_refused_by_name_of_the_check(
 ) -> None:
     broken = copy_with(tmp_path, "self_test.wgsl", *BREAKAGES[check])
     monkeypatch.setenv("GPU_XFORM_WGSL", str(broken))
-    with pytest.raises(DeviceError, match=rf"^Device\(.*\) failed its self-test: .*{check} \("):
-        Device()
+    with pytest.raises(DeviceError, match=rf"^GpuDevice\(.*\) failed its self-test: .*{check} \("):
+        GpuDevice()
 
 
 def test_a_driver_that_writes_nothing_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     silent = "fn main() {\n    if given.count > 0u { return; }"
     monkeypatch.setenv("GPU_XFORM_WGSL", str(copy_with(tmp_path, "self_test.wgsl", "fn main() {", silent)))
     with pytest.raises(DeviceError, match=r"matrix layout .*struct layout .*long loop"):
-        Device()
+        GpuDevice()
 
 
 def test_the_loop_ends_early_where_lavapipe_would_end_it() -> None:

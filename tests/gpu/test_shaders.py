@@ -11,7 +11,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.errors import DeviceError, ShaderError
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.wgsl import Sources
 from tests.support.wgsl import FOLDER, STAGES, VARIANTS, copy_with, create_pipeline, source
 
@@ -32,7 +32,7 @@ def choices(stage: str) -> Iterator[dict[str, float]]:
 @pytest.mark.slow
 @pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
 def test_every_stage_compiles_for_every_combination_of_its_constants(
-    stage: str, number_type: str | None, device: Device
+    stage: str, number_type: str | None, device: GpuDevice
 ) -> None:
     if number_type == "f64" and not device.has_float64:
         with pytest.raises(ShaderError):
@@ -51,8 +51,8 @@ def test_a_shader_that_does_not_compile_names_the_file_and_line_where_it_is_wron
     lines = (folder / "shared" / "depth_cue.wgsl").read_text("utf-8").splitlines()
     [number] = [number for number, line in enumerate(lines, 1) if wrong in line]
     monkeypatch.setenv("GPU_XFORM_WGSL", str(folder))
-    message = rf"^shared/depth_cue\.wgsl:{number} does not compile on Device\("
-    with Device() as other:
+    message = rf"^shared/depth_cue\.wgsl:{number} does not compile on GpuDevice\("
+    with GpuDevice() as other:
         for stage in ("accumulate_lines", "depth_small_triangles"):
             with pytest.raises(ShaderError, match=message) as seen:
                 other.pipelines.module(stage)
@@ -61,7 +61,7 @@ def test_a_shader_that_does_not_compile_names_the_file_and_line_where_it_is_wron
             assert wrong in str(seen.value)
 
 
-def test_a_pipeline_that_is_refused_names_the_file_and_its_constants(device: Device) -> None:
+def test_a_pipeline_that_is_refused_names_the_file_and_its_constants(device: GpuDevice) -> None:
     with pytest.raises(ShaderError, match=r"^self_test\.wgsl with \{'missing': 1\.0\} is refused"):
         device.pipelines.compute("self_test", missing=1.0)
 
@@ -71,7 +71,7 @@ def test_a_message_without_a_place_is_left_as_it_is() -> None:
     assert source("self_test").relocate("┌─ wgsl:100000:1\n") == ("┌─ wgsl:100000:1\n", None)
 
 
-def test_a_pipeline_is_compiled_once_for_each_choice_of_its_constants(device: Device) -> None:
+def test_a_pipeline_is_compiled_once_for_each_choice_of_its_constants(device: GpuDevice) -> None:
     compute = device.pipelines.compute
     first = compute("transform_in_place", "f32", workgroup_size=64, n_components=3, epilogue=1)
     assert compute("transform_in_place", "f32", epilogue=1, n_components=3, workgroup_size=64) is first
@@ -80,7 +80,7 @@ def test_a_pipeline_is_compiled_once_for_each_choice_of_its_constants(device: De
 
 
 def test_a_closed_device_compiles_nothing() -> None:
-    with Device() as other:
+    with GpuDevice() as other:
         pass
     with pytest.raises(DeviceError, match="closed"):
         other.pipelines.compute("self_test")
@@ -99,7 +99,7 @@ def test_a_shader_of_another_folder_is_read_again_when_it_changes(
     file = folder / "self_test.wgsl"
     right = file.read_text("utf-8")
     monkeypatch.setenv("GPU_XFORM_WGSL", str(folder))
-    with Device() as other:
+    with GpuDevice() as other:
         first = other.pipelines.compute("self_test")
         assert other.pipelines.compute("self_test") is first
         file.write_text(right.replace("fn main() {", "fn main() { wrong"), "utf-8")
@@ -118,7 +118,7 @@ def test_the_next_picture_is_drawn_by_the_shader_as_it_is_now(tmp_path: Path, mo
     folder = copy_with(tmp_path, "self_test.wgsl", "", "")
     file = folder / "raster" / "composite_lines.wgsl"
     monkeypatch.setenv("GPU_XFORM_WGSL", str(folder))
-    with Device() as other:
+    with GpuDevice() as other:
         options: dict[str, Any] = {"device": other, "size": (40, 40), "line_width": 3.0, "edges": "all"}
         black = gx.render_array(gx.samples.cube(), **options)
         assert (black[..., :3] == 0).all(axis=2).any()
@@ -131,13 +131,13 @@ def test_the_next_picture_is_drawn_by_the_shader_as_it_is_now(tmp_path: Path, mo
     assert (red[..., 0] == 255).all()
 
 
-def test_reloading_compiles_anew(device: Device) -> None:
+def test_reloading_compiles_anew(device: GpuDevice) -> None:
     first = device.pipelines.compute("self_test")
     device.pipelines.reload()
     assert device.pipelines.compute("self_test") is not first
 
 
-def test_the_packages_own_files_are_not_watched(device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_packages_own_files_are_not_watched(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_: Sources) -> bool:
         raise AssertionError("looked for changes")
 
@@ -150,7 +150,7 @@ def test_debugging_writes_what_is_compiled_with_the_origin_of_each_line(
 ) -> None:
     monkeypatch.setenv("GPU_XFORM_DEBUG", "1")
     monkeypatch.setenv("GPU_XFORM_DEBUG_DIR", str(tmp_path / "dump"))
-    with caplog.at_level(logging.WARNING), Device() as other:
+    with caplog.at_level(logging.WARNING), GpuDevice() as other:
         other.pipelines.module("transform_points", "f32")
     assert [record.getMessage() for record in caplog.records] == [f"resolved WGSL is written to {tmp_path / 'dump'}"]
     assert {file.name for file in (tmp_path / "dump").iterdir()} == {
@@ -168,7 +168,7 @@ def test_debugging_without_a_folder_makes_one_and_says_which(
 ) -> None:
     monkeypatch.setenv("GPU_XFORM_DEBUG", "1")
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    with Device():
+    with GpuDevice():
         pass
     [folder] = [path for path in tmp_path.iterdir() if (path / "self_test.wgsl").is_file()]
     assert caplog.messages == [f"resolved WGSL is written to {folder}"]

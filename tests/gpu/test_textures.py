@@ -5,14 +5,14 @@ from collections.abc import Iterator
 import pytest
 
 from gpu_xform.errors import DeviceError
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.textures import Texture, TexturePool, align_row
 
 FORMAT = "rgba8unorm"
 
 
 @pytest.fixture
-def pool(device: Device) -> Iterator[TexturePool]:
+def pool(device: GpuDevice) -> Iterator[TexturePool]:
     """An empty pool."""
     own = TexturePool(device.context)
     yield own
@@ -60,13 +60,13 @@ def test_clearing_frees_all(pool: TexturePool) -> None:
     texture.release()
 
 
-def test_a_texture_of_another_or_a_closed_device_cannot_be_used(device: Device, single_device: Device) -> None:
+def test_a_texture_of_another_or_a_closed_device_cannot_be_used(device: GpuDevice, single_device: GpuDevice) -> None:
     texture = Texture(single_device.context, (4, 4), FORMAT, label="foreign")
     texture.require_submittable(single_device.context)
-    with pytest.raises(DeviceError, match=r"^the texture 'foreign' of Device\(.*\) cannot be used on Device\("):
+    with pytest.raises(DeviceError, match=r"^the texture 'foreign' of GpuDevice\(.*\) cannot be used on GpuDevice\("):
         texture.require_submittable(device.context)
     texture.release()
-    with Device() as other:
+    with GpuDevice() as other:
         own = Texture(other.context, (4, 4), FORMAT, label="own")
     with pytest.raises(DeviceError, match="closed"):
         own.require_submittable(other.context)
@@ -74,7 +74,7 @@ def test_a_texture_of_another_or_a_closed_device_cannot_be_used(device: Device, 
         Texture(other.context, (4, 4), FORMAT, label="late")
 
 
-def test_a_texture_beyond_the_limits_is_an_error_that_names_it(device: Device) -> None:
+def test_a_texture_beyond_the_limits_is_an_error_that_names_it(device: GpuDevice) -> None:
     side = device.limits.max_texture_side
     with pytest.raises(DeviceError, match=rf"^the device could not allocate {4 * side + 1} x 1 texels \('huge'\): "):
         Texture(device.context, (4 * side + 1, 1), FORMAT, label="huge")

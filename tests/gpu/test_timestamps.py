@@ -4,11 +4,11 @@ import pytest
 
 from gpu_xform.gpu import timestamps
 from gpu_xform.gpu.buffers import UNIFORM, Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.dispatch import dispatch
 
 
-def run_self_test_stage(device: Device, n: int) -> list[timestamps.DispatchTime]:
+def run_self_test_stage(device: GpuDevice, n: int) -> list[timestamps.DispatchTime]:
     """Return the times of `n` dispatches in one submission."""
     given = Buffer(device.context, 80, UNIFORM, label="given")
     seen = Buffer(device.context, 72, label="seen")
@@ -25,7 +25,7 @@ def run_self_test_stage(device: Device, n: int) -> list[timestamps.DispatchTime]
 
 
 @pytest.mark.parametrize("n", [0, 1, 3, 4, 5, 9])
-def test_dispatches_are_timed_one_after_the_other(n: int, device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_dispatches_are_timed_one_after_the_other(n: int, device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(timestamps, "TICKS_PER_QUERY_SET", 8)
     times = run_self_test_stage(device, n)
     assert [time.label for time in times] == ["self_test"] * n
@@ -34,7 +34,7 @@ def test_dispatches_are_timed_one_after_the_other(n: int, device: Device, monkey
     assert device.context.observers == []
 
 
-def test_without_timestamps_the_host_times_each_dispatch_alone(single_device: Device) -> None:
+def test_without_timestamps_the_host_times_each_dispatch_alone(single_device: GpuDevice) -> None:
     assert isinstance(timestamps.create_timer(single_device.context), timestamps.HostTimer)
     times = run_self_test_stage(single_device, 3)
     ticks = [tick for _, begin, end in times for tick in (begin, end)]

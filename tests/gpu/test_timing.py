@@ -10,16 +10,16 @@ from gpu_xform.compute.kernels import transform as transform_kernel
 from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.gpu import timestamps, timing
 from gpu_xform.gpu.chunking import DispatchPlan
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 
 
 @pytest.fixture
-def kernel(device: Device) -> Iterator[tuple[Any, Any, int]]:
+def kernel(device: GpuDevice) -> Iterator[tuple[Any, Any, int]]:
     """A pipeline, its bindings, and how many workgroups of it take a while."""
     yield from kernel_of(device)
 
 
-def kernel_of(device: Device) -> Iterator[tuple[Any, Any, int]]:
+def kernel_of(device: GpuDevice) -> Iterator[tuple[Any, Any, int]]:
     plan = DispatchPlan.of(device, 1 << 20, 3, np.dtype(np.float32))
     with device.lock:
         n_bytes = plan.chunk * plan.point_bytes
@@ -29,13 +29,13 @@ def kernel_of(device: Device) -> Iterator[tuple[Any, Any, int]]:
         yield pipeline, {"transforms": transforms, **buffers}, plan.n_workgroups(plan.chunk)
 
 
-def test_a_kernel_takes_less_than_the_call_that_runs_it(device: Device, kernel: tuple[Any, Any, int]) -> None:
+def test_a_kernel_takes_less_than_the_call_that_runs_it(device: GpuDevice, kernel: tuple[Any, Any, int]) -> None:
     start = time.perf_counter()
     seconds = timing.time_kernel(device, *kernel)
     assert 0.0 < seconds < time.perf_counter() - start
 
 
-def test_a_device_without_timestamps_is_timed_by_the_host(single_device: Device) -> None:
+def test_a_device_without_timestamps_is_timed_by_the_host(single_device: GpuDevice) -> None:
     for kernel in kernel_of(single_device):
         start = time.perf_counter()
         seconds = timing.time_kernel(single_device, *kernel)
@@ -43,7 +43,7 @@ def test_a_device_without_timestamps_is_timed_by_the_host(single_device: Device)
 
 
 def test_a_devices_clock_ticks_as_it_says(
-    device: Device, kernel: tuple[Any, Any, int], monkeypatch: pytest.MonkeyPatch
+    device: GpuDevice, kernel: tuple[Any, Any, int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     if "timestamp-query" not in device.features:
         pytest.skip("the host's clock is taken")

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.python_run import python_output
 
 
@@ -53,7 +53,7 @@ def test_a_process_leaves_the_times_of_all_its_dispatches(features: str, tmp_pat
 def test_a_trace_is_written_when_a_device_is_closed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = tmp_path / "closed.json"
     monkeypatch.setenv("GPU_XFORM_TRACE", str(path))
-    with Device():
+    with GpuDevice():
         assert not spans(json.loads(path.read_text("utf-8")), "dispatch")
     assert [event["name"] for event in spans(json.loads(path.read_text("utf-8")), "dispatch")] == ["self_test"]
 
@@ -61,8 +61,8 @@ def test_a_trace_is_written_when_a_device_is_closed(tmp_path: Path, monkeypatch:
 def test_a_trace_that_cannot_be_written_is_an_error_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("GPU_XFORM_TRACE", str(tmp_path / "absent" / "trace.json"))
     with pytest.raises(FileNotFoundError, match=r"absent.trace\.json"):
-        Device()
+        GpuDevice()
 
 
-def test_nobody_looks_on_without_the_variable(device: Device) -> None:
+def test_nobody_looks_on_without_the_variable(device: GpuDevice) -> None:
     assert device.context.observers == []

@@ -8,7 +8,7 @@ import wgpu
 
 from gpu_xform.errors import ShaderError
 from gpu_xform.gpu import wgsl
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.wgsl import Origin, Sources
 from tests.support.wgsl import FOLDER, STAGES, VARIANTS, source
 
@@ -57,7 +57,7 @@ def test_shared_files_bind_nothing_and_have_no_constants_of_the_hosts(name: str)
 
 @pytest.mark.parametrize("name", SHARED)
 def test_shared_files_have_no_free_names_but_those_that_they_say_their_entry_declares(
-    name: str, device: Device
+    name: str, device: GpuDevice
 ) -> None:
     """WGSL passes no storage buffer to a function: what reads one names it, and says so in the file's first lines."""
     file = f"shared/{name}.wgsl"

@@ -10,7 +10,7 @@ import gpu_xform as gx
 from gpu_xform import samples
 from gpu_xform.drawing.draw_list import DrawList
 from gpu_xform.drawing.view import View
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.imaging.colors import Rgba
 from gpu_xform.imaging.image import Pixels
 from gpu_xform.raster.base import PendingImage, Rasterizer
@@ -20,7 +20,7 @@ from gpu_xform.raster.choose import rasterizer_for
 class FlatImage:
     """A picture of one colour."""
 
-    def __init__(self, device: Device, pixels: Pixels) -> None:
+    def __init__(self, device: GpuDevice, pixels: Pixels) -> None:
         self.device = device
         self._pixels = pixels
 
@@ -37,7 +37,7 @@ class FlatImage:
 class FlatRasterizer:
     """Paints the background, and keeps what it was asked to draw."""
 
-    def __init__(self, device: Device) -> None:
+    def __init__(self, device: GpuDevice) -> None:
         self._device = device
         self.drawn: list[tuple[DrawList, View, PendingImage | None]] = []
 
@@ -50,7 +50,7 @@ class FlatRasterizer:
 
 
 @pytest.fixture
-def flat(device: Device, monkeypatch: pytest.MonkeyPatch) -> FlatRasterizer:
+def flat(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> FlatRasterizer:
     rasterizer = FlatRasterizer(device)
     monkeypatch.setattr("gpu_xform.rendering.raster.rasterizer_for", lambda *_: rasterizer)
     return rasterizer
@@ -77,6 +77,6 @@ def test_any_rasterizer_draws_animations_each_picture_beside_the_one_before(
     assert [overlapping is None for *_, overlapping in flat.drawn] == [True, False, False]
 
 
-def test_a_device_has_a_rasterizer(device: Device) -> None:
+def test_a_device_has_a_rasterizer(device: GpuDevice) -> None:
     rasterizer: Rasterizer = rasterizer_for(device)
     assert callable(rasterizer.draw)

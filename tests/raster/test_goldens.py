@@ -11,7 +11,7 @@ from PIL import Image
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, samples
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.goldens import FAILURES, FOLDER, MAX_PIXELS, Goldens, driver_of
 from tests.support.types import Pixels
 
@@ -239,7 +239,7 @@ def test_updating_writes_only_what_differs_and_only_at_home(goldens: Goldens) ->
         assert file.read_bytes() == before
 
 
-def test_the_driver_is_known_by_its_name_and_its_major_version(device: Device) -> None:
+def test_the_driver_is_known_by_its_name_and_its_major_version(device: GpuDevice) -> None:
     for driver, expected in {
         "Mesa 22.3.6 (LLVM 15.0.6)": HOME,
         "Mesa 25.0.7-2~bpo12+1 (LLVM 15.0.6)": ELSEWHERE,

@@ -7,7 +7,7 @@ import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
 from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces
 from gpu_xform.gpu.buffers import INDIRECT
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.projection import world_to_pixels
 from tests.support.types import Array, DeviceFactory
 
@@ -162,7 +162,7 @@ def test_any_number_of_large_faces_hides(device_with_limits: DeviceFactory) -> N
     bar = Layer(
         Mesh([(-1, 0.01, 20.0 - 30.0 / n), (1, 0.01, 20.0 - 30.0 / n)], [(0, 1)]), hidden="remove", line_width=3.0
     )
-    device: Device = device_with_limits(max_workgroup_size=1)
+    device: GpuDevice = device_with_limits(max_workgroup_size=1)
     picture = gx.render_array([sheets, bar], camera=Camera.window((-1, 1), (-0.8, 0.8)), size=(500, 400), device=device)
     assert (picture[..., 0] == 255).all()
 
@@ -181,7 +181,7 @@ def test_a_line_is_hidden_at_the_border_as_well(x: float, line_width: float) -> 
         assert (gx.render_array([hider, drawn], camera=camera, size=(64, 64)) == 255).all()
 
 
-def test_triangles_that_pass_beside_the_eye_are_not_rasterized_pixel_by_pixel(device: Device) -> None:
+def test_triangles_that_pass_beside_the_eye_are_not_rasterized_pixel_by_pixel(device: GpuDevice) -> None:
     """Hundreds of triangles as large as the picture would keep some devices busy until the system resets them."""
     inside = Camera.look_at((0.05, 0.02, 0.01), (1, 0.3, 0.2))
     gx.render_array(samples.icosphere(5), camera=inside, size=(64, 64), hidden="remove", device=device)

@@ -7,7 +7,7 @@ import pytest
 
 from gpu_xform import ArgumentError, DeviceError, Mesh, render_array, rotate, samples
 from gpu_xform.drawing.prepare import Frame
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import rasterizer
 from gpu_xform.raster.base import PendingImage
 from gpu_xform.raster.render_target import RenderTarget
@@ -23,7 +23,7 @@ MOVED = [samples.cube().transformed(rotate((1, 2, 3), 0.3 * k)) for k in range(5
 
 
 @pytest.fixture(params=["default", "staging"])
-def options(request: pytest.FixtureRequest, device: Device, staging_device: Device) -> dict[str, Any]:
+def options(request: pytest.FixtureRequest, device: GpuDevice, staging_device: GpuDevice) -> dict[str, Any]:
     return {"size": (90, 70), "device": device if request.param == "default" else staging_device}
 
 
@@ -93,7 +93,7 @@ def test_pictures_drawn_in_several_threads_are_what_each_would_be(
             assert list(drawn) == expected
 
 
-def spare(device: Device) -> list[int]:
+def spare(device: GpuDevice) -> list[int]:
     """Return the numbers of the buffers that a device has for pictures."""
     return sorted(buffer.id for buffers in device.pool._spare.values() for buffer in buffers)
 
@@ -139,7 +139,7 @@ def test_a_picture_that_fails_releases_its_memory(
 
 
 def test_a_picture_of_a_closed_device_can_be_cancelled() -> None:
-    with Device() as own:
+    with GpuDevice() as own:
         pending = begin(MOVED[0], {"device": own, "size": (90, 70)})
     pending.cancel()
 
@@ -162,7 +162,7 @@ def test_several_pictures_can_overlap_one_and_one_that_has_been_read(options: di
     assert [pending.result().tobytes() for pending in following] == expected[1:]
 
 
-def test_a_picture_may_overlap_one_of_another_device(device: Device, staging_device: Device) -> None:
+def test_a_picture_may_overlap_one_of_another_device(device: GpuDevice, staging_device: GpuDevice) -> None:
     expected = render_array(MOVED[1], device=device, size=(90, 70))
     before = begin(MOVED[2], {"device": staging_device, "size": (90, 70)})
     assert (
@@ -174,7 +174,7 @@ def test_a_picture_may_overlap_one_of_another_device(device: Device, staging_dev
 
 @pytest.mark.parametrize("has_arrived", [False, True])
 def test_a_picture_of_a_closed_device_is_a_device_error(has_arrived: bool) -> None:
-    with Device() as own:
+    with GpuDevice() as own:
         pending = begin(MOVED[0], {"device": own, "size": (90, 70)})
         if has_arrived:
             begin(MOVED[1], {"device": own, "size": (90, 70)}, overlap_with=pending)

@@ -13,7 +13,7 @@ import gpu_xform as gx
 from gpu_xform import ArgumentError, Camera, DeviceError, Layer, animate, samples, turntable
 from gpu_xform.cli import main
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster.base import Rasterizer
 from gpu_xform.raster.choose import rasterizer_for
 from gpu_xform.raster.compute.lines import ComputeLineStage
@@ -86,7 +86,7 @@ def test_the_same_picture_has_the_same_bytes(rasterizer_name: str) -> None:
         assert len({draw(rasterizer_name, TORUS, **style).tobytes() for _ in range(4)}) == 1
 
 
-def test_half_precision_is_enough_if_the_device_blends_no_more(single_device: Device, device: Device) -> None:
+def test_half_precision_is_enough_if_the_device_blends_no_more(single_device: GpuDevice, device: GpuDevice) -> None:
     assert transmittance_format(single_device) == "r16float"
     assert transmittance_format(device) == ("r32float" if "float32-blendable" in device.features else "r16float")
     styles: list[dict[str, Any]] = [{}, {"alpha": 0.03, "line_width": 6.0}, {"hidden": "dash", "line_width": 9.0}]
@@ -95,18 +95,18 @@ def test_half_precision_is_enough_if_the_device_blends_no_more(single_device: De
         assert np.abs(half - draw("compute", device=single_device, **style)).max() <= 2
 
 
-def lose_device(device: Device) -> None:
+def lose_device(device: GpuDevice) -> None:
     """Let wgpu lose a device, as if it were unplugged: nothing in Python has been told."""
     libf.wgpuDeviceDestroy(device.context.handle._internal)
 
 
-def stage_of(device: Device, name: Any = "auto") -> Any:
+def stage_of(device: GpuDevice, name: Any = "auto") -> Any:
     """Return how the rasteriser for a name draws lines."""
     return vars(rasterizer_for(device, name))["_line_stage"]
 
 
 def test_a_name_chooses_before_the_variable_and_the_variable_before_the_kind_of_adapter(
-    device: Device, monkeypatch: pytest.MonkeyPatch
+    device: GpuDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stages: dict[str, Any] = {"render": HardwareLineStage, "compute": ComputeLineStage}
     for name, stage in stages.items():
@@ -189,7 +189,7 @@ def test_a_device_that_is_closed_in_the_middle_is_an_error(
 ) -> None:
     stage = HardwareLineStage if rasterizer_name == "render" else ComputeLineStage
     whole = stage.draw
-    with Device() as other:
+    with GpuDevice() as other:
 
         def close(self: Any, *args: Any) -> None:
             whole(self, *args)
@@ -207,7 +207,7 @@ def test_a_device_that_is_lost_in_the_middle_is_an_error(
     stage = HardwareLineStage if rasterizer_name == "render" else ComputeLineStage
     place, name = {"recording": (stage, "draw"), "reading": (Buffer, "wait_mapped")}[when]
     whole: Any = getattr(place, name)
-    with Device() as other:
+    with GpuDevice() as other:
 
         def lose(self: Any, *args: Any) -> None:
             lose_device(other)
@@ -261,7 +261,7 @@ def test_the_command_line_chooses(name: str, tmp_path: Any, monkeypatch: pytest.
     gx.save_mesh(samples.house(), "house.obj")
     asked: list[str] = []
 
-    def spy(device: Device, rasterizer: Any, workload: Any) -> Rasterizer:
+    def spy(device: GpuDevice, rasterizer: Any, workload: Any) -> Rasterizer:
         asked.append(rasterizer)
         return rasterizer_for(device, rasterizer, workload)
 

@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, samples
 from gpu_xform.gpu.context import MAPPABLE, WANTED_FEATURES, GpuContext
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import render_target
 from gpu_xform.raster.quads import QUADS_PER_DRAW
 from tests.support.types import Pixels
@@ -91,14 +91,14 @@ def test_what_was_drawn_before_is_read_as_it_was_written() -> None:
         assert abs(int(picture[4, 4, 0]) - float(expected)) <= 1.0
 
 
-def test_more_edges_than_one_draw_has_indices_for(device: Device) -> None:
+def test_more_edges_than_one_draw_has_indices_for(device: GpuDevice) -> None:
     mesh = samples.icosphere(6)
     assert len(mesh.edges) > 2 * QUADS_PER_DRAW
     few = gx.render_array(mesh, size=(160, 160), rasterizer="render", device=device).astype(int)
     assert np.abs(few - gx.render_array(mesh, size=(160, 160), rasterizer="compute", device=device)).max() <= 2
 
 
-def device_bytes(device: Device) -> int:
+def device_bytes(device: GpuDevice) -> int:
     """Return how much memory a device keeps for the next pictures."""
     buffers = [*device.pool._scratch.values(), *(each for spare in device.pool._spare.values() for each in spare)]
     n_texels = sum(math.prod(texture.extent) for texture in device.textures._kept.values())
@@ -118,7 +118,7 @@ def test_a_pixel_takes_little_memory(rasterizer: Any, features: frozenset[str], 
     camera = Camera.window((-0.5, 0.5), (-0.5, 0.5))
     n_bytes = []
     for side in (640, 1280):  # more bytes than are copied at once: the background takes as much for both
-        with Device.from_context(GpuContext(wanted_features=features)) as device:
+        with GpuDevice.from_context(GpuContext(wanted_features=features)) as device:
             model = samples.icosphere(4)
             gx.render_array(model, size=(side, side), camera=camera, rasterizer=rasterizer, device=device)
             n_bytes.append(device_bytes(device))

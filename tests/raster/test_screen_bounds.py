@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, PointBuffer, matrices, samples
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.imaging.image import Pixels
 from gpu_xform.raster import rasterizer, screen_bounds
 from gpu_xform.raster.tiles import Region
@@ -135,7 +135,7 @@ def test_nothing_is_drawn_outside(seed: int, width: float, antialias: bool, size
         assert drawing.part(mesh, **options).tobytes() == drawing.whole(mesh, **options).tobytes()
 
 
-def test_a_model_in_motion_finds_its_buffers_and_textures_again(device: Device) -> None:
+def test_a_model_in_motion_finds_its_buffers_and_textures_again(device: GpuDevice) -> None:
     """Bounds are aligned, so that they are few, and memory that was large enough once is kept."""
 
     def ids() -> set[tuple[str, int]]:

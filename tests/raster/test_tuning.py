@@ -9,8 +9,8 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import samples
-from gpu_xform.gpu.adapters import Adapter
-from gpu_xform.gpu.device import Device
+from gpu_xform.device import Adapter
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import choose
 from gpu_xform.raster.choose import resolve_auto
 from gpu_xform.raster.rasterizer import TiledRasterizer
@@ -34,7 +34,7 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.fixture
-def gpu(device: Device, monkeypatch: pytest.MonkeyPatch) -> Adapter:
+def gpu(device: GpuDevice, monkeypatch: pytest.MonkeyPatch) -> Adapter:
     """The default device's adapter, as if it were a GPU."""
     adapter = dataclasses.replace(device.adapter, kind="DiscreteGPU")
     monkeypatch.setattr(device, "adapter", adapter)
@@ -76,7 +76,7 @@ CELL: dict[str, Any] = FEW_LONG._asdict()
         json.dumps({"format": 2, "adapters": {"KEY": [CELL]}}).encode(),
     ],
 )
-def test_a_damaged_file_is_as_none(content: bytes, file: Path, gpu: Adapter, device: Device) -> None:
+def test_a_damaged_file_is_as_none(content: bytes, file: Path, gpu: Adapter, device: GpuDevice) -> None:
     key = f"{gpu.name} | {gpu.backend} | {gpu.driver}"
     file.parent.mkdir()
     file.write_bytes(content.replace(b"KEY", key.encode()))
@@ -126,7 +126,7 @@ def test_the_nearest_cell_is_by_ratios() -> None:
     ("cell", "expected"), [(FEW_LONG, "render"), (FEW_SHORT, "compute"), (MANY_SHORT, "render"), (MANY_LONG, "compute")]
 )
 def test_auto_is_compute_on_a_gpu_where_it_was_more_than_a_fifth_faster(
-    cell: TunedCell, expected: str, file: Path, gpu: Adapter, device: Device
+    cell: TunedCell, expected: str, file: Path, gpu: Adapter, device: GpuDevice
 ) -> None:
     save_tuning(gpu, CELLS)
     workload = Workload(cell.n_edges, cell.length_px)
@@ -137,7 +137,7 @@ def test_auto_is_compute_on_a_gpu_where_it_was_more_than_a_fifth_faster(
 
 
 def test_auto_is_compute_on_cpus_and_asks_neither_the_file_nor_the_workload(
-    file: Path, device: Device, monkeypatch: pytest.MonkeyPatch
+    file: Path, device: GpuDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     save_tuning(device.adapter, [TunedCell(1000, 2.0, 1.0, 100.0)])
     assert file.is_file()
@@ -147,14 +147,14 @@ def test_auto_is_compute_on_cpus_and_asks_neither_the_file_nor_the_workload(
 
 @pytest.mark.usefixtures("file")
 def test_a_picture_on_a_gpu_takes_what_was_faster_for_its_edges(
-    gpu: Adapter, device: Device, monkeypatch: pytest.MonkeyPatch
+    gpu: Adapter, device: GpuDevice, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Few long edges by compute shaders, few short ones by render passes."""
     save_tuning(gpu, [FEW_LONG._replace(render_ms=5.0, compute_ms=1.0), FEW_SHORT._replace(render_ms=1.0)])
     chosen: list[str] = []
     original = TiledRasterizer
 
-    def spy(device: Device, line_stage: type) -> object:
+    def spy(device: GpuDevice, line_stage: type) -> object:
         chosen.append(line_stage.__name__)
         return original(device, line_stage)
 

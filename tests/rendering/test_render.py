@@ -11,7 +11,7 @@ import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.drawing.layer import Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.imaging.colors import COLOR_CYCLE, ColorLike, to_rgba
 from tests.support.projection import clip_to_pixels
 from tests.support.reference_coverage import capsule_areas
@@ -393,7 +393,7 @@ STAR = Mesh(
     ids=str,
 )
 def test_edges_in_batches_make_the_same_picture(
-    color: str, limits: dict[str, int], device_with_limits: DeviceFactory, device: Device
+    color: str, limits: dict[str, int], device_with_limits: DeviceFactory, device: GpuDevice
 ) -> None:
     options = {"camera": Camera.fit(STAR), "size": (120, 100), "color": color}
     whole = gx.render_array(STAR, **options, device=device)  # type: ignore[arg-type]
@@ -410,7 +410,7 @@ def test_edges_in_batches_make_the_same_picture(
     assert (whole[..., 0] < 200).sum() + (whole[..., 1] < 200).sum() > 1000
 
 
-def test_memory_that_the_host_cannot_map_makes_the_same_picture(staging_device: Device, device: Device) -> None:
+def test_memory_that_the_host_cannot_map_makes_the_same_picture(staging_device: GpuDevice, device: GpuDevice) -> None:
     for color in ("black", "face"):
         copied = gx.render_array(samples.house(), size=(77, 55), color=color, device=staging_device)
         assert copied.tobytes() == gx.render_array(samples.house(), size=(77, 55), color=color, device=device).tobytes()

@@ -10,7 +10,7 @@ import gpu_xform as gx
 from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.gpu import buffers
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.vector.edge_visibility import split_edges_by_visibility
 
 pytestmark = pytest.mark.usefixtures("rasterizer_name")
@@ -105,7 +105,7 @@ def test_faces_have_no_colours_where_edges_are_given() -> None:
         gx.render(HOUSE, edges=[[0, 1]], color="face")
 
 
-def test_points_of_the_plane_and_of_another_device_are_refused(staging_device: Device) -> None:
+def test_points_of_the_plane_and_of_another_device_are_refused(staging_device: GpuDevice) -> None:
     with gx.PointBuffer(np.ones((4, 2))) as flat, pytest.raises(ArgumentError, match=r"shape \(n, 3\), got \(4, 2\)"):
         gx.render(flat, edges=[[0, 1]])
     with gx.PointBuffer(np.ones((4, 3))) as points, pytest.raises(ArgumentError, match="they must be one"):

@@ -11,7 +11,7 @@ from gpu_xform import Camera, Layer, Mesh, Scene, compare_images, render_array, 
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.formats._concatenate import concatenate
 from gpu_xform.gpu.chunking import align_points
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.spies import record_uploads
 
 pytestmark = pytest.mark.usefixtures("rasterizer_name")
@@ -69,7 +69,7 @@ def test_what_a_node_carries_moves_with_it_and_nothing_else_does() -> None:
     assert max(still[..., 0][lit].max(), moved[..., 0][lit].max()) < 200
 
 
-def test_a_mesh_is_uploaded_once_for_all_nodes_and_styles(monkeypatch: pytest.MonkeyPatch, device: Device) -> None:
+def test_a_mesh_is_uploaded_once_for_all_nodes_and_styles(monkeypatch: pytest.MonkeyPatch, device: GpuDevice) -> None:
     ball = samples.icosphere(3)
     scene = Scene()
     parent = None

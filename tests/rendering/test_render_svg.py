@@ -15,7 +15,7 @@ from gpu_xform.drawing.layer import Style
 from gpu_xform.drawing.prepare import Frame, prepare_frame
 from gpu_xform.errors import ArgumentError
 from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces
-from gpu_xform.gpu.device import Device, default_device
+from gpu_xform.gpu.device import GpuDevice, default_gpu_device
 from gpu_xform.rendering.vector import render_pdf, render_svg
 from gpu_xform.vector import VectorLayer
 from gpu_xform.vector.build_layers import build_layers
@@ -232,23 +232,23 @@ def test_faces_of_several_models_are_drawn_together_from_back_to_front() -> None
         np.testing.assert_allclose(faces.colors, [(0, 0, 1, 1), (1, 0, 0, 1)])
 
 
-def test_a_picture_of_more_pixels_than_a_binding_holds_depths_for_is_refused(device: Device) -> None:
+def test_a_picture_of_more_pixels_than_a_binding_holds_depths_for_is_refused(device: GpuDevice) -> None:
     limits = replace(device.limits, max_binding_bytes=1 << 16)
     with (
-        Device(limits=limits) as small,
+        GpuDevice(limits=limits) as small,
         pytest.raises(ArgumentError, match=r"^size must be at most 16,384 pixels in a"),
     ):
         render_svg(CUBE, size=(200, 100), device=small)
-    assert default_device() is device
+    assert default_gpu_device() is device
 
 
 @pytest.mark.parametrize("style", [{"hidden": "dash"}, {"scalars": BALL.positions[:, 1], "hidden": "remove"}])
 def test_more_spans_than_one_binding_holds_are_written_in_several_dispatches(
-    style: Any, device: Device, device_with_limits: DeviceFactory, monkeypatch: pytest.MonkeyPatch
+    style: Any, device: GpuDevice, device_with_limits: DeviceFactory, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     options: dict[str, Any] = {"camera": CAMERA, "size": (60, 50), "transform": ASIDE, **style}
     whole = render_svg(BALL, device=device, **options)
-    small: Device = device_with_limits(max_binding_bytes=1 << 14)
+    small: GpuDevice = device_with_limits(max_binding_bytes=1 << 14)
     sizes: list[int] = []
     create = type(small.context.handle).create_bind_group
 

@@ -7,7 +7,7 @@ import pytest
 
 from gpu_xform import ChildStrands, Strands, matrices, samples
 from gpu_xform.errors import ArgumentError
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 
 GUIDES = samples.hair(40, 7, curls=1.5)
 
@@ -32,7 +32,7 @@ def interpolate(children: ChildStrands, positions: Any, clump: float) -> Any:
 
 
 @pytest.mark.parametrize(("n", "clump"), [(1, 0.5), (64, 0.0), (1000, 1.0)])
-def test_children_are_those_of_the_twin(n: int, clump: float, device: Device) -> None:
+def test_children_are_those_of_the_twin(n: int, clump: float, device: GpuDevice) -> None:
     children = ChildStrands(GUIDES, n, clump=clump, min_length=0.6, seed=3, device=device)
     moved = matrices.chain(matrices.rotate((1, 2, 3), 0.7), matrices.translate(0.3, -2, 1))
     positions = GUIDES.mesh.transformed(moved).positions + np.random.default_rng(1).normal(size=(280, 3)) * 0.01
@@ -44,14 +44,14 @@ def test_children_are_those_of_the_twin(n: int, clump: float, device: Device) ->
     assert children.mesh.positions == pytest.approx(interpolate(children, GUIDES.points, clump), abs=tolerance)
 
 
-def test_what_moves_the_guides_moves_the_children(device: Device) -> None:
+def test_what_moves_the_guides_moves_the_children(device: GpuDevice) -> None:
     children = ChildStrands(GUIDES, 90, device=device)
     matrix = matrices.chain(matrices.rotate((3, -1, 2), 2.0), matrices.translate(0.1, 0.2, 0.3))
     moved = children.interpolate(GUIDES.mesh.transformed(matrix).positions)
     assert moved == pytest.approx(children.mesh.transformed(matrix).positions, abs=1e-6)
 
 
-def test_each_child_has_three_neighbours_as_guides(device: Device) -> None:
+def test_each_child_has_three_neighbours_as_guides(device: GpuDevice) -> None:
     children = ChildStrands(GUIDES, 400, min_length=0.7, device=device)
     guides, weights = children.guides, children.weights
     assert np.bincount(guides[:, 0]).tolist() == [10] * 40
@@ -68,7 +68,7 @@ def test_each_child_has_three_neighbours_as_guides(device: Device) -> None:
     assert len(children.mesh.edges) == 400 * 6
 
 
-def test_the_same_seed_gives_the_same_children_and_frames_their_meshes(device: Device) -> None:
+def test_the_same_seed_gives_the_same_children_and_frames_their_meshes(device: GpuDevice) -> None:
     one, same = (ChildStrands(GUIDES, 50, seed=5, device=device) for _ in range(2))
     assert one.mesh == same.mesh
     assert one.mesh != ChildStrands(GUIDES, 50, seed=6, device=device).mesh
@@ -90,7 +90,7 @@ def test_the_same_seed_gives_the_same_children_and_frames_their_meshes(device: D
         ({"min_length": -0.1}, r"min_length must lie in 0\.\.1, got -0.1"),
     ],
 )
-def test_impossible_children_are_refused(arguments: dict[str, Any], message: str, device: Device) -> None:
+def test_impossible_children_are_refused(arguments: dict[str, Any], message: str, device: GpuDevice) -> None:
     plain: dict[str, Any] = {"guides": GUIDES, "n": 5, "device": device}
     with pytest.raises(ArgumentError, match=message):
         ChildStrands(**plain | arguments)

@@ -3,14 +3,14 @@
 import numpy as np
 
 from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.dispatch import dispatch
 from gpu_xform.gpu.shaders import ComputePipeline
 
 POISON = -1234.0
 
 
-def evaluate(device: Device, declarations: str, expressions: list[str], given: Buffer) -> list[float]:
+def evaluate(device: GpuDevice, declarations: str, expressions: list[str], given: Buffer) -> list[float]:
     """Return the value of each expression in a shader whose `declarations` bind `given`, which is released."""
     reads = "\n".join(f"    seen[{i}] = f32({expression});" for i, expression in enumerate(expressions))
     code = f"""{declarations}

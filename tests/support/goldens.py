@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from gpu_xform.gpu.adapters import Adapter
+from gpu_xform.device import Adapter
 from tests.support.types import Pixels
 
 FOLDER = Path(__file__).parents[1] / "goldens"

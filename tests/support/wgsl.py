@@ -5,7 +5,7 @@ import shutil
 from collections.abc import Mapping
 from pathlib import Path
 
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.shaders import Pipeline
 from gpu_xform.gpu.wgsl import Source, installed_sources
 
@@ -21,7 +21,7 @@ def source(stage: str, number_type: str | None = None) -> Source:
     return SOURCES.source(stage, number_type or next(iter(STAGES[stage].number_types), None))
 
 
-def create_pipeline(device: Device, stage: str, number_type: str | None, constants: Mapping[str, float]) -> Pipeline:
+def create_pipeline(device: GpuDevice, stage: str, number_type: str | None, constants: Mapping[str, float]) -> Pipeline:
     """Return the pipeline of a stage, for dispatches or for a texture of bytes, as its entry points ask."""
     if "compute" in STAGES[stage].entry_points:
         return device.pipelines.compute(stage, number_type, **constants)

@@ -4,16 +4,19 @@ import argparse
 
 from .. import argument_types as types
 from .. import options as groups
+from ..arguments_from_options import choose_device
 from ..streams import print_stdout
 
 USAGE = "[options]"
 DESCRIPTION = """\
 Measure how fast one affine matrix transforms arrays of points: the first call
 and later ones, their upload, kernel and download, beside plain copies of the
-same bytes and beside NumPy. Each result is checked first."""
+same bytes, beside NumPy and beside the host device. Each result is checked
+first."""
 EPILOG = """\
 examples:
   gpu-xform bench
+  gpu-xform bench --adapter host
   gpu-xform bench --points 1e5,4e6 --dtype float64 --json
 """
 
@@ -43,9 +46,8 @@ def run(options: argparse.Namespace) -> int:
     from ..._core import progress
     from ...diagnostics.bench import measure
     from ...diagnostics.bench_report import to_json, to_text
-    from ...gpu.device import Device
 
-    device = Device(options.adapter)
+    device = choose_device(options)
     timings = []
     with progress.show_progress("bench", " sizes") as move:
         for done, n_points in enumerate(options.points, 1):

@@ -46,10 +46,10 @@ def run(options: argparse.Namespace) -> int:
 def _tune(options: argparse.Namespace) -> int:
     """Time the rasterisers, and keep what was measured."""
     from ...diagnostics.tune import format_tuning, tune
-    from ...gpu.device import Device
+    from ...gpu.device import GpuDevice
     from ...raster.tuning import save_tuning
 
-    with Device(options.adapter) as device:
+    with GpuDevice(options.adapter) as device:
         cells = tune(device)
         if options.json:
             fields = {"adapter": device.name, "driver": device.adapter.driver, "cells": [c._asdict() for c in cells]}

@@ -25,7 +25,7 @@ from ..paths import expand_globs
 from ..read_layers import read_layers
 
 if TYPE_CHECKING:
-    from ...gpu.device import Device
+    from ...device import Device
 
 USAGE = "MODEL... (-o OUT | --reference PNG) [options]"
 DESCRIPTION = """\

@@ -13,8 +13,9 @@ import numpy.typing as npt
 
 from ..._core.public import public
 from ..._core.suggestions import did_you_mean
+from ...device import Device
 from ...errors import ArgumentError, ArgumentTypeError, PrecisionError
-from ...gpu.device import Device, resolve_device
+from ...gpu.device import GpuDevice, resolve_gpu_device
 from .._precision import DOUBLE, SINGLE
 from ..kernels.convolve import MAX_CHANNELS, ConvolutionJob, Stencil, run_convolution
 from .borders import Border, Extension
@@ -173,7 +174,7 @@ def _run(image: ImageLike, kernel: object, options: _Options, *, flips: bool) ->
         _require_suitable(each, images.pixels, options.alpha)
         extension.require_wide_enough(images.pixels.shape[1:3], next(each.stencils))
     outs = _outputs(images, options.out, len(kernels), is_list=is_list)
-    device = resolve_device(options.device)
+    device = resolve_gpu_device(options.device)
     if images.pixels.dtype == DOUBLE and not device.has_float64:
         raise PrecisionError(f"{device.name!r} has no double precision (shader-f64): convert the image to float32")
     source = decode(images.pixels) if options.linear and images.pixels.size else images.pixels
@@ -231,7 +232,7 @@ def _filter(
     out: npt.NDArray[Any],
     extension: Extension,
     options: _Options,
-    device: Device,
+    device: GpuDevice,
 ) -> None:
     """Write the images `source` (k, h, w, c), correlated with a kernel, into `out`."""
     if source.size == 0:
@@ -265,7 +266,7 @@ def _correlate(
     out: npt.NDArray[Any],
     extension: Extension,
     opaque: float,
-    device: Device,
+    device: GpuDevice,
 ) -> None:
     """Correlate with a kernel that has one matrix."""
     is_integer = images.dtype.kind == "u"

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...gpu.device import Device
+from ...gpu.device import GpuDevice
 from ..kernels.convolve import Extend, Stencil, copy_extended, fits
 
 # Sides of blocks: shorter ones transform more overlap, longer ones leave the caches of a CPU.
@@ -21,7 +21,7 @@ MIN_BLOCK, MAX_BLOCK = 128, 512  # MAX_BLOCK where the kernel is no larger than 
 MAX_DIRECT_TAPS_ON_CPU = 256
 
 
-def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: Device, dtype: np.dtype[Any]) -> bool:
+def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: GpuDevice, dtype: np.dtype[Any]) -> bool:
     """Say whether Fourier transforms should correlate these images with a stencil, in `dtype`.
 
     Sums over a whole block carry its NaNs and infinities everywhere, and their rounding errors into integers; those are

@@ -1,4 +1,4 @@
 """Kernels: the dispatches of each family of compute shaders.
 
-Reading order: job, transform, reduce, skin, convolve.
+Reading order: job, reduction, transform, reduce, skin, store, convolve.
 """

@@ -13,7 +13,7 @@ from ..._core.types import Float64Array
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import UNIFORM, Buffer
 from ...gpu.chunking import name_number_type
-from ...gpu.device import Device
+from ...gpu.device import GpuDevice
 from ...gpu.dispatch import Binding, dispatch
 from .transform import POOL_OWNER
 
@@ -99,7 +99,7 @@ class ConvolutionJob:
     opaque : alpha of an opaque pixel, if colours are weighted by alpha; else 0
     """
 
-    device: Device
+    device: GpuDevice
     images: npt.NDArray[Any]
     out: npt.NDArray[Any]
     stencils: tuple[Stencil, ...]

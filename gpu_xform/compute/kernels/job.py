@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..._core.types import Float64Array
-from ...gpu.device import Device
+from ...device import Device
 from .._skinning import Influences
 
 

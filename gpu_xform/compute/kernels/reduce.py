@@ -1,7 +1,5 @@
 """Reduction of many points to their bounds and their sum; all but the last step on the device."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..._core.types import Float64Array
@@ -9,29 +7,11 @@ from ...gpu.buffers import Buffer
 from ...gpu.chunking import DispatchPlan
 from ...gpu.dispatch import dispatch
 from .job import Epilogue
+from .reduction import Reduction
 from .transform import POOL_OWNER, upload_transforms
 
 POINTS_PER_INVOCATION = 128
 NUMBERS_PER_PARTIAL = 12  # lowest, highest and sum, of four numbers each
-
-
-@dataclass(frozen=True)
-class Reduction:
-    """What n points of 2 or 3 coordinates come to: all float64; NaN if a coordinate of any of them is."""
-
-    lowest: Float64Array
-    highest: Float64Array
-    total: Float64Array
-    n_points: int
-
-    def merged(self, other: "Reduction") -> "Reduction":
-        """Return the reduction of both sets of points."""
-        return Reduction(
-            np.minimum(self.lowest, other.lowest),
-            np.maximum(self.highest, other.highest),
-            self.total + other.total,
-            self.n_points + other.n_points,
-        )
 
 
 def reduce_points(

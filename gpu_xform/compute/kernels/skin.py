@@ -4,18 +4,19 @@ import numpy as np
 
 from ...gpu import layouts
 from ...gpu.chunking import DispatchPlan
-from ...gpu.device import Device
+from ...gpu.device import require_gpu_device
 from ...gpu.dispatch import dispatch
 from .job import SkinningJob
 from .transform import POOL_OWNER, upload_transforms
 
 
 def run_skinning(job: SkinningJob) -> None:
-    """Write each point through its matrices into `job.out`; there are no more matrices than `max_matrices`."""
+    """Write each point through its matrices into `job.out`; there are no more matrices than one binding holds."""
     indices, weights = job.influences
     n_points, n_components = job.points.shape
     n_influences = indices.shape[1]
-    dtype, device, pool = job.dtype, job.device, job.device.pool
+    dtype, device = job.dtype, require_gpu_device(job.device)
+    pool = device.pool
     plan = DispatchPlan.of(device, n_points, n_components, dtype, points_per_invocation=1, max_components=n_influences)
     pipeline = plan.pipeline(
         "skin_points",
@@ -46,8 +47,3 @@ def run_skinning(job: SkinningJob) -> None:
                 dispatch(encoder, pipeline, bindings, -(-n_part // plan.workgroup_size))
             with buffers["destination"].map_read(n_part * plan.point_bytes) as view:
                 job.out[part] = view.view(dtype).reshape(n_part, n_components)
-
-
-def max_matrices(device: Device, dtype: np.dtype[np.floating]) -> int:
-    """Return how many matrices one dispatch can hold."""
-    return device.limits.max_bound_bytes // (16 * dtype.itemsize)

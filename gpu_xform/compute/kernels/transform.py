@@ -10,6 +10,7 @@ from ..._core.types import Float64Array
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import READBACK, Buffer
 from ...gpu.chunking import POINTS_PER_INVOCATION, DispatchPlan
+from ...gpu.device import GpuDevice, require_gpu_device
 from ...gpu.dispatch import Binding, dispatch
 from .job import Epilogue, Job
 
@@ -25,14 +26,15 @@ MAX_CACHED_BYTES = 8 << 20
 
 def run_transform(job: Job) -> None:
     """Write each matrix applied to all points into `job.out`, which may share memory with the points if k is 1."""
+    device = require_gpu_device(job.device)
     if len(job.matrices) == 1:
-        _run_one_matrix(job)
+        _run_one_matrix(device, job)
         return
     n_points, n_components = job.points.shape
-    plan = DispatchPlan.of(job.device, n_points, n_components, job.dtype, max_bytes=MAX_BATCH_BYTES)
+    plan = DispatchPlan.of(device, n_points, n_components, job.dtype, max_bytes=MAX_BATCH_BYTES)
     step = min(max_matrices(plan), len(job.matrices))
-    pool = job.device.pool
-    with job.device.lock:
+    pool = device.pool
+    with device.lock:
         source = pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
         destination = pool.scratch(POOL_OWNER, "destination", step * plan.chunk * plan.point_bytes)
         for part in plan.chunks(n_points):
@@ -43,17 +45,17 @@ def run_transform(job: Job) -> None:
                 read_results(plan, destination, job.out[first : first + step, part])
 
 
-def _run_one_matrix(job: Job) -> None:
-    is_mapped = job.device.host_mappable
+def _run_one_matrix(device: GpuDevice, job: Job) -> None:
+    is_mapped = device.host_mappable
     max_bytes = MAX_CACHED_BYTES if is_mapped else MAX_STAGED_BYTES
-    plan = DispatchPlan.of(job.device, len(job.points), job.points.shape[1], job.dtype, max_bytes=max_bytes)
-    with job.device.lock:
+    plan = DispatchPlan.of(device, len(job.points), job.points.shape[1], job.dtype, max_bytes=max_bytes)
+    with device.lock:
         (run_mapped if is_mapped else run_double_buffered)(plan, job)
 
 
 def run_mapped(plan: DispatchPlan, job: Job) -> None:
     """Apply one matrix in memory that the host maps: a chunk in, through the shader and out, while it is cached."""
-    buffer = job.device.pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
+    buffer = plan.device.pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
     matrix, out = job.matrices[0], job.out[0]
     for part in plan.chunks(len(job.points)):
         upload_part(plan, buffer, job.points, part)
@@ -64,7 +66,7 @@ def run_mapped(plan: DispatchPlan, job: Job) -> None:
 
 def run_double_buffered(plan: DispatchPlan, job: Job) -> None:
     """Apply one matrix over a bus, with two chunks under way: while the device has one, the host reads the other."""
-    pool, n_bytes = job.device.pool, plan.chunk * plan.point_bytes
+    pool, n_bytes = plan.device.pool, plan.chunk * plan.point_bytes
     parts = list(plan.chunks(len(job.points)))
     turns = range(min(2, len(parts)))
     buffers = [pool.scratch(POOL_OWNER, f"source {turn}", n_bytes) for turn in turns]

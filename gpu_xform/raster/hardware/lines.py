@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from ...errors import DeviceError, ShaderError
 from ...gpu.context import CommandEncoder
-from ...gpu.device import Device
+from ...gpu.device import GpuDevice
 from ...gpu.dispatch import begin_render_pass
 from ...gpu.shaders import ColorWrite, RenderPipeline
 from ...gpu.textures import Texture
@@ -75,7 +75,7 @@ class HardwareLineStage(LineStage):
             draw_quads(self._device, POOL_OWNER, render, part.batch.n_instance_edges)
 
 
-def transmittance_format(device: Device) -> str:
+def transmittance_format(device: GpuDevice) -> str:
     """Return the format of a texture that lines multiply what shines through them into.
 
     Half precision, if the device cannot blend more, makes many faint lines up to 2/255 too dark on drivers that round

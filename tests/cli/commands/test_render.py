@@ -14,7 +14,7 @@ from gpu_xform import Camera, Mesh, matrices, render_array, render_pdf, render_s
 from gpu_xform.cli import main
 from gpu_xform.cli.options import STYLE
 from gpu_xform.drawing.layer import Layer
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.imaging.colors import COLOR_CYCLE
 from tests.support.cli import error_of, read_png, run_in_process
 from tests.support.types import Pixels
@@ -169,7 +169,7 @@ def test_standard_output_holds_the_picture_and_nothing_else(capsysbinary: pytest
     assert list(Path().iterdir()) == [Path("house.obj")]
 
 
-def test_a_part_of_the_adapter_s_name_picks_it(device: Device) -> None:
+def test_a_part_of_the_adapter_s_name_picks_it(device: GpuDevice) -> None:
     assert np.array_equal(run_render(*SIZE, "--adapter", device.name[1:5].upper()), expected())
 
 

@@ -1,5 +1,6 @@
 """`gpu-xform transform` from .npy to .npy: arrays of any size, interrupted and resumed."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -81,3 +82,24 @@ def test_no_bar_is_shown_where_there_is_no_terminal() -> None:
     np.save("in.npy", some_points(950, np.float32))
     run = run_in_process("transform", "in.npy", "out.npy")
     assert (run.returncode, run.stdout, run.stderr) == (0, b"", b"")
+
+
+@pytest.mark.parametrize("by_variable", [False, True])
+@pytest.mark.usefixtures("working_folder")
+def test_the_host_transforms_without_a_driver(by_variable: bool) -> None:
+    points = some_points(9_000, "float32")
+    np.save("in.npy", points)
+    gx.save_mesh(gx.samples.house(), "house.obj")
+    environment = {"VK_DRIVER_FILES": "/nonexistent", "VK_ICD_FILENAMES": "/nonexistent"}
+    if by_variable:
+        environment["GPU_XFORM_ADAPTER"] = "host"
+    chosen = [] if by_variable else ["--adapter", "host"]
+    for names in (["in.npy", "out.npy"], ["house.obj", "moved.obj"]):
+        run = run_in_process("transform", *names, "--translate", "1,2,3", *chosen, env=os.environ | environment)
+        assert (run.returncode, run.stderr) == (0, b"")
+    host, move = gx.Device("host"), gx.translate(1, 2, 3)
+    assert np.load("out.npy").tobytes() == gx.transform_points(points, move, device=host).tobytes()
+    assert np.array_equal(gx.load_mesh("moved.obj").positions, np.add(gx.samples.house().positions, [1, 2, 3]))
+    run = run_in_process("render", "house.obj", "-o", "house.png", *chosen, env=os.environ | environment)
+    assert b"the host device draws no pictures" in run.stderr
+    assert not Path("house.png").exists()

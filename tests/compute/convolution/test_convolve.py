@@ -12,7 +12,7 @@ from PIL import Image
 import gpu_xform as gx
 from gpu_xform.compute.kernels import convolve as kernel_module
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, PrecisionError
-from gpu_xform.gpu.device import Device
+from gpu_xform.gpu.device import GpuDevice
 from tests.support.reference_convolution import BORDERS, convolve_planes, correlate_planes, round_to
 from tests.support.types import Array, DeviceFactory
 
@@ -271,7 +271,7 @@ def test_small_limits_do_make_tiles(device_with_limits: DeviceFactory) -> None:
     assert len({tile.columns.start for tile in tiles}) > 1
 
 
-def test_over_a_bus_it_is_the_same(staging_device: Device) -> None:
+def test_over_a_bus_it_is_the_same(staging_device: GpuDevice) -> None:
     image = some_image((50, 60, 3), np.uint8)
     kernel = some_kernel((5, 3))
     assert np.array_equal(gx.convolve(image, kernel, device=staging_device), gx.convolve(image, kernel))
@@ -501,7 +501,7 @@ def test_impossible_arguments(image: Any, kernel: Any, keywords: dict[str, Any],
         (IMAGE, BOX, {"origin": (1.0, 1)}, r"origin\[0\] must be a whole number, got 1.0"),
         (IMAGE, BOX, {"out": [[1.0]]}, r"out must be a NumPy array, got list"),
         (IMAGE, BOX, {"out": IMAGE.astype(np.float64)}, r"out must have dtype float32, got float64"),
-        (IMAGE, BOX, {"device": "llvmpipe"}, r"device must be a Device, got 'llvmpipe'"),
+        (IMAGE, BOX, {"device": "llvmpipe"}, r"device must be a GpuDevice, got 'llvmpipe'"),
     ],
 )
 def test_unusable_types(image: Any, kernel: Any, keywords: dict[str, Any], message: str) -> None:
@@ -524,7 +524,7 @@ def test_edges_and_zeros_may_be_wider_than_the_image() -> None:
         np.testing.assert_allclose(result, convolve_planes(image, kernel, border), atol=1e-12)
 
 
-def test_double_precision_needs_a_device_that_has_it(single_device: Device) -> None:
+def test_double_precision_needs_a_device_that_has_it(single_device: GpuDevice) -> None:
     with pytest.raises(PrecisionError, match=r"has no double precision \(shader-f64\): convert the image to float32$"):
         gx.convolve(IMAGE.astype(np.float64), BOX, device=single_device)
     image = some_image((40, 50), np.uint16)

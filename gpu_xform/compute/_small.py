@@ -1,0 +1,48 @@
+"""The short way of few points through the host device: the usual call, checked once, without what it does not need."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..device import Device, opened_device
+from ..host import HostDevice
+from ._precision import DOUBLE, SINGLE, may_be_coarse
+from .host.choose import MIN_COMPILED_PRODUCTS
+from .host.vectorized import transform
+from .kernels.job import Epilogue
+
+# The sum of the absolute entries of a matrix that float32 holds, and that is finite.
+_MAX_SUM = float(np.finfo(np.float32).max)
+_AFFINE_ROW = [0.0, 0.0, 0.0, 1.0]
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device | None) -> npt.NDArray[Any] | None:
+    """Return few points (n, 3) through one matrix (4, 4), if that is what came, and on the host; None for the long way.
+
+    What is left to check, or to be warned of, is checked there: nothing is refused here.
+    """
+    if type(points) is not np.ndarray or type(matrix) is not np.ndarray:
+        return None
+    shape = points.shape
+    if len(shape) != 2 or shape[1] != 3 or not 0 < shape[0] < MIN_COMPILED_PRODUCTS or matrix.shape != (4, 4):
+        return None
+    dtype = points.dtype
+    if (dtype is not SINGLE and dtype is not DOUBLE) or matrix.dtype is not DOUBLE:
+        return None
+    chosen = opened_device() if device is None else device
+    if type(chosen) is not HostDevice or chosen.is_closed:
+        return None
+    entries = matrix.ravel().tolist()
+    if epilogue is Epilogue.NONE and entries[12:] != _AFFINE_ROW:
+        return None
+    if not sum(map(abs, entries)) < _MAX_SUM:  # true for NaN
+        return None
+    if dtype is SINGLE:
+        if shape[0] > 1 and may_be_coarse(points[0].tolist(), points[-1].tolist()):
+            return None
+        matrix = matrix.astype(dtype)
+    out = np.empty(shape, dtype)
+    transform(points, matrix, out, epilogue)
+    return out

@@ -1,0 +1,196 @@
+"""Devices: where transforms are computed, a graphics adapter or the host's own processors."""
+
+import os
+import threading
+from dataclasses import dataclass
+from importlib import import_module
+from types import TracebackType
+from typing import Any, Self
+
+from ._core.public import public
+from .errors import ArgumentTypeError
+
+HOST = "host"
+ADAPTER_VARIABLE = "GPU_XFORM_ADAPTER"
+
+
+@dataclass(frozen=True)
+class Limits:
+    """What one adapter can hold and dispatch.
+
+    Parameters
+    ----------
+    max_buffer_bytes : int
+        Bytes per buffer.
+    max_binding_bytes : int
+        Bytes of a buffer that one storage binding can show.
+    max_workgroups : int
+        Workgroups per dispatch, in each dimension.
+    max_workgroup_size : int
+        Invocations per workgroup.
+    max_texture_side : int
+        Texels across a texture, and down.
+    """
+
+    max_buffer_bytes: int
+    max_binding_bytes: int
+    max_workgroups: int
+    max_workgroup_size: int
+    max_texture_side: int = 8192
+
+    @property
+    def max_bound_bytes(self) -> int:
+        """The bytes of the largest buffer that one binding can show."""
+        return min(self.max_binding_bytes, self.max_buffer_bytes)
+
+
+@dataclass(frozen=True)
+class Adapter:
+    """A graphics adapter, or the host's processors.
+
+    Parameters
+    ----------
+    name : str
+        What its driver calls it; a part of it chooses the adapter in `Device`.
+    kind : str
+        "DiscreteGPU", "IntegratedGPU", "VirtualGPU", "CPU" or "Unknown".
+    backend : str
+        "Vulkan", "Metal" or "D3D12"; "host" for the host's processors.
+    driver : str
+        The driver's name and version; for the host, what its loops are made by.
+    limits : Limits
+        What it can hold and dispatch.
+    features : frozenset of str
+        Names of the optional features of WebGPU that it has, such as "shader-f64".
+    """
+
+    name: str
+    kind: str
+    backend: str
+    driver: str
+    limits: Limits
+    features: frozenset[str]
+
+
+@public
+class Device:
+    """What computes transforms and, if it is a graphics adapter, pictures.
+
+    `Device("host")` is the machine's own processors: it needs no graphics driver, transforms the same arrays by the
+    same rules, and draws nothing. With the extra `host` its loops are compiled by numba; without, it uses NumPy. Any
+    other name opens a graphics adapter, which runs a self-test, so that a driver that computes wrongly is refused at
+    once. Work of several threads runs one piece at a time. A Device is a context manager that closes itself.
+
+    Parameters
+    ----------
+    adapter : str, optional
+        "host", or a part of an adapter's name, in any case; by default GPU_XFORM_ADAPTER, else the fastest adapter.
+    limits : Limits, optional
+        Limits to plan by, stricter than the adapter's own; the host has none.
+
+    Raises
+    ------
+    NoAdapterError
+        If there is no adapter, or none of that name.
+    DeviceError
+        If the self-test fails, or if the process is a fork of one that has opened a device.
+    """
+
+    adapter: Adapter
+    limits: Limits
+
+    def __new__(cls, adapter: str | None = None, *, limits: Limits | None = None) -> Self:  # noqa: ARG004
+        """Make a device of the class that `adapter` asks for."""
+        chosen: type[Self] = cls if cls is not Device else _find_class(adapter)
+        return super().__new__(chosen)
+
+    def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:
+        raise NotImplementedError
+
+    @property
+    def name(self) -> str:
+        """The adapter's name, or "host"."""
+        return self.adapter.name
+
+    @property
+    def has_float64(self) -> bool:
+        """Whether it computes in double precision."""
+        raise NotImplementedError
+
+    def require_usable(self) -> None:
+        """Raise `DeviceError` if the device is closed, or if this process is a fork of the one that used it."""
+        raise NotImplementedError
+
+    def close(self) -> None:
+        """Give the device's memory back; it takes no more work. Closing twice does nothing."""
+        raise NotImplementedError
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether `close` was called."""
+        raise NotImplementedError
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+# The classes of devices, each imported when one of its devices is opened: the host's needs no wgpu.
+_CLASSES = {HOST: ("gpu_xform.host", "HostDevice")}
+_GPU_CLASS = ("gpu_xform.gpu.device", "GpuDevice")
+
+
+def _find_class(adapter: str | None) -> Any:
+    name = adapter if adapter is not None else os.environ.get(ADAPTER_VARIABLE)
+    module, attribute = _CLASSES.get(str(name).casefold(), _GPU_CLASS)
+    return getattr(import_module(module), attribute)
+
+
+_default: Device | None = None
+_default_lock = threading.Lock()
+
+
+@public
+def default_device(adapter: str | None = None) -> Device:
+    """Return the process's own device, which all functions use that are given none; set it first, if it is named.
+
+    Parameters
+    ----------
+    adapter : str, optional
+        "host", or a part of an adapter's name: that device becomes the process's own. By default the one that is,
+        opened at the first call: GPU_XFORM_ADAPTER, else the fastest adapter.
+
+    Returns
+    -------
+    Device
+
+    Raises
+    ------
+    NoAdapterError, DeviceError
+        As `Device` does; the process's own device is then the one that it was.
+    """
+    global _default
+    with _default_lock:
+        if adapter is not None:
+            _default = Device(adapter)
+        elif _default is None or _default.is_closed:
+            _default = Device()
+        return _default
+
+
+def opened_device() -> Device | None:
+    """Return the process's own device, if it was opened before."""
+    return _default
+
+
+def resolve_device(device: Device | None) -> Device:
+    """Return `device`, or by default the process's own; raise `ArgumentTypeError` for what is no Device."""
+    if device is None:
+        return default_device()
+    if not isinstance(device, Device):
+        raise ArgumentTypeError.expecting("device", "be a Device", repr(device))
+    return device

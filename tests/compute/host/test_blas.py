@@ -1,0 +1,50 @@
+"""Affine transforms by matrix products: within the accuracy contract, and each point for itself."""
+
+import numpy as np
+import numpy.typing as npt
+import pytest
+
+from gpu_xform.compute.host.blas import POINTS_PER_BLOCK, transform_affine
+from tests.support.reference_transform import AFFINE, assert_transformed, some_points
+
+SIZES = [1, 2, 3, 4, 5, POINTS_PER_BLOCK - 1, POINTS_PER_BLOCK, POINTS_PER_BLOCK + 1, 2 * POINTS_PER_BLOCK + 3]
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("n", SIZES)
+def test_every_size_keeps_the_accuracy_contract(n: int, dtype: npt.DTypeLike) -> None:
+    points = some_points(n, dtype)
+    out = np.full_like(points, np.nan)
+    transform_affine(points, AFFINE.astype(dtype), out)
+    assert_transformed(out, points, AFFINE.astype(dtype).astype(np.float64))
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_neither_place_nor_number_of_points_changes_a_byte(dtype: npt.DTypeLike) -> None:
+    m = AFFINE.astype(dtype)
+    points = some_points(2 * POINTS_PER_BLOCK + 9, dtype)
+    whole = np.empty_like(points)
+    transform_affine(points, m, whole)
+    for part in (slice(1, 7), slice(3, POINTS_PER_BLOCK + 2), slice(POINTS_PER_BLOCK - 5, None)):
+        out = np.empty_like(points[part])
+        transform_affine(points[part], m, out)
+        assert out.tobytes() == whole[part].tobytes()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("columns", [2, 3])
+def test_what_is_not_finite_stays_in_its_own_point(columns: int, dtype: npt.DTypeLike) -> None:
+    m = AFFINE.astype(dtype)
+    points = some_points(POINTS_PER_BLOCK + 50, dtype, columns)
+    clean = np.empty_like(points)
+    transform_affine(points, m, clean)
+    spoiled = points.copy()
+    spoiled[[5, 6, 100], [0, 1, 0]] = np.inf, np.nan, -np.inf
+    spoiled[POINTS_PER_BLOCK + 7] = np.inf
+    out = np.empty_like(points)
+    with np.errstate(invalid="ignore"):
+        transform_affine(spoiled, m, out)
+    is_bad = np.isin(np.arange(len(points)), [5, 6, 100, POINTS_PER_BLOCK + 7])
+    assert out[~is_bad].tobytes() == clean[~is_bad].tobytes()
+    assert out[5, 0] == np.inf  # by 1.1, and the other products are finite
+    assert np.isnan(out[6]).all()

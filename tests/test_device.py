@@ -1,0 +1,33 @@
+"""Devices: the class that a name asks for, and what all devices share."""
+
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.device import Device, Limits, resolve_device
+from gpu_xform.gpu.device import GpuDevice
+from gpu_xform.host import HostDevice
+
+
+def test_a_name_chooses_the_class(device: GpuDevice) -> None:
+    assert type(device) is GpuDevice
+    with gx.Device(device.name) as named:
+        assert type(named) is GpuDevice
+    with gx.Device("host") as host:
+        assert type(host) is HostDevice
+    with HostDevice() as host:
+        assert host.name == "host"
+    assert issubclass(GpuDevice, Device)
+    assert issubclass(HostDevice, Device)
+
+
+def test_a_device_given_is_used_as_it_is(device: GpuDevice) -> None:
+    host = gx.Device("host")
+    assert resolve_device(host) is host
+    assert resolve_device(device) is device
+    with pytest.raises(gx.ArgumentTypeError, match="device must be a Device, got 3"):
+        resolve_device(3)  # type: ignore[arg-type]
+
+
+def test_one_binding_shows_no_more_than_a_buffer_holds() -> None:
+    assert Limits(100, 50, 1, 1).max_bound_bytes == 50
+    assert Limits(100, 500, 1, 1).max_bound_bytes == 100
