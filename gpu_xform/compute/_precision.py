@@ -31,12 +31,16 @@ class Computation:
     rebased: bool = False
 
 
-def resolve_precision(precision: Precision, dtype: np.dtype[Any], device: Device) -> Computation:
-    """Return how points of `dtype` are computed on `device`; raise `PrecisionError` if it cannot be done."""
+def require_precision(precision: Precision) -> None:
+    """Raise ArgumentError for a word that names no precision."""
     if precision not in get_args(Precision):
         hint = did_you_mean(str(precision), get_args(Precision))
         expected = f"be one of {', '.join(get_args(Precision))}"
         raise ArgumentError.expecting("precision", expected, f"{precision!r}{hint}")
+
+
+def resolve_precision(precision: Precision, dtype: np.dtype[Any], device: Device) -> Computation:
+    """Return how points of `dtype` are computed on `device`; raise `PrecisionError` if it cannot be done."""
     if precision == "auto":
         if dtype.itemsize == SINGLE.itemsize:
             return Computation(SINGLE)

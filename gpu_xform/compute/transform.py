@@ -29,7 +29,14 @@ from .._core.types import Float64Array, MatrixLike
 from ..device import Device, resolve_device
 from ..errors import ArgumentError, PrecisionError
 from ._arrays import as_4x4, as_point_array, require_output
-from ._precision import Precision, require_range, resolve_precision, rounds_to_float32, warn_if_coarse
+from ._precision import (
+    Precision,
+    require_precision,
+    require_range,
+    resolve_precision,
+    rounds_to_float32,
+    warn_if_coarse,
+)
 from ._rebased import run_rebased
 from ._skinning import Influences, validate_influences
 from ._small import transform_few
@@ -337,6 +344,7 @@ def _run(
         require_output(out, shape, points)
     if options.order not in get_args(Order):
         raise ArgumentError.expecting("order", f"be one of {', '.join(get_args(Order))}", repr(options.order))
+    require_precision(options.precision)
     device = resolve_device(options.device)
     computation = resolve_precision(options.precision, dtype, device)
     require_range(matrix, computation.dtype)

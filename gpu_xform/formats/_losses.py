@@ -10,6 +10,7 @@ ListLosses = Callable[[Mesh], list[str]]
 
 _FAMILIES = {"glb": "gltf"}
 _NAMES = {"gltf": "glTF"}
+_MAX_NAMED = 4
 
 
 def list_attributes(mesh: Mesh) -> list[str]:
@@ -20,13 +21,31 @@ def list_attributes(mesh: Mesh) -> list[str]:
     return lost + [f"material ({name})" for name in attributes.material]
 
 
-def warn_of_losses(mesh: Mesh, file_type: str, list_losses: ListLosses | None) -> None:
-    """Issue one MeshWarning that lists what a format cannot hold, and what the reader left out, if there is anything.
+def list_material_losses(materials: Mapping[str, Any], kept_names: Collection[str]) -> list[str]:
+    """Return what is lost of materials by a format that holds the names alone of those in `kept_names`."""
+    lost: dict[str, list[str]] = {}
+    for name, content in materials.items():
+        if name not in kept_names or not isinstance(content, Mapping):
+            lost.setdefault(f"material ({name})", [])
+            continue
+        surface = content.get("pbrMetallicRoughness", {})
+        rest = {key for key in content if key not in ("name", "pbrMetallicRoughness", "alphaMode")}
+        rest |= {key for key in surface if key not in ("baseColorFactor", "metallicFactor")}
+        if "baseColorFactor" in surface:
+            lost.setdefault("colour of ", []).append(name)
+        textures = {key for key in rest if key.endswith("Texture")}
+        if textures:
+            lost.setdefault("textures of ", []).append(name)
+        if rest - textures:
+            lost.setdefault("other properties of ", []).append(name)
+    return [what + (name_materials(names) if names else "") for what, names in lost.items()]
 
-    list_losses : lists what the format cannot hold of the attributes; None if the writer warns itself
-    """
-    if list_losses is not None:
-        warn_of(list_losses(mesh), [mesh.metadata], file_type)
+
+def name_materials(names: Collection[str]) -> str:
+    """Return such as "material 'steel'", or "materials 'steel', 'paint'"."""
+    some = list(map(repr, names))[:_MAX_NAMED]
+    more = [f"{len(names) - _MAX_NAMED} more"] if len(names) > _MAX_NAMED else []
+    return f"material{'s' if len(names) > 1 else ''} {', '.join(some + more)}"
 
 
 def warn_of(lost: Collection[str], metadata: Iterable[Mapping[str, Any]], file_type: str) -> None:

@@ -17,7 +17,7 @@ from ..geometry.mesh import Mesh
 from ..geometry.scene import Node, Scene, require_one_pose
 from ..geometry.scene_animation import SceneAnimation
 from ..geometry.triangulation import triangulate
-from ._losses import warn_of
+from ._losses import name_materials, warn_of
 from ._warn import warn
 from .gltf_accessors import DTYPES
 from .gltf_attributes import name_semantic
@@ -185,7 +185,9 @@ class _Writer:
             self._unwritten.update(
                 f"{key} per {place}" for key, column in columns if isinstance(column, RaggedArray) or not is_kept
             )
-        named = mesh.attributes.labels.get("material", ())
+        named = set(mesh.attributes.labels.get("material", ()))
+        if "libraries" in mesh.metadata.get("obj", {}):  # of which the materials are there
+            named.add("mtllib")
         self._unwritten.update(f"material ({key})" for key in mesh.attributes.material if key not in named)
         if mesh.n_faces == 0:
             return [shared | {"mode": _POINTS} | self._material(mesh, 0)]
@@ -255,6 +257,10 @@ class _Writer:
         materials = self._content.setdefault("materials", [])
         if kept not in materials:
             materials.append(kept)
+        extras = kept.get("extras", {})
+        images = [key for key in extras.get("mtl", ()) if key.startswith("map_")] if isinstance(extras, dict) else []
+        if images:
+            self._unwritten.add(f"{', '.join(images)} of {name_materials([name])}")
         return {"material": materials.index(kept)}
 
     def _skin(self, skin: Skin) -> int:

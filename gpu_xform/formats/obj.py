@@ -8,6 +8,7 @@ import contextlib
 import math
 from collections.abc import Iterator
 from itertools import pairwise
+from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
@@ -22,6 +23,7 @@ from .obj_attributes import (
     FREE_FORMS,
     STATES,
     Extras,
+    add_materials,
     build_attributes,
     describe_file,
     list_beside_points,
@@ -65,13 +67,15 @@ for _role, _followers in (
 _TO_BLANKS = bytes.maketrans(b"fl/", b"   ")
 
 
-def read(data: bytes, tolerance: float | None = None) -> Mesh:
+def read(data: bytes, folder: Path | None = None, tolerance: float | None = None) -> Mesh:
     """Return the mesh of an OBJ file; raise MeshError with the line of malformed content.
 
+    folder : where its materials may lie
     tolerance : how far polygons may be from surfaces; a thousandth of the points' diagonal if it is None
     """
     data = plain_text(data)
-    return _read_regular(data, tolerance) or _read_lines(data, tolerance)
+    mesh = _read_regular(data, tolerance) or _read_lines(data, tolerance)
+    return add_materials(mesh, folder) if "mtllib" in mesh.attributes.material else mesh
 
 
 def _read_regular(data: bytes, tolerance: float | None = None) -> Mesh | None:

@@ -3,14 +3,17 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .._core.types import BoolArray, Float64Array, IndexArray
-from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
+from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray, freeze_value, thaw_value
 from ..geometry.mesh import Mesh
+from ._losses import list_material_losses
 from ._warn import warn
+from .obj_materials import find_images, parse_materials, read_libraries
 
 # Statements that hold for the faces behind them, and the attributes per face that they become.
 STATES = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smooth"}
@@ -92,6 +95,28 @@ def build_attributes(extras: Extras, n_points: int, n_faces: int) -> Attributes:
     return Attributes(point, corner, face, labels=labels, material=material)
 
 
+def add_materials(mesh: Mesh, folder: Path | None) -> Mesh:
+    """Return the mesh with the materials of the `.mtl` files that it names and that lie in `folder` or below."""
+    attributes = mesh.attributes
+    names = attributes.material["mtllib"]
+    libraries = read_libraries(names, folder)
+    used = attributes.labels.get("material", ())
+    found = {name: value for name, value in parse_materials(libraries).items() if name in used and name != "mtllib"}
+    if not libraries:
+        return mesh
+    held = {**mesh.metadata.get("obj", {}), "libraries": libraries, "images": find_images(libraries, folder)}
+    return mesh.with_attributes(
+        Attributes(
+            attributes.point,
+            attributes.corner,
+            attributes.face,
+            labels=attributes.labels,
+            material={**thaw_value(attributes.material), **found},
+        ),
+        metadata={**mesh.metadata, "obj": held},
+    )
+
+
 def _find_named(chosen: IndexArray, n_rows: int) -> BoolArray:
     """Return which rows are chosen at least once."""
     is_named = np.zeros(n_rows, bool)
@@ -171,7 +196,13 @@ def list_losses(mesh: Mesh) -> list[str]:
                 lost.append(f"{name} per {what}")
             elif what == "point" and name in attributes.corner:
                 lost.append(f"{name} per point beside those per corner")
-    return lost + [f"material ({name})" for name in attributes.material if name != "mtllib"]
+    written = parse_materials(mesh.metadata.get("obj", {}).get("libraries", {}))
+    others = {
+        name: value
+        for name, value in attributes.material.items()
+        if name != "mtllib" and not (name in written and value == freeze_value(written[name]))
+    }
+    return lost + list_material_losses(others, attributes.labels.get("material", ()))
 
 
 def _can_hold(name: str, column: Any, labels: Mapping[str, tuple[str, ...]]) -> bool:

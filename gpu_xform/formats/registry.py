@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, TypeAlias, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_error, prefix_errors
@@ -17,8 +18,8 @@ from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from ..surfaces.resolution import as_tolerance
-from . import glb, gltf, gltf_document, gltf_write, npy, obj, off, ply, stl, threemf, vrml
-from ._losses import ListLosses, list_attributes, warn_of_losses
+from . import glb, gltf, gltf_document, gltf_write, npy, obj, obj_materials, off, ply, stl, threemf, vrml
+from ._losses import ListLosses, list_attributes, warn_of
 from ._warn import name_file
 
 Model = TypeVar("Model", Mesh, Scene, gltf_document.Document)
@@ -26,6 +27,7 @@ Model = TypeVar("Model", Mesh, Scene, gltf_document.Document)
 Reader: TypeAlias = Callable[[bytes], Mesh]
 Writer: TypeAlias = Callable[[Mesh, BinaryIO], None]
 PathOrFile: TypeAlias = StrPath | BinaryIO
+ModelToSave: TypeAlias = Mesh | Scene | StrPath | npt.NDArray[Any]
 
 _UNNAMED = "<file>"
 
@@ -61,7 +63,7 @@ WRITERS: dict[str, Writer] = {
     "stl": stl.write,
 }
 
-# What each format cannot hold of attributes; the writer of glTF warns itself.
+# What each format cannot hold of a mesh; the writer of glTF tells itself.
 _LOSSES: dict[str, ListLosses] = {
     "npy": list_attributes,
     "obj": obj.list_losses,
@@ -113,7 +115,7 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None, tolerance: fl
         tolerance = as_tolerance(tolerance)
     reader = partial(_BESIDE[kind], folder=_get_folder(source)) if kind in _BESIDE else READERS[kind]
     if kind == "obj":
-        reader = partial(obj.read, tolerance=tolerance)
+        reader = partial(obj.read, folder=_get_folder(source), tolerance=tolerance)
     mesh = _read(source, name, reader)
     if mesh.n_points == 0:
         raise prefix_error(MeshError("the file holds no points"), name)
@@ -198,16 +200,17 @@ def _read_document(data: bytes, kind: str, folder: Path | None) -> gltf_document
 
 
 @public
-def save_mesh(mesh: Mesh | Scene, target: PathOrFile, *, file_type: str | None = None) -> None:
+def save_mesh(mesh: ModelToSave, target: PathOrFile, *, file_type: str | None = None) -> None:
     """Write a mesh or a scene to a model file; a path gets the whole file or is left untouched.
 
     OBJ, OFF and PLY keep polygons and every bit of the coordinates. STL holds triangles, GLB and glTF hold triangles,
-    segments and points, all three as float32. NPY holds an array of points, and no faces. GLB and glTF keep the nodes
+    segments and points, all three as float32. NPY holds an array of points, and no faces. The `.mtl` files that a mesh
+    was read with are written beside an OBJ file, unless they are there. GLB and glTF keep the nodes
     of a scene, their names, what they share, and its animations; in any other format a scene becomes one mesh.
 
     Parameters
     ----------
-    mesh : Mesh or Scene
+    mesh : Mesh, Scene, path of a model file, or (n, 3) array of points
         At least one point.
     target : path or binary file object
         Where to write.
@@ -221,7 +224,7 @@ def save_mesh(mesh: Mesh | Scene, target: PathOrFile, *, file_type: str | None =
     ArgumentError
         For a nameless file object without `file_type`.
     ArgumentTypeError
-        If `target` is neither a path nor a binary file object.
+        If `mesh` is none of these, or `target` neither a path nor a binary file object.
     OSError
         If the file cannot be written.
 
@@ -232,16 +235,28 @@ def save_mesh(mesh: Mesh | Scene, target: PathOrFile, *, file_type: str | None =
     """
     name, kind = _identify(target, file_type, WRITERS)
     with prefix_errors(name), name_file(name):
-        if isinstance(mesh, Scene):
-            scene = mesh.with_models(_load_model)
-            if kind in DOCUMENT_TYPES:
-                _write(target, partial(gltf_document.WRITERS[kind], gltf_write.make_document(scene)))
-                return
-            mesh = gltf.merge_scene(scene)
-        if mesh.n_points == 0:
+        model = mesh.with_models(_load_model) if isinstance(mesh, Scene) else _load_model(mesh)
+        if not isinstance(model, Mesh | Scene):
+            expected = "be a Mesh, a Scene, a path or an array of points"
+            raise ArgumentTypeError.expecting("mesh", expected, type(mesh).__name__)
+        if isinstance(model, Mesh) and model.n_points == 0:
             raise MeshError("a mesh without points cannot be saved")
-        warn_of_losses(mesh, kind, _LOSSES.get(kind))
-        _write(target, partial(WRITERS[kind], mesh))
+        if kind in DOCUMENT_TYPES:
+            _write(target, partial(gltf_document.WRITERS[kind], gltf_write.make_document(model)))
+        else:
+            _write_mesh(gltf.merge_scene(model) if isinstance(model, Scene) else model, target, kind)
+
+
+def _write_mesh(mesh: Mesh, target: PathOrFile, kind: str) -> None:
+    """Write a mesh in a format without nodes, and warn of what it cannot hold."""
+    folder = _get_folder(target)
+    lost = _LOSSES[kind](mesh)
+    if kind == "obj":
+        lost += obj_materials.list_library_losses(mesh, folder)
+    warn_of(lost, [mesh.metadata], kind)
+    if kind == "obj" and folder is not None:
+        obj_materials.write_libraries(mesh, folder)
+    _write(target, partial(WRITERS[kind], mesh))
 
 
 def _load_model(model: Any) -> Any:

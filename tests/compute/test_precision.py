@@ -153,7 +153,7 @@ def test_rebased_passes_what_is_not_finite_on_without_spoiling_its_block() -> No
 
 
 def test_an_unknown_precision_is_refused() -> None:
-    with pytest.raises(ArgumentError, match="precision must be one of auto, float32, float64, rebased, got 'half'"):
+    with pytest.raises(ArgumentError, match=r"precision must be one of auto, float32, float64, rebased, got 'half'"):
         gx.transform_points(np.ones((4, 3)), AFFINE, precision="half")  # type: ignore[arg-type]
 
 
@@ -243,3 +243,12 @@ def test_the_order_does_not_matter_to_other_precisions() -> None:
     assert np.isnan(result[3]).all()
     with pytest.raises(ArgumentError, match="order must be one of input, morton, got 'hilbert'"):
         gx.transform_points(points, AFFINE, order="hilbert")  # type: ignore[arg-type]
+
+
+def test_a_misspelt_precision_opens_no_device(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(_: object) -> None:
+        raise AssertionError("a device was opened")
+
+    monkeypatch.setattr("gpu_xform.compute.transform.resolve_device", fail)
+    with pytest.raises(ArgumentError, match=r"precision must be one of auto, .*, got 'x'"):
+        gx.transform_points(some_points(3, np.float64), AFFINE, precision="x")  # type: ignore[arg-type]

@@ -105,6 +105,20 @@ def test_unknown_types_name_the_known_ones(tmp_path: Path) -> None:
         load_mesh(io.StringIO("v 0 0 0"), file_type="obj")  # type: ignore[arg-type]
 
 
+def test_paths_and_points_are_saved_as_meshes(tmp_path: Path) -> None:
+    points = np.array([(0, 0, 0), (1, 2, 3)], np.float32)
+    save_mesh(points, tmp_path / "a.ply")
+    assert load_mesh(tmp_path / "a.ply") == Mesh(points)
+    save_mesh(tmp_path / "a.ply", tmp_path / "b.obj")
+    assert load_mesh(tmp_path / "b.obj") == Mesh(points)
+
+
+def test_what_is_no_model_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(ArgumentTypeError, match=r"mesh must be a Mesh, a Scene, a path or an array .*, got list"):
+        save_mesh([1, 2], tmp_path / "a.ply")  # type: ignore[arg-type]
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_file_opened_by_number_has_no_name(tmp_path: Path) -> None:
     path = tmp_path / "a.obj"
     save_mesh(samples.cube(), path)

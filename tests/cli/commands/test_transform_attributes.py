@@ -58,6 +58,7 @@ def scan(path: str) -> plyfile.PlyData:
 def _files() -> None:
     Path("scan.ply").write_bytes(SCAN)
     Path("house.obj").write_bytes(HOUSE)
+    Path("house.mtl").write_bytes(b"newmtl white\nKd 1 1 1\n")
 
 
 def test_a_scan_keeps_all_that_it_holds(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,0 +1,156 @@
+"""Materials of OBJ, in the `.mtl` files beside it that `mtllib` names."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from .._core.atomic_files import atomic_write
+from ..geometry.mesh import Mesh
+from ._beside import find_beside
+from ._text import plain_text
+from ._warn import warn
+
+_COLOR = "Kd"
+_OPACITIES = ("d", "Tr")
+_IMAGE_STATEMENTS = ("bump", "decal", "disp", "norm", "refl")
+
+
+def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes]:
+    """Return the content of the `.mtl` files in `folder` or below, by their names; a missing one is a warning.
+
+    names : what stands behind each `mtllib`: a name, which may hold blanks, or several names
+    """
+    found: dict[str, bytes] = {}
+    missing = []
+    for words in names if folder is not None else ():
+        for name in [words] if _find(folder, words) else words.split():
+            path = _find(folder, name)
+            if path is None:
+                missing.append(name)
+            else:
+                found[name] = path.read_bytes()
+    if missing:
+        warn(f"the materials of {', '.join(dict.fromkeys(missing))} are not there: no such file lies beside it")
+    return found
+
+
+def parse_materials(libraries: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
+    """Return materials as glTF describes them, by name: the first of each name.
+
+    Kd and d are the base colour; every other statement is kept as text in `extras["mtl"]`.
+    """
+    found: dict[str, dict[str, str]] = {}
+    for data in libraries.values():
+        current: dict[str, str] = {}
+        for keyword, rest in _split_statements(data):
+            if keyword == "newmtl":
+                current = {}
+                found.setdefault(rest, current)
+            else:
+                current.setdefault(keyword, rest)
+    return {name: _describe(name, statements) for name, statements in found.items()}
+
+
+def find_images(libraries: Mapping[str, bytes], folder: Path | None) -> list[str]:
+    """Return the image files that `.mtl` files name and that lie in `folder` or below, by their paths from it."""
+    found: dict[str, None] = {}
+    for library, data in libraries.items():
+        above = Path(library.replace("\\", "/")).parent
+        for keyword, rest in _split_statements(data):
+            if keyword.startswith("map_") or keyword in _IMAGE_STATEMENTS:
+                words = rest.split(" ")  # options, and a name that may hold blanks
+                paths = [(above / " ".join(words[i:]).replace("\\", "/")).as_posix() for i in range(len(words))]
+                found.update(dict.fromkeys(path for path in paths if _find(folder, path)))
+    return list(found)
+
+
+def list_library_losses(mesh: Mesh, folder: Path | None) -> list[str]:
+    """Return which files beside an OBJ file will not be there for one written to `folder`; None for a stream."""
+    held = mesh.metadata.get("obj", {})
+    libraries = _list_used(mesh)
+    if folder is None:
+        return [f"the file {name}, whose materials it names" for name in libraries]
+    lost = [
+        f"the materials of {name}, for another file of that name is there"
+        for name, data in libraries.items()
+        if _is_other(folder / name.replace("\\", "/"), data)
+    ]
+    return lost + [f"the image {name}" for name in held.get("images", ()) if libraries and not _find(folder, name)]
+
+
+def write_libraries(mesh: Mesh, folder: Path) -> None:
+    """Write the `.mtl` files that a mesh was read with beside its new file, unless they are there."""
+    for name, data in _list_used(mesh).items():
+        path = folder / name.replace("\\", "/")
+        if not path.exists():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with atomic_write(path) as file:
+                file.write(data)
+
+
+def _list_used(mesh: Mesh) -> Mapping[str, bytes]:
+    """Return the `.mtl` files that a mesh was read with, if it still names any."""
+    return mesh.metadata.get("obj", {}).get("libraries", {}) if "mtllib" in mesh.attributes.material else {}
+
+
+def _is_other(path: Path, data: bytes) -> bool:
+    return path.exists() and not (path.is_file() and path.read_bytes() == data)
+
+
+def _find(folder: Path | None, name: str) -> Path | None:
+    """Return a file in `folder` or below; its name is meant letter for letter, but for the slashes of Windows."""
+    return find_beside(folder, folder, quote(name.replace("\\", "/")))
+
+
+def _split_statements(data: bytes) -> Iterator[tuple[str, str]]:
+    """Yield the keyword and the rest of each statement."""
+    for line in plain_text(data).decode("utf-8", "replace").split("\n"):
+        keyword, _, rest = line.strip().replace("\t", " ").partition(" ")
+        if keyword != "newmtl" and not keyword.startswith("map_"):
+            rest = rest.partition("#")[0]
+        if keyword and not keyword.startswith("#"):
+            yield keyword, rest.strip()
+
+
+def _describe(name: str, statements: Mapping[str, str]) -> dict[str, Any]:
+    """Return a material of glTF."""
+    left = dict(statements)
+    color = _parse_color(left.get(_COLOR, ""))
+    if color is not None:
+        del left[_COLOR]
+    opacity = None
+    for keyword in _OPACITIES:
+        value = _parse_opacity(keyword, left.get(keyword, ""))
+        if value is not None:
+            del left[keyword]
+            opacity = value if opacity is None else opacity
+    made: dict[str, Any] = {"name": name}
+    if color is not None or opacity is not None:
+        factor = [*(color or (1.0, 1.0, 1.0)), 1.0 if opacity is None else opacity]
+        made["pbrMetallicRoughness"] = {"baseColorFactor": factor, "metallicFactor": 0.0}
+        if factor[3] < 1.0:
+            made["alphaMode"] = "BLEND"
+    return made | ({"extras": {"mtl": left}} if left else {})
+
+
+def _parse_color(text: str) -> tuple[float, float, float] | None:
+    """Return red, green and blue in 0..1; one number stands for all three. None for other ways to say a colour."""
+    numbers = _parse_fractions(text)
+    if len(numbers) == 1:
+        numbers *= 3
+    return (numbers[0], numbers[1], numbers[2]) if len(numbers) == 3 else None
+
+
+def _parse_opacity(keyword: str, text: str) -> float | None:
+    numbers = _parse_fractions(text.removeprefix("-halo "))
+    return None if len(numbers) != 1 else 1.0 - numbers[0] if keyword == "Tr" else numbers[0]
+
+
+def _parse_fractions(text: str) -> list[float]:
+    """Return numbers in 0..1; none if a word is no number."""
+    try:
+        numbers = [float(word) for word in text.split()]
+    except ValueError:
+        return []
+    return [min(max(number, 0.0), 1.0) for number in numbers] if all(n == n for n in numbers) else []

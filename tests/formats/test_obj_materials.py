@@ -1,0 +1,158 @@
+"""Materials of OBJ files, in `.mtl` files beside them."""
+
+import contextlib
+import io
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import trimesh
+
+from gpu_xform import Mesh, load_mesh, render_array, save_mesh
+from gpu_xform.cli import main
+from gpu_xform.errors import MeshWarning
+
+POINTS = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 2 0\n"
+FACES = b"usemtl steel\nf 1 2 3 4\nusemtl paint\nf 4 3 5\n"
+MTL = b"""# made by hand
+newmtl steel
+Ns 96
+Kd 0.25 0.5 0.75 # bluish
+d 0.5
+map_Kd -s 2 2 1 sheet metal.png
+
+newmtl paint
+\tKd 1 0 0
+Tr 0.25
+illum 2
+newmtl steel
+Kd 0 0 0
+newmtl unused
+Kd 0 1 0
+"""
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    path = tmp_path / "m.obj"
+    path.write_bytes(b"mtllib m.mtl\n" + POINTS + FACES)
+    (tmp_path / "m.mtl").write_bytes(MTL)
+    (tmp_path / "sheet metal.png").write_bytes(b"PNG")
+    return path
+
+
+def run(*words: object) -> int:
+    return main(list(map(str, words)))
+
+
+def test_colours_are_those_of_the_file(model: Path) -> None:
+    material = load_mesh(model).attributes.material
+    assert list(material) == ["mtllib", "steel", "paint"]
+    steel, paint = (material[name]["pbrMetallicRoughness"]["baseColorFactor"] for name in ("steel", "paint"))
+    assert steel == (0.25, 0.5, 0.75, 0.5)
+    assert paint == (1.0, 0.0, 0.0, 0.75)
+    assert material["steel"]["extras"]["mtl"] == {"Ns": "96", "map_Kd": "-s 2 2 1 sheet metal.png"}
+
+
+def test_pictures_have_the_colours(model: Path) -> None:
+    picture = render_array(str(model), size=(64, 64), fill="file", color="black", background="white")
+    red = (picture[..., 0] > 200) & (picture[..., 1] < 100)
+    blue = (picture[..., 2].astype(int) - picture[..., 0] > 30) & ~red
+    assert red.sum() > 100
+    assert blue.sum() > 100
+
+
+def test_colours_reach_glb_and_what_does_not_is_named(model: Path, tmp_path: Path) -> None:
+    with pytest.warns(MeshWarning) as caught:
+        save_mesh(load_mesh(model), tmp_path / "m.glb")
+    assert len(caught) == 1
+    assert "glTF does not hold map_Kd of material 'steel'" in str(caught[0].message)
+    found = {
+        part.visual.material.name: part.visual.material.baseColorFactor
+        for part in trimesh.load_scene(tmp_path / "m.glb").geometry.values()
+    }
+    assert np.allclose(found["steel"], [64, 128, 191, 128], atol=1)
+    assert np.allclose(found["paint"], [255, 0, 0, 191], atol=1)
+    assert run("transform", model, tmp_path / "n.glb", "--strict") == 2
+    assert not (tmp_path / "n.glb").exists()
+
+
+@pytest.mark.parametrize("name", ["my wood.mtl", "sub/m.mtl", r"sub\m.mtl", "a.mtl m.mtl", "100%25.mtl"])
+def test_names_are_meant_letter_for_letter(tmp_path: Path, name: str) -> None:
+    (tmp_path / "sub").mkdir()
+    for library in ["a.mtl", "m.mtl"] if " m" in name else [name.replace("\\", "/")]:
+        (tmp_path / library).write_bytes(b"newmtl x\n" if library == "a.mtl" else MTL)
+    (tmp_path / "m.obj").write_bytes(f"mtllib {name}\n".encode() + POINTS + FACES)
+    assert "steel" in load_mesh(tmp_path / "m.obj").attributes.material
+
+
+def test_a_missing_file_is_a_warning(model: Path) -> None:
+    (model.parent / "m.mtl").unlink()
+    with pytest.warns(MeshWarning, match=r"m\.obj: the materials of m\.mtl are not there"):
+        mesh = load_mesh(model)
+    assert mesh.attributes.material == {"mtllib": ("m.mtl",)}
+
+
+def test_files_elsewhere_are_not_opened(tmp_path: Path) -> None:
+    (tmp_path / "secret.mtl").write_bytes(MTL)
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in/m.obj").write_bytes(b"mtllib ../secret.mtl\n" + POINTS + FACES)
+    with pytest.warns(MeshWarning, match=r"secret\.mtl are not there"):
+        load_mesh(tmp_path / "in/m.obj")
+
+
+def test_the_file_goes_along_into_another_folder(model: Path, tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    mesh = load_mesh(model)
+    with pytest.warns(MeshWarning, match=r"OBJ does not hold the image sheet metal\.png$"):
+        save_mesh(mesh, tmp_path / "sub/s.obj")
+    assert (tmp_path / "sub/m.mtl").read_bytes() == MTL
+    assert load_mesh(tmp_path / "sub/s.obj") == mesh
+
+
+def test_beside_the_file_nothing_is_written_or_lost(model: Path, tmp_path: Path) -> None:
+    before = sorted(path.name for path in tmp_path.iterdir())
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        save_mesh(load_mesh(model), tmp_path / "n.obj")
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([*before, "n.obj"])
+    assert run("transform", model, tmp_path / "o.obj", "--strict") == 0
+
+
+def test_another_file_of_the_name_stays(model: Path, tmp_path: Path) -> None:
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "sub/m.mtl").write_bytes(b"other")
+    with pytest.warns(MeshWarning, match=r"the materials of m\.mtl, for another file of that name is there"):
+        save_mesh(load_mesh(model), tmp_path / "sub/s.obj")
+    assert (tmp_path / "sub/m.mtl").read_bytes() == b"other"
+
+
+def test_a_stream_has_no_file_beside_it(model: Path) -> None:
+    with pytest.warns(MeshWarning, match=r"OBJ does not hold the file m\.mtl"):
+        save_mesh(load_mesh(model), io.BytesIO(), file_type="obj")
+    mesh = load_mesh(io.BytesIO(model.read_bytes()), file_type="obj")
+    with pytest.warns(MeshWarning, match=r"glTF does not hold material \(mtllib\)"):
+        save_mesh(mesh, io.BytesIO(), file_type="glb")
+
+
+def test_obj_names_what_it_loses_of_a_material() -> None:
+    material: dict[str, Any] = {"steel": {"name": "steel", "pbrMetallicRoughness": {"baseColorFactor": [1, 0, 0, 1]}}}
+    mesh = Mesh(
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0)],
+        [(0, 1, 2)],
+        attributes={"face": {"material": [0]}, "labels": {"material": ["steel"]}, "material": material},
+    )
+    file = io.BytesIO()
+    with pytest.warns(MeshWarning, match=r"OBJ does not hold colour of material 'steel'$"):
+        save_mesh(mesh, file, file_type="obj")
+    assert b"usemtl steel" in file.getvalue()
+
+
+@pytest.mark.parametrize("data", [b"", b"newmtl", b"Kd 1", b"newmtl steel\nKd x\nd\nTr nan\nmap_Kd\n\xff", b"\0\xff"])
+def test_damaged_files_give_no_colours(model: Path, data: bytes) -> None:
+    (model.parent / "m.mtl").write_bytes(data)
+    with contextlib.suppress(MeshWarning):
+        material = load_mesh(model).attributes.material
+    assert "pbrMetallicRoughness" not in material.get("steel", {})
