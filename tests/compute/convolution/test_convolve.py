@@ -501,7 +501,7 @@ def test_impossible_arguments(image: Any, kernel: Any, keywords: dict[str, Any],
         (IMAGE, BOX, {"origin": (1.0, 1)}, r"origin\[0\] must be a whole number, got 1.0"),
         (IMAGE, BOX, {"out": [[1.0]]}, r"out must be a NumPy array, got list"),
         (IMAGE, BOX, {"out": IMAGE.astype(np.float64)}, r"out must have dtype float32, got float64"),
-        (IMAGE, BOX, {"device": "llvmpipe"}, r"device must be a GpuDevice, got 'llvmpipe'"),
+        (IMAGE, BOX, {"device": "llvmpipe"}, r"device must be a Device, got 'llvmpipe'"),
     ],
 )
 def test_unusable_types(image: Any, kernel: Any, keywords: dict[str, Any], message: str) -> None:
