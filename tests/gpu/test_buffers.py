@@ -98,7 +98,7 @@ def test_a_buffer_of_another_device_is_refused_before_wgpu_would_abort(any_devic
     own = Buffer(any_device.context, 16, label="test")
     with GpuDevice() as elsewhere:
         foreign = Buffer(elsewhere.context, 16, label="test")
-        message = r"^the buffer 'test' of GpuDevice\(.*\) cannot be used on GpuDevice\(.*\)$"
+        message = r"^the buffer 'test' of Device\(.*\) cannot be used on Device\(.*\)$"
         with (
             pytest.raises(DeviceError, match=message),
             any_device.encode_commands(own, foreign, label="test") as encoder,

@@ -111,7 +111,7 @@ def test_a_stage_uses_every_binding_that_it_declares(stage: str, number_type: st
         if f" {name}: texture_2d<f32>" in code:
             return Texture(device.context, (4, 4), "rgba8unorm", label=name)
         usage = UNIFORM if f"var<uniform> {name}:" in code else STORAGE
-        return Buffer(device.context, 4096, usage, label=name)
+        return Buffer(device.context, 65536, usage, label=name)
 
     parts = {name: create(name) for name in pipeline.bindings}
     assert device.bind_groups.bind(pipeline, **dict(reversed(parts.items())))

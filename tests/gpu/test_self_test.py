@@ -34,7 +34,7 @@ def test_a_driver_that_computes_wrongly_is_refused_by_name_of_the_check(
 ) -> None:
     broken = copy_with(tmp_path, "self_test.wgsl", *BREAKAGES[check])
     monkeypatch.setenv("GPU_XFORM_WGSL", str(broken))
-    with pytest.raises(DeviceError, match=rf"^GpuDevice\(.*\) failed its self-test: .*{check} \("):
+    with pytest.raises(DeviceError, match=rf"^Device\(.*\) failed its self-test: .*{check} \("):
         GpuDevice()
 
 

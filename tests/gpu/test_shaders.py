@@ -51,7 +51,7 @@ def test_a_shader_that_does_not_compile_names_the_file_and_line_where_it_is_wron
     lines = (folder / "shared" / "depth_cue.wgsl").read_text("utf-8").splitlines()
     [number] = [number for number, line in enumerate(lines, 1) if wrong in line]
     monkeypatch.setenv("GPU_XFORM_WGSL", str(folder))
-    message = rf"^shared/depth_cue\.wgsl:{number} does not compile on GpuDevice\("
+    message = rf"^shared/depth_cue\.wgsl:{number} does not compile on Device\("
     with GpuDevice() as other:
         for stage in ("accumulate_lines", "depth_small_triangles"):
             with pytest.raises(ShaderError, match=message) as seen:

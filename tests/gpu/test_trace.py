@@ -27,7 +27,8 @@ def test_a_process_leaves_the_times_of_all_its_dispatches(features: str, tmp_pat
     code = f"""
         import gpu_xform as gx
         from gpu_xform.gpu.context import WANTED_FEATURES, GpuContext
-        device = gx.Device.from_context(GpuContext(wanted_features={features}))
+        from gpu_xform.gpu.device import GpuDevice
+        device = GpuDevice.from_context(GpuContext(wanted_features={features}))
         gx.transform_points([[1, 2, 3]], gx.identity(), device=device)
         gx.render_array(gx.samples.cube(), hidden="remove", size=(64, 64), device=device)
     """
