@@ -17,7 +17,7 @@ from ..geometry.mesh import Mesh
 from ..geometry.scene import Node, Scene
 from ..geometry.scene_animation import SceneAnimation
 from ..geometry.triangulation import triangulate
-from ._losses import name_materials, warn_of
+from ._losses import list_rounding, name_materials, warn_of
 from ._warn import warn
 from .gltf_accessors import DTYPES
 from .gltf_attributes import name_semantic
@@ -166,7 +166,7 @@ class _Writer:
     def _primitives(self, mesh: Mesh, deformable: DeformableMesh | None, name: str) -> list[dict[str, Any]]:
         """Return one primitive per material, kind of face and set of attributes, or one of points."""
         parts, lost = _split_gaps(mesh)
-        self._unwritten.update(lost)
+        self._unwritten.update(lost + list_rounding(mesh.positions))
         return [made for part in parts for made in self._whole_primitives(part, deformable, name, len(parts) == 1)]
 
     def _whole_primitives(
