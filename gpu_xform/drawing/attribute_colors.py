@@ -12,10 +12,13 @@ from ..geometry.mesh import Mesh
 from ..imaging.colormaps import apply_colormap
 
 FILE = "file"
+_AXES = ("x", "y", "z")
 
 
 def find_scalars(mesh: Mesh, name: str) -> tuple[npt.NDArray[Any], bool]:
     """Return the attribute with one number per point or, failing that, per face, and whether it is per face.
+
+    Without attributes of these names, "x", "y" and "z" are the coordinates of the points.
 
     Raises ArgumentError, which lists the names that there are.
     """
@@ -23,6 +26,8 @@ def find_scalars(mesh: Mesh, name: str) -> tuple[npt.NDArray[Any], bool]:
     for is_per_face, table in enumerate(tables):
         if name in table and _is_scalar(table[name]):
             return table[name], bool(is_per_face)
+    if name in _AXES:
+        return mesh.positions[:, _AXES.index(name)], False
     known = ", ".join(map(repr, list_scalars(mesh))) or "of which it has none"
     raise ArgumentError.expecting("scalars", f"name a number per point or face of the model, {known}", repr(name))
 
