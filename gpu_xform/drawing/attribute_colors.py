@@ -12,6 +12,7 @@ from ..geometry.mesh import Mesh
 from ..imaging.colormaps import apply_colormap
 
 FILE = "file"
+_TOLERANCE = 1e-3
 _AXES = ("x", "y", "z")
 
 
@@ -112,9 +113,19 @@ def _as_rgba(column: Any) -> Float64Array | None:
     if not isinstance(column, np.ndarray) or column.ndim != 2 or column.shape[1] not in (3, 4):
         return None
     largest = np.iinfo(column.dtype).max if column.dtype.kind in "iu" else 1.0
+    if column.dtype.kind == "f":
+        _require_fractions(column)
     colors = np.clip(column.astype(np.float64) / largest, 0.0, 1.0)
     np.nan_to_num(colors, copy=False, nan=1.0)  # a point without a colour among others is white
     return colors if colors.shape[1] == 4 else np.column_stack([colors, np.ones(len(colors))])
+
+
+def _require_fractions(colors: npt.NDArray[Any]) -> None:
+    """Raise ArgumentError for colours that are not from 0 to 1, but for rounding and NaN."""
+    wrong = colors[(colors > 1.0 + _TOLERANCE) | (colors < -_TOLERANCE)]
+    if len(wrong):
+        expected = "hold uint8, or floats from 0 to 1"
+        raise ArgumentError.expecting("the attribute 'color' of the model", expected, f"{wrong[0]:g}")
 
 
 def _average(colors: Float64Array, owners: npt.NDArray[np.int64], count: int) -> Float64Array:

@@ -129,3 +129,9 @@ def test_coordinates_are_scalars_unless_attributes_have_their_names() -> None:
     own = mesh.with_attributes({"point": {"z": mesh.positions[:, 0]}})
     other = gx.render_array(mesh, size=(40, 40), scalars=mesh.positions[:, 0])
     assert np.array_equal(gx.render_array(own, size=(40, 40), scalars="z"), other)
+
+
+def test_floats_that_are_no_fractions_are_refused() -> None:
+    mesh = with_attributes(point={"color": RED_TO_BLUE[:, :3].astype(np.float32)})
+    with pytest.raises(gx.ArgumentError, match="'color' of the model must hold uint8, or floats from 0 to 1, got "):
+        gx.render_array(mesh, color="file", **LOOK)
