@@ -12,10 +12,14 @@ from ..geometry.mesh import Mesh
 from ..imaging.colormaps import apply_colormap
 
 FILE = "file"
+_TOLERANCE = 1e-3
+_AXES = ("x", "y", "z")
 
 
 def find_scalars(mesh: Mesh, name: str) -> tuple[npt.NDArray[Any], bool]:
     """Return the attribute with one number per point or, failing that, per face, and whether it is per face.
+
+    Without attributes of these names, "x", "y" and "z" are the coordinates of the points.
 
     Raises ArgumentError, which lists the names that there are.
     """
@@ -23,6 +27,8 @@ def find_scalars(mesh: Mesh, name: str) -> tuple[npt.NDArray[Any], bool]:
     for is_per_face, table in enumerate(tables):
         if name in table and _is_scalar(table[name]):
             return table[name], bool(is_per_face)
+    if name in _AXES:
+        return mesh.positions[:, _AXES.index(name)], False
     known = ", ".join(map(repr, list_scalars(mesh))) or "of which it has none"
     raise ArgumentError.expecting("scalars", f"name a number per point or face of the model, {known}", repr(name))
 
@@ -107,9 +113,19 @@ def _as_rgba(column: Any) -> Float64Array | None:
     if not isinstance(column, np.ndarray) or column.ndim != 2 or column.shape[1] not in (3, 4):
         return None
     largest = np.iinfo(column.dtype).max if column.dtype.kind in "iu" else 1.0
+    if column.dtype.kind == "f":
+        _require_fractions(column)
     colors = np.clip(column.astype(np.float64) / largest, 0.0, 1.0)
     np.nan_to_num(colors, copy=False, nan=1.0)  # a point without a colour among others is white
     return colors if colors.shape[1] == 4 else np.column_stack([colors, np.ones(len(colors))])
+
+
+def _require_fractions(colors: npt.NDArray[Any]) -> None:
+    """Raise ArgumentError for colours that are not from 0 to 1, but for rounding and NaN."""
+    wrong = colors[(colors > 1.0 + _TOLERANCE) | (colors < -_TOLERANCE)]
+    if len(wrong):
+        expected = "hold uint8, or floats from 0 to 1"
+        raise ArgumentError.expecting("the attribute 'color' of the model", expected, f"{wrong[0]:g}")
 
 
 def _average(colors: Float64Array, owners: npt.NDArray[np.int64], count: int) -> Float64Array:

@@ -92,7 +92,7 @@ class Layer:
         The colour of each point, interpolated along the edges.
     scalars : (n,) numbers or str, optional
         A number per point, shown in the colours of `cmap`, or the name of an attribute of the model with one number per
-        point or per face, such as "intensity".
+        point or per face, such as "intensity"; "x", "y" and "z" are the coordinates unless attributes are called so.
     cmap : str or colormap
         The colormap for `scalars`: a name as matplotlib has them, such as "viridis" or "viridis_r", or a callable from
         (k,) numbers in [0, 1] to (k, 4) colours. With a name, NaN is transparent.

@@ -3,6 +3,9 @@
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
+from .._core.types import Float64Array
 from ..geometry.mesh import Mesh
 from ._warn import warn
 
@@ -11,6 +14,7 @@ ListLosses = Callable[[Mesh], list[str]]
 _FAMILIES = {"glb": "gltf"}
 _NAMES = {"gltf": "glTF"}
 _MAX_NAMED = 4
+_MAX_ROUNDING = 8 * 2.0**-24
 
 
 def list_attributes(mesh: Mesh) -> list[str]:
@@ -19,6 +23,21 @@ def list_attributes(mesh: Mesh) -> list[str]:
     tables = (("point", attributes.point), ("corner", attributes.corner), ("face", attributes.face))
     lost = [f"{name} per {what}" for what, table in tables for name in table]
     return lost + [f"material ({name})" for name in attributes.material]
+
+
+def list_rounding(positions: Float64Array) -> list[str]:
+    """Return by how much float32 changes coordinates, if it does so more than for a model around the origin.
+
+    Half of float32's spacing at the extent of a model is what every model loses; several times that is named.
+    """
+    if len(positions) == 0:
+        return []
+    with np.errstate(over="ignore", invalid="ignore"):
+        change = float(np.abs(positions.astype(np.float32) - positions).max())
+        extent = float((positions.max(axis=0) - positions.min(axis=0)).max())
+    if extent == 0.0 or not change > _MAX_ROUNDING * extent:
+        return []
+    return [f"all digits of coordinates, which change by up to {change:.2g}"]
 
 
 def list_material_losses(materials: Mapping[str, Any], kept_names: Collection[str]) -> list[str]:

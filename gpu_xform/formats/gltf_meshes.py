@@ -3,6 +3,7 @@
 Section numbers are those of the glTF 2.0 specification.
 """
 
+import json
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -48,8 +49,8 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
     materials = document.get("materials", [])
     names = make_names([material.get("name") for material in materials], "material")
     for i, mesh in enumerate(document.get("meshes", [])):
-        found.append([])
-        for part in mesh["primitives"]:
+        shared: dict[str, list[Primitive]] = {}
+        for p, part in enumerate(mesh["primitives"]):
             if "POSITION" not in part["attributes"]:  # nothing to show, unless an extension says where (3.7.2.1)
                 continue
             primitive = _read_primitive(part, accessors, f"mesh {i}")
@@ -62,8 +63,45 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
                 continue
             material = get_count(part, "material") if "material" in part else None
             described = None if material is None else (names[material], materials[material])
-            found[i].append(replace(primitive, mesh=_describe(primitive.mesh, mesh, part, described)))
+            key = _make_key(part) if primitive.mesh.n_faces else str(p)
+            shared.setdefault(key, []).append(replace(primitive, mesh=_describe(primitive.mesh, mesh, part, described)))
+        found.append([_join(primitives) for primitives in shared.values()])
     return found
+
+
+def _make_key(part: Any) -> str:
+    """Return a text that is the same for primitives that share their points, and differ in faces and material alone."""
+    own = {name: value for name, value in part.items() if name not in ("indices", "material", "mode")}
+    return json.dumps(own, sort_keys=True)
+
+
+def _join(primitives: list[Primitive]) -> Primitive:
+    """Return primitives that share their points as one."""
+    if len(primitives) == 1:
+        return primitives[0]
+    meshes = [primitive.mesh for primitive in primitives]
+    numbers: dict[str, int] = {}
+    materials: dict[str, Any] = {}
+    of_face = []
+    for mesh in meshes:
+        labels = mesh.attributes.labels.get("material")
+        number = numbers.setdefault(labels[0], len(numbers)) if labels else -1
+        of_face.append(np.full(mesh.n_faces, number, np.int32))
+        materials |= mesh.attributes.material
+    corners_before = np.cumsum([0, *(len(mesh.indices) for mesh in meshes)])
+    joined = Mesh.from_offsets(
+        meshes[0].positions,
+        np.concatenate([[0], *(mesh.offsets[1:] + n for mesh, n in zip(meshes, corners_before, strict=False))]),
+        np.concatenate([mesh.indices for mesh in meshes]),
+        attributes=Attributes(
+            meshes[0].attributes.point,
+            face={"material": np.concatenate(of_face)} if numbers else {},
+            labels={"material": list(numbers)} if numbers else {},
+            material=materials,
+        ),
+        metadata=meshes[0].metadata,
+    )
+    return replace(primitives[0], mesh=joined)
 
 
 def _read_primitive(part: Any, accessors: Accessors, owner: str) -> Primitive:

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._core.types import IndexArray
+from .._core.types import BoolArray, IndexArray
 from ..errors import MeshError
-from ..geometry.attributes import Attributes, RaggedArray, thaw_value
+from ..geometry.attributes import Attributes, RaggedArray, take_rows, thaw_value
 from ..geometry.deformable_mesh import DeformableMesh, Skin
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Node, Scene, require_one_pose
 from ..geometry.scene_animation import SceneAnimation
 from ..geometry.triangulation import triangulate
-from ._losses import name_materials, warn_of
+from ._losses import list_rounding, name_materials, warn_of
 from ._warn import warn
 from .gltf_accessors import DTYPES
 from .gltf_attributes import name_semantic
@@ -165,8 +165,19 @@ class _Writer:
         return len(meshes) - 1
 
     def _primitives(self, mesh: Mesh, deformable: DeformableMesh | None, name: str) -> list[dict[str, Any]]:
-        """Return one primitive per material and kind of face, or one of points."""
+        """Return one primitive per material, kind of face and set of attributes, or one of points."""
+        parts, lost = _split_gaps(mesh)
+        self._unwritten.update(lost + list_rounding(mesh.positions))
+        return [made for part in parts for made in self._whole_primitives(part, deformable, name, len(parts) == 1)]
+
+    def _whole_primitives(
+        self, mesh: Mesh, deformable: DeformableMesh | None, name: str, has_all_points: bool
+    ) -> list[dict[str, Any]]:
+        """Return the primitives of a mesh whose attributes are finite; without the points of other parts."""
         vertices, corners, table = _split_corners(mesh)
+        if not has_all_points:
+            used, corners = np.unique(corners, return_inverse=True)
+            vertices, table = vertices[used], {key: column[used] for key, column in table.items()}
         positions = mesh.positions[vertices]
         if len(positions) and np.abs(positions).max() > _MAX_FLOAT32:
             worst = np.abs(positions).max()
@@ -347,6 +358,65 @@ class _Writer:
         views.append({"buffer": 0, "byteOffset": len(self._binary), "byteLength": len(data)})
         self._binary += data + b"\0" * (-len(data) % 4)
         return len(views) - 1
+
+
+def _split_gaps(mesh: Mesh) -> tuple[list[Mesh], list[str]]:
+    """Return parts of the faces, each with those attributes that have finite rows at all its corners; and what is lost.
+
+    NaN stands for a row that a corner does not have, which glTF cannot hold (3.6.2.2). All parts have all points.
+    """
+    attributes = mesh.attributes
+    tables = {"point": dict(attributes.point), "corner": dict(attributes.corner)}
+    key = np.zeros(mesh.n_faces, np.int64)
+    gaps: list[tuple[str, str]] = []
+    lost = []
+    for what, table in tables.items():
+        for name, column in list(table.items()):
+            if isinstance(column, RaggedArray) or column.dtype.kind != "f" or np.isfinite(column).all():
+                continue
+            is_there = np.isfinite(column.reshape(len(column), -1)).all(axis=1)
+            if mesh.n_faces == 0:
+                lost.append(f"{name} per {what}, which {(~is_there).sum()} of {len(column)} rows lack")
+                del table[name]
+                continue
+            of_corner = is_there[mesh.indices] if what == "point" else is_there
+            is_whole = np.logical_and.reduceat(of_corner, mesh.offsets[:-1])
+            n_partly = int((np.logical_or.reduceat(of_corner, mesh.offsets[:-1]) & ~is_whole).sum())
+            if n_partly:
+                lost.append(f"{name} of {n_partly} faces, which some of their corners lack")
+            key |= is_whole.astype(np.int64) << len(gaps)
+            gaps.append((what, name))
+    if not gaps:
+        return [mesh if not lost else _take_faces(mesh, np.ones(mesh.n_faces, bool), tables)], lost
+    parts = []
+    for value in np.unique(key).tolist():
+        lacking = {gap for i, gap in enumerate(gaps) if not value >> i & 1}
+        held = {
+            what: {name: column for name, column in table.items() if (what, name) not in lacking}
+            for what, table in tables.items()
+        }
+        parts.append(_take_faces(mesh, key == value, held))
+    return parts, lost
+
+
+def _take_faces(mesh: Mesh, chosen: BoolArray, tables: Mapping[str, Mapping[str, Any]]) -> Mesh:
+    """Return the mesh of some faces and all points, with the attributes of `tables` per point and per corner."""
+    sizes = np.diff(mesh.offsets)
+    corners = np.flatnonzero(np.repeat(chosen, sizes))
+    attributes = mesh.attributes
+    return Mesh.from_offsets(
+        mesh.positions,
+        np.concatenate([[0], np.cumsum(sizes[chosen])]),
+        mesh.indices[corners],
+        attributes=Attributes(
+            tables["point"],
+            {name: take_rows(column, corners) for name, column in tables["corner"].items()},
+            {name: take_rows(column, np.flatnonzero(chosen)) for name, column in attributes.face.items()},
+            labels=attributes.labels,
+            material=attributes.material,
+        ),
+        metadata=mesh.metadata,
+    )
 
 
 def _split_corners(mesh: Mesh) -> tuple[IndexArray, IndexArray, Mapping[str, npt.NDArray[Any]]]:

@@ -13,7 +13,7 @@ from ..errors import MeshError
 from ..geometry.attributes import Attributes
 from ..geometry.mesh import Mesh
 from ..geometry.triangulation import triangulate
-from ._losses import list_attributes
+from ._losses import list_attributes, list_rounding
 from ._text import parse_float, parse_numbers, plain_text, quote, without_mark
 from ._warn import warn
 
@@ -196,13 +196,15 @@ def _claim_slots(
 
 
 def list_losses(mesh: Mesh) -> list[str]:
-    """Return what of a mesh STL cannot hold."""
+    """Return what of a mesh STL cannot hold; raise MeshError for one that it cannot hold at all."""
+    _require_triangles(mesh)
     held = set()
     if _can_hold_attribute(mesh):
         held.add("attribute per face")
     if _is_written_as_text(mesh) and "object" in mesh.attributes.face:
         held.add("object per face")
-    return [name for name in list_attributes(mesh) if name not in held]
+    lost = [name for name in list_attributes(mesh) if name not in held]
+    return lost if _is_written_as_text(mesh) else lost + list_rounding(mesh.positions)
 
 
 def write(mesh: Mesh, file: BinaryIO) -> None:

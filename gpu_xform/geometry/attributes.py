@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.public import public
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 
@@ -317,9 +318,22 @@ def take_rows(column: Column, rows: IndexArray) -> Column:
     return RaggedArray(column.values[places], offsets)
 
 
+class _Table(dict[str, Column]):
+    """Columns by name; a name that is not there is told with those that are."""
+
+    def __init__(self, what: str) -> None:
+        super().__init__()
+        self._what = what
+
+    def __missing__(self, name: str) -> Column:
+        known = ", ".join(self) or "none"
+        hint = did_you_mean(str(name), self).replace("'", "")
+        raise KeyError(f"no attribute {name} per {self._what}, there are: {known}{hint}")
+
+
 def _as_columns(table: ColumnsLike | None, what: str) -> Columns:
     """Return a read-only mapping of read-only columns."""
-    columns: dict[str, Column] = {}
+    columns = _Table(what)
     for name, value in (table or {}).items():
         if not name or not isinstance(name, str):
             raise MeshError(f"the name of an attribute per {what} must be a text, got {name!r}")

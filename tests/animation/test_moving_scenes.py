@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Animation, Camera, Mesh, Scene, animate, render, samples, turntable
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
-from gpu_xform.formats import registry
+from gpu_xform.formats import obj
 from tests.support.spies import record_uploads
 
 SIZE = (96, 64)
@@ -86,13 +86,13 @@ def test_a_file_in_a_scene_is_read_once(tmp_path: Path, monkeypatch: pytest.Monk
     path = tmp_path / "house.obj"
     gx.save_mesh(samples.house(), path)
     reads: list[bytes] = []
-    read = registry.READERS["obj"]
+    read = obj.read
 
-    def spy(data: bytes) -> Mesh:
+    def spy(data: bytes, **options: Any) -> Mesh:
         reads.append(data)
-        return read(data)
+        return read(data, **options)
 
-    monkeypatch.setitem(registry.READERS, "obj", spy)
+    monkeypatch.setattr(obj, "read", spy)
     scene = Scene()
     scene.add(path, name="a")
     scene.add(str(path), name="b", transform=gx.translate(3, 0, 0), color="red")

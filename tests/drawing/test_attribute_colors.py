@@ -30,7 +30,8 @@ def test_the_colors_of_points_are_those_of_the_file() -> None:
     assert np.array_equal(gx.render_array(floats, color="file", line_width=3, **LOOK), expected)
 
 
-def test_a_path_is_drawn_in_the_colors_of_its_file() -> None:
+def test_a_path_is_drawn_in_the_colors_of_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
     gx.save_mesh(with_attributes(point={"color": RED_TO_BLUE, "intensity": INTENSITY}), "cube.ply")
     expected = gx.render_array(CUBE, vertex_colors=RED_TO_BLUE, **LOOK)
     assert np.array_equal(gx.render_array("cube.ply", color="file", **LOOK), expected)
@@ -119,3 +120,18 @@ def test_a_material_of_an_odd_shape_has_no_color() -> None:
         mesh = with_attributes(face=face, labels={"material": ["odd"]}, material=odd)
         with pytest.raises(gx.ArgumentError, match="no attribute 'color' and no coloured material"):
             gx.render_array(mesh, color="file", **LOOK)
+
+
+def test_coordinates_are_scalars_unless_attributes_have_their_names() -> None:
+    mesh = samples.cube()
+    plain = gx.render_array(mesh, size=(40, 40), scalars=mesh.positions[:, 2])
+    assert np.array_equal(gx.render_array(mesh, size=(40, 40), scalars="z"), plain)
+    own = mesh.with_attributes({"point": {"z": mesh.positions[:, 0]}})
+    other = gx.render_array(mesh, size=(40, 40), scalars=mesh.positions[:, 0])
+    assert np.array_equal(gx.render_array(own, size=(40, 40), scalars="z"), other)
+
+
+def test_floats_that_are_no_fractions_are_refused() -> None:
+    mesh = with_attributes(point={"color": RED_TO_BLUE[:, :3].astype(np.float32)})
+    with pytest.raises(gx.ArgumentError, match="'color' of the model must hold uint8, or floats from 0 to 1, got "):
+        gx.render_array(mesh, color="file", **LOOK)

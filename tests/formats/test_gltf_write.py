@@ -1,6 +1,7 @@
 """Scenes and meshes written as glTF, against what trimesh reads, and read again."""
 
 import io
+import warnings
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,8 @@ from hypothesis import strategies as st
 
 from gpu_xform import Mesh, Scene, load_mesh, load_scene, samples, save_mesh, scale, translate
 from gpu_xform.errors import MeshError, MeshWarning
+from gpu_xform.formats.gltf_accessors import Accessors
+from gpu_xform.formats.gltf_document import read_glb
 from gpu_xform.geometry.attributes import RaggedArray
 from gpu_xform.geometry.deformable_mesh import DeformableMesh
 from tests.formats.test_gltf_animations import MOVES, TURNS, animated
@@ -134,7 +137,7 @@ def test_segments_and_points_are_written() -> None:
         assert load_mesh(io.BytesIO(saved(mesh)), file_type="glb") == mesh
     both = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 3)])
     models = [shown.model for shown in load_scene(io.BytesIO(saved(both)), file_type="glb")["geometry_0"].models]
-    assert models == [Mesh(both.positions, [(0, 1, 2)]), Mesh(both.positions, [(0, 3)])]
+    assert models == [both]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -298,3 +301,56 @@ def test_a_mesh_of_a_document_names_what_only_its_scene_holds() -> None:
     with pytest.warns(MeshWarning, match="one mesh does not hold 2 nodes, 1 animation, 1 camera, 1 image"):
         data = saved(mesh)
     assert load_mesh(io.BytesIO(data), file_type="glb") == mesh
+
+
+def test_corners_without_texture_coordinates_are_written_without_them() -> None:
+    points = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvn 0 0 1\n"
+    mesh = load_mesh(io.BytesIO(points + b"f 1/1/1 2/2/1 3/3/1\nf 1//1 3//1 4//1\nf 1/1 2 4\nl 1 4\n"), file_type="obj")
+    with pytest.warns(MeshWarning, match="does not hold texcoord of 1 faces, which some of their corners lack"):
+        data = saved(mesh)
+    scene = trimesh.load_scene(io.BytesIO(data), file_type="glb")
+    kinds = {len(part.vertices): part for part in scene.geometry.values() if isinstance(part, trimesh.Trimesh)}
+    assert all(np.isfinite(part.vertex_normals).all() for part in kinds.values())
+    again_read = load_mesh(io.BytesIO(data), file_type="glb")
+    assert sorted(np.diff(again_read.offsets).tolist()) == [2, 3, 3, 3]
+    of_face = np.isfinite(again_read.attributes.point["texcoord"]).all(axis=1)[again_read.indices]
+    assert of_face.sum() == 3
+    for row in _float_accessors(data):
+        assert np.isfinite(row).all()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert load_mesh(io.BytesIO(saved(again_read)), file_type="glb") == again_read
+
+
+def _float_accessors(data: bytes) -> list[Any]:
+    """Return the rows of all accessors of a GLB file that hold floats."""
+    document = read_glb(data)
+    accessors = Accessors(document.content, document.buffers)
+    return [
+        accessors.components(i) for i, held in enumerate(document.content["accessors"]) if held["componentType"] == 5126
+    ]
+
+
+def test_numbers_that_some_points_of_a_cloud_lack_are_named() -> None:
+    cloud = Mesh(np.eye(3), attributes={"point": {"time": [1.0, np.nan, 2.0], "gain": [1.0, 2.0, 3.0]}})
+    with pytest.warns(MeshWarning, match="time per point, which 1 of 3 rows lack"):
+        read = load_mesh(io.BytesIO(saved(cloud)), file_type="glb")
+    assert list(read.attributes.point) == ["gain"]
+
+
+def test_points_do_not_multiply_on_the_way() -> None:
+    torus = samples.torus(20, 20)
+    names = [f"m{i}" for i in range(5)]
+    mesh = torus.with_attributes(
+        {
+            "face": {"material": np.arange(torus.n_faces) % 5},
+            "labels": {"material": names},
+            "material": {name: {"name": name} for name in names},
+        }
+    )
+    for _ in range(3):
+        mesh = load_mesh(io.BytesIO(saved(mesh)), file_type="glb")
+        assert mesh.n_points == torus.n_points
+        assert mesh.n_faces == 2 * torus.n_faces
+        assert sorted(mesh.attributes.labels["material"]) == names
+    assert np.bincount(mesh.attributes.face["material"]).tolist() == [2 * torus.n_faces // 5] * 5

@@ -3,6 +3,7 @@ import os
 import stat
 import subprocess
 import sys
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 
 from gpu_xform import samples
 from gpu_xform._core.atomic_files import atomic_write
-from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError, MeshWarning
 from gpu_xform.formats import load_mesh, load_scene, registry, save_mesh
 from gpu_xform.geometry.mesh import Mesh
 
@@ -257,3 +258,23 @@ def test_a_missing_file_is_graver_than_a_wrong_suffix(tmp_path: Path) -> None:
     (tmp_path / "there.xyz").write_bytes(b"x")
     with pytest.raises(MeshError, match="the type must be one of"):
         load_mesh(tmp_path / "there.xyz")
+
+
+@pytest.mark.parametrize(("kind", "name"), [("stl", "STL"), ("glb", "glTF")])
+def test_coordinates_far_from_the_origin_lose_digits_by_name(tmp_path: Path, kind: str, name: str) -> None:
+    far = Mesh(np.eye(3) * 100 + (389000.123, 5400000.25, 0.0), [(0, 1, 2)])
+    with pytest.warns(
+        MeshWarning, match=rf"{name} does not hold all digits of coordinates, which change by up to 0\.25"
+    ):
+        save_mesh(far, tmp_path / f"far.{kind}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        save_mesh(Mesh(np.eye(3) * 0.1 + 0.3, [(0, 1, 2)]), tmp_path / f"near.{kind}")
+
+
+def test_stl_refuses_a_cloud_without_a_list_of_what_else_it_would_lose(tmp_path: Path) -> None:
+    cloud = Mesh(np.eye(3), attributes={"point": {"time": [1, 2, 3]}})
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(MeshError, match="STL holds triangles only, this mesh has no faces"):
+            save_mesh(cloud, tmp_path / "a.stl")

@@ -209,3 +209,13 @@ def test_faces_are_reversed_if_asked_and_only_then() -> None:
     assert mesh.reversed().reversed() == mesh
     with pytest.raises(gx.ArgumentError, match=r"^flip must be 'auto', True or False, got 'no'$"):
         mesh.transformed(turn, flip="no")  # type: ignore[arg-type]
+
+
+def test_a_name_that_is_not_there_is_told_with_those_that_are() -> None:
+    mesh = Mesh(np.eye(3), attributes={"point": {"temperature": [1, 2, 3], "time": [1, 2, 3]}})
+    with pytest.raises(KeyError, match=r"no attribute temperatur per point, .* temperature, time; did you mean temp"):
+        mesh.attributes.point["temperatur"]
+    with pytest.raises(KeyError, match=r"no attribute area per face, there are: none"):
+        mesh.attributes.face["area"]
+    assert mesh.attributes.point.get("temp") is None
+    assert "temp" not in mesh.attributes.point

@@ -2,7 +2,10 @@
 
 import argparse
 import json
+import math
+import sys
 import warnings
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +17,7 @@ from ...geometry.scene import Scene
 from .. import argument_types as types
 from .. import files
 from .. import options as groups
+from ..exit_codes import FAILURES, exit_code_for, format_error
 from ..paths import expand_globs, file_type
 from ..streams import print_stdout
 
@@ -46,9 +50,16 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print what files hold."""
-    found = [_describe(path, options.file_type, options.tolerance) for path in expand_globs(options.models)]
-    print_stdout(json.dumps(found, indent=2) + "\n" if options.json else "\n".join(map(_format, found)))
-    return 0
+    found, errors = [], []
+    for path in expand_globs(options.models):
+        try:
+            found.append(_describe(path, options.file_type, options.tolerance))
+        except FAILURES as error:
+            errors.append(error)
+            sys.stderr.write(format_error(error, path))
+    if found or not errors:
+        print_stdout(json.dumps(found, indent=2) + "\n" if options.json else "\n".join(map(_format, found)))
+    return exit_code_for(errors[0]) if errors else 0
 
 
 def _describe(path: str, declared_type: str | None, tolerance: float | None) -> dict[str, Any]:
@@ -73,12 +84,26 @@ def _describe(path: str, declared_type: str | None, tolerance: float | None) -> 
         "attributes": _describe_attributes(mesh),
         "labels": {name: list(texts) for name, texts in mesh.attributes.labels.items()},
         "materials": list(mesh.attributes.material),
+        "colors": _find_colors(mesh),
+        "libraries": list(mesh.attributes.material.get("mtllib", ())),
         "nodes": [{"name": node.name, "parent": node.parent, "models": len(node.models)} for node in scene],
         "animations": list(scene.animations),
         "units": _find_units(kind, scene),
         "encoding": mesh.metadata.get(kind, {}).get("encoding"),
         "comments": _find_comments(mesh),
         "warnings": [str(warning.message) for warning in caught if issubclass(warning.category, MeshWarning)],
+    }
+
+
+def _find_colors(mesh: Mesh) -> dict[str, list[float]]:
+    """Return the base colours of materials, red, green, blue and opacity from 0 to 1, by name."""
+    surfaces = {
+        name: content.get("pbrMetallicRoughness", {})
+        for name, content in mesh.attributes.material.items()
+        if isinstance(content, Mapping)
+    }
+    return {
+        name: list(surface["baseColorFactor"]) for name, surface in surfaces.items() if "baseColorFactor" in surface
     }
 
 
@@ -132,7 +157,7 @@ def _format(found: dict[str, Any]) -> str:
         ("points", f"{found['points']:,}"),
         ("faces", f"{sum(found['faces'].values()):,}" + (f" ({_shorten(faces)})" if faces else "")),
         ("edges", f"{found['edges']:,}"),
-        ("bounds", f"{_join(low)} to {_join(high)}"),
+        ("bounds", _format_bounds(low, high)),
     ]
     rows += [
         (f"per {what}", ", ".join(f"{name} ({kind})" for name, kind in table.items()))
@@ -140,6 +165,9 @@ def _format(found: dict[str, Any]) -> str:
         if table
     ]
     rows += [(name, _shorten(texts)) for name, texts in found["labels"].items()]
+    colors = [f"{name} ({', '.join(f'{part:.3g}' for part in color)})" for name, color in found["colors"].items()]
+    rows += [("colours", _shorten(colors))] if colors else []
+    rows += [("mtllib", _shorten(found["libraries"]))] if found["libraries"] else []
     names = [node["name"] for node in found["nodes"]]
     rows += [("nodes", f"{len(names)}: {_shorten(names)}")] if len(names) > 1 else []
     shown = ["animations", "comments"] if "material" in found["labels"] else ["materials", "animations", "comments"]
@@ -156,5 +184,11 @@ def _shorten(texts: list[str]) -> str:
     return ", ".join(texts[:MAX_TEXTS]) + more
 
 
-def _join(point: list[float]) -> str:
-    return "(" + ", ".join(f"{value:g}" for value in point) + ")"
+def _format_bounds(low: list[float], high: list[float]) -> str:
+    """Return both corners, with six digits of the longest side of the box."""
+    extent = max(b - a for a, b in zip(low, high, strict=True))
+    largest = max(map(abs, (*low, *high)))
+    n_digits = 6
+    if 0 < extent < largest:
+        n_digits += math.ceil(math.log10(largest / extent))
+    return " to ".join("(" + ", ".join(f"{v:.{min(n_digits, 17)}g}" for v in point) + ")" for point in (low, high))

@@ -38,6 +38,8 @@ def test_a_scan(capsys: pytest.CaptureFixture[str]) -> None:
         },
         "labels": {},
         "materials": [],
+        "colors": {},
+        "libraries": [],
         "nodes": [{"name": "scan", "parent": None, "models": 1}],
         "animations": [],
         "units": None,
@@ -102,3 +104,31 @@ def test_the_tolerance_of_surfaces_can_be_given(tmp_path: Path, capsys: pytest.C
     assert n_faces == [1, 64]  # control points z = 0, 1, 4 differ by 1, 3: a distance of 2 x 2 / (8 n^2) at most
     assert main(["info", str(path), "--tolerance", "0"]) == 2
     assert "--tolerance: expected a number greater than 0, got '0'" in capsys.readouterr().err
+
+
+def test_files_that_can_be_read_are_told_beside_one_that_cannot(capsys: pytest.CaptureFixture[str]) -> None:
+    for name in ("a.ply", "c.ply"):
+        save_mesh(samples.cube(), name)
+    Path("b.ply").write_bytes(b"ply\nbad")
+    assert main(["info", "a.ply", "b.ply", "none.ply", "c.ply", "--json"]) == 2
+    out, err = capsys.readouterr()
+    assert [found["file"] for found in json.loads(out)] == ["a.ply", "c.ply"]
+    assert [line.split()[2] for line in err.splitlines()] == ["b.ply:", "none.ply:"]
+
+
+def test_bounds_far_from_the_origin_keep_their_digits(capsys: pytest.CaptureFixture[str]) -> None:
+    save_mesh(Mesh([(389000.25, 5400000.5, 10.125), (389010.25, 5400002.5, 11.0)]), "utm.ply")
+    assert main(["info", "utm.ply"]) == 0
+    assert "(389000.25, 5400000.5, 10.125) to (389010.25, 5400002.5, 11)" in capsys.readouterr().out
+
+
+def test_materials_have_their_colours(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("house.obj").write_bytes(HOUSE)
+    Path("house.mtl").write_bytes(b"newmtl white\nKd 1 1 0.5\nd 0.25\n")
+    (found,) = info_of(capsys, "house.obj")
+    assert found["colors"] == {"white": [1, 1, 0.5, 0.25]}
+    assert found["libraries"] == ["house.mtl"]
+    assert main(["info", "house.obj"]) == 0
+    out = capsys.readouterr().out
+    assert "white (1, 1, 0.5, 0.25)" in out
+    assert "mtllib      house.mtl" in out
