@@ -168,6 +168,9 @@ class _Writer:
         """Return one primitive per material, kind of face and set of attributes, or one of points."""
         parts, lost = _split_gaps(mesh)
         self._unwritten.update(lost + list_rounding(mesh.positions))
+        if mesh.n_faces and (len(parts) > 1 or mesh.attributes.corner or _has_colors_of_faces(mesh)):
+            n_unused = mesh.n_points - len(np.unique(mesh.indices))
+            self._unwritten.update([f"{n_unused} points that no face uses"] if n_unused else [])
         return [made for part in parts for made in self._whole_primitives(part, deformable, name, len(parts) == 1)]
 
     def _whole_primitives(
@@ -265,6 +268,10 @@ class _Writer:
         kept = _as_lists(thaw_value(mesh.attributes.material.get(name, {"name": name})))
         if not isinstance(kept, dict):
             kept = {"name": name}
+        whole = kept
+        kept = _without_missing_textures(whole, len(self._content.get("textures", ())))
+        if kept != whole:
+            self._unwritten.add(f"textures of {name_materials([name])}")
         materials = self._content.setdefault("materials", [])
         if kept not in materials:
             materials.append(kept)
@@ -358,6 +365,17 @@ class _Writer:
         views.append({"buffer": 0, "byteOffset": len(self._binary), "byteLength": len(data)})
         self._binary += data + b"\0" * (-len(data) % 4)
         return len(views) - 1
+
+
+def _without_missing_textures(material: Any, n_textures: int) -> Any:
+    """Return plain data without the references to textures that the document does not have."""
+    if not isinstance(material, dict):
+        return material
+    return {
+        key: _without_missing_textures(value, n_textures)
+        for key, value in material.items()
+        if not (key.endswith("Texture") and isinstance(value, dict) and value.get("index", 0) >= n_textures)
+    }
 
 
 def _split_gaps(mesh: Mesh) -> tuple[list[Mesh], list[str]]:

@@ -53,6 +53,7 @@ _BESIDE: dict[str, Callable[..., Mesh]] = {
 }
 # Files whose nodes can be moved in the file, so that whatever else it holds stays.
 DOCUMENT_TYPES = ("glb", "gltf")
+TRIANGLE_TYPES = (*DOCUMENT_TYPES, "stl")  # whose faces have three corners
 WRITERS: dict[str, Writer] = {
     "glb": glb.write,
     "gltf": gltf.write,

@@ -1,6 +1,7 @@
 """Scenes and meshes written as glTF, against what trimesh reads, and read again."""
 
 import io
+import json
 import warnings
 from typing import Any
 
@@ -298,9 +299,23 @@ def test_a_mesh_of_a_document_names_what_only_its_scene_holds() -> None:
         MeshWarning, match="OBJ does not hold textures of material 'wooden', .*2 nodes, 1 animation, 1 camera, 1 image"
     ):
         saved(mesh, "obj")
-    with pytest.warns(MeshWarning, match="one mesh does not hold 2 nodes, 1 animation, 1 camera, 1 image"):
+    with pytest.warns(MeshWarning) as caught:
         data = saved(mesh)
-    assert load_mesh(io.BytesIO(data), file_type="glb") == mesh
+    said = " ".join(str(warning.message) for warning in caught)
+    assert "one mesh does not hold 2 nodes, 1 animation, 1 camera, 1 image" in said
+    assert "textures of material 'wooden'" in said
+    again = load_mesh(io.BytesIO(data), file_type="glb")
+    assert again.with_attributes(mesh.attributes) == mesh
+    assert again.attributes.point.keys() == mesh.attributes.point.keys()
+    content = read_glb(data).content
+    assert "textures" not in content
+    assert "Texture" not in json.dumps(content["materials"])
+
+
+def test_points_that_no_face_uses_are_named_where_corners_differ() -> None:
+    text = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 5 5 5\nv 6 6 6\nvt 0 0\nvt 1 0\nvt 1 1\nf 1/1 2/2 3/3\n"
+    with pytest.warns(MeshWarning, match="glTF does not hold 2 points that no face uses"):
+        saved(load_mesh(io.BytesIO(text), file_type="obj"))
 
 
 def test_corners_without_texture_coordinates_are_written_without_them() -> None:

@@ -65,6 +65,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Transform or convert a model file or an array."""
+    if options.input != STDIO:
+        Path(options.input).stat()  # a file that is missing is the graver mistake
     source = file_type(options.input, options.file_type)
     target = source if options.output == STDIO else file_type(options.output)
     matrix = compose_transforms(options)
@@ -107,7 +109,18 @@ def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: s
         moved = move(mesh, positions, matrix)
     except MeshError as error:  # a coordinate has overflowed, or was divided by w = 0
         raise MeshError(f"{options.input}, transformed: {error}") from None
-    files.write_mesh(moved, options.output, target)
+    files.write_mesh(_name_polygons(moved, target), options.output, target)
+
+
+def _name_polygons(mesh: Mesh, target: str) -> Mesh:
+    """Return the mesh with a note, for the line about losses, of the polygons that the format splits into triangles."""
+    from ...formats.registry import TRIANGLE_TYPES
+
+    n_polygons = int((np.diff(mesh.offsets) > 3).sum())
+    if target not in TRIANGLE_TYPES or n_polygons == 0:
+        return mesh
+    note = f"{n_polygons} polygon{'s' if n_polygons > 1 else ''} of more than three corners, which become triangles"
+    return mesh.with_attributes(mesh.attributes, metadata={**mesh.metadata, "polygons": {"holds": [note]}})
 
 
 def _without_directions(mesh: Mesh) -> Mesh:

@@ -109,9 +109,25 @@ def test_strict_makes_an_error_of_a_loss_and_writes_nothing(capsys: pytest.Captu
 
 def test_what_loses_nothing_says_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     save_mesh(samples.cube(), "cube.obj")
-    for name in ("cube.ply", "cube.off", "cube.stl", "cube.glb"):
+    for name in ("cube.ply", "cube.off"):
         assert main(["transform", "cube.obj", name, "--strict"]) == 0
+    save_mesh(samples.icosphere(1), "ball.obj")
+    for name in ("ball.ply", "ball.off", "ball.stl", "ball.glb", "ball.gltf"):
+        assert main(["transform", "ball.obj", name, "--strict"]) == 0
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("name", ["house.stl", "house.glb", "house.gltf"])
+def test_polygons_that_become_triangles_are_named(name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    save_mesh(samples.house(), "house.obj")
+    n_polygons = int((np.diff(samples.house().offsets) > 3).sum())
+    words = f"does not hold {n_polygons} polygons of more than three corners, which become triangles"
+    assert words in error_of(["transform", "house.obj", name, "--strict"], capsys)
+    assert not Path(name).exists()
+    assert main(["transform", "house.obj", name]) == 0
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert words in said
 
 
 @pytest.mark.parametrize("mirror", [["--reflect", "1,0,0"], ["--scale", "-1,1,1"], ["--scale", "1,-2,1"]])
