@@ -36,7 +36,7 @@ class _Form:
     kind: str
     is_rational: bool
     degrees: list[int]
-    parameters: dict[str, list[float]] = field(default_factory=dict)
+    parameters: dict[str, Sequence[str]] = field(default_factory=dict)
 
 
 @dataclass
@@ -201,7 +201,7 @@ def _list_forms(extras: Extras) -> Iterator[_Form]:
         elif keyword == "deg":
             degrees = [int(word) if word.isdecimal() else 0 for word in words]
         elif keyword == "parm" and form is not None and words:
-            form.parameters[words[0]] = [_parse(word) for word in words[1:]]
+            form.parameters[words[0]] = words[1:]
         elif keyword in ("trim", "hole") and form is not None:
             extras.not_shown[keyword] += 1
         elif keyword == "end" and form is not None:
@@ -230,7 +230,7 @@ def _make_pieces(form: _Form, positions: Float64Array, beside: Float64Array | No
     degrees = form.degrees[:n_axes]
     if len(degrees) < n_axes or min(degrees) < 1:
         raise MeshError(f"{form.keyword} needs {n_axes} degrees of at least 1, got {degrees}")
-    parameters = [np.array(form.parameters.get(name, [])) for name in "uv"[:n_axes]]
+    parameters = [np.array([_parse(word) for word in form.parameters.get(name, ())]) for name in "uv"[:n_axes]]
     if any(len(values) < 2 for values in parameters):
         raise MeshError(f"{form.keyword} needs parm {' and parm '.join('uv'[:n_axes])}")
     counts = [

@@ -184,6 +184,10 @@ def test_the_old_b_spline_patch_is_the_uniform_one() -> None:
         ("cstype bezier\ndeg 3\ncurv 0 1 1 2 3 99\nparm u 0 1\nend", "line 19: curv names point 99, and there are 16"),
         ("cstype bezier\ndeg 3\ncurv 0 x 1 2 3 4\nparm u 0 1\nend", "line 19: could not convert string to float: 'x'"),
         ("cstype bezier\ndeg 3\ncurv 0 inf 1 2 3 4\nparm u 0 1\nend", "line 19: expected a finite number, got inf"),
+        (
+            "cstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1!\nend",
+            "line 19: could not convert string to float: '1!'",
+        ),
         ("cstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 1 0\nend", "line 19: parm must ascend"),
         ("cstype bezier\ndeg 3\ncurv 5 6 1 2 3 4\nparm u 0 1\nend", "line 19: curv has nothing between its ends"),
         ("cstype bezier\ncurv 0 1 1 2 3 4\nparm u 0 1\nend", "line 18: curv needs 1 degrees of at least 1, got [0]"),
