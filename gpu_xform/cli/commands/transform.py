@@ -65,8 +65,6 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Transform or convert a model file or an array."""
-    if options.input != STDIO:
-        Path(options.input).stat()  # a file that is missing is the graver mistake
     source = file_type(options.input, options.file_type)
     target = source if options.output == STDIO else file_type(options.output)
     matrix = compose_transforms(options)
