@@ -1,6 +1,6 @@
 """Obstacles: solid bodies that points cannot enter, placed or moved by matrices."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -215,7 +215,7 @@ class Box(Obstacle):
 
 def as_obstacles(value: Obstacle | Sequence[Obstacle]) -> tuple[Obstacle, ...]:
     """Return one obstacle, or several, as a tuple."""
-    obstacles = (value,) if isinstance(value, Obstacle) else tuple(value)
+    obstacles = tuple(value) if isinstance(value, Iterable) else (value,)
     for obstacle in obstacles:
         if not isinstance(obstacle, Obstacle):
             expected = "hold a Sphere, a HalfSpace, a Capsule or a Box each"

@@ -153,6 +153,8 @@ def test_what_is_no_obstacle_and_too_many_are_errors() -> None:
     springs = gx.Springs([[0.0, 0.0, 0.0]], mass=1.0)
     with pytest.raises(gx.ArgumentTypeError, match=r"^obstacles must hold a Sphere, .* each, got Mesh$"):
         springs.step(1, 0.1, obstacles=[gx.samples.cube()])  # type: ignore[list-item]
+    with pytest.raises(gx.ArgumentTypeError, match=r"^obstacles must hold a Sphere, .* each, got Mesh$"):
+        springs.step(1, 0.1, obstacles=gx.samples.cube())  # type: ignore[arg-type]
     with pytest.raises(gx.ArgumentError, match=rf"^obstacles must be at most {MAX_OBSTACLES}, got 33$"):
         springs.step(1, 0.1, obstacles=(MAX_OBSTACLES + 1) * [gx.HalfSpace()])
     with pytest.raises(gx.ArgumentError, match=r"^transform raised at 0 s: ZeroDivisionError"):
