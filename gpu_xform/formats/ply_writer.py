@@ -178,7 +178,7 @@ def _list_face_columns(
         parts = split_attribute(name, column, names) if _can_hold(column) else {}
         for part, values in parts.items():
             # What the file has for the other element alone was filled up for this one.
-            if part in names or part not in known:
+            if part in names or known.isdisjoint((part, name)):
                 columns.setdefault(part, _select_rows(values, chosen))
     if element == "face":
         for name, column in mesh.attributes.corner.items():

@@ -319,6 +319,14 @@ def files(draw: st.DrawFn) -> bytes:
     return file.getvalue()
 
 
+def test_a_list_of_edges_is_no_pair_of_properties_of_faces() -> None:
+    header = b"ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+    faces = b"element face 1\nproperty list uchar int vertex_indices\n"
+    edges = b"element edge 1\nproperty int vertex1\nproperty int vertex2\nproperty list uchar char texcoord\n"
+    data = header + faces + edges + b"end_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n0 1 2 5 6\n"
+    assert_same_by_plyfile(saved(ply.read(data)), data)
+
+
 def saved(mesh: Mesh) -> bytes:
     file = io.BytesIO()
     ply.write(mesh, file)
