@@ -39,6 +39,7 @@ _PUBLIC_NAMES = {
     "gpu.adapters": "adapters",
     "compute.transform": "project_points transform_normals transform_points transform_vectors",
     "compute.point_buffer": "PointBuffer bounds",
+    "compute.mesh_buffer": "MeshBuffer",
     "compute.streaming": "transform_file",
     "compute.convolution.filters": "box_kernel gaussian sobel_kernel",
     "compute.convolution.convolve": "convolve correlate",
@@ -81,6 +82,7 @@ if TYPE_CHECKING:
     from .compute.convolution.filters import box_kernel as box_kernel
     from .compute.convolution.filters import gaussian as gaussian
     from .compute.convolution.filters import sobel_kernel as sobel_kernel
+    from .compute.mesh_buffer import MeshBuffer as MeshBuffer
     from .compute.point_buffer import PointBuffer as PointBuffer
     from .compute.point_buffer import bounds as bounds
     from .compute.streaming import transform_file as transform_file

@@ -1,12 +1,13 @@
 """Animations of models: `animate` and `turntable` make them, `Animation` draws and saves their frames."""
 
 import contextlib
+import copy
 import inspect
 import io
 import os
 from collections.abc import Generator, Iterator, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -52,7 +53,7 @@ def animate(
     *,
     n_frames: int | None = None,
     duration: float | None = None,
-    fps: float = 20,
+    fps: float | None = None,
     size: Size = DEFAULT_SIZE,
     camera: CameraLike | None = None,
     background: ColorLike | None = "white",
@@ -65,21 +66,22 @@ def animate(
 
     Parameters
     ----------
-    models : Mesh, (n, 3) numbers, path, PointBuffer, Layer, Scene, or a list of these
+    models : Mesh, (n, 3) numbers, path, PointBuffer, Springs, Layer, Scene, or a list of these
         The models, as `render` takes them.
-    frames : sequence, (k, 4, 4) numbers, or function
+    frames : sequence, (k, 4, 4) numbers, Trajectory, or function
         One item per frame: a matrix (4, 4) that moves the models; or a dict from names of a scene's nodes to their
-        matrices; or another model in place of the models, an array of points as `Mesh(points)`. A stack of matrices, or
-        of SciPy's rotations, is such a sequence. A function returns the item of a frame; it may be called several times
-        for one frame, and must return the same each time.
+        matrices; or another model in place of the first of the models, in its style, an array of points as
+        `Mesh(points)`; or a Scene in place of all models. A stack of matrices, or of SciPy's rotations, is such a
+        sequence, and so is a `Trajectory`. A function returns the item of a frame; it may be called several times for
+        one frame, and must return the same each time.
     path : path, optional
         The file in which the animation is saved at once, as by `Animation.save`. By default it is not saved.
     n_frames : int, optional
         The number of frames, if `frames` is a function of the frame's index, from 0.
     duration : float, optional
         The duration in seconds, if `frames` is a function of the frame's time in seconds. Excludes `n_frames`.
-    fps : float
-        Frames per second, from 0.01 to 1000.
+    fps : float, optional
+        Frames per second, from 0.01 to 1000; by default those of a `Trajectory`, else 20.
     size : (width, height)
         The size of the frames in pixels.
     camera : Camera or dict, optional
@@ -185,8 +187,8 @@ def turntable(
 class Animation:
     """A sequence of frames of moving models, made by `animate` or `turntable`; each is drawn when it is requested.
 
-    `len` gives the number of frames, and iteration draws the frames as Pillow images. In a notebook an animation shows
-    itself in a player.
+    `len` gives the number of frames. `animation[3]` and iteration draw frames as Pillow images; `animation[10:20]` is
+    an animation of these frames, seen by the same camera. In a notebook an animation shows itself in a player.
     """
 
     def __init__(
@@ -356,6 +358,24 @@ class Animation:
 
     def __len__(self) -> int:
         return self._motion.n_frames
+
+    @overload
+    def __getitem__(self, frames: int) -> "Image": ...
+    @overload
+    def __getitem__(self, frames: slice) -> "Animation": ...
+    def __getitem__(self, frames: int | slice) -> "Image | Animation":
+        if not isinstance(frames, slice):
+            i = as_int(frames, "frames")
+            if not -len(self) <= i < len(self):
+                raise IndexError(f"frame {i} of {len(self)}")
+            return self.frame(i)
+        chosen, pose_at = range(len(self))[frames], self._motion.pose_at
+        if not chosen:
+            raise ArgumentError.expecting("frames", f"choose some of {len(self)} frames", repr(frames))
+        part = copy.copy(self)
+        part.camera = self.camera  # a cached property, found over all frames
+        part._motion = Motion(len(chosen), self.fps, lambda k: pose_at(chosen[k]))
+        return part
 
     def __iter__(self) -> "Iterator[Image]":
         return map(self.frame, range(len(self)))

@@ -11,12 +11,19 @@ from .._core.types import MatrixLike, SupportsAsMatrix
 from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.scene import Scene
 from ..geometry.scene_animation import SceneAnimation
+from ..simulation.trajectory import Trajectory
 from .poses import Pose, PoseLike, as_pose
 
 PosesLike: TypeAlias = (
-    MatrixLike | Iterable[PoseLike] | Callable[[int], PoseLike] | Callable[[float], PoseLike] | SceneAnimation
+    MatrixLike
+    | Iterable[PoseLike]
+    | Callable[[int], PoseLike]
+    | Callable[[float], PoseLike]
+    | SceneAnimation
+    | Trajectory
 )
 
+DEFAULT_FPS = 20.0
 MIN_FPS, MAX_FPS = 0.01, 1000.0
 MAX_FRAMES = 2**31 - 1  # as far as an animated PNG can count
 
@@ -30,8 +37,10 @@ class Motion:
     pose_at: Callable[[int], Pose]
 
 
-def make_motion(frames: PosesLike, fps: float, n_frames: int | None, duration: float | None) -> Motion:
+def make_motion(frames: PosesLike, fps: float | None, n_frames: int | None, duration: float | None) -> Motion:
     """Return the motion that `animate`'s arguments of these names describe. Raises as `animate` does."""
+    if fps is None:
+        fps = (frames.fps if isinstance(frames, Trajectory) else None) or DEFAULT_FPS
     fps = as_float(fps, "fps")
     if not MIN_FPS <= fps <= MAX_FPS:
         raise ArgumentError.expecting("fps", f"lie in [{MIN_FPS:g}, {MAX_FPS:g}]", f"{fps:g}")
@@ -41,7 +50,8 @@ def make_motion(frames: PosesLike, fps: float, n_frames: int | None, duration: f
         raise ArgumentError("n_frames and duration go with a function: frames that are given are counted")
     if isinstance(frames, SceneAnimation):
         return Motion(parse_frame_count(round(frames.duration * fps) + 1, "frames"), fps, lambda k: frames.at(k / fps))
-    poses = [as_pose(frame, f"frames[{k}]") for k, frame in enumerate(_iterate(frames))]
+    models = frames.as_models() if isinstance(frames, Trajectory) else frames
+    poses = [as_pose(frame, f"frames[{k}]") for k, frame in enumerate(_iterate(models))]
     if not poses:
         raise ArgumentError.expecting("frames", "hold at least one", "none")
     return Motion(len(poses), fps, poses.__getitem__)

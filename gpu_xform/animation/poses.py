@@ -1,6 +1,6 @@
 """Poses: what may stand for one frame of an animation, and how it is applied to the models."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
@@ -13,7 +13,7 @@ from ..drawing.layer import Layer, Model, Models, Style, as_layers
 from ..drawing.load_models import PATH_TYPES, load_models
 from ..errors import ArgumentTypeError
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Scene
+from ..geometry.scene import Scene, SupportsAsModel
 from ..geometry.scene_animation import NodePoses
 from ..matrices._affine import require_finite
 
@@ -23,7 +23,7 @@ Pose: TypeAlias = Float64Array | dict[str, Float64Array] | NodePoses | Mesh | Po
 
 def as_pose(frame: PoseLike, name: str) -> Pose:
     """Return a checked pose for what stands for a frame; errors call it `name`."""
-    if isinstance(frame, (Mesh, PointBuffer, Layer, Scene, *PATH_TYPES)):
+    if isinstance(frame, (Mesh, PointBuffer, SupportsAsModel, Layer, Scene, *PATH_TYPES)):
         return load_models(frame)  # type: ignore[return-value]  # one model stays one
     if isinstance(frame, Mapping):
         return {node: as_square_matrix(matrix, f"{name}[{node!r}]", 4) for node, matrix in frame.items()}
@@ -31,7 +31,7 @@ def as_pose(frame: PoseLike, name: str) -> Pose:
 
 
 def apply_pose(models: Models, pose: Pose, style: Style) -> list[Layer]:
-    """Return the layers of a frame: all models moved by a matrix, nodes of a scene moved, or another model."""
+    """Return the layers of a frame: all models moved by a matrix, nodes of a scene moved, another scene or model."""
     if isinstance(pose, np.ndarray):
         layers = as_layers(models, style)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -40,9 +40,23 @@ def apply_pose(models: Models, pose: Pose, style: Style) -> list[Layer]:
             replace(layer, transform=require_finite(product, "the frame's matrix times transform"))
             for layer, product in zip(layers, products, strict=True)
         ]
-    if not isinstance(pose, dict | NodePoses):
+    if isinstance(pose, Scene):
         return as_layers(pose, style)
+    if not isinstance(pose, dict | NodePoses):
+        return _replace_first(models, pose, style)
     if not isinstance(models, Scene):
         raise ArgumentTypeError.expecting("model", "be a Scene if frames move its nodes by name", type(models).__name__)
     posed = models.posed(*pose) if isinstance(pose, NodePoses) else models.posed(pose)
     return as_layers(posed, style)
+
+
+def _replace_first(models: Models, pose: Mesh | PointBuffer | Layer, style: Style) -> list[Layer]:
+    """Return the layers with another model in place of the first, in its style."""
+    first, *others = models if isinstance(models, Sequence) and not isinstance(models, str) else [models]
+    if isinstance(first, Scene):
+        raise ArgumentTypeError.expecting(
+            "frames", "be scenes, matrices or poses of nodes if the first model is a Scene", type(pose).__name__
+        )
+    if isinstance(first, Layer) and not isinstance(pose, Layer):
+        pose = replace(first, model=pose)
+    return as_layers([pose, *others] if others else pose, {} if not others and isinstance(first, Layer) else style)

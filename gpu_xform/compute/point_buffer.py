@@ -83,7 +83,7 @@ class PointBuffer:
         """The (4, 4) matrix that is still to be applied, for points of the plane with an idle z; or None."""
         return None if self._pending is None else as_4x4(self._pending[None])[0]
 
-    def transformed(self, matrix: MatrixLike) -> "PointBuffer":
+    def transformed(self, matrix: MatrixLike) -> Self:
         """Return the points with an affine matrix to be applied after what is pending.
 
         Parameters
@@ -105,7 +105,7 @@ class PointBuffer:
         require_affine(affine, "matrix")
         return self._then(affine, self._divides)
 
-    def projected(self, matrix: MatrixLike) -> "PointBuffer":
+    def projected(self, matrix: MatrixLike) -> Self:
         """Return the points with any matrix to be applied after what is pending; the result is divided by w.
 
         Parameters
@@ -211,8 +211,8 @@ class PointBuffer:
     def __repr__(self) -> str:
         return f"<PointBuffer: {self.shape[0]} x {self.shape[1]} {self.dtype} on {self.device.name!r}>"
 
-    def _then(self, matrix: Float64Array, divides: bool) -> "PointBuffer":
-        result = PointBuffer.__new__(PointBuffer)
+    def _then(self, matrix: Float64Array, divides: bool) -> Self:
+        result = self.__new__(type(self))
         result._store = self._store
         with np.errstate(over="ignore", invalid="ignore"):
             result._pending = matrix if self._pending is None else matrix @ self._pending

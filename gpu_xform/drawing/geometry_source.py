@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Hashable
+from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -10,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
+from ..compute.mesh_buffer import MeshBuffer
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError
 from ..geometry.edges import (
@@ -126,6 +128,12 @@ class GeometrySource(Protocol):
 def geometry_source(layer: Layer) -> GeometrySource:
     """Return the geometry of the model of `layer`; a path is loaded."""
     model = layer.model
+    if isinstance(model, MeshBuffer):
+        # Which edges are sharp, or seen edge-on, depends on where the points are.
+        needs_positions = not colors_by_face(layer) and {"feature", "silhouette"} & _edge_set_names(layer)
+        return (
+            MeshSource(model.mesh, layer.name or "") if needs_positions else MeshBufferSource(model, layer.name or "")
+        )
     if isinstance(model, PointBuffer):
         return BufferSource(model, layer.name or "")
     if isinstance(model, Mesh):
@@ -272,6 +280,11 @@ class MeshSource:
         return indices
 
 
+def _edge_set_names(layer: Layer) -> set[str]:
+    parts = [] if layer.edges is None else list_edge_parts(layer.edges)
+    return {part for part in parts if isinstance(part, str)}
+
+
 class BufferSource:
     """The geometry of a point buffer: points on the device, joined by edges that the caller gives."""
 
@@ -336,3 +349,34 @@ class BufferSource:
             raise ArgumentError(f"model is on {self._points.device!r}, device is {device!r}: they must be one")
         pending = self._points.pending
         return self._points.device_points(), np.eye(4) if pending is None else pending
+
+
+class MeshBufferSource(BufferSource):
+    """The geometry of a mesh buffer: points on the device; edges and faces that stay there from frame to frame."""
+
+    def __init__(self, points: MeshBuffer, name: str) -> None:
+        super().__init__(points, name)
+        self._mesh_buffer = points
+        self._topology = MeshSource(points.topology, name)
+        self.n_faces = points.topology.n_faces
+        self.owner = points.topology
+
+    @cached_property
+    def mesh(self) -> Mesh:  # type: ignore[override]  # read when it is needed
+        """The mesh where its points are."""
+        return self._mesh_buffer.mesh
+
+    def edges(self, layer: Layer) -> EdgeSource:
+        """Return the edges that do not depend on where the points are."""
+        return self._topology.edges(layer)
+
+    def triangles(self) -> tuple[IndexArray, IndexArray]:
+        """Return the polygons as triangles, as they are cut where the mesh was given."""
+        return self._topology.triangles()
+
+    def on_device(self, device: GpuDevice) -> tuple[DevicePoints, Float64Array]:
+        """Return the points as they are, within their box."""
+        points, model_from_points = super().on_device(device)
+        if self._points.pending is None and np.isfinite(self._bounds).all():
+            points = replace(points, bounding_points=box_corners(self._bounds))
+        return points, model_from_points

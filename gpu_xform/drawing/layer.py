@@ -15,16 +15,17 @@ from .._core.public import public
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..compute._arrays import as_host_array
+from ..compute.mesh_buffer import MeshBuffer
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.edges import EdgesLike, as_crease_angle, list_edge_parts
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Instances, Scene
+from ..geometry.scene import Instances, Scene, SupportsAsModel
 from ..imaging.colors import ColorLike
 from .attribute_colors import FILE, resolve_fill, resolve_line_colors, resolve_scalars
 from .enums import HIDDEN_STYLES, HiddenStyle
 
-Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | StrPath
+Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | SupportsAsModel | StrPath
 
 _MODEL_TYPES = (Mesh, PointBuffer, str, os.PathLike)
 MAX_LINE_WIDTH_PX = 1e6  # beyond it, single precision loses the sides of the line
@@ -60,9 +61,9 @@ class Layer:
 
     Parameters
     ----------
-    model : Mesh, (n, 3) numbers, PointBuffer or path
+    model : Mesh, (n, 3) numbers, PointBuffer, Springs or path
         What is drawn. A `Mesh` is made of an array of points. A `PointBuffer` of shape (n, 3) is drawn from the device
-        memory that holds it.
+        memory that holds it, a `MeshBuffer` with its edges and faces. Of a `Springs` the layer has the present state.
     transform : (4, 4) or (k, 4, 4) numbers, optional
         The matrix from the model to the world, or the matrices of k instances; the identity by default.
     name : str, optional
@@ -152,6 +153,8 @@ class Layer:
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
+        if isinstance(self.model, SupportsAsModel):
+            object.__setattr__(self, "model", self.model.as_model())
         if is_point_array(self.model):
             if (hidden_rows := find_hidden_rows(self.model)) is not None and hidden_rows.ndim == 1:
                 self._drop_styles_of(hidden_rows)
@@ -181,13 +184,15 @@ class Layer:
         given = [name for name in _COLOR_ARRAYS if getattr(self, name) is not None]
         if len(given) > 1:
             raise ArgumentError(f"at most one of {', '.join(_COLOR_ARRAYS)} may be given, got {' and '.join(given)}")
-        if isinstance(self.model, Mesh):
+        if isinstance(self.model, Mesh | MeshBuffer):
             self._resolve_attributes(self.model)
 
-    def _resolve_attributes(self, mesh: Mesh) -> None:
+    def _resolve_attributes(self, model: Mesh | MeshBuffer) -> None:
         """Put the attributes of the model in place of their names; for a path, its layer does so when it is loaded."""
         changes: dict[str, Any] = {}
+        mesh = model if isinstance(model, Mesh) else model.topology
         if isinstance(self.scalars, str):
+            mesh = model if isinstance(model, Mesh) else model.mesh  # whose coordinates may be the scalars
             changes |= resolve_scalars(mesh, self.scalars, self.cmap, self.clim)
         if _is_file(self.color):
             has_colors = any(getattr(self, name) is not None for name in _COLOR_ARRAYS)

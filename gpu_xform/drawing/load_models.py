@@ -10,7 +10,7 @@ from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentTypeError
 from ..formats import load_mesh
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Scene
+from ..geometry.scene import Scene, SupportsAsModel
 from .layer import Layer, Model, Models, is_point_array, mesh_from_points
 
 PATH_TYPES = (str, os.PathLike)
@@ -22,6 +22,9 @@ def load_models(models: Models) -> Models:
     clouds: dict[int, Mesh] = {}
 
     def load(model: Model) -> Model:
+        if isinstance(model, SupportsAsModel):
+            drawn: Model = model.as_model()
+            return drawn
         if isinstance(model, PATH_TYPES):
             return read(os.fspath(model))
         if not is_point_array(model) or find_hidden_rows(model) is not None:  # a layer drops styles with hidden points
@@ -35,7 +38,7 @@ def load_models(models: Models) -> Models:
             return model.with_models(load)
         if isinstance(model, Layer):
             return replace(model, model=load(model.model))
-        if is_point_array(model) or isinstance(model, (Mesh, PointBuffer, *PATH_TYPES)):
+        if is_point_array(model) or isinstance(model, (Mesh, PointBuffer, SupportsAsModel, *PATH_TYPES)):
             return load(model)
         raise ArgumentTypeError.expecting(
             "model", "be a Mesh, an array of points, a PointBuffer, a path, a Layer or a Scene", type(model).__name__

@@ -4,7 +4,7 @@ import copy
 from collections import defaultdict
 from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol, TypeAlias
+from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +35,16 @@ class PointsOnDevice(Protocol):
         ...
 
 
-SceneModel: TypeAlias = Mesh | DeformableMesh | npt.NDArray[Any] | PointsOnDevice | StrPath
+@runtime_checkable
+class SupportsAsModel(Protocol):
+    """An object that knows what is drawn of it, such as `Springs`."""
+
+    def as_model(self) -> Any:
+        """Return what is drawn of it at present: a Mesh or a PointBuffer."""
+        ...
+
+
+SceneModel: TypeAlias = Mesh | DeformableMesh | npt.NDArray[Any] | PointsOnDevice | SupportsAsModel | StrPath
 
 _MAX_REPR_LINES = 40
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
+from ..compute.kernels.store import GpuStore
 from ..errors import ArgumentError
 from ..gpu import uniforms
 from ..gpu.buffers import Buffer
@@ -39,6 +40,7 @@ class Leapfrog:
     def __init__(self, device: GpuDevice, system: SpringSystem) -> None:
         self.device = device
         self._system = system
+        self._inverse_masses = system.inverse_masses
         n_points = system.n_points
         self._slots = pack_slots(system)
         self._fans = pack_fans(system.triangles, n_points)
@@ -99,6 +101,30 @@ class Leapfrog:
             self._run(1, seconds, seconds, 1.0, conditions, begin=None)  # touching the obstacles where they are then
             self._current ^= 1
             return self._read(self._velocities[self._current ^ 1])[:, :3].copy()
+
+    def store_positions(self) -> GpuStore:
+        """Return a copy of the positions (n, 3), made on the device."""
+        n_points = self._system.n_points
+        store = GpuStore.allocate(self.device, (n_points, 3), np.dtype(np.float32))
+        size = choose_workgroup_size(self.device)
+        with self.device.lock:
+            positions, pipelines = self._positions[self._current], self.device.pipelines
+            pipeline = pipelines.compute("pack_positions", workgroup_size=size, n_points=n_points)
+            points = store.device_points().buffer
+            with self.device.encode_commands(positions, points, label="springs: copy") as encoder:
+                bindings = self.device.bind_groups.bind(pipeline, positions=positions, points=points)
+                dispatch(encoder, pipeline, bindings, -(-n_points // size))
+        return store
+
+    def write_inverse_masses(self, inverse_masses: npt.NDArray[np.float64]) -> None:
+        """Set one over the mass of each point (n,), in 1/kg; 0 for points that no force moves."""
+        positions, velocities = self.read_state()
+        positions[:, 3] = inverse_masses
+        velocities[inverse_masses == 0.0] = 0.0
+        self.write(positions, velocities)
+        self._inverse_masses = inverse_masses
+        if self._grid is not None and self._grid_state is not None:
+            self._grid_state.inverse_masses.upload(self._grid.to_blocks(inverse_masses))
 
     def _read(self, buffer: Buffer) -> npt.NDArray[np.float32]:
         n_bytes = 16 * self._system.n_points
@@ -297,7 +323,7 @@ class _GridState:
     """The buffers of a grid in blocks of columns."""
 
     def __init__(self, owner: Leapfrog, grid: Grid) -> None:
-        blocks = grid.to_blocks(owner._system.inverse_masses)
+        blocks = grid.to_blocks(owner._inverse_masses)
         zeros = np.zeros((3, *blocks.shape), np.float32)
         self.inverse_masses = owner._upload("grid: inverse masses", blocks)
         self.positions = [owner._upload("grid: positions", zeros) for _ in range(2)]

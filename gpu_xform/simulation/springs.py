@@ -4,7 +4,8 @@ import io
 import math
 import zipfile
 from collections.abc import Sequence
-from typing import Self, Unpack
+from dataclasses import dataclass, replace
+from typing import Literal, Self, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -12,11 +13,12 @@ import numpy.typing as npt
 from .._core.arguments import as_int, as_vector
 from .._core.public import public
 from .._core.types import BoolArray, Float64Array, IndexArray, Progress
+from ..compute.mesh_buffer import MeshBuffer
 from ..device import Device
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..geometry.mesh import Mesh, move
 from ..gpu.device import resolve_gpu_device
-from ..gpu.layouts import SPRING_STEP
+from ..gpu.layouts import PIN, SPRING_STEP
 from ._validation import as_points, as_positive_float
 from .conditions import GRAVITY, ConditionOptions, Conditions, Force, FrameConditions, PinMotion, Wind
 from .energy import Energy, Momentum, measure_energy, measure_momentum
@@ -24,11 +26,19 @@ from .leapfrog import Leapfrog
 from .obstacles import Obstacle
 from .spring_system import SpringSystem, join_systems, make_system
 from .stability import SAFETY, StiffestPoint, find_largest_step, find_stiffest_point
-from .trajectory import Trajectory
+from .trajectory import Frames, Trajectory, strip_directions
 
 MAX_SUBSTEPS = 10_000  # per frame, unless more are allowed
 MAX_FPS = 1e6
 STATE_VERSION = 1
+
+
+@dataclass
+class _Hold:
+    """Where a held point is, and where it will be at the end of the next frame: (3,) each."""
+
+    position: Float64Array
+    target: Float64Array
 
 
 @public
@@ -152,10 +162,13 @@ class Springs:
         )
         self._leapfrog = Leapfrog(resolve_gpu_device(device), system)
         self._last_trajectory: Trajectory | None = None
+        self._held: dict[int, _Hold] = {}
+        self._topology = strip_directions(system.mesh)
         self.reset()
 
     def reset(self) -> None:
-        """Go back to the positions and velocities of the start, and to time 0."""
+        """Go back to the positions and velocities of the start, and to time 0; held points are released."""
+        self.release()
         self._write(self._system.points, self._start)
         self._epoch, self._n_frames, self._frame_s = 0.0, 0, 0.0
         self._substeps = 0
@@ -205,6 +218,26 @@ class Springs:
     def mesh(self) -> Mesh:
         """The mesh at the present positions; of points without a mesh, segments along the springs."""
         return move(self._system.mesh, self.positions, np.eye(4))
+
+    def buffer(self) -> MeshBuffer:
+        """Return the mesh at the present positions as a copy on the device, which stays when time goes on.
+
+        Returns
+        -------
+        MeshBuffer
+            `render` and its kin draw it without a way through the host's memory; they take a Springs itself as well.
+        """
+        return MeshBuffer.at_points(self._topology, self._leapfrog.store_positions())
+
+    def as_model(self) -> MeshBuffer:
+        """Return what `render` and its kin draw of a Springs.
+
+        Returns
+        -------
+        MeshBuffer
+            `buffer()`.
+        """
+        return self.buffer()
 
     @property
     def time(self) -> float:
@@ -296,6 +329,7 @@ class Springs:
         obstacles: Obstacle | Sequence[Obstacle] = (),
         substeps: int | None = None,
         max_substeps: int = MAX_SUBSTEPS,
+        keep: Literal["host", "device"] = "host",
         progress: Progress | None = None,
     ) -> Trajectory:
         """Let time go on, and return the positions at the start of it and after every frame.
@@ -329,6 +363,8 @@ class Springs:
             Steps per frame; by default as few as are stable.
         max_substeps : int
             How many steps per frame are too many.
+        keep : "host" or "device"
+            Where the frames stay: as one array in the host's memory, or on the device, from which `animate` draws them.
         progress : function, optional
             Called with the number of frames done and of all frames, after each.
 
@@ -360,25 +396,64 @@ class Springs:
             move_pins=move_pins,
             obstacles=obstacles,
         )
+        if keep not in ("host", "device"):
+            raise ArgumentError.expecting("keep", "be 'host' or 'device'", repr(keep))
         n_steps = self._choose_substeps(1.0 / fps, conditions, substeps, max_substeps)
         self._begin_frames(1.0 / fps)
-        first_time, first_frame = self.time, self._n_frames
-        positions = np.empty((n_frames + 1, self.n_points, 3), np.float32)
+        first_frame = self._n_frames
+        frames: Frames = [] if keep == "device" else np.empty((n_frames + 1, self.n_points, 3), np.float32)
         times = self._epoch + (first_frame + np.arange(n_frames + 1, dtype=np.float64)) * self._frame_s
-        positions[0] = self.positions
-        self._require_finite(positions[0], first_time, 0, "at the start")
+        self._keep_frame(frames, 0, times[0])
         n_done = 1
         try:
             for k in range(1, n_frames + 1):
                 self._advance(times[k - 1], times[k], n_steps, conditions)
-                positions[k] = self.positions
-                self._require_finite(positions[k], times[k], k, f"in frame {k}")
+                self._keep_frame(frames, k, times[k])
                 n_done = k + 1
                 if progress is not None:
                     progress(k, n_frames)
         finally:
-            self._last_trajectory = Trajectory(positions[:n_done], times[:n_done], self._system.mesh)
+            self._last_trajectory = Trajectory(frames[:n_done], times[:n_done], self._system.mesh)
         return self._last_trajectory
+
+    def hold(self, point: int, position: npt.ArrayLike | None = None) -> None:
+        """Hold a point from now on, as if it were pinned, until it is released.
+
+        Parameters
+        ----------
+        point : int
+            Its index. It may be pinned: then it stays where it is released.
+        position : (3,) numbers, optional
+            Where it is at the end of the next frame, to which it moves in a straight line; by default where it is now.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such point, or if `position` is no vector of three finite numbers.
+        """
+        point = as_int(point, "point")
+        if not 0 <= point < self.n_points:
+            raise ArgumentError.expecting("point", f"lie in 0..{self.n_points - 1}", point)
+        target = None if position is None else as_vector(position, "position", 3)
+        if point not in self._held:
+            here = self.positions[point].astype(np.float64)
+            self._held[point] = _Hold(here, here)
+            self._leapfrog.write_inverse_masses(self._inverse_masses())
+        hold = self._held[point]
+        hold.target = hold.position if target is None else target
+
+    def release(self, point: int | None = None) -> None:
+        """Let a point go that is held, with the velocity at which it was moved.
+
+        Parameters
+        ----------
+        point : int, optional
+            Its index; by default all that are held.
+        """
+        released = list(self._held) if point is None else [as_int(point, "point")]
+        if any(self._held.pop(index, None) is not None for index in released):
+            self._held = {} if point is None else self._held
+            self._leapfrog.write_inverse_masses(self._inverse_masses())
 
     def step(self, n: int = 1, dt: float | None = None, **conditions: Unpack[ConditionOptions]) -> None:
         """Take `n` steps, and leave the system after the last.
@@ -422,6 +497,7 @@ class Springs:
             `restore` continues from it as if there had been no pause, to the byte on the same device.
         """
         positions, velocities = self._leapfrog.read_state()
+        positions[:, 3] = self._system.inverse_masses  # who restores it holds no point
         arrays = {
             "version": np.array(STATE_VERSION),
             "system": np.array(self._system.fingerprint()),
@@ -469,6 +545,7 @@ class Springs:
             raise ArgumentError.expecting("state", f"have version {STATE_VERSION}", version)
         if system != self._system.fingerprint():
             raise ArgumentError.expecting("state", "be that of a system with the same points and springs", "another")
+        self.release()
         self._leapfrog.write(positions, velocities)
         self._epoch, self._n_frames, self._frame_s = float(clock[0]), int(clock[1]), float(clock[2])
         self._lag_s = float(clock[3])
@@ -477,11 +554,43 @@ class Springs:
     def _write(self, positions: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
         """Set positions and velocities (n, 3) of one time."""
         state = np.zeros((2, self.n_points, 4), np.float32)
-        state[0, :, :3], state[0, :, 3] = positions, self._system.inverse_masses
+        state[0, :, :3], state[0, :, 3] = positions, self._inverse_masses()
+        for point, hold in self._held.items():
+            hold.position = hold.target = state[0, point, :3].astype(np.float64)
         state[1, :, :3] = np.where(self._system.pinned[:, np.newaxis], 0.0, velocities)
         self._leapfrog.write(*state)
         self._lag_s = 0.0  # how far the device's velocities are behind its positions
         self._pins_move = False
+
+    def _inverse_masses(self) -> Float64Array:
+        """Return one over each mass, 0 for points that are pinned or held: (n,)."""
+        inverse_masses = self._system.inverse_masses
+        inverse_masses[list(self._held)] = 0.0
+        return inverse_masses
+
+    def _move_held(self, frame: FrameConditions, duration_s: float) -> FrameConditions:
+        """Return the conditions of a frame with the points that are held among the pins that move."""
+        if not self._held:
+            return frame
+        pins = np.zeros(len(self._held), PIN)
+        for pin, (point, hold) in zip(pins, self._held.items(), strict=True):
+            pin["position"], pin["point"] = hold.position, point
+            pin["velocity"] = (hold.target - hold.position) / duration_s
+            hold.position = hold.target
+        others = frame.pins[~np.isin(frame.pins["point"], pins["point"])]
+        return replace(frame, pins=np.concatenate([others, pins]))
+
+    def _keep_frame(self, frames: Frames, k: int, time: float) -> None:
+        """Keep the present positions as frame k; raise SimulationError if one is not finite."""
+        where = f"in frame {k}" if k else "at the start"
+        if isinstance(frames, np.ndarray):
+            frames[k] = self.positions
+            self._require_finite(frames[k], time, k, where)
+            return
+        buffer = self.buffer()
+        if not np.isfinite(buffer.bounds()).all():
+            self._require_finite(buffer.numpy(), time, k, where)
+        frames.append(buffer)
 
     def _state(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
         return self.positions, self.velocities
@@ -497,13 +606,15 @@ class Springs:
         """Take the steps of one frame."""
         step_s = self._frame_s / n_steps if step_s is None else step_s
         frame = conditions.during(start_s, end_s, self._state)
-        if self._pins_move and not len(frame.pins):
+        pins_move = len(frame.pins) > 0
+        if self._pins_move and not pins_move:
             self._write(*self._state())
+        frame = self._move_held(frame, end_s - start_s)
         if self._lag_s != step_s / 2.0:
             self._leapfrog.kick(self._lag_s - step_s / 2.0, frame)
             self._lag_s = step_s / 2.0
         self._last = frame
-        self._pins_move = len(frame.pins) > 0
+        self._pins_move = pins_move
         self._substeps = n_steps
         n_submitted = 0
 

@@ -1,37 +1,52 @@
 """Trajectories: the positions of all points in every frame of a simulation."""
 
 from collections.abc import Iterator, Sequence
-from typing import Any, overload
+from functools import cached_property
+from typing import Any, TypeAlias, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core.public import public
 from .._core.types import Float64Array
+from ..compute.mesh_buffer import MeshBuffer
 from ..geometry.attributes import Attributes
 from ..geometry.mesh import Mesh, move
 
 IDENTITY = np.eye(4)
 DIRECTIONS = ("normal", "tangent")  # attributes that would be wrong once points move on their own
 
+Frames: TypeAlias = npt.NDArray[np.float32] | list[MeshBuffer]
+
 
 @public
 class Trajectory(Sequence[npt.NDArray[np.float32]]):
     """Positions frame by frame, as `Springs.simulate` returns them.
 
-    It is a sequence of arrays (n, 3), and `np.asarray` makes one array (frames, n, 3) of it without copying.
+    It is a sequence of arrays (n, 3), and `np.asarray` makes one array (frames, n, 3) of it without copying. Frames
+    that stay on the device are read when they are asked for.
     """
 
-    def __init__(self, positions: npt.NDArray[np.float32], times: Float64Array, mesh: Mesh) -> None:
-        self._positions = positions
+    def __init__(self, frames: Frames, times: Float64Array, mesh: Mesh) -> None:
+        self._frames = frames
         self._times = times
         self._mesh = mesh
-        positions.flags.writeable = times.flags.writeable = False
+        times.flags.writeable = False
+        if isinstance(frames, np.ndarray):
+            frames.flags.writeable = False
 
     @property
     def positions(self) -> npt.NDArray[np.float32]:
         """The positions in metres: (frames, n, 3) float32, read-only."""
-        return self._positions
+        return self._frames if isinstance(self._frames, np.ndarray) else self._read_frames
+
+    @cached_property
+    def _read_frames(self) -> npt.NDArray[np.float32]:
+        frames = np.empty(self.shape, np.float32)
+        for frame, source in zip(frames, self._frames, strict=True):
+            frame[...] = np.asarray(source)
+        frames.flags.writeable = False
+        return frames
 
     @property
     def times(self) -> Float64Array:
@@ -39,13 +54,17 @@ class Trajectory(Sequence[npt.NDArray[np.float32]]):
         return self._times
 
     @property
+    def fps(self) -> float | None:
+        """The frames per second; None if there are fewer than two."""
+        return (len(self) - 1) / float(self._times[-1] - self._times[0]) if len(self) > 1 else None
+
+    @property
     def shape(self) -> tuple[int, int, int]:
         """(frames, n, 3)."""
-        n_frames, n_points, _ = self._positions.shape
-        return n_frames, n_points, 3
+        return len(self._frames), self._mesh.n_points, 3
 
     def meshes(self) -> Sequence[Mesh]:
-        """Return the mesh of each frame, made when it is requested, for `animate`.
+        """Return the mesh of each frame, made when it is requested.
 
         Returns
         -------
@@ -53,7 +72,17 @@ class Trajectory(Sequence[npt.NDArray[np.float32]]):
             The faces and attributes of the mesh that was simulated, without normals and tangents; segments along the
             springs if it was no mesh.
         """
-        return _Meshes(self._positions, self._mesh)
+        return _Meshes(self, strip_directions(self._mesh))
+
+    def as_models(self) -> Sequence[Mesh] | Sequence[MeshBuffer]:
+        """Return what `animate` draws of each frame.
+
+        Returns
+        -------
+        sequence of Mesh, or of MeshBuffer
+            The meshes, on the device if the frames are there.
+        """
+        return self._frames if isinstance(self._frames, list) else self.meshes()
 
     @overload
     def __getitem__(self, frame: int) -> npt.NDArray[np.float32]: ...
@@ -61,18 +90,18 @@ class Trajectory(Sequence[npt.NDArray[np.float32]]):
     def __getitem__(self, frame: slice) -> "Trajectory": ...
     def __getitem__(self, frame: int | slice) -> "npt.NDArray[np.float32] | Trajectory":
         if isinstance(frame, slice):
-            return Trajectory(self._positions[frame], self._times[frame], self._mesh)
-        positions: npt.NDArray[np.float32] = self._positions[frame]
+            return Trajectory(self._frames[frame], self._times[frame], self._mesh)
+        positions: npt.NDArray[np.float32] = np.asarray(self._frames[frame])
         return positions
 
     def __len__(self) -> int:
-        return len(self._positions)
+        return len(self._frames)
 
     def __iter__(self) -> Iterator[npt.NDArray[np.float32]]:
-        return iter(self._positions)
+        return map(np.asarray, self._frames)
 
     def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[Any]:
-        return np.array(self._positions, dtype, copy=copy)
+        return np.array(self.positions, dtype, copy=copy)
 
     def __repr__(self) -> str:
         n_frames, n_points, _ = self.shape
@@ -80,17 +109,22 @@ class Trajectory(Sequence[npt.NDArray[np.float32]]):
         return f"<Trajectory: {n_frames} frames of {n_points} points{last}>"
 
 
+def strip_directions(mesh: Mesh) -> Mesh:
+    """Return the mesh without the attributes that are wrong once its points move on their own."""
+    given = mesh.attributes
+    point, corner, face = (
+        {name: column for name, column in columns.items() if name not in DIRECTIONS}
+        for columns in (given.point, given.corner, given.face)
+    )
+    return mesh.with_attributes(Attributes(point, corner, face, labels=given.labels, material=given.material))
+
+
 class _Meshes(Sequence[Mesh]):
     """A mesh per frame, none of which is kept."""
 
-    def __init__(self, positions: npt.NDArray[np.float32], mesh: Mesh) -> None:
-        self._positions = positions
-        given = mesh.attributes
-        point = {name: column for name, column in given.point.items() if name not in DIRECTIONS}
-        corner = {name: column for name, column in given.corner.items() if name not in DIRECTIONS}
-        face = {name: column for name, column in given.face.items() if name not in DIRECTIONS}
-        attributes = Attributes(point, corner, face, labels=given.labels, material=given.material)
-        self._mesh = mesh.with_attributes(attributes)
+    def __init__(self, frames: Trajectory, mesh: Mesh) -> None:
+        self._frames = frames
+        self._mesh = mesh
 
     @overload
     def __getitem__(self, frame: int) -> Mesh: ...
@@ -98,8 +132,8 @@ class _Meshes(Sequence[Mesh]):
     def __getitem__(self, frame: slice) -> "_Meshes": ...
     def __getitem__(self, frame: int | slice) -> "Mesh | _Meshes":
         if isinstance(frame, slice):
-            return _Meshes(self._positions[frame], self._mesh)
-        return move(self._mesh, self._positions[frame], IDENTITY)
+            return _Meshes(self._frames[frame], self._mesh)
+        return move(self._mesh, self._frames[frame], IDENTITY)
 
     def __len__(self) -> int:
-        return len(self._positions)
+        return len(self._frames)

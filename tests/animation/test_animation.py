@@ -239,3 +239,45 @@ def test_what_cannot_be_is_said_at_once(made: Any, message: str) -> None:
 def test_a_keyword_that_render_does_not_know() -> None:
     with pytest.raises(TypeError, match="colour"):
         call(animate, HOUSE, TURNS, colour="red")()
+
+
+def test_a_frame_s_model_takes_the_place_of_the_first_and_the_others_stay() -> None:
+    bent = [HOUSE.transformed(gx.shear(xy=0.2 * k)) for k in range(3)]
+    cube = gx.Layer(samples.cube(), color="blue")
+    first = gx.Layer(HOUSE, color="red", transform=AFFINE)
+    animation = animate([first, cube, HOUSE], bent, camera=CAMERA, size=SIZE, line_width=3)
+    expected = [gx.Layer(bent[2], color="red", transform=AFFINE), cube, gx.Layer(HOUSE, line_width=3)]
+    assert np.array_equal(pixels(animation, 2), render_array(expected, camera=CAMERA, size=SIZE))
+    alone = animate(first, bent, camera=CAMERA, size=SIZE)
+    assert np.array_equal(
+        pixels(alone, 1), render_array(gx.Layer(bent[1], color="red", transform=AFFINE), camera=CAMERA, size=SIZE)
+    )
+    own = animate([first, cube], [gx.Layer(bent[1], color="green")], camera=CAMERA, size=SIZE)
+    assert np.array_equal(
+        pixels(own, 0), render_array([gx.Layer(bent[1], color="green"), cube], camera=CAMERA, size=SIZE)
+    )
+
+
+def test_a_scene_is_not_replaced_by_a_model_without_a_word() -> None:
+    scene = gx.Scene()
+    scene.add(HOUSE, name="house")
+    animation = animate(scene, [HOUSE], camera=CAMERA, size=SIZE)
+    with pytest.raises(
+        gx.ArgumentTypeError, match=r"frames must be scenes, .* if the first model is a Scene, got Mesh"
+    ):
+        animation.frame(0)
+
+
+def test_frames_are_had_by_their_indices() -> None:
+    animation = animate(HOUSE, TURNS, size=SIZE)
+    assert np.array_equal(np.asarray(animation[3]), pixels(animation, 3))
+    assert np.array_equal(np.asarray(animation[-1]), pixels(animation, len(TURNS) - 1))
+    part = animation[1:4]
+    assert len(part) == 3
+    assert part.camera is animation.camera
+    assert np.array_equal(pixels(part, 2), pixels(animation, 3))
+    assert np.array_equal(np.asarray(animation[::-1][0]), np.asarray(animation[-1]))
+    with pytest.raises(IndexError, match=rf"^frame {len(TURNS)} of {len(TURNS)}$"):
+        animation[len(TURNS)]
+    with pytest.raises(gx.ArgumentError, match=r"^frames must choose some of \d+ frames, got slice"):
+        animation[3:3]

@@ -388,3 +388,114 @@ def test_every_kind_of_device_moves_the_points_alike(kind: str, request: pytest.
 
 def test_the_documented_cap_is_the_default() -> None:
     assert springs_module.MAX_SUBSTEPS == 10_000
+
+
+def test_springs_are_drawn_as_they_are_at_present() -> None:
+    springs = make_cloth(12, pinned=[0, 11])
+    layer, scene = gx.Layer(springs, color="red"), gx.Scene()
+    scene.add(springs, color="red")
+    before = springs.mesh
+    springs.simulate(0.2, 20.0)
+    camera = gx.Camera.fit(springs.mesh)
+    for drawn, mesh, style in (
+        (springs, springs.mesh, {"color": "red", "hidden": "remove"}),
+        ([springs], springs.mesh, {"fill": "gold"}),
+        (scene, springs.mesh, {"color": "red"}),
+        (layer, before, {"color": "red"}),  # a layer keeps what it was made of
+    ):
+        own = {} if isinstance(drawn, gx.Layer) else style
+        found = gx.render_array(drawn, camera=camera, size=(120, 90), **own)  # type: ignore[arg-type]
+        expected = gx.render_array(mesh, camera=camera, size=(120, 90), **style)  # type: ignore[arg-type]
+        assert np.abs(found.astype(int) - expected).max() <= 3
+        assert len(np.unique(expected)) > 2
+
+
+def test_frames_that_stay_on_the_device_are_the_same_frames() -> None:
+    host, device = make_cloth(12, pinned=[0, 11]), make_cloth(12, pinned=[0, 11])
+    expected, kept = host.simulate(0.3, 20.0, drag=1.0), device.simulate(0.3, 20.0, drag=1.0, keep="device")
+    models = kept.as_models()
+    assert all(isinstance(model, gx.MeshBuffer) for model in models)
+    assert kept.shape == expected.shape
+    assert kept.fps == expected.fps == pytest.approx(20.0)
+    np.testing.assert_array_equal(kept[2], expected[2])
+    np.testing.assert_array_equal(np.stack(list(kept[1:3])), expected.positions[1:3])
+    np.testing.assert_array_equal(kept.positions, expected.positions)
+    np.testing.assert_array_equal(kept.meshes()[3].positions, expected.meshes()[3].positions)
+    drawn = gx.animate(device, kept, size=(100, 80), hidden="remove")
+    assert drawn.fps == pytest.approx(20.0)
+    same = gx.animate(host.mesh, expected.meshes(), size=(100, 80), hidden="remove", camera=drawn.camera)
+    assert np.abs(np.asarray(drawn[4]).astype(int) - np.asarray(same[4])).max() <= 3
+    with pytest.raises(gx.ArgumentError, match=r"^keep must be 'host' or 'device', got 'gpu'$"):
+        host.simulate(0.1, keep="gpu")  # type: ignore[arg-type]
+
+
+def test_a_frame_on_the_device_that_is_not_finite_is_named() -> None:
+    springs = pair(mass=[1.0, 1e-30], stiffness=0.0)
+    with pytest.raises(
+        gx.SimulationError, match=r"^point \d is not at a finite position in frame 1, at 1 s: "
+    ) as error:
+        springs.simulate(3.0, 1.0, force=lambda *_: np.full((2, 3), 1e30), keep="device")
+    assert error.value.frame == 1
+    assert springs.trajectory is not None
+    assert len(springs.trajectory) == 1
+
+
+@pytest.mark.parametrize("n", [6, 40])  # any springs, a grid
+def test_a_point_that_is_held_goes_where_it_is_moved_and_takes_the_rest_along(n: int) -> None:
+    springs, free = make_cloth(n, damping=1e-4), make_cloth(n, damping=1e-4)
+    point = n * n // 2
+    start = springs.positions[point].astype(float)
+    there = start + np.array([0.0, 0.02, 0.01])
+    springs.hold(point)
+    springs.simulate(0.1, 20.0)
+    np.testing.assert_array_equal(springs.positions[point], start.astype(np.float32))
+    np.testing.assert_array_equal(springs.velocities[point], 0.0)
+    assert springs.positions[:, 1].min() < start[1] - 0.01
+    springs.hold(point, there)
+    springs.simulate(0.05, 20.0)
+    np.testing.assert_allclose(springs.positions[point], there, atol=1e-5)
+    np.testing.assert_allclose(springs.velocities[point], (0.0, 0.4, 0.2), rtol=1e-5)
+    springs.simulate(0.05, 20.0)  # it arrived, and rests
+    np.testing.assert_allclose(springs.positions[point], there, atol=1e-6)
+    held = springs.state()
+    springs.release(point)
+    springs.simulate(0.2, 20.0)
+    assert springs.positions[point, 1] < start[1]
+    free.restore(held)  # a state holds no point
+    free.simulate(0.2, 20.0)
+    np.testing.assert_array_equal(free.positions, springs.positions)
+
+
+def test_a_pinned_point_that_is_held_stays_where_it_is_released() -> None:
+    springs = make_cloth(6, pinned=[0, 5])
+    there = springs.positions[5].astype(float) + np.array([0.01, 0.02, 0.0])
+    springs.hold(5, there)
+    springs.simulate(0.05, 20.0)
+    springs.release()
+    springs.simulate(0.1, 20.0)
+    np.testing.assert_allclose(springs.positions[5], there, atol=1e-6)
+    springs.hold(4)
+    springs.reset()
+    springs.simulate(0.1, 20.0)
+    assert springs.positions[4, 1] < 0.0
+    with pytest.raises(gx.ArgumentError, match=r"^point must lie in 0..35, got 36$"):
+        springs.hold(36)
+    with pytest.raises(gx.ArgumentError, match=r"^position must be"):
+        springs.hold(3, (0.0, NAN, 0.0))
+
+
+def test_a_drag_does_not_grow_memory() -> None:
+    springs = make_cloth(40, damping=1e-4)
+    context = springs.device.context  # type: ignore[attr-defined]  # of a graphics adapter
+
+    def drag(n: int) -> None:
+        for k in range(n):
+            springs.hold(3 * k, springs.positions[3 * k] + (0.0, 0.0, 0.001))
+            springs.step(2)
+            springs.buffer().bounds()
+            springs.release()
+
+    drag(3)
+    before = sum(buffer.n_bytes for buffer in context.buffers if not buffer.is_released)
+    drag(20)
+    assert sum(buffer.n_bytes for buffer in context.buffers if not buffer.is_released) == before

@@ -1,6 +1,6 @@
 """Store of points in the memory of a graphics adapter, behind one `PointBuffer` and all that came from it."""
 
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -22,22 +22,33 @@ class GpuStore:
     """Points (n, 2 or 3) of `dtype` on a graphics adapter."""
 
     def __init__(self, device: Device, points: npt.NDArray[Any], dtype: np.dtype[Any]) -> None:
+        self._allocate(device, points.shape, dtype)
+        try:
+            for part, buffer in self.parts:
+                buffer.upload(np.ascontiguousarray(points[part], dtype))
+        except BaseException:
+            self.release()
+            raise
+
+    @classmethod
+    def allocate(cls, device: Device, shape: tuple[int, int], dtype: np.dtype[Any]) -> Self:
+        """Return room for points, to be filled by a stage; only those of one part have `device_points`."""
+        store = cls.__new__(cls)
+        store._allocate(device, shape, dtype)
+        return store
+
+    def _allocate(self, device: Device, shape: tuple[int, int], dtype: np.dtype[Any]) -> None:
         self.device = require_gpu_device(device)
-        self.shape: tuple[int, int] = points.shape
+        self.shape = shape
         self.dtype = dtype
-        n_points, n_components = points.shape
+        n_points, n_components = shape
         self.plan = DispatchPlan.of(self.device, max(n_points, 1), n_components, dtype)
         self.parts: list[tuple[slice, Buffer]] = []
         self._released = False
         try:
             for part in self.plan.chunks(n_points):
-                buffer = Buffer(
-                    self.device.context,
-                    self.plan.aligned_count(part.stop - part.start) * self.plan.point_bytes,
-                    label="PointBuffer",
-                )
-                self.parts.append((part, buffer))
-                buffer.upload(np.ascontiguousarray(points[part], dtype))
+                n_bytes = self.plan.aligned_count(part.stop - part.start) * self.plan.point_bytes
+                self.parts.append((part, Buffer(self.device.context, n_bytes, label="PointBuffer")))
         except BaseException:
             self.release()
             raise
