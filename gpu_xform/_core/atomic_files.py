@@ -11,7 +11,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from .interrupts import defer_sigint
+from .interrupts import defer_interrupts
 from .types import StrPath
 
 
@@ -77,7 +77,7 @@ def atomic_folder(path: StrPath, names: Iterable[str]) -> Iterator[Path]:
         temporary.mkdir()
         yield temporary
         if target.is_dir():
-            with defer_sigint():
+            with defer_interrupts():
                 _move_all(temporary, target)
                 temporary.rmdir()
         else:

@@ -1,29 +1,56 @@
-"""Deferral of SIGINT (Ctrl+C) while an interrupt would leave things half done."""
+"""Deferral of SIGINT (Ctrl+C) and SIGTERM while an exception would leave things half done."""
 
 import contextlib
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from types import FrameType
+from typing import Any
+
+
+class Terminated(KeyboardInterrupt):
+    """The process has been asked to end, by SIGTERM."""
+
+
+def raise_terminated(signum: int, frame: FrameType | None) -> None:  # noqa: ARG001
+    """Raise `Terminated`: the handler of SIGTERM in the command, which then ends as if by Ctrl+C."""
+    raise Terminated
+
+
+# What raises out of the middle of anything. A program that handles a signal in another way knows what it does.
+_RAISING_HANDLERS = ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, raise_terminated))
 
 
 @contextlib.contextmanager
-def defer_sigint() -> Iterator[None]:
-    """Raise `KeyboardInterrupt` at the end of the block, if Ctrl+C is pressed within it.
+def defer_interrupts() -> Iterator[None]:
+    """Raise at the end of the block what Ctrl+C or SIGTERM would raise within it.
 
-    Raised earlier, it could leave a wgpu object half made, be lost in a destructor, or leave only some files moved.
-    Nothing is deferred in threads other than the main one, which are never interrupted, or if the program handles
-    SIGINT itself.
+    Raised earlier, it could leave a wgpu object half made or a buffer mapped, be lost in a destructor, or leave only
+    some files moved. Nothing is deferred in threads other than the main one, which are never interrupted, or if the
+    program handles the signals itself.
     """
-    if threading.current_thread() is not threading.main_thread() or (
-        signal.getsignal(signal.SIGINT) is not signal.default_int_handler
-    ):
+    deferred: list[tuple[signal.Signals, Callable[[int, FrameType | None], Any]]] = []
+    if threading.current_thread() is threading.main_thread():
+        deferred = [(number, handler) for number, handler in _RAISING_HANDLERS if signal.getsignal(number) is handler]
+    if not deferred:
         yield
         return
-    pressed: list[int] = []
-    signal.signal(signal.SIGINT, lambda signum, _: pressed.append(signum))
+    came: list[int] = []
     try:
+        for number, _ in deferred:
+            signal.signal(number, lambda number, _: came.append(number))
         yield
     finally:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
-        if pressed:
-            raise KeyboardInterrupt
+        _restore(deferred)
+        for number, handler in deferred:
+            if number in came:
+                handler(number, None)
+
+
+def _restore(handlers: list[tuple[signal.Signals, Callable[[int, FrameType | None], Any]]]) -> None:
+    """Set each handler, even if the one before it raises at once."""
+    if handlers:
+        try:
+            signal.signal(*handlers[0])
+        finally:
+            _restore(handlers[1:])

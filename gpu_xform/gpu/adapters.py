@@ -13,6 +13,7 @@ from collections.abc import Iterator
 import wgpu
 from wgpu.backends.wgpu_native.extras import set_instance_extras
 
+from .._core.interrupts import defer_interrupts
 from .._core.public import public
 from ..device import Adapter, Limits
 from ..errors import NoAdapterError
@@ -34,7 +35,8 @@ def adapters() -> list[Adapter]:
     list of Adapter
         Empty if there is no driver. `Device(adapter.name)` opens one.
     """
-    return [describe_adapter(adapter) for adapter in list_native_adapters()]
+    with defer_interrupts():
+        return [describe_adapter(adapter) for adapter in list_native_adapters()]
 
 
 def describe_adapter(adapter: wgpu.GPUAdapter) -> Adapter:

@@ -29,7 +29,7 @@ class BufferPool:
         """
         slot = owner, key, usage
         kept = self._scratch.get(slot)
-        if kept is not None and kept.n_bytes >= n_bytes:
+        if kept is not None and kept.n_bytes >= n_bytes and kept.is_at_rest():
             return kept
         if kept is not None:
             del self._scratch[slot]
@@ -40,14 +40,20 @@ class BufferPool:
     def acquire(self, owner: str, key: str, n_bytes: int, usage: int = STORAGE) -> Buffer:
         """Return a buffer that is the caller's alone until it is released to the pool."""
         slot = owner, key, usage
-        for buffer in self._spare.get(slot, []):
+        spare = self._spare.get(slot, [])
+        for buffer in list(spare):
             if buffer.n_bytes >= n_bytes:
-                self._spare[slot].remove(buffer)
-                return buffer
+                spare.remove(buffer)
+                if buffer.is_at_rest():
+                    return buffer
+                buffer.release()
         return self._allocate(slot, n_bytes)
 
     def release(self, owner: str, key: str, buffer: Buffer) -> None:
-        """Keep an acquired buffer for the next caller; beyond a few, the smallest is freed."""
+        """Keep an acquired buffer for the next caller; beyond a few, the smallest is freed, and so is one in use."""
+        if not buffer.is_at_rest():
+            buffer.release()
+            return
         spare = self._spare.setdefault((owner, key, buffer.usage), [])
         spare.append(buffer)
         spare.sort(key=lambda each: each.n_bytes)

@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 import wgpu
 
-from .._core.interrupts import defer_sigint
+from .._core.interrupts import defer_interrupts
 from ..errors import DeviceError
 from .context import GpuContext
 from .errors import translate_wgpu_errors
@@ -54,24 +54,21 @@ class Buffer:
         self._host_mappable = bool(usage & Usage.STORAGE) and context.host_mappable
         if self._host_mappable:
             usage |= MAPPED
-        with defer_sigint(), translate_wgpu_errors(f"allocate {n_bytes:,} bytes", label):
+        with defer_interrupts(), translate_wgpu_errors(f"allocate {n_bytes:,} bytes", label):
             self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
         self._released = False
-        self._is_mapped = False
+        self._is_mapped = False  # by `wait_mapped`, for whoever reads or unmaps it
+        self._is_lent = False  # to a block, which unmaps it
         self._n_submissions_at_write = context.n_submissions
         context.buffers.add(self)
 
     def upload(self, array: npt.NDArray[Any]) -> None:
         """Copy `array` (C-ordered) to the buffer's start."""
-        with self.context.lock, translate_wgpu_errors(f"upload {array.nbytes:,} bytes", self.label):
-            self.require_submittable(self.context)
-            self._n_submissions_at_write = self.context.n_submissions
+        with self._work(f"upload {array.nbytes:,} bytes"):
+            self._begin_write()
             if self._host_mappable and array.nbytes > MAX_QUEUED_BYTES:
-                self.handle.map_sync(wgpu.MapMode.WRITE, 0, array.nbytes)
-                try:
+                with self._lend(wgpu.MapMode.WRITE, array.nbytes):
                     self.handle.write_mapped(array)
-                finally:
-                    self.handle.unmap()
             else:
                 self.context.handle.queue.write_buffer(self.handle, 0, array)
 
@@ -81,19 +78,16 @@ class Buffer:
 
         What it holds at first is undefined, and so is the buffer if the block raises.
         """
-        with self.context.lock, translate_wgpu_errors(f"upload {n_bytes:,} bytes", self.label):
-            self.require_submittable(self.context)
+        with self._work(f"upload {n_bytes:,} bytes"):
+            self._begin_write()
             if not self._host_mappable:
                 staging = np.empty(n_bytes, np.uint8)
                 yield staging
                 self.context.handle.queue.write_buffer(self.handle, 0, staging)
                 return
-            self.handle.map_sync(wgpu.MapMode.WRITE, 0, n_bytes)
-            try:
+            with self._lend(wgpu.MapMode.WRITE, n_bytes):
                 # wgpu has no other way to lend memory for writing: `write_mapped` copies.
                 yield np.frombuffer(self.handle._experimental_get_mapped_range(0, n_bytes), np.uint8)
-            finally:
-                self.handle.unmap()
 
     def wait_mapped(self, n_bytes: int) -> None:
         """Wait until the device is done with the first `n_bytes`, and map them; `map_read` then lends them at once.
@@ -102,46 +96,94 @@ class Buffer:
         """
         if self._is_mapped:
             return
-        with self.context.lock, defer_sigint(), translate_wgpu_errors(f"read {n_bytes:,} bytes back", self.label):
+        with self._work(f"read {n_bytes:,} bytes back"):
             self.require_submittable(self.context)
-            is_submitted = self.context.n_submissions > self._n_submissions_at_write
-            mode = READ_WITHOUT_SUBMITTING if is_submitted else wgpu.MapMode.READ
-            self.handle.map_sync(mode, 0, n_bytes)
+            self.handle.map_sync(self._read_mode, 0, n_bytes)
             self._is_mapped = True
 
     def unmap(self) -> None:
         """Let submissions use a buffer again that `wait_mapped` has mapped and nobody will read."""
-        with self.context.lock:
-            if self._is_mapped:
-                self._is_mapped = False
-                self.handle.unmap()
+        with defer_interrupts(), self.context.lock:
+            if not self._is_lent:
+                self._end_mapping()
 
     @contextlib.contextmanager
     def map_read(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the first `n_bytes` as an array, valid inside the block only."""
-        with self.context.lock:
+        with self._work(f"read {n_bytes:,} bytes back"):
             if self.can_map:
-                with self._lend(n_bytes) as view:
+                with self._lend_for_reading(n_bytes) as view:
                     yield view
             else:
                 staging = Buffer(self.context, n_bytes, READBACK, label="readback")
                 try:
                     with self.context.encode_commands(self, staging, label="readback") as encoder:
                         encoder.copy_buffer(self, staging, n_bytes)
-                    with staging._lend(n_bytes) as view:
+                    with staging._lend_for_reading(n_bytes) as view:
                         yield view
                 finally:
                     staging.release()
 
     @contextlib.contextmanager
-    def _lend(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
-        self.context.require_usable()
-        self.wait_mapped(n_bytes)
-        self._is_mapped = False
-        try:
+    def _work(self, action: str) -> Iterator[None]:
+        """Hold the device's lock, put Ctrl+C off, and name the buffer in errors of wgpu."""
+        # Ctrl+C first: between a lock that is taken and the block that gives it back, nothing may be raised.
+        with defer_interrupts(), self.context.lock, translate_wgpu_errors(action, self.label):
+            yield
+
+    def _begin_write(self) -> None:
+        self.require_submittable(self.context)
+        self.content_key = None  # whatever is known of the content ends here, even if the rest fails
+        self._n_submissions_at_write = self.context.n_submissions
+
+    @property
+    def _read_mode(self) -> str | int:
+        is_submitted = self.context.n_submissions > self._n_submissions_at_write
+        return READ_WITHOUT_SUBMITTING if is_submitted else wgpu.MapMode.READ
+
+    @contextlib.contextmanager
+    def _lend_for_reading(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
+        with self._lend(self._read_mode, n_bytes):
             yield np.frombuffer(self.handle.read_mapped(0, n_bytes, copy=False), np.uint8)
+
+    @contextlib.contextmanager
+    def _lend(self, mode: str | int, n_bytes: int) -> Iterator[None]:
+        """Map the first `n_bytes` for the block, unless `wait_mapped` has; they are unmapped whatever is raised.
+
+        Two steps end it, so that an exception in one of them leaves what `is_at_rest` can tell and mend.
+        """
+        self.context.require_usable()
+        if not self._is_mapped:
+            self.require_submittable(self.context)
+        try:
+            try:
+                self._is_lent = True
+                if not self._is_mapped:
+                    self.handle.map_sync(mode, 0, n_bytes)
+                yield
+            finally:
+                self._is_lent = False
         finally:
+            self._end_mapping()
+
+    def _end_mapping(self) -> None:
+        """Unmap the buffer or, where wgpu cannot, throw it away."""
+        self._is_mapped = self._is_lent = False
+        if self.handle.map_state == "mapped":
             self.handle.unmap()
+        elif self.handle.map_state != "unmapped":
+            self.release()
+
+    def is_at_rest(self) -> bool:
+        """Return whether it can be used, after mending what an exception has left mapped; not if it is being read."""
+        if self._released or self._is_lent or self._is_mapped:
+            return False
+        if self.handle.map_state != "unmapped":
+            try:
+                self._end_mapping()
+            except wgpu.GPUError:  # of a device that is lost
+                self.release()
+        return not self._released
 
     @property
     def is_released(self) -> bool:
@@ -158,9 +200,10 @@ class Buffer:
         context.require_usable()
         if self.context is not context:
             raise DeviceError(f"the buffer {self.label!r} of {self.context!r} cannot be used on {context!r}")
+        is_at_rest = self.is_at_rest()
         if self._released:
             raise DeviceError(f"the buffer {self.label!r} has been released")
-        if self.handle.map_state != "unmapped":
+        if not is_at_rest:
             raise DeviceError(f"the buffer {self.label!r} is mapped by the host: finish reading it first")
 
     def release(self) -> None:

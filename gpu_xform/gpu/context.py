@@ -12,7 +12,7 @@ from typing import Any, Protocol
 
 import wgpu
 
-from .._core.interrupts import defer_sigint
+from .._core.interrupts import defer_interrupts
 from ..device import Adapter, Limits
 from ..errors import DeviceError
 from .adapters import describe_adapter, find_adapter, lend_runtime_dir
@@ -191,7 +191,16 @@ class GpuContext:
         wanted_features: frozenset[str] = WANTED_FEATURES,
     ) -> None:
         _refuse_fork()
-        chosen = find_adapter(adapter or os.environ.get("GPU_XFORM_ADAPTER") or None)
+        with defer_interrupts():
+            self._open(adapter or os.environ.get("GPU_XFORM_ADAPTER") or None, limits, wanted_features)
+        self.lock = threading.RLock()
+        self.is_closed = False
+        self.n_submissions = 0
+        self.buffers: weakref.WeakSet[Submittable] = weakref.WeakSet()  # all that are alive, for the debug tools
+        self.observers: list[DispatchObserver] = []
+
+    def _open(self, name: str | None, limits: Limits | None, wanted_features: frozenset[str]) -> None:
+        chosen = find_adapter(name)
         self.adapter: Adapter = describe_adapter(chosen)
         self.limits: Limits = limits or self.adapter.limits
         useful = wanted_features if self.adapter.kind in HOST_MAPPABLE_KINDS else wanted_features - {MAPPABLE}
@@ -200,11 +209,6 @@ class GpuContext:
         self.handle: wgpu.GPUDevice = _open_adapter(chosen, self.features)
         global _process_of_first_device
         _process_of_first_device = os.getpid()
-        self.lock = threading.RLock()
-        self.is_closed = False
-        self.n_submissions = 0
-        self.buffers: weakref.WeakSet[Submittable] = weakref.WeakSet()  # all that are alive, for the debug tools
-        self.observers: list[DispatchObserver] = []
 
     @contextlib.contextmanager
     def encode_commands(self, *used: Submittable, label: str) -> Iterator[CommandEncoder]:
@@ -212,7 +216,7 @@ class GpuContext:
 
         label : what messages and traces call the submission
         """
-        with self.lock, defer_sigint():
+        with defer_interrupts(), self.lock:
             self.require_usable()
             for observer in self.observers:
                 observer.begin_submission(label)

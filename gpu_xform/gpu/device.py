@@ -4,6 +4,7 @@ import contextlib
 from collections.abc import Iterator
 from typing import Self
 
+from .._core.interrupts import defer_interrupts
 from ..device import Device, Limits, default_device, resolve_device
 from ..errors import DeviceError
 from . import self_test
@@ -21,7 +22,8 @@ class GpuDevice(Device):
     """A graphics adapter, opened, as a device: it transforms points and draws pictures."""
 
     def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:
-        self._compose(GpuContext(adapter, limits=limits))
+        with defer_interrupts():  # a half-opened device would only be closed when Python finds it
+            self._compose(GpuContext(adapter, limits=limits))
 
     @classmethod
     def from_context(cls, context: GpuContext) -> Self:

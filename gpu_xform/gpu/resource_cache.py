@@ -25,7 +25,7 @@ class ResourceCache:
     def __init__(self, context: GpuContext) -> None:
         self._context = context
         self._entries: OrderedDict[tuple[int, Hashable], _Entry] = OrderedDict()
-        self._dead: deque[int] = deque()
+        self._dead: deque[weakref.ref[Any]] = deque()
 
     def get(self, owner: object, key: Hashable, array: Callable[[], npt.NDArray[Any]]) -> Buffer:
         """Return the buffer of `owner` under `key`, filled with `array()` at the first call.
@@ -34,27 +34,25 @@ class ResourceCache:
         """
         with self._context.lock:
             slot = (id(owner), key)
-            if slot in self._entries:
+            if slot in self._entries and self._entries[slot].buffer.is_at_rest():
                 self._entries.move_to_end(slot)
                 return self._entries[slot].buffer
             content = np.ascontiguousarray(array())
             buffer = Buffer(self._context, max(content.nbytes, 4), label=f"cached: {key}", persistent=True)
             if content.nbytes:
                 buffer.upload(content)
-            owner_id = id(owner)
-            # A finalizer may run anywhere, in the middle of a submission as well: it only leaves word.
-            reference = weakref.ref(owner, lambda _: self._dead.append(owner_id))
-            self._entries[slot] = _Entry(reference, buffer)
+            # A finalizer may run anywhere, in the middle of a submission as well: it only leaves word, and not in
+            # Python, where Ctrl+C would be lost.
+            self._entries[slot] = _Entry(weakref.ref(owner, self._dead.append), buffer)
             return buffer
 
     def trim(self) -> None:
         """Release what belongs to objects that are gone, then what is over the budget."""
         with self._context.lock:
             while self._dead:
-                owner_id = self._dead.popleft()
-                for slot in [slot for slot in self._entries if slot[0] == owner_id]:
-                    if self._entries[slot].owner() is None:
-                        self._entries.pop(slot).buffer.release()
+                dead = self._dead.popleft()
+                for slot in [slot for slot, entry in self._entries.items() if entry.owner is dead]:
+                    self._entries.pop(slot).buffer.release()
             n_bytes = sum(entry.buffer.n_bytes for entry in self._entries.values())
             while n_bytes > MAX_CACHED_BYTES:
                 _, entry = self._entries.popitem(last=False)

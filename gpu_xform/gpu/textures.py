@@ -4,7 +4,7 @@ import itertools
 
 import wgpu
 
-from .._core.interrupts import defer_sigint
+from .._core.interrupts import defer_interrupts
 from ..errors import DeviceError
 from .context import GpuContext
 from .errors import translate_wgpu_errors
@@ -32,7 +32,7 @@ class Texture:
         self.label = label
         self.id = next(_ids)
         width, height = extent
-        with defer_sigint(), translate_wgpu_errors(f"allocate {width} x {height} texels", label):
+        with defer_interrupts(), translate_wgpu_errors(f"allocate {width} x {height} texels", label):
             self.handle: wgpu.GPUTexture = context.handle.create_texture(
                 label=label, size=(width, height, 1), format=format, usage=RENDER_TARGET
             )

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._core.interrupts import defer_sigint
+from .._core.interrupts import defer_interrupts
 from ..drawing.draw_list import Drawable, DrawList
 from ..drawing.enums import Hidden
 from ..drawing.view import View
@@ -124,7 +124,7 @@ class _Stages:
         self._triangles = TriangleStage(device, projected, n_depths, palette)
         self._lines = line_stage(device, projected, self._triangles, tiles[0].region.extent)
 
-    @defer_sigint()
+    @defer_interrupts()
     def draw(self, tile: Tile, unread: contextlib.ExitStack, wait: Callable[[], None]) -> RenderTarget:
         """Record a tile, call `wait`, submit the tile; its target is cancelled if `unread` unwinds."""
         (struct,) = uniforms.upload(

@@ -10,7 +10,7 @@ import pytest
 import wgpu
 
 from gpu_xform import render_array, samples, scale, transform_points
-from gpu_xform._core.interrupts import defer_sigint
+from gpu_xform._core.interrupts import Terminated, defer_interrupts, raise_terminated
 from gpu_xform.gpu.context import CommandEncoder, Submittable
 from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import rasterizer
@@ -28,8 +28,8 @@ def test_an_interrupt_waits_for_the_end_of_the_outermost_block() -> None:
     done = []
 
     def work() -> None:
-        with defer_sigint():
-            with defer_sigint():
+        with defer_interrupts():
+            with defer_interrupts():
                 signal.raise_signal(signal.SIGINT)
                 done.append("inside")
             done.append("outside")
@@ -45,21 +45,21 @@ def test_an_interrupt_is_not_lost_where_the_block_fails() -> None:
         signal.raise_signal(signal.SIGINT)
         raise ValueError
 
-    with pytest.raises(KeyboardInterrupt), defer_sigint():
+    with pytest.raises(KeyboardInterrupt), defer_interrupts():
         work()
 
 
 def test_without_an_interrupt_nothing_happens() -> None:
-    with defer_sigint():
+    with defer_interrupts():
         pass
-    with pytest.raises(ValueError, match="its own"), defer_sigint():
+    with pytest.raises(ValueError, match="its own"), defer_interrupts():
         raise ValueError("its own")
 
 
 def test_a_program_that_minds_interrupts_itself_goes_on_doing_so() -> None:
     pressed = []
     signal.signal(signal.SIGINT, lambda number, _: pressed.append(number))
-    with defer_sigint():
+    with defer_interrupts():
         signal.raise_signal(signal.SIGINT)
         assert pressed == [signal.SIGINT]
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -69,7 +69,7 @@ def test_other_threads_are_left_alone() -> None:
     handlers = []
 
     def work() -> None:
-        with defer_sigint():
+        with defer_interrupts():
             handlers.append(signal.getsignal(signal.SIGINT))
 
     thread = threading.Thread(target=work)
@@ -120,3 +120,37 @@ def test_an_interrupt_waits_for_one_tile_not_for_the_whole_picture(
     with pytest.raises(KeyboardInterrupt):
         render_array(samples.cube(), device=device, size=(320, 320))
     assert len(recorded) == 1
+
+
+def test_sigterm_is_deferred_where_it_raises() -> None:
+    before = signal.signal(signal.SIGTERM, raise_terminated)
+    done = []
+
+    def work() -> None:
+        with defer_interrupts():
+            signal.raise_signal(signal.SIGTERM)
+            done.append("inside")
+
+    try:
+        with pytest.raises(Terminated):
+            work()
+        assert done == ["inside"]
+        assert signal.getsignal(signal.SIGTERM) is raise_terminated
+    finally:
+        signal.signal(signal.SIGTERM, before)
+
+
+def test_both_handlers_are_set_again_where_both_signals_came() -> None:
+    before = signal.signal(signal.SIGTERM, raise_terminated)
+
+    def work() -> None:
+        with defer_interrupts():
+            signal.raise_signal(signal.SIGTERM)
+            signal.raise_signal(signal.SIGINT)
+
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            work()
+        assert signal.getsignal(signal.SIGTERM) is raise_terminated
+    finally:
+        signal.signal(signal.SIGTERM, before)

@@ -96,6 +96,3 @@ class GpuStore:
         self._released = True
         for _, buffer in self.parts:
             buffer.release()
-
-    def __del__(self) -> None:
-        self.release()
