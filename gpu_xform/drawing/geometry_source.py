@@ -30,7 +30,7 @@ from ..gpu.device import GpuDevice
 from ..gpu.device_points import DevicePoints, pad_points
 from ..gpu.layouts import CANDIDATE
 from .boxes import box_corners, box_in_world, world_positions
-from .layer import Layer
+from .layer import Layer, at_present
 from .layer_colors import colors_by_face
 
 NO_FACE = 2**32 - 1
@@ -127,6 +127,7 @@ class GeometrySource(Protocol):
 
 def geometry_source(layer: Layer) -> GeometrySource:
     """Return the geometry of the model of `layer`; a path is loaded."""
+    layer = at_present(layer)
     model = layer.model
     if isinstance(model, MeshBuffer):
         # Which edges are sharp, or seen edge-on, depends on where the points are.

@@ -63,7 +63,8 @@ class Layer:
     ----------
     model : Mesh, (n, 3) numbers, PointBuffer, Springs or path
         What is drawn. A `Mesh` is made of an array of points. A `PointBuffer` of shape (n, 3) is drawn from the device
-        memory that holds it, a `MeshBuffer` with its edges and faces. Of a `Springs` the layer has the present state.
+        memory that holds it, a `MeshBuffer` with its edges and faces. A `Springs` is drawn
+        as it is when the picture is made.
     transform : (4, 4) or (k, 4, 4) numbers, optional
         The matrix from the model to the world, or the matrices of k instances; the identity by default.
     name : str, optional
@@ -153,13 +154,11 @@ class Layer:
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
-        if isinstance(self.model, SupportsAsModel):
-            object.__setattr__(self, "model", self.model.as_model())
         if is_point_array(self.model):
             if (hidden_rows := find_hidden_rows(self.model)) is not None and hidden_rows.ndim == 1:
                 self._drop_styles_of(hidden_rows)
             object.__setattr__(self, "model", mesh_from_points(self.model))
-        if not isinstance(self.model, _MODEL_TYPES):
+        if not isinstance(self.model, (*_MODEL_TYPES, SupportsAsModel)):
             raise ArgumentTypeError.expecting(
                 "model", "be a Mesh, an array of points, a PointBuffer or a path", type(self.model).__name__
             )
@@ -227,6 +226,12 @@ class Layer:
         if len(matrices) == 0:
             raise ArgumentError.expecting("transform", "hold at least one matrix", "none")
         return matrices
+
+
+def at_present(layer: Layer) -> Layer:
+    """Return the layer with what is drawn of its model at present, if that knows."""
+    model = layer.model
+    return replace(layer, model=model.as_model()) if isinstance(model, SupportsAsModel) else layer
 
 
 Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]

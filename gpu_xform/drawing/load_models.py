@@ -16,15 +16,18 @@ from .layer import Layer, Model, Models, is_point_array, mesh_from_points
 PATH_TYPES = (str, os.PathLike)
 
 
-def load_models(models: Models) -> Models:
-    """Return the models with each file read once, and one mesh made of each array; a scene is copied."""
+def load_models(models: Models, *, is_live: bool = False) -> Models:
+    """Return the models with each file read once, and one mesh made of each array; a scene is copied.
+
+    is_live : what moves on its own stays what it is; otherwise its present state is kept
+    """
     read = cache(load_mesh)
     clouds: dict[int, Mesh] = {}
 
     def load(model: Model) -> Model:
         if isinstance(model, SupportsAsModel):
-            drawn: Model = model.as_model()
-            return drawn
+            present: Model = model if is_live else model.as_model()
+            return present
         if isinstance(model, PATH_TYPES):
             return read(os.fspath(model))
         if not is_point_array(model) or find_hidden_rows(model) is not None:  # a layer drops styles with hidden points

@@ -22,7 +22,7 @@ from .depth import NO_DEPTH_CUE, DepthCue, fit_depth_cue, reverse_z
 from .draw_list import DrawList
 from .framing import framing_points, unbounded_points
 from .geometry_source import GeometrySource, geometry_source
-from .layer import Layer, Models, Style, as_layers
+from .layer import Layer, Models, Style, as_layers, at_present
 from .view import View
 
 MAX_SIDE_PX = 1 << 16  # single precision still places lines within a hundredth of a pixel there
@@ -63,7 +63,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style) -> Iterator[Prepar
     """Lend all that a picture needs, on its device, for the time of the block. Raises as `render` does."""
     background = parse_background(frame.background)
     width, height = parse_size(frame.size)
-    layers = as_layers(models, style)
+    layers = [at_present(layer) for layer in as_layers(models, style)]
     sources = [geometry_source(layer) for layer in layers]
     layers = [_resolve_attributes(layer, source) for layer, source in zip(layers, sources, strict=True)]
     for source in sources:

@@ -381,9 +381,7 @@ class Springs:
         SimulationError
             A position is not finite: the frame is named, and `trajectory` holds the frames before it.
         """
-        fps = as_positive_float(fps, "fps")
-        if fps > MAX_FPS:
-            raise ArgumentError.expecting("fps", f"be at most {MAX_FPS:g}", f"{fps:g}")
+        fps = _as_fps(fps)
         duration = as_positive_float(duration, "duration")
         n_frames = max(1, round(duration * fps))
         conditions = Conditions(
@@ -454,6 +452,28 @@ class Springs:
         if any(self._held.pop(index, None) is not None for index in released):
             self._held = {} if point is None else self._held
             self._leapfrog.write_inverse_masses(self._inverse_masses())
+
+    def count_substeps(self, fps: float = 30.0, **conditions: Unpack[ConditionOptions]) -> int:
+        """Return how many steps a frame takes, without taking them.
+
+        Parameters
+        ----------
+        fps : float
+            Frames per second.
+        **conditions
+            gravity, drag, drag_rate, wind, force, move_pins and obstacles, as `simulate` takes them.
+
+        Returns
+        -------
+        int
+
+        Raises
+        ------
+        ArgumentError, ArgumentTypeError
+            As `simulate` raises them.
+        """
+        frame_s = 1.0 / _as_fps(fps)
+        return self._choose_substeps(frame_s, Conditions(self._system, **conditions), None, MAX_SUBSTEPS)
 
     def step(self, n: int = 1, dt: float | None = None, **conditions: Unpack[ConditionOptions]) -> None:
         """Take `n` steps, and leave the system after the last.
@@ -663,6 +683,13 @@ class Springs:
 
     def __repr__(self) -> str:
         return f"<Springs: {self.n_points} points, {len(self._system.pairs)} springs at {self.time:g} s>"
+
+
+def _as_fps(fps: float) -> float:
+    fps = as_positive_float(fps, "fps")
+    if fps > MAX_FPS:
+        raise ArgumentError.expecting("fps", f"be at most {MAX_FPS:g}", f"{fps:g}")
+    return fps
 
 
 def _describe_stiffness(stiffest: StiffestPoint, needed: int, max_substeps: int) -> str:

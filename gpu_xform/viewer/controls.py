@@ -105,7 +105,7 @@ class Controls:
                 if self._drag is not None and event["button"] == self._drag[0]:
                     self._drag = None
             case "wheel":
-                self._zoom(event["dy"] / UNITS_PER_NOTCH, _to_ndc(_position(event), size), size)
+                self._zoom(event["dy"] / UNITS_PER_NOTCH, to_ndc(pointer_position(event), size), size)
             case "key_down":
                 return self._key(event, size)
         return None
@@ -113,7 +113,7 @@ class Controls:
     def _press(self, event: Event) -> None:
         if self._drag is None and event["button"] in (LEFT, RIGHT, MIDDLE):
             pans = event["button"] != LEFT or "Shift" in event["modifiers"]
-            self._drag = event["button"], pans, _position(event)
+            self._drag = event["button"], pans, pointer_position(event)
 
     def _move(self, event: Event, size: tuple[float, float]) -> None:
         if self._drag is None:
@@ -122,11 +122,11 @@ class Controls:
         if button not in event["buttons"]:  # released outside the window, without an event
             self._drag = None
             return
-        end = _position(event)
+        end = pointer_position(event)
         self._drag = button, pans, end
         orbit = self._orbit(size)
         if pans:
-            orbit = orbit.panned(_to_ndc(start, size), _to_ndc(end, size), size[0] / size[1])
+            orbit = orbit.panned(to_ndc(start, size), to_ndc(end, size), size[0] / size[1])
         else:
             sideways, downwards = (end - start) / size[1] * RADIANS_PER_HEIGHT
             orbit = orbit.rotated(sideways, downwards)
@@ -178,11 +178,12 @@ class Controls:
         self.view = replace(self.view, orbit=orbit, note=note)
 
 
-def _position(event: Event) -> Float64Array:
+def pointer_position(event: Event) -> Float64Array:
+    """Return where the pointer is (2,), in pixels from the top left corner."""
     return np.array([event["x"], event["y"]], np.float64)
 
 
-def _to_ndc(position: Float64Array, size: tuple[float, float]) -> Float64Array:
+def to_ndc(position: Float64Array, size: tuple[float, float]) -> Float64Array:
     """Return a position in pixels from the top left corner as NDC: from (-1, -1) to (1, 1), y up."""
     ndc: Float64Array = (2.0 * position / size - 1.0) * (1.0, -1.0)
     return ndc

@@ -25,3 +25,10 @@ KEYS = (
     ("Q, Esc", "close"),
 )
 HELP = POINTER + KEYS
+
+# Of a window that shows springs:
+SIMULATION = (
+    ("drag a point", "pull it; beside the model, drags rotate"),
+    ("Space", "start or stop the simulation"),
+    ("0", "the simulation back to its start"),
+)

@@ -3,6 +3,8 @@
 import io
 import os
 import re
+import time
+from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 
@@ -13,7 +15,7 @@ from .._core.types import Float64Array
 from ..device import Device
 from ..drawing.camera import Camera, CameraLike, fit_options
 from ..drawing.framing import framing_points
-from ..drawing.layer import Models, Style, as_layers
+from ..drawing.layer import Models, Style, as_layers, at_present
 from ..drawing.load_models import PATH_TYPES, load_models
 from ..errors import ArgumentError, MeshError
 from ..imaging import image as images
@@ -21,8 +23,10 @@ from ..imaging.colors import ColorLike, parse_background
 from ..imaging.image import Pixels
 from ..raster.names import RasterizerName
 from ..rendering.raster import render_array
+from ..simulation.conditions import ConditionOptions
 from .controls import Controls, Event, InitialView, Request
 from .help_overlay import draw_help
+from .live_springs import LiveSprings
 from .orbit import BoundingSphere
 from .style_overrides import apply_overrides, has_faces
 
@@ -45,8 +49,13 @@ class Session:
         device: Device | None,
         rasterizer: RasterizerName,
         style: Style,
+        conditions: ConditionOptions | None = None,
+        clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        self._layers = as_layers(load_models(models), style)
+        self._layers = as_layers(load_models(models, is_live=True), style)
+        self._live = LiveSprings(self._layers, conditions or {}, clock)
+        if conditions is not None and not self._live.is_there:
+            raise ArgumentError("conditions say what acts on springs, and there are none", argument="conditions")
         self._name = Path(models).stem if isinstance(models, PATH_TYPES) else self._layers[0].name or "gpu-xform"
         self._background = background
         self._device = device
@@ -61,7 +70,8 @@ class Session:
         points = framing_points(self._layers)
         if not isinstance(camera, Camera):
             camera = Camera.fit(points, **camera)
-        first = next((layer for layer in self._layers if has_faces(layer)), self._layers[0])
+        present = [at_present(layer) for layer in self._layers]
+        first = next((layer for layer in present if has_faces(layer)), present[0])
         self._camera = camera
         self._controls = Controls(
             InitialView(
@@ -76,11 +86,19 @@ class Session:
         """The title of the window: the models, and what the last event did."""
         others = len(self._layers) - 1
         name = f"{self._name} and {others} more" if others else self._name
-        return f"{name} - {self._saved or self._problem or self._controls.view.note or 'H shows the keys'}"
+        note = self._saved or self._problem or self._controls.view.note or "H shows the keys"
+        return f"{name} - {', '.join(filter(None, [self._live.note, note]))}"
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether the picture changes without an event."""
+        return self._live.is_running
 
     def handle(self, event: Event, size: tuple[float, float]) -> bool:
         """Apply an event of rendercanvas, in a window of `size` in its units; return whether the picture changes."""
         before = self._controls.view
+        if self._live.handle(event, size, self._camera if before.orbit is None else before.orbit.camera):
+            return True
         request = self._controls.handle(event, size)
         has_changed = self._controls.view is not before
         if request is Request.SAVE:
@@ -93,11 +111,18 @@ class Session:
     def draw(self, size: tuple[int, int], pixel_ratio: float) -> Pixels:
         """Return what a window of `size` pixels shows: an opaque picture, transparent parts on white."""
         self._size, self._pixel_ratio = size, pixel_ratio
+        self._live.advance()
         picture = self._render()
         if (picture[..., 3] < 255).any():
             white = 255 - picture[..., 3:]
             picture = images.premultiply(picture) + white
-        return draw_help(picture, pixel_ratio) if self._controls.view.has_help else picture
+        if self._controls.view.has_help:
+            picture = draw_help(picture, pixel_ratio, has_simulation=self._live.is_there)
+        return picture
+
+    def close(self) -> None:
+        """Let go of what the pointer holds."""
+        self._live.let_go()
 
     def _render(self) -> Pixels:
         """Return the picture; only the background if what is requested has nothing to draw."""
@@ -106,7 +131,7 @@ class Session:
         self._problem = ""
         try:
             return render_array(
-                apply_overrides(self._layers, view.overrides, self._pixel_ratio),
+                apply_overrides([at_present(layer) for layer in self._layers], view.overrides, self._pixel_ratio),
                 camera=self._camera if view.orbit is None else view.orbit.camera,
                 size=self._size,
                 background=background,

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
+from ..compute.mesh_buffer import MeshBuffer
 from ..drawing.build_draw_list import CLOUD_POINT_SIZE_PX
 from ..drawing.enums import HIDDEN_STYLES, HiddenStyle
 from ..drawing.layer import Layer
@@ -83,7 +84,8 @@ def apply_overrides(layers: Sequence[Layer], overrides: StyleOverrides, pixel_ra
 
 def has_faces(layer: Layer) -> bool:
     """Tell whether a layer has faces, to be filled and to tell edges by."""
-    return isinstance(layer.model, Mesh) and layer.model.n_faces > 0
+    mesh = layer.model.topology if isinstance(layer.model, MeshBuffer) else layer.model
+    return isinstance(mesh, Mesh) and mesh.n_faces > 0
 
 
 def _changes(layer: Layer, overrides: StyleOverrides, pixel_ratio: float) -> dict[str, Any]:

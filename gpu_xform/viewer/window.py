@@ -21,6 +21,7 @@ from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import lend_runtime_dir
 from ..imaging.colors import ColorLike
 from ..raster.names import RasterizerName
+from ..simulation.conditions import ConditionOptions
 from .session import Session
 
 DEFAULT_SIZE = (960, 720)
@@ -38,6 +39,7 @@ def view(
     background: ColorLike | None = "white",
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
+    conditions: ConditionOptions | None = None,
     **style: Unpack[Style],
 ) -> None:
     """Show models in an interactive window; return when it is closed.
@@ -47,9 +49,12 @@ def view(
     of its own, S saves the picture as PNG, and H shows all keys. Until the view is changed, the window shows what
     `render` draws.
 
+    A `Springs` is simulated in real time, from its present state: space starts and stops it, 0 goes back, and the left
+    button drags the point under the pointer, which is held meanwhile. It stays in the state in which it is left.
+
     Parameters
     ----------
-    models : Mesh, (n, 3) numbers, path, PointBuffer, Layer, Scene, or a list of these
+    models : Mesh, (n, 3) numbers, path, PointBuffer, Springs, Layer, Scene, or a list of these
         The models, as `render` takes them. Each file is read once.
     camera : Camera or dict, optional
         The first view, to which R returns; as `render` takes it.
@@ -64,6 +69,9 @@ def view(
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
     rasterizer : "auto", "render" or "compute"
         How edges become pixels, as `render` takes it.
+    conditions : dict, optional
+        What acts on springs: keywords of `Springs.simulate`, such as {"obstacles": ball, "drag": 1.0}; by default
+        gravity alone.
     **style
         Keywords of `Layer`, as `render` takes them.
 
@@ -79,12 +87,13 @@ def view(
     width, height = parse_size(size)
     axis = None if up is None else as_unit_vector(up, "up", 3)
     backend = _import_backend()
-    session = Session(models, camera, axis, (width, height), background, device, rasterizer, style)
+    session = Session(models, camera, axis, (width, height), background, device, rasterizer, style, conditions)
     with lend_runtime_dir():
         canvas = backend.RenderCanvas(size=(width, height), title=session.title, max_fps=MAX_FPS)
         failures = connect(canvas, session)
         backend.loop.call_soon(_handle_sigint, backend.loop, canvas, failures)
         backend.loop.run()
+    session.close()
     if failures:
         raise failures[0]
 
@@ -116,6 +125,8 @@ def connect(canvas: Any, session: Session) -> list[BaseException]:
 
     def draw() -> None:
         context.set_bitmap(session.draw(canvas.get_physical_size(), canvas.get_pixel_ratio()))
+        if session.is_moving:
+            canvas.request_draw()
 
     canvas.add_event_handler(lambda event: run_guarded(lambda: handle(event)), *EVENTS)
     canvas.request_draw(lambda: run_guarded(draw))
