@@ -129,6 +129,11 @@ class RenderPass:
         self._handle.set_index_buffer(indices.handle, "uint16")
         self._handle.draw_indexed(n_indices, 1, 0, first_vertex)
 
+    def draw_indexed_indirect(self, indices: Buffer, draws: Buffer, offset_bytes: int) -> None:
+        """Draw what five numbers in a buffer say, by 16-bit indices."""
+        self._handle.set_index_buffer(indices.handle, "uint16")
+        self._handle.draw_indexed_indirect(draws.handle, offset_bytes)
+
 
 @contextlib.contextmanager
 def begin_render_pass(

@@ -1,5 +1,7 @@
 """Quads: four vertices and two triangles per edge, drawn by indices that repeat every so many edges."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..gpu.buffers import Buffer, Usage
@@ -19,6 +21,13 @@ def draw_quads(device: GpuDevice, owner: str, render: RenderPass, n_quads: int) 
     for first in range(0, n_quads, QUADS_PER_DRAW):
         n_indices = len(QUAD_TRIANGLES) * min(QUADS_PER_DRAW, n_quads - first)
         render.draw_indexed(indices, n_indices, QUAD_VERTICES * first)
+
+
+def draw_listed_quads(device: GpuDevice, owner: str, render: RenderPass, draws: Buffer, offsets: Iterable[int]) -> None:
+    """Draw as many quads as numbers on the device say: at most QUADS_PER_DRAW at each of some offsets into `draws`."""
+    indices = _quad_indices(device, owner)
+    for offset in offsets:
+        render.draw_indexed_indirect(indices, draws, offset)
 
 
 def _quad_indices(device: GpuDevice, owner: str) -> Buffer:

@@ -3,10 +3,10 @@
 #import coverage
 #import dda
 #import instanced_edge
-#import line_culling
 #import line_fragment
 #import line_opacity
 #import line_style
+#import listed_edge
 #import tile
 #import tile_cover
 
@@ -26,7 +26,9 @@ struct Corner {
 @group(0) @binding(5) var<storage, read> colors: array<u32>; // as color_mode says, straight alpha
 @group(0) @binding(6) var<storage, read_write> absorbance: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> k_buffer: array<atomic<u32>>; // k keys per pixel, nearest first
+@group(0) @binding(8) var<storage, read> edge_list: array<u32>; // from list_edges.wgsl
 
+override is_listed: bool; // edges of the list are drawn, not all
 override hidden: u32; // one of HIDDEN_*
 override is_silhouette: bool;
 override has_depth_cue: bool;
@@ -41,10 +43,9 @@ override may_overflow: bool; // there are so many lines that all through one pix
 
 @vertex
 fn vertex_main(@builtin(vertex_index) vertex: u32) -> Corner {
-    let edge = vertex >> 2u;
+    let edge = listed_edge(vertex >> 2u);
     let half_width = 0.5 * style.line_width;
-    var line = load_instance_segment(edge, half_width + 1.0);
-    line.is_valid = line.is_valid && !is_hidden_throughout(line);
+    let line = load_instance_segment(edge, half_width + 1.0);
     let position = segment_corner(line, half_width, vertex & 3u, tile);
     return Corner(position, vec4(line.p, line.q), vec4(line.depth, line.inverse_w), line.t_clip, edge);
 }

@@ -3,9 +3,9 @@
 #import coverage
 #import dda
 #import instanced_edge
-#import line_culling
 #import line_opacity
 #import line_style
+#import listed_edge
 #import tile
 #import tile_cover
 
@@ -20,7 +20,9 @@ struct Corner {
 @group(0) @binding(2) var<storage, read> clip_positions: array<vec4<f32>>; // reversed-Z
 @group(0) @binding(3) var<storage, read> edges: array<vec2<u32>>;
 @group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
+@group(0) @binding(5) var<storage, read> edge_list: array<u32>; // from list_edges.wgsl
 
+override is_listed: bool; // edges of the list are drawn, not all
 override hidden: u32; // one of HIDDEN_*
 override is_silhouette: bool;
 override has_depth_cue: bool;
@@ -30,8 +32,7 @@ override is_instanced: bool; // there is more than one instance
 @vertex
 fn vertex_main(@builtin(vertex_index) vertex: u32) -> Corner {
     let half_width = 0.5 * style.line_width;
-    var line = load_instance_segment(vertex >> 2u, half_width + 1.0);
-    line.is_valid = line.is_valid && !is_hidden_throughout(line);
+    let line = load_instance_segment(listed_edge(vertex >> 2u), half_width + 1.0);
     let position = segment_corner(line, half_width, vertex & 3u, tile);
     return Corner(position, vec4(line.p, line.q), vec4(line.depth, line.inverse_w));
 }

@@ -1,4 +1,4 @@
 """Lines by the rasteriser in hardware.
 
-Reading order: lines.
+Reading order: edge_lists, lines.
 """
