@@ -1,7 +1,10 @@
 """Textures: what render passes draw into, and shaders read texel by texel."""
 
 import itertools
+from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 import wgpu
 
 from .._core.interrupts import defer_interrupts
@@ -11,6 +14,7 @@ from .errors import translate_wgpu_errors
 
 Usage = wgpu.TextureUsage
 RENDER_TARGET: int = Usage.RENDER_ATTACHMENT | Usage.TEXTURE_BINDING | Usage.COPY_SRC | Usage.COPY_DST
+STORAGE: int = Usage.STORAGE_BINDING | Usage.COPY_SRC | Usage.COPY_DST
 ROW_ALIGNMENT_BYTES = 256  # of rows in a buffer that a texture is copied to or from
 
 _ids = itertools.count()  # no two textures of a process have the same
@@ -19,12 +23,21 @@ _ids = itertools.count()  # no two textures of a process have the same
 class Texture:
     """`extent` = (width, height) texels of a `format` of WebGPU, kept and used again until it is released.
 
+    usage : what is done with it, beside being copied
     label : what wgpu's messages call it
     """
 
     persistent = True
 
-    def __init__(self, context: GpuContext, extent: tuple[int, int], format: str, *, label: str) -> None:  # noqa: A002
+    def __init__(
+        self,
+        context: GpuContext,
+        extent: tuple[int, int],
+        format: str,  # noqa: A002
+        usage: int = RENDER_TARGET,
+        *,
+        label: str,
+    ) -> None:
         context.require_usable()
         self.context = context
         self.extent = extent
@@ -34,10 +47,27 @@ class Texture:
         width, height = extent
         with defer_interrupts(), translate_wgpu_errors(f"allocate {width} x {height} texels", label):
             self.handle: wgpu.GPUTexture = context.handle.create_texture(
-                label=label, size=(width, height, 1), format=format, usage=RENDER_TARGET
+                label=label, size=(width, height, 1), format=format, usage=usage
             )
             self.view: wgpu.GPUTextureView = self.handle.create_view(label=label)
         self._released = False
+
+    def upload(self, texels: npt.NDArray[Any]) -> None:
+        """Fill the first texels, row by row, with what `texels` (n, ...) holds of each."""
+        width = self.extent[0]
+        n_rows, n_left = divmod(len(texels), width)
+        texel_bytes = texels.nbytes // max(len(texels), 1)
+        with self.context.lock, translate_wgpu_errors(f"upload {texels.nbytes:,} bytes", self.label):
+            self.require_submittable(self.context)
+            parts = (texels[: n_rows * width], (width, n_rows), 0), (texels[n_rows * width :], (n_left, 1), n_rows)
+            for part, (columns, rows), first_row in parts:
+                if part.size:
+                    self.context.handle.queue.write_texture(
+                        {"texture": self.handle, "origin": (0, first_row, 0)},
+                        np.ascontiguousarray(part),
+                        {"bytes_per_row": columns * texel_bytes, "rows_per_image": rows},
+                        (columns, rows, 1),
+                    )
 
     def require_submittable(self, context: GpuContext) -> None:
         """Raise `DeviceError` if a submission on `context` that uses this texture would abort the process."""

@@ -1,7 +1,7 @@
 """Leapfrog on the device: kicks and drifts, each one dispatch, between two copies of the points' state."""
 
 import weakref
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import numpy.typing as npt
@@ -11,18 +11,19 @@ from ..errors import ArgumentError
 from ..gpu import uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size
-from ..gpu.context import CommandEncoder
+from ..gpu.context import CommandEncoder, Submittable
 from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Bindable, Binding, dispatch
 from ..gpu.layouts import OBSTACLE, SLOT_PACKET, as_bytes
 from ..gpu.shaders import ComputePipeline
+from ..gpu.textures import Texture
 from .conditions import FrameConditions
 from .grid import Grid, find_grid
 from .incidence import MAX_PACKETS, Slots, pack_fans, pack_slots
 from .obstacles import MAX_OBSTACLES
+from .point_state import POOL_OWNER, TEXEL_BYTES, TEXELS_PER_POINT, TEXELS_PER_ROW, PointState, create_table
 from .spring_system import SpringSystem
 
-POOL_OWNER = "simulation"
 MAX_STEPS_PER_SUBMISSION = 256  # so that Ctrl+C is heard in the middle of a long frame
 GRID_WORKGROUP_SIZE = 8  # an invocation has much to do, and there are few
 MAX_STRIP_ROWS = {"CPU": 50}  # a few long strips, of which little is computed twice
@@ -47,25 +48,28 @@ class Leapfrog:
         self._require_room()
         self._buffers: list[Buffer] = []
         weakref.finalize(self, _release, self._buffers)
-        self._springs = self._upload("springs", self._slots.springs)
+        springs = self._slots.springs.reshape(-1, 4)
+        self._springs = create_table(device, len(springs), "rgba32uint", "springs")
+        self._springs.upload(springs)
         self._masks = self._upload("masks", self._slots.masks)
         self._unused = self._allocate("unused", UNUSED_BYTES)
         self._fan_buffer: Buffer | None = None
         self._force_buffer: Buffer | None = None
         self._pin_buffer: Buffer | None = None
-        self._positions = [self._allocate("positions", 16 * n_points) for _ in range(2)]
-        self._velocities = [self._allocate("velocities", 16 * n_points) for _ in range(2)]
-        self._current = 0
+        self._state = PointState(device, n_points)
+        self._textures = [self._springs, *self._state.textures]
+        weakref.finalize(self, _release, self._textures)
         self._grid = find_grid(self._slots, n_points, MAX_STRIP_ROWS.get(device.adapter.kind, MAX_STRIP_ROWS_OF_GPU))
         self._grid_state: _GridState | None = None
 
     def _require_room(self) -> None:
         limits = self.device.limits
-        per_point = max(
-            16, (48 if self._slots.kind is Slots.LISTED else 16) * self._slots.n_packets, 8 * len(self._fans)
+        n_texels = (3 if self._slots.kind is Slots.LISTED else 1) * max(self._slots.n_packets, 1)
+        most = min(
+            limits.max_bound_bytes // max(TEXEL_BYTES, 8 * len(self._fans)),
+            limits.max_workgroups * choose_workgroup_size(self.device),
+            limits.max_texture_side * TEXELS_PER_ROW // max(n_texels, TEXELS_PER_POINT),
         )
-        in_dispatch = limits.max_workgroups * choose_workgroup_size(self.device)
-        most = min(limits.max_bound_bytes // per_point, in_dispatch)
         if self._system.n_points > most:
             expected = f"have at most {most:,} points with so many springs on {self.device.name!r}"
             raise ArgumentError.expecting("model", expected, f"{self._system.n_points:,}")
@@ -83,24 +87,24 @@ class Leapfrog:
 
     def write(self, positions: npt.NDArray[np.float32], velocities: npt.NDArray[np.float32]) -> None:
         """Set the state: (n, 4) each, as `read_state` returns them."""
-        with self.device.lock:
-            self._positions[self._current].upload(np.ascontiguousarray(positions, np.float32))
-            self._velocities[self._current].upload(np.ascontiguousarray(velocities, np.float32))
+        self._state.write(positions, velocities)
 
     def read_state(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
         """Return all that the device holds of positions and velocities: (n, 4) each."""
-        return self._read(self._positions[self._current]), self._read(self._velocities[self._current])
+        return self._state.read()
 
     def read_positions(self) -> npt.NDArray[np.float32]:
         """Return the positions (n, 3)."""
-        return self._read(self._positions[self._current])[:, :3].copy()
+        positions, _ = self._state.read()
+        return positions[:, :3].copy()
 
     def read_kicked_velocities(self, seconds: float, conditions: FrameConditions) -> npt.NDArray[np.float32]:
         """Return what the velocities (n, 3) would be after a kick of so many seconds; the state stays."""
         with self.device.lock:
             self._run(1, seconds, seconds, 1.0, conditions, begin=None)  # touching the obstacles where they are then
-            self._current ^= 1
-            return self._read(self._velocities[self._current ^ 1])[:, :3].copy()
+            _, velocities = self._state.read()
+            self._state.swap()
+            return velocities[:, :3].copy()
 
     def store_positions(self) -> GpuStore:
         """Return a copy of the positions (n, 3), made on the device."""
@@ -108,11 +112,10 @@ class Leapfrog:
         store = GpuStore.allocate(self.device, (n_points, 3), np.dtype(np.float32))
         size = choose_workgroup_size(self.device)
         with self.device.lock:
-            positions, pipelines = self._positions[self._current], self.device.pipelines
-            pipeline = pipelines.compute("pack_positions", workgroup_size=size, n_points=n_points)
-            points = store.device_points().buffer
-            with self.device.encode_commands(positions, points, label="springs: copy") as encoder:
-                bindings = self.device.bind_groups.bind(pipeline, positions=positions, points=points)
+            pipeline = self.device.pipelines.compute("pack_positions", workgroup_size=size, n_points=n_points)
+            state, points = self._state.present, store.device_points().buffer
+            with self.device.encode_commands(state, points, label="springs: copy") as encoder:
+                bindings = self.device.bind_groups.bind(pipeline, state=state, points=points)
                 dispatch(encoder, pipeline, bindings, -(-n_points // size))
         return store
 
@@ -125,11 +128,6 @@ class Leapfrog:
         self._inverse_masses = inverse_masses
         if self._grid is not None and self._grid_state is not None:
             self._grid_state.inverse_masses.upload(self._grid.to_blocks(inverse_masses))
-
-    def _read(self, buffer: Buffer) -> npt.NDArray[np.float32]:
-        n_bytes = 16 * self._system.n_points
-        with buffer.map_read(n_bytes) as view:
-            return view.view(np.float32).reshape(-1, 4).copy()
 
     def kick(self, seconds: float, conditions: FrameConditions) -> None:
         """Move the velocities on by `seconds`, or back if it is negative."""
@@ -187,21 +185,18 @@ class Leapfrog:
                     self.device.bind_groups.bind(
                         pipeline,
                         spring_step=struct,
-                        positions=self._positions[source],
-                        velocities=self._velocities[source],
-                        next_positions=self._positions[source ^ 1],
-                        next_velocities=self._velocities[source ^ 1],
+                        **self._state.bindings(turn),
                         **fixed,
                     )
-                    for source in range(2)
+                    for turn in range(2)
                 ]
                 for struct in structs
             ]
             n_workgroups = -(-self._system.n_points // choose_workgroup_size(self.device))
-            with self.device.encode_commands(*self._buffers, label="springs") as encoder:
+            with self.device.encode_commands(*self._buffers, *self._textures, label="springs") as encoder:
                 for k in range(n_steps):
-                    dispatch(encoder, pipeline, groups[min(k, 1)][self._current], n_workgroups)
-                    self._current ^= 1
+                    dispatch(encoder, pipeline, groups[min(k, 1)][k % 2], n_workgroups)
+                self._state.swap(n_steps)
                 count(n_steps)
 
     def _step_grid(
@@ -252,27 +247,34 @@ class Leapfrog:
             source = 0
             for first in range(0, n_steps, MAX_STEPS_PER_SUBMISSION):
                 n = min(MAX_STEPS_PER_SUBMISSION, n_steps - first)
-                with self.device.encode_commands(*self._buffers, label="springs: grid") as encoder:
-                    self._copy_grid(encoder, layout, state, source, is_packing=True)
+                used: list[Submittable] = [*self._buffers, *self._textures]
+                with self.device.encode_commands(*used, label="springs: grid") as encoder:
+                    self._copy_grid(encoder, "pack_grid", layout, state, source)
                     for k in range(n):
                         dispatch(encoder, pipeline, groups[0 if first + k == 0 else 1][source], n_workgroups)
                         source ^= 1
-                    self._copy_grid(encoder, layout, state, source, is_packing=False)
+                    self._copy_grid(encoder, "unpack_grid", layout, state, source, inverse_masses=state.inverse_masses)
                     count(n)
 
     def _copy_grid(
-        self, encoder: CommandEncoder, layout: Binding, state: "_GridState", source: int, *, is_packing: bool
+        self,
+        encoder: CommandEncoder,
+        stage: str,
+        layout: Binding,
+        grid_state: "_GridState",
+        source: int,
+        **more: Bindable,
     ) -> None:
         """Encode a copy of the state into blocks, or back."""
         size = choose_workgroup_size(self.device)
-        pipeline = self.device.pipelines.compute("copy_grid", workgroup_size=size, is_packing=is_packing)
+        pipeline = self.device.pipelines.compute(stage, workgroup_size=size)
         bindings = self.device.bind_groups.bind(
             pipeline,
             grid=layout,
-            positions=self._positions[self._current],
-            velocities=self._velocities[self._current],
-            grid_positions=state.positions[source],
-            grid_velocities=state.velocities[source],
+            state=self._state.present,
+            grid_positions=grid_state.positions[source],
+            grid_velocities=grid_state.velocities[source],
+            **more,
         )
         dispatch(encoder, pipeline, bindings, -(-self._system.n_points // size))
 
@@ -310,12 +312,9 @@ class Leapfrog:
             self._pin_buffer.upload(as_bytes(pins))
             size = choose_workgroup_size(self.device)
             pipeline = self.device.pipelines.compute("place_pins", workgroup_size=size)
-            positions, velocities = self._positions[self._current], self._velocities[self._current]
-            used = (self._pin_buffer, positions, velocities)
-            with self.device.encode_commands(*used, label="springs: pins") as encoder:
-                bindings = self.device.bind_groups.bind(
-                    pipeline, pins=self._pin_buffer, positions=positions, velocities=velocities
-                )
+            state = self._state.present
+            with self.device.encode_commands(self._pin_buffer, state, label="springs: pins") as encoder:
+                bindings = self.device.bind_groups.bind(pipeline, pins=self._pin_buffer, state=state)
                 dispatch(encoder, pipeline, bindings, -(-len(pins) // size))
 
 
@@ -338,6 +337,6 @@ def _fill(n: int, dtype: np.dtype[np.void], structs: npt.NDArray[np.void]) -> np
     return as_bytes(filled)
 
 
-def _release(buffers: list[Buffer]) -> None:
-    for buffer in buffers:
-        buffer.release()
+def _release(memory: Sequence[Buffer | Texture]) -> None:
+    for part in memory:
+        part.release()

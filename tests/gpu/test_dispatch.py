@@ -1,5 +1,6 @@
 """What is bound to pipelines, and what is sent to the device, once and not again."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from gpu_xform.gpu import dispatch
 from gpu_xform.gpu.buffers import STORAGE, UNIFORM, Buffer
 from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.shaders import Pipelines
+from gpu_xform.gpu.textures import STORAGE as TEXTURE_STORAGE
 from gpu_xform.gpu.textures import Texture
 from tests.support.wgsl import STAGES, VARIANTS, create_pipeline, source
 
@@ -110,6 +112,8 @@ def test_a_stage_uses_every_binding_that_it_declares(stage: str, number_type: st
     def create(name: str) -> Buffer | Texture:
         if f" {name}: texture_2d<f32>" in code:
             return Texture(device.context, (4, 4), "rgba8unorm", label=name)
+        if storage := re.search(rf" {name}: texture_storage_2d<(\w+),", code):
+            return Texture(device.context, (4, 4), storage[1], TEXTURE_STORAGE, label=name)
         usage = UNIFORM if f"var<uniform> {name}:" in code else STORAGE
         return Buffer(device.context, 65536, usage, label=name)
 

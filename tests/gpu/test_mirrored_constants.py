@@ -13,6 +13,7 @@ from gpu_xform.gpu.self_test import MAX_ITERATIONS
 from gpu_xform.raster.triangles import OPACITY_BITS
 from gpu_xform.simulation.incidence import MAX_PACKETS, Slots
 from gpu_xform.simulation.obstacles import MAX_OBSTACLES
+from gpu_xform.simulation.point_state import TEXELS_PER_ROW
 from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
 from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WIDTH_PX
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
@@ -33,6 +34,7 @@ TWINS = {
     "MIN_DASH_WIDTH_PX": MIN_DASH_WIDTH_PX,
     "NO_FACE": NO_FACE,
     "OPACITY_BITS": OPACITY_BITS,
+    "TEXELS_PER_ROW": TEXELS_PER_ROW,
 }
 
 WGSL_ALONE = {

@@ -2,11 +2,13 @@
 
 from collections.abc import Iterator
 
+import numpy as np
 import pytest
 
 from gpu_xform.errors import DeviceError
+from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import GpuDevice
-from gpu_xform.gpu.textures import Texture, TexturePool, align_row
+from gpu_xform.gpu.textures import STORAGE, Texture, TexturePool, align_row
 
 FORMAT = "rgba8unorm"
 
@@ -82,3 +84,17 @@ def test_a_texture_beyond_the_limits_is_an_error_that_names_it(device: GpuDevice
 
 def test_rows_begin_at_multiples_of_256_bytes() -> None:
     assert [align_row(n) for n in (1, 255, 256, 257, 4 * 90)] == [256, 256, 256, 512, 512]
+
+
+@pytest.mark.parametrize("n_texels", [1, 64, 65, 128, 150])
+def test_texels_are_uploaded_row_by_row(device: GpuDevice, n_texels: int) -> None:
+    texels = np.arange(4 * n_texels, dtype=np.float32).reshape(-1, 4)
+    texture = Texture(device.context, (64, 3), "rgba32float", STORAGE, label="table")
+    buffer = Buffer(device.context, 3 * 64 * 16, label="copy")
+    texture.upload(texels)
+    with device.encode_commands(texture, buffer, label="copy") as encoder:
+        encoder.copy_texture_to_buffer(texture, buffer, texture.extent, 64 * 16)
+    with buffer.map_read(texels.nbytes) as view:
+        np.testing.assert_array_equal(view.view(np.float32).reshape(-1, 4), texels)
+    buffer.release()
+    texture.release()

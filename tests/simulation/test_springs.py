@@ -370,11 +370,10 @@ def test_positions_and_velocities_can_be_assigned() -> None:
 
 
 def test_a_model_too_large_for_the_device_is_an_error(device_with_limits: Any) -> None:
-    device = device_with_limits(max_binding_bytes=1 << 12)
-    with pytest.raises(
-        gx.ArgumentError, match=r"^model must have at most 85 points with so many springs on .*, got 400$"
-    ):
-        make_cloth(20, device=device)
+    for limits, most in (({"max_binding_bytes": 1 << 12}, 85), ({"max_texture_side": 1}, 682)):
+        message = rf"^model must have at most {most} points with so many springs on .*, got 900$"
+        with pytest.raises(gx.ArgumentError, match=message):
+            make_cloth(30, device=device_with_limits(**limits))
 
 
 @pytest.mark.parametrize("kind", ["mappable", "staging", "single"])
