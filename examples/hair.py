@@ -18,7 +18,8 @@ FPS = 20
 DURATION_S = 2.0
 PERIOD_S = 1.4  # of the head
 ROOT_COLOR, TIP_COLOR = (0.16, 0.08, 0.04), (0.72, 0.47, 0.24)
-CAMERA = gx.Camera.look_at((0.3, 0.15, 1.1), (0, -0.07, 0), fov_y=30)
+CAMERA = gx.Camera.look_at((0.3, 0.15, 1.1), (0, -0.07, 0), fov_y=30)  # of the picture; the movie needs more room
+DIRECTION = {"direction": (-0.3, -0.22, -1.1)}
 
 
 def world_from_head(seconds: float) -> npt.NDArray[np.float64]:
@@ -65,7 +66,7 @@ def main() -> None:
     picture, movie = folder / "hair.png", folder / "hair.gif"
     gx.render(stage(round(1.3 * FPS)), camera=CAMERA, size=(480, 480)).save(picture)
     print(f"wrote {picture}")
-    gx.animate(stage(0), stage, movie, n_frames=len(path), fps=FPS, camera=CAMERA, size=(400, 400))
+    gx.animate(stage(0), stage, movie, n_frames=len(path), fps=FPS, camera=DIRECTION, size=(400, 400))
     print(f"wrote {movie}")
 
 

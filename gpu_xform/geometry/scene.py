@@ -19,7 +19,7 @@ from ..matrices._affine import require_finite
 from ..matrices._composition import require_broadcast
 from .deformable_mesh import DeformableMesh
 from .mesh import Mesh
-from .scene_animation import SceneAnimation
+from .scene_animation import NodePoses, SceneAnimation
 
 
 class PointsOnDevice(Protocol):
@@ -356,6 +356,60 @@ class Scene:
             down.pop()
         with prefix_errors(f"from {self._node(source, 'source').name!r} to {self._node(target, 'target').name!r}"):
             return matrices.chain(_multiply_down(up), matrices.inverse(_multiply_down(down)))
+
+    def follow(
+        self,
+        node: str | Node,
+        poses: "SceneAnimation | Callable[[float], Mapping[str, MatrixLike] | Scene]",
+        *,
+        start: float = 0.0,
+    ) -> Callable[[float], Float64Array]:
+        """Return the motion of what is fixed to a node, as a function of the time, while the scene is posed.
+
+        The matrix world(t) world(start)^-1 moves what was fixed to the node at the start to where it is at time t. So
+        pinned points follow a node with `Springs.simulate(..., move_pins=scene.follow("hand", poses))`, and obstacles
+        with `transform=`.
+
+        Parameters
+        ----------
+        node : Node or str
+            The node or its name.
+        poses : SceneAnimation, or function
+            One of `animations`; or a function of the time in seconds that returns the matrices of nodes by name, as
+            `posed` takes them, or a scene.
+        start : float
+            The time in seconds at which nothing has moved yet.
+
+        Returns
+        -------
+        function
+            Of the time in seconds: a (4, 4) float64 matrix of the world.
+
+        Raises
+        ------
+        ArgumentError
+            For an unknown node, if `poses` names one, or if the scene is posed by stacks.
+        ArgumentTypeError
+            If `poses` is neither an animation nor a function.
+        SingularMatrixError
+            If the node's matrix at the start has no inverse.
+        """
+        name = self._node(node, "node").name
+        if not isinstance(poses, SceneAnimation) and not callable(poses):
+            raise ArgumentTypeError.expecting(
+                "poses", "be a SceneAnimation or a function of the time", type(poses).__name__
+            )
+
+        def world_at(time: float) -> Float64Array:
+            pose = poses.at(time) if isinstance(poses, SceneAnimation) else poses(time)
+            if isinstance(pose, NodePoses):
+                pose = pose.transforms
+            scene = pose if isinstance(pose, Scene) else self.posed(pose)
+            require_one_pose(scene)
+            return scene.world(name)
+
+        start_from_world = matrices.inverse(world_at(start))
+        return lambda time: world_at(time) @ start_from_world
 
     def posed(
         self, poses: Mapping[str, MatrixLike], weights: Mapping[str, npt.ArrayLike] = MappingProxyType({})

@@ -356,7 +356,8 @@ class Springs:
             the forces (n, 3) in newtons that act on the points during the frame.
         move_pins : function, optional
             Called with the time in seconds; returns a (4, 4) matrix that moves the pinned points from where they were
-            at the start, or their positions (p, 3). During a frame they move in straight lines.
+            at the start, or their positions (p, 3). During a frame they move in straight lines. `Scene.follow` returns
+            such a function, with which they follow a node.
         obstacles : Sphere, HalfSpace, Capsule, Box, or a sequence of them
             What points cannot enter.
         substeps : int, optional

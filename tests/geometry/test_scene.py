@@ -442,3 +442,39 @@ def test_a_scene_posed_by_stacks_gives_stacks_and_draws_nothing(tmp_path: Path) 
     torn = arm.posed({"base": gx.rotate_z(angles), "hand": gx.rotate_x(angles[:3])})
     with pytest.raises(ArgumentError, match=r"the matrix of 'hand' must broadcast with a stack \(7,\), got \(3,\)"):
         torn.world("hand")
+
+
+def bent_arm(time: float) -> dict[str, Any]:
+    arm = samples.robot_arm()
+    return {
+        "upper arm": arm["upper arm"].transform @ rotate_z(0.4 * time),
+        "hand": arm["hand"].transform @ rotate_x(-0.7 * time) @ translate(0.0, 0.1 * time, 0.0),
+    }
+
+
+def test_what_follows_a_node_stays_where_it_is_in_its_coordinates() -> None:
+    arm = samples.robot_arm()
+    in_hand = np.array([0.3, -0.2, 0.5, 1.0])
+    for poses in (bent_arm, lambda time: arm.posed(bent_arm(time))):
+        follow = arm.follow("hand", poses, start=0.5)
+        np.testing.assert_allclose(follow(0.5), np.eye(4), atol=1e-14)
+        at_start = arm.posed(bent_arm(0.5)).world("hand") @ in_hand
+        for t in (0.0, 0.8, 3.0):
+            expected = arm.posed(bent_arm(t)).world("hand") @ in_hand
+            np.testing.assert_allclose(follow(t) @ at_start, expected, atol=1e-12)
+    moved = arm.follow(arm["forearm"], bent_arm)(2.0)
+    assert np.abs(moved - np.eye(4)).max() > 0.1
+
+
+def test_what_cannot_be_followed_is_an_error() -> None:
+    arm = samples.robot_arm()
+    with pytest.raises(ArgumentError, match="node must be a node of this scene"):
+        arm.follow("foot", bent_arm)
+    with pytest.raises(
+        ArgumentTypeError, match=r"^poses must be a SceneAnimation or a function of the time, got dict$"
+    ):
+        arm.follow("hand", bent_arm(0.0))  # type: ignore[arg-type]
+    with pytest.raises(ArgumentError, match="poses must name nodes of this scene, got 'foot'"):
+        arm.follow("hand", lambda _: {"foot": np.eye(4)})
+    with pytest.raises(gx.SingularMatrixError):
+        arm.follow("hand", lambda _: {"hand": scale(1, 0, 1)})

@@ -23,13 +23,23 @@ def fit_frequency(times: npt.NDArray[np.float64], values: npt.NDArray[np.float64
     return float(found)
 
 
-@pytest.mark.parametrize("height", [0.0, 100.0])
-def test_free_fall(height: float) -> None:
+@pytest.mark.parametrize(
+    ("height", "n_steps", "tolerance"),
+    [
+        (0.0, 600, 1e-5),
+        (100.0, 2000, 1e-5),
+        (1000.0, 2000, 1e-5),
+        (-37.0, 2000, 1e-5),
+        (0.0, 2000, 2e-5),  # the velocity, a sum of 2,000 equal kicks, is rounded each time: 8e-6 of it is lost
+        (5.0, 2000, 2e-5),
+    ],
+)
+def test_free_fall(height: float, n_steps: int, tolerance: float) -> None:
     springs = gx.Springs(
         [[0.0, height, 0.0], [1.0, height, 0.5]], springs=[[0, 1]], stiffness=10.0, rest=math.hypot(1.0, 0.5), mass=0.2
     )
-    path = springs.simulate(1.0, 1.0, substeps=2000 if height else 600)
-    np.testing.assert_allclose(path[-1][:, 1], height - G / 2.0, rtol=1e-5)
+    path = springs.simulate(1.0, 1.0, substeps=n_steps)
+    np.testing.assert_allclose(height - path[-1][:, 1].astype(np.float64), G / 2.0, rtol=tolerance)
     np.testing.assert_allclose(path[-1][:, 0], [0.0, 1.0], atol=1e-6)
     np.testing.assert_allclose(springs.velocities[:, 1], -G, rtol=1e-5)
 
@@ -145,12 +155,13 @@ def pair_at(part_of_largest: float) -> tuple[gx.Springs, float]:
 
 
 @pytest.mark.slow
-def test_steps_just_below_the_largest_stay_stable() -> None:
+def test_a_million_steps_just_below_the_largest_stay_stable() -> None:
+    """A dispatch per step: half a minute on two idle cores."""
     springs, dt = pair_at(0.99)
-    for _ in range(4):
+    for _ in range(20):
         springs.step(50_000, dt, gravity=(0, 0, 0))
         length = np.linalg.norm(springs.positions[1] - springs.positions[0])
-        assert abs(length - 1.0) < 0.01
+        assert abs(length - 1.0) < 0.002  # it swings by 0.001 m about its rest length
 
 
 def test_steps_just_above_the_largest_blow_up(monkeypatch: pytest.MonkeyPatch) -> None:

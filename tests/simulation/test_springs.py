@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform.geometry.scene_animation import Channel, Placement, SceneAnimation
 from gpu_xform.gpu.dispatch import dispatch
 from gpu_xform.simulation import leapfrog
 from gpu_xform.simulation import springs as springs_module
@@ -501,3 +502,20 @@ def test_a_drag_does_not_grow_memory() -> None:
     before = sum(buffer.n_bytes for buffer in context.buffers if not buffer.is_released)
     drag(20)
     assert sum(buffer.n_bytes for buffer in context.buffers if not buffer.is_released) == before
+
+
+def test_pins_and_obstacles_follow_a_node_of_a_scene() -> None:
+    scene = gx.Scene()
+    scene.add(name="arm", transform=gx.rotate_y(0.3))
+    scene.add(name="hand", parent="arm", transform=gx.translate(0.5, 0.0, 0.0))
+    rest = gx.samples.cloth(8, 8)
+    keys = {"translation": np.array([[0.5, 0, 0], [0.5, 0.2, 0.3]])}
+    channel = Channel("hand", "translation", np.array([0.0, 0.5]), keys["translation"])
+    turn = SceneAnimation("wave", (channel,), {"hand": Placement(np.zeros(3), np.array([0.0, 0, 0, 1]), np.ones(3))})
+    follow = scene.follow("hand", turn)
+    cloth = gx.Springs(rest, mass=0.1, stretch=100.0, pinned=[0, 8], damping=1e-3)
+    ball = gx.Sphere((0.0, -0.3, 0.0), 0.1, gap=0.01, transform=follow)
+    path = cloth.simulate(0.5, 20.0, move_pins=follow, obstacles=ball)
+    moved = gx.rotate_y(0.3)[:3, :3] @ (0.0, 0.2, 0.3)
+    np.testing.assert_allclose(path[-1][[0, 8]], rest.positions[[0, 8]] + moved, atol=1e-5)
+    assert np.linalg.norm(path[-1] - (np.array([0.0, -0.3, 0.0]) + moved), axis=1).min() > 0.1

@@ -8,7 +8,7 @@ Reading order: render, animate, simulate, view, transform, convolve, info, expla
 SUMMARIES = {
     "render": "draw models as PNG, SVG or PDF",
     "animate": "draw moving models as a GIF, video or web page",
-    "simulate": "let cloth fall or hang, and draw it as a GIF, video or web page",
+    "simulate": "let cloth or hair fall or hang, and draw it as a GIF, video or web page",
     "view": "show models in an interactive window",
     "transform": "transform the points of a model file or an array",
     "convolve": "convolve an image with a kernel",

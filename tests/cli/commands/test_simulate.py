@@ -5,7 +5,22 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gpu_xform import Box, Camera, HalfSpace, Layer, Mesh, Sphere, Springs, matrices, render_array, samples, save_mesh
+from gpu_xform import (
+    Box,
+    Camera,
+    ChildStrands,
+    HalfSpace,
+    Layer,
+    Mesh,
+    Sphere,
+    Springs,
+    Strands,
+    matrices,
+    render_array,
+    samples,
+    save_mesh,
+    transform_points,
+)
 from gpu_xform.cli import main
 from tests.support.cli import error_of
 from tests.support.types import Pixels
@@ -16,7 +31,7 @@ AIM = ("--camera-position", "0,0,4", "--camera-focal-point", "0,0,0")
 
 
 def run_simulate(*options: str) -> list[Pixels]:
-    assert main(["simulate", *options, "-o", "out.webp", *SMALL, *AIM]) == 0
+    assert main(["simulate", "-o", "out.webp", *SMALL, *AIM, *options]) == 0
     frames = []
     with Image.open("out.webp") as image:
         for k in range(getattr(image, "n_frames", 1)):
@@ -124,4 +139,87 @@ def test_pins_have_names(pins: str, found: list[int], monkeypatch: pytest.Monkey
 def test_bad_input_is_one_line(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
     save_mesh(samples.house(), "house.obj")
     assert words in error_of(["simulate", *typed], capsys)
+    assert not Path("out.gif").exists()
+
+
+def test_hair_swings_on_a_head_that_shakes() -> None:
+    options = (
+        "--strands",
+        "6",
+        "--points",
+        "9",
+        "--curls",
+        "2",
+        "--children",
+        "20",
+        "--shake",
+        "40",
+        "--mass",
+        "0.001",
+    )
+    more = ("--rotate-x", "10", "--translate", "0,0.1,0", "--drag", "2", "--floor", "-0.1", "--gap", "0.004")
+    frames = run_simulate("hair", *options, *more, "--color", "navy", "--duration", "0.8")
+    place = matrices.chain(matrices.rotate_x(10, degrees=True), matrices.translate(0, 0.1, 0))
+    hair = samples.hair(6, 9, radius=0.1, length=0.22, curls=2, curl_radius=0.006)
+    hair = Strands(transform_points(hair.points.reshape(-1, 3), place).reshape(6, 9, 3), points_per_turn=4)
+    stretch = 0.001 / 6 * 9.81 / (0.03 * 0.22 / 8)
+
+    def head_at(seconds: float) -> Any:
+        started = max(0.0, seconds - 0.5)
+        angle = 40 * min(1.0, 2 * started) * np.sin(2 * np.pi * started / 1.4)
+        return place @ matrices.rotate_y(angle, degrees=True)
+
+    springs = Springs(
+        hair.mesh,
+        **hair.springs(stretch, bend=0.03 * stretch, core=0.1 * stretch),
+        mass=0.001,
+        damping=3e-5,
+        pinned=hair.roots,
+    )
+    path = springs.simulate(
+        0.8,
+        20,
+        drag_rate=2,
+        move_pins=lambda seconds: head_at(seconds) @ matrices.inverse(place),
+        obstacles=[
+            Sphere((0, 0, 0), 0.1, friction=0.3, gap=0.004, transform=head_at),
+            HalfSpace((0, -0.1, 0), friction=0.3, gap=0.004),
+        ],
+    )
+    skull = samples.icosphere(4).transformed(place @ matrices.scale(0.98 * 0.1))
+    head = Layer(skull, edges="silhouette", hidden="remove", fill="#f3e3d3", color="#a08060")
+    strands: dict[str, Any] = {"hidden": "remove", "line_width": 0.8, "color": "navy", "antialias": False}
+    children = ChildStrands(hair, 20, clump=0.5).meshes(path)
+    assert len(frames) == len(path) == 17
+    for k in (0, 8, 16):
+        layers = [head, Layer(children[k], **strands), Layer(path.meshes()[k], **strands)]
+        drawn = render_array(layers, size=(60, 40), camera=Camera.look_at((0, 0, 4), (0, 0, 0)))
+        assert np.array_equal(frames[k], drawn), k
+    assert not np.array_equal(frames[8], frames[16])
+
+
+def test_hair_has_colours_of_its_own_and_children_only_between_three_strands() -> None:
+    drawn = run_simulate("hair", "--strands", "2", "--points", "6", "--curls", "0", "--camera-position", "0,0,0.7")[0]
+    assert (drawn != 255).any()
+    brown = drawn[(drawn[..., 0] > drawn[..., 2].astype(int) + 20) & (drawn[..., 0] < 200)]
+    assert len(brown)
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["cloth", "--strands", "3"], "--strands is for hair"),
+        (["curtain", "--shake", "0"], "--shake is for hair"),
+        (["hair", "--pin", "top"], "--pin is not for hair"),
+        (["hair", "--quads", "3,3"], "--quads is not for hair"),
+        (["hair", "--shear-stiffness", "3"], "--shear-stiffness is not for hair"),
+        (["hair", "--strands", "0"], "error: strands must be at least 1, got 0"),
+        (["hair", "--points", "1"], "error: points must be at least 2, got 1"),
+        (["hair", "--curls", "-1"], "error: curls must not be negative, got -1"),
+        (["hair", "--strands", "2", "--children", "5"], "--children needs at least 3 strands, got 2"),
+        (["hair", "--scale", "2"], "transform must only rotate and translate an obstacle"),
+    ],
+)
+def test_bad_input_for_hair_is_one_line(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert words in error_of(["simulate", *typed, "-o", "out.gif"], capsys)
     assert not Path("out.gif").exists()
