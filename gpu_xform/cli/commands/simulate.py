@@ -190,7 +190,7 @@ def _add_surroundings(parser: argparse.ArgumentParser) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class _Subject:
+class _Simulation:
     """What is simulated and drawn.
 
     conditions : keywords of `Springs.simulate`
@@ -219,21 +219,21 @@ def run(options: argparse.Namespace) -> int:
         make = _prepare_hair if options.model == HAIR else _prepare_cloth
         _require_options(options, CLOTH_OPTIONS if options.model == HAIR else HAIR_OPTIONS)
         device = choose_device(options)
-        subject = make(options, style, device)
+        simulation = make(options, style, device)
         with show_progress(f"{options.model}: simulation", " frames") as progress:
-            path = subject.springs.simulate(
+            path = simulation.springs.simulate(
                 options.duration,
                 options.fps,
                 gravity=options.gravity,
                 wind=options.wind,
                 progress=progress,
-                **subject.conditions,
+                **simulation.conditions,
             )
-        shapes = subject.shapes(path)
+        shapes = simulation.shapes(path)
 
         def stage(frame: int) -> "Scene":
             scene = Scene()
-            for body, look in subject.bodies:
+            for body, look in simulation.bodies:
                 scene.add(body, **look)
             for meshes, look in shapes:
                 scene.add(meshes[frame], **look)
@@ -260,7 +260,7 @@ def _require_options(options: argparse.Namespace, others: Sequence[str]) -> None
             raise ArgumentError(f"{flag} is {'not ' if options.model == HAIR else ''}for hair")
 
 
-def _prepare_cloth(options: argparse.Namespace, style: dict[str, Any], device: "Device") -> _Subject:
+def _prepare_cloth(options: argparse.Namespace, style: dict[str, Any], device: "Device") -> _Simulation:
     """Return the springs of a mesh, and what it falls upon."""
     from ...simulation.springs import Springs
 
@@ -269,10 +269,10 @@ def _prepare_cloth(options: argparse.Namespace, style: dict[str, Any], device: "
     drag = DRAG if options.drag is None else options.drag
     conditions = {"drag": drag if len(mesh.faces) else 0.0, "obstacles": obstacles}
     springs = Springs(mesh, **_collect_material(options, mesh), device=device)
-    return _Subject(springs, conditions, bodies, lambda path: [(path.meshes(), style)])
+    return _Simulation(springs, conditions, bodies, lambda path: [(path.meshes(), style)])
 
 
-def _prepare_hair(options: argparse.Namespace, style: dict[str, Any], device: "Device") -> _Subject:
+def _prepare_hair(options: argparse.Namespace, style: dict[str, Any], device: "Device") -> _Simulation:
     """Return the springs of strands on a head that shakes, and the strands that are drawn between them."""
     from ... import samples
     from ...geometry.strands import Strands
@@ -321,7 +321,7 @@ def _prepare_hair(options: argparse.Namespace, style: dict[str, Any], device: "D
             shapes.insert(0, (coat.meshes(path), _style_hair(style, n_children, n_points)))
         return shapes
 
-    return _Subject(springs, conditions, [(skull, HEAD_STYLE), *bodies], list_shapes)
+    return _Simulation(springs, conditions, [(skull, HEAD_STYLE), *bodies], list_shapes)
 
 
 def _style_hair(style: dict[str, Any], n_strands: int, n_points: int) -> dict[str, Any]:
