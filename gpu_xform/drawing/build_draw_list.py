@@ -16,12 +16,14 @@ from ..gpu.buffers import Buffer
 from ..gpu.device import GpuDevice
 from ..gpu.layouts import CANDIDATE
 from ..imaging.colors import pack_rgba8
+from .dash_chains import pack_chains
 from .depth import DepthCue, eye
 from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Drawable, DrawList, Faces, Lines
 from .enums import ColorMode, Hidden
-from .geometry_source import GeometrySource, SilhouetteCandidates
+from .geometry_source import EdgeSource, GeometrySource, SilhouetteCandidates
 from .layer import Layer
 from .layer_colors import NO_COLORS, LineColors, fill_colors, has_several_colors, line_colors
+from .limits import max_batch_edges
 from .silhouettes import extract_silhouette
 
 CLOUD_POINT_SIZE_PX = 2.0  # of points that nothing joins
@@ -111,7 +113,8 @@ class _LayerBuilder:
         lines: tuple[Lines, ...] = ()
         if n_edges:
             find_rows = edge_source.color_rows
-            lines = (self._colored(style, colors, lambda: find_rows and find_rows(edge_source.find())),)
+            dashed = replace(style, chains=self._chains(edge_source)) if style.hidden is Hidden.DASH else style
+            lines = (self._colored(dashed, colors, lambda: find_rows and find_rows(edge_source.find())),)
         dots: tuple[Lines, ...] = ()
         if point_size is not None:
             dots = (self._dots(replace(style, line_width=point_size), colors),)
@@ -201,8 +204,32 @@ class _LayerBuilder:
         def find_rows() -> IndexArray:
             return candidates.color_rows(candidates.find()["edge"].astype(np.int64))
 
-        lines = replace(style, edges=edges, n_edges=n_candidates, are_silhouettes=True)
+        chains = self._silhouette_chains(edges, n_candidates) if style.hidden is Hidden.DASH else None
+        lines = replace(style, edges=edges, n_edges=n_candidates, are_silhouettes=True, chains=chains)
         return (self._colored(lines, colors, find_rows),)
+
+    def _chains(self, edges: EdgeSource) -> Buffer:
+        """Return the chains of edges that are drawn in every view."""
+
+        def pack() -> npt.NDArray[np.void]:
+            return pack_chains(edges.find(), self._positions, max_batch_edges(self._device))
+
+        return self._on_device(None if edges.key is None else ("chains", edges.key), pack)
+
+    def _silhouette_chains(self, silhouette: Buffer, n_edges: int) -> Buffer:
+        """Return the chains of the edges that are seen edge-on: others in each view, so the host must see them.
+
+        On a coarse mesh they zigzag, towards the eye and away, which makes no corners in the picture.
+        """
+        with silhouette.map_read(EDGE_BYTES * n_edges) as view:
+            edges = view.view(np.uint32).reshape(-1, 2).astype(np.int64)
+        batch_size = max_batch_edges(self._device)
+        return self._on_device(None, lambda: pack_chains(edges, self._positions, batch_size, max_turn_degrees=180.0))
+
+    @property
+    def _positions(self) -> Float64Array | None:
+        mesh = self._source.mesh
+        return None if mesh is None else mesh.positions
 
     def _faces(self, first_color: int, depth_cue: DepthCue) -> Faces | None:
         layer, source = self._layer, self._source

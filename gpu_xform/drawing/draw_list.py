@@ -12,6 +12,7 @@ from .depth import NO_DEPTH_CUE, DepthCue
 from .enums import ColorMode, Hidden
 
 EDGE_BYTES = 8
+NO_POINT = 2**32 - 1  # both ends of an edge that is not there
 TRIANGLE_BYTES = 12
 
 
@@ -35,7 +36,7 @@ class Faces:
 class Lines:
     """Edges, and how they are drawn.
 
-    edges : (n_edges, 2) uint32, indices of points; two 2**32 - 1 for an edge that is not there
+    edges : (n_edges, 2) uint32, indices of points, or two `NO_POINT`
     line_width : pixels; None for aliased lines, which are one pixel wide
     color : straight alpha, used if colors is None
     colors : packed, (n_edges,) or one per point, as color_mode says
@@ -43,6 +44,7 @@ class Lines:
     has_transparency : whether some of colors are not opaque
     are_points : the edges join points to themselves
     are_silhouettes : faces turn away from the eye along them
+    chains : `layouts.CHAIN_EDGE` (n_edges,), along which dashes run on from edge to edge; None without dashes
     depth_cue : also orders lines of several colours by depth: nearer ones lie over farther ones
     """
 
@@ -57,6 +59,7 @@ class Lines:
     has_transparency: bool = False
     are_points: bool = False
     are_silhouettes: bool = False
+    chains: Buffer | None = None
     depth_cue: DepthCue = NO_DEPTH_CUE
 
 

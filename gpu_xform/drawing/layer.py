@@ -76,8 +76,9 @@ class Layer:
     feature_angle : float
         The least angle between two faces at a sharp edge, in degrees.
     hidden : "show", "remove", "dash" or "fade", optional
-        What is done with edges behind faces, of this model or another. The default is "show", or "remove" if `fill` is
-        given. The faces of a layer hide others unless the layer shows all its edges.
+        What is done with edges behind faces, of this model or another. Dashes run on from edge to edge where the line
+        turns by at most 50 degrees. The default is "show", or "remove" if `fill` is given. The faces of a layer hide
+        others unless the layer shows all its edges.
     line_width : float
         The width of lines in pixels, positive and at most 1e6.
     antialias : bool

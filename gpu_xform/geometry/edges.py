@@ -73,7 +73,7 @@ def find_edge_faces(mesh: Mesh) -> EdgeFaces:
     lone = np.flatnonzero(found.n_faces == 1)
     if len(lone) == 0:
         return found
-    a, b = _merge_coincident_points(mesh.positions, edges[lone]).T
+    a, b = merge_coincident_points(mesh.positions, edges[lone]).T
     faces, forward = found.faces[lone, 0], sides.forward[lone] ^ (a > b)
     found.n_faces[lone], found.faces[lone] = 0, -1
     long = a != b
@@ -296,7 +296,7 @@ def _gather_sides(keys: _KeyArray, faces: IndexArray, forward: BoolArray) -> _Ed
     return _EdgeSides(unique, sides, n_faces, inconsistent_winding, first_forward, order, starts)
 
 
-def _merge_coincident_points(positions: Float64Array, edges: IndexArray) -> IndexArray:
+def merge_coincident_points(positions: Float64Array, edges: IndexArray) -> IndexArray:
     """Return `edges` (m, 2) with every index replaced by a number that points with equal coordinates share."""
     used = np.zeros(len(positions), np.bool_)
     used[edges] = True

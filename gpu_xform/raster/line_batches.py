@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from ..drawing.draw_list import EDGE_BYTES, Lines
 from ..drawing.enums import ColorMode, Hidden
+from ..drawing.limits import max_batch_edges
 from ..gpu import layouts
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
@@ -24,7 +25,6 @@ MAX_PIXELS_PER_INVOCATION = 1 << 15  # lavapipe ends loops after twice as many, 
 MIN_EDGE_BITS = 8
 BUSY_INVOCATIONS = 2048  # that keep all processors of a device busy
 MIN_COLUMNS_PER_INVOCATION = 8
-EDGE_ALIGNMENT = 64  # edges: a binding that begins at a multiple begins where any adapter lets it
 
 Bindings: TypeAlias = dict[str, Buffer | Binding]
 
@@ -38,6 +38,7 @@ class LineBatch:
     n_edges: int
     edges: Binding
     colors: Binding | None
+    chains: Binding | None
 
     @property
     def n_instance_edges(self) -> int:
@@ -51,7 +52,7 @@ def split_batches(device: GpuDevice, projected: Sequence[ProjectedDrawable]) -> 
 
 
 def _split(device: GpuDevice, projected: ProjectedDrawable, lines: Lines) -> Iterator[LineBatch]:
-    max_edges = max(device.limits.max_bound_bytes // EDGE_BYTES // EDGE_ALIGNMENT, 1) * EDGE_ALIGNMENT
+    max_edges = max_batch_edges(device)
     for start in range(0, lines.n_edges, max_edges):
         n_edges = min(max_edges, lines.n_edges - start)
         colors = None
@@ -60,7 +61,10 @@ def _split(device: GpuDevice, projected: ProjectedDrawable, lines: Lines) -> Ite
             if lines.color_mode is ColorMode.PER_EDGE:
                 colors = Binding(lines.colors, start * COLOR_BYTES, n_edges * COLOR_BYTES)
         edges = Binding(lines.edges, start * EDGE_BYTES, n_edges * EDGE_BYTES)
-        yield LineBatch(projected, lines, n_edges, edges, colors)
+        chains = None
+        if lines.chains is not None:
+            chains = Binding(lines.chains, start * layouts.CHAIN_EDGE.itemsize, n_edges * layouts.CHAIN_EDGE.itemsize)
+        yield LineBatch(projected, lines, n_edges, edges, colors, chains)
 
 
 def make_line_style(batch: LineBatch) -> npt.NDArray[np.void]:
@@ -98,7 +102,9 @@ def opacity_constants(batch: LineBatch, *, nothing_hides: bool) -> dict[str, flo
     }
 
 
-def make_line_bindings(batch: LineBatch, tile: Binding, style: Binding, face_depths: Buffer) -> Bindings:
+def make_line_bindings(
+    batch: LineBatch, tile: Binding, style: Binding, face_depths: Buffer, dash_starts: Buffer
+) -> Bindings:
     """Return the bindings that every stage has which reads the edges of a batch."""
     return {
         "tile": tile,
@@ -106,6 +112,7 @@ def make_line_bindings(batch: LineBatch, tile: Binding, style: Binding, face_dep
         "clip_positions": batch.projected.clip_positions,
         "edges": batch.edges,
         "face_depths": face_depths,
+        "dash_starts": dash_starts,
     }
 
 

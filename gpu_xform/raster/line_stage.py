@@ -16,6 +16,7 @@ from ..gpu.buffers import Buffer
 from ..gpu.context import CommandEncoder
 from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Bindable, Binding
+from .dashes import DashStage
 from .line_batches import (
     COLOR_BYTES,
     Bindings,
@@ -60,6 +61,7 @@ class LineStage(ABC):
         self._batches = split_batches(device, projected)
         structs = [make_line_style(batch) for batch in self._batches]
         self._styles = uniforms.upload(device, POOL_OWNER, "line styles", structs)
+        self._dashes = DashStage(device, self._batches, self._styles)
         self._opacities = [opacity_constants(batch, nothing_hides=triangles.is_empty) for batch in self._batches]
         self._face_depths = triangles.face_depths
         n_pixels = extent[0] * extent[1]
@@ -72,11 +74,15 @@ class LineStage(ABC):
     def buffers(self) -> list[Buffer]:
         """All that a submission of these stages uses."""
         own = [self._face_depths, self._k_buffer, self._no_colors]
-        own += [part.buffer for part in self._styles]
+        own += [part.buffer for part in self._styles] + self._dashes.buffers
         for batch in self._batches:
             own += [batch.projected.clip_positions, batch.edges.buffer]
             own += [batch.colors.buffer] if batch.colors else []
         return own
+
+    def measure_dashes(self, encoder: CommandEncoder, tile: Binding) -> None:
+        """Record what all tiles need, once; `tile` may be any of them."""
+        self._dashes.record(encoder, tile)
 
     def draw(self, encoder: CommandEncoder, target: RenderTarget, tile: Binding) -> None:
         """Record all lines, each over what is there."""
@@ -174,8 +180,9 @@ class LineStage(ABC):
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)
 
     def _parts(self, tile: Binding) -> Iterator[LinePart]:
-        for batch, style, opacity in zip(self._batches, self._styles, self._opacities, strict=True):
-            yield LinePart(batch, make_line_bindings(batch, tile, style, self._face_depths), opacity)
+        per_batch = zip(self._batches, self._styles, self._opacities, self._dashes.starts, strict=True)
+        for batch, style, opacity, dash_starts in per_batch:
+            yield LinePart(batch, make_line_bindings(batch, tile, style, self._face_depths, dash_starts), opacity)
 
 
 def _choose_absorbance_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:

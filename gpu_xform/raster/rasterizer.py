@@ -136,6 +136,7 @@ class _Stages:
         with self._device.encode_commands(*used, label="raster tile") as encoder:
             if tile is self._first_tile:
                 self._vertices.record(encoder)
+                self._lines.measure_dashes(encoder, struct)
             self._triangles.depth_prepass(encoder, struct)
             self._triangles.composite(encoder, target, struct)
             self._lines.draw(encoder, target, struct)

@@ -73,9 +73,10 @@ def _build_layer(name: str, line_width: float, splits: Sequence[SplitEdges], pol
             circles.append(np.column_stack([spans["ends"][:, :2], diameter]))
             point_colors.append(span_colors)
             continue
-        segments.append(spans["ends"])
+        ends, dash_starts = _along_chains(spans)
+        segments.append(ends)
         hidden.append(is_hidden)
-        starts.append(spans["start_px"])
+        starts.append(dash_starts)
         colors.append(span_colors)
     return VectorLayer(
         name=name,
@@ -87,6 +88,16 @@ def _build_layer(name: str, line_width: float, splits: Sequence[SplitEdges], pol
         hidden_style="fade" if fades else "dash",
         polygons=polygons,
         points=Points(np.concatenate(circles), np.concatenate(point_colors)) if circles else None,
+    )
+
+
+def _along_chains(spans: npt.NDArray[np.void]) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
+    """Return the ends of spans (s, 4) in the direction of their chain, and how far along it each begins (s,)."""
+    ends, along = spans["ends"], spans["start_px"]
+    is_reversed = along < 0.0
+    lengths = np.hypot(*(ends[:, 2:] - ends[:, :2]).T)
+    return np.where(is_reversed[:, np.newaxis], ends[:, [2, 3, 0, 1]], ends), np.where(
+        is_reversed, np.maximum(-along - lengths, 0.0), along
     )
 
 

@@ -19,6 +19,7 @@ from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Binding, dispatch
 from ..gpu.layouts import COUNT_OR_WRITE, SPAN
 from ..raster.binding_limits import split_to_binding_limits
+from ..raster.dashes import DashStage
 from ..raster.line_batches import (
     LineBatch,
     make_line_bindings,
@@ -74,13 +75,16 @@ def split_edges_by_visibility(
         line_batches = split_batches(device, vertices.projected)
         (tile_part,) = uniforms.upload(device, POOL_OWNER, "tile", [make_tile_struct(tile, view)])
         styles = uniforms.upload(device, POOL_OWNER, "styles", [make_line_style(batch) for batch in line_batches])
-        used = tile_part.buffer, *vertices.buffers, *triangles.buffers
+        dashes = DashStage(device, line_batches, styles)
+        used = tile_part.buffer, *vertices.buffers, *triangles.buffers, *dashes.buffers
+        used = *used, *(part.buffer for part in styles), *(batch.edges.buffer for batch in line_batches)
         with device.encode_commands(*used, label="depth prepass") as encoder:
             vertices.record(encoder)
             triangles.depth_prepass(encoder, tile_part)
+            dashes.record(encoder, tile_part)
         results = []
-        for batch, style in zip(line_batches, styles, strict=True):
-            buffers = make_line_bindings(batch, tile_part, style, triangles.face_depths)
+        for batch, style, dash_starts in zip(line_batches, styles, dashes.starts, strict=True):
+            buffers = make_line_bindings(batch, tile_part, style, triangles.face_depths, dash_starts)
             constants = opacity_constants(batch, nothing_hides=triangles.is_empty)
             constants["max_span_px"] = max_span_px(batch.lines)
             spans = _find_spans(device, batch, buffers, constants)

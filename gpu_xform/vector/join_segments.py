@@ -5,6 +5,7 @@ import numpy as np
 from .._core.types import BoolArray, IndexArray
 from .decimal_text import FixedPoint
 
+MAX_DASH_GAP = 5  # hundredths of a pixel, which rounding makes of none
 MAX_POINTS_PER_LINE = 10_000  # and per path: XML readers refuse texts of ten million characters
 
 
@@ -19,7 +20,36 @@ def join_segments(ends: FixedPoint, runs: IndexArray) -> tuple[IndexArray, BoolA
     n = len(ends)
     if (runs[1:] != runs[:-1]).all():
         return np.arange(2 * n), np.tile([True, False], n)
-    partner = _pair_ends(ends, runs).tolist()
+    return _trace_lines(_pair_ends(ends, runs))
+
+
+def join_dashes(ends: FixedPoint, distances: FixedPoint, runs: IndexArray) -> tuple[IndexArray, BoolArray]:
+    """Do the same where a segment begins at the place, and as far along the dash pattern, as another ends.
+
+    distances : (s, 2) of both ends along the pattern; segments that differ by `MAX_DASH_GAP` go on as if they did not
+    """
+    n = len(ends)
+    if (runs[1:] != runs[:-1]).all():
+        return np.arange(2 * n), np.tile([True, False], n)
+    points, along = ends.reshape(-1, 2), distances.ravel()
+    places = (points[:, 0].astype(np.int64) << 32) + points[:, 1]
+    both_runs = np.repeat(runs, 2)
+    order = np.lexsort((along, places, both_runs))
+    places, both_runs, along = places[order], both_runs[order], along[order]
+    is_pair = (places[1:] == places[:-1]) & (both_runs[1:] == both_runs[:-1]) & ((order[1:] ^ order[:-1]) & 1 == 1)
+    is_pair &= np.abs(along[1:] - along[:-1]) <= MAX_DASH_GAP
+    first = np.flatnonzero(is_pair)
+    first = first[np.diff(first, prepend=-2) > 1]  # of ends in a row that could be paired, the first two are
+    partner = np.full(2 * n, -1)
+    a, b = order[first], order[first + 1]
+    partner[a], partner[b] = b, a
+    return _trace_lines(partner)
+
+
+def _trace_lines(partners: IndexArray) -> tuple[IndexArray, BoolArray]:
+    """Follow the ends that are paired (2s,) through all segments."""
+    n = len(partners) // 2
+    partner = partners.tolist()
     is_done = bytearray(n)
     points: list[int] = []
     begins: list[int] = []

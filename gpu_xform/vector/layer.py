@@ -67,10 +67,11 @@ class VectorLayer:
     name : of the model: any text, not necessarily unique
     segments : (s, 4) x0, y0, x1, y1: a visible or a hidden part of an edge, drawn over those before it
     hidden : (s,) bool
-    dash_start : (s,) distance in pixels from the start of the edge to that of the segment
+    dash_start : (s,) distance in pixels along the dash pattern at which the segment begins; a segment that begins where
+        another ends, and as far along the pattern, carries on its dashes
     colors : (1, 4) or (s, 4)
     line_width : pixels
-    hidden_style : "dash" draws hidden segments by `dash_pattern`, which begins where the edge does; "fade" like others
+    hidden_style : "dash" draws hidden segments by `dash_pattern`, "fade" like others
 
     Raises `ArgumentError` if shapes don't fit, or a coordinate is not finite or beyond 1e7.
     """

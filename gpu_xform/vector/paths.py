@@ -16,7 +16,7 @@ import numpy.typing as npt
 from .._core.types import BoolArray, IndexArray
 from ..imaging.colors import pack_rgba8
 from .decimal_text import Bytes, FixedPoint, to_fixed_point
-from .join_segments import MAX_POINTS_PER_LINE, join_segments
+from .join_segments import MAX_POINTS_PER_LINE, join_dashes, join_segments
 from .layer import FloatArray, Polygons, VectorLayer, dash_pattern
 
 SEAM_WIDTH_PX = 0.5  # overlap of polygons of several paths, or what lies behind would glimmer between them
@@ -68,8 +68,10 @@ def make_line_paths(layer: VectorLayer, *, hidden: bool) -> Paths:
     which = np.flatnonzero((layer.hidden == hidden) & (colors[:, 3] > 0))
     ends, colors = to_fixed_point(layer.segments[which]).reshape(-1, 2, 2), colors[which]
     if hidden and layer.hidden_style == "dash":
-        period = to_fixed_point(np.array([sum(dash_pattern(layer.line_width))]))
-        return _make_dashed_paths(ends, colors, to_fixed_point(layer.dash_start[which]) % period)
+        (period,) = to_fixed_point(np.array([sum(dash_pattern(layer.line_width))]))
+        lengths = np.hypot(*(layer.segments[which, 2:] - layer.segments[which, :2]).T)
+        starts = layer.dash_start[which]
+        return _make_dashed_paths(ends, colors, to_fixed_point(np.stack([starts, starts + lengths], axis=1)), period)
     return _make_solid_paths(ends, colors)
 
 
@@ -80,15 +82,24 @@ def _make_solid_paths(ends: FixedPoint, colors: Bytes) -> Paths:
     return Paths(ends.reshape(-1, 2)[points], begins, offsets, colors[points[offsets[:-1]] >> 1])
 
 
-def _make_dashed_paths(ends: FixedPoint, colors: Bytes, phases: FixedPoint) -> Paths:
-    """Return paths whose lines share a phase. Each line restarts the dash pattern, so segments are not joined."""
-    order = np.lexsort((phases, _number_runs(colors)))
-    ends, colors, phases = ends[order], colors[order], phases[order]
-    begins = np.tile([True, False], len(ends))
-    runs = np.cumsum(_differs_from_previous(np.column_stack([_number_runs(colors), phases])))
-    offsets = _path_offsets(begins, np.repeat(runs, 2))
-    first = offsets[:-1] // 2
-    return Paths(ends.reshape(-1, 2), begins, offsets, colors[first], phases[first])
+def _make_dashed_paths(ends: FixedPoint, colors: Bytes, distances: FixedPoint, period: int) -> Paths:
+    """Return paths whose lines share a phase, because each line restarts the dash pattern.
+
+    distances : (s, 2) of both ends of each segment along the pattern
+    """
+    runs = _number_runs(colors)
+    points, begins = join_dashes(ends, distances, runs)
+    line_starts = np.flatnonzero(begins)
+    first = points[line_starts] >> 1  # segment of each line
+    phases = distances[first, 0] % period
+    order = np.lexsort((phases, runs[first]))
+    sizes = np.diff(line_starts, append=len(points))[order]
+    moved = np.repeat(line_starts[order] - np.cumsum(sizes) + sizes, sizes) + np.arange(len(points))
+    line_runs = np.cumsum(_differs_from_previous(np.column_stack([runs[first], phases])[order]))
+    points, begins = points[moved], begins[moved]
+    offsets = _path_offsets(begins, np.repeat(line_runs, sizes))
+    segments = points[offsets[:-1]] >> 1
+    return Paths(ends.reshape(-1, 2)[points], begins, offsets, colors[segments], distances[segments, 0] % period)
 
 
 def make_polygon_paths(polygons: Polygons) -> Iterator[tuple[int, Paths]]:

@@ -132,7 +132,7 @@ class _Page:
             yield from self._draw_paths(paths, "RG", b"S")
         else:
             on, off = dash_pattern(line_width)
-            yield b"q %f w" % line_width
+            yield b"q %f w 1 j" % line_width
             dashes = [b"[%f %f] %.2f d\n" % (on, off, phase / 100) for phase in paths.phases.tolist()]
             yield from map(bytes.__add__, dashes, self._draw_paths(paths, "RG", b"S"))
         yield b"Q"

@@ -66,7 +66,8 @@ def _format_model(layer: VectorLayer) -> Iterator[str]:
             yield from _format_faces(paths, alpha)
     width = f' stroke-width="{_to_text(layer.line_width)}"'
     solid = f'{width} stroke-linecap="round" stroke-linejoin="round"'
-    dashed = f'{width} stroke-dasharray="{" ".join(map(_to_text, dash_pattern(layer.line_width)))}"'
+    pattern = " ".join(map(_to_text, dash_pattern(layer.line_width)))
+    dashed = f'{width} stroke-linejoin="round" stroke-dasharray="{pattern}"'
     hidden = make_line_paths(layer, hidden=True)
     yield from _format_lines("hidden", hidden, solid if hidden.phases is None else dashed)
     yield from _format_lines("visible", make_line_paths(layer, hidden=False), solid)

@@ -30,6 +30,7 @@ STRUCTS = [
     ("Candidate", "extract_silhouette", None, layouts.CANDIDATE),
     ("SilhouetteView", "extract_silhouette", None, layouts.SILHOUETTE_VIEW),
     ("Span", "split_edges_by_visibility", None, layouts.SPAN),
+    ("ChainEdge", "measure_chains", None, layouts.CHAIN_EDGE),
     ("CountOrWrite", "split_edges_by_visibility", None, layouts.COUNT_OR_WRITE),
     ("SpringStep", "step_springs", None, layouts.SPRING_STEP),
     ("SlotPacket", "step_springs", None, layouts.SLOT_PACKET),

@@ -7,9 +7,12 @@ import pytest
 from gpu_xform.compute.kernels.convolve import Format
 from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
+from gpu_xform.drawing.dash_chains import CHAIN_IS_FIRST, CHAIN_IS_REVERSED
+from gpu_xform.drawing.draw_list import NO_POINT
 from gpu_xform.drawing.enums import ColorMode, Hidden
 from gpu_xform.drawing.geometry_source import NO_FACE
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
+from gpu_xform.raster.dashes import EDGES_PER_SECTION
 from gpu_xform.raster.triangles import OPACITY_BITS
 from gpu_xform.simulation.incidence import MAX_PACKETS, Slots
 from gpu_xform.simulation.obstacles import MAX_OBSTACLES
@@ -23,9 +26,13 @@ ENUMERATIONS = {"HIDDEN": Hidden, "COLOR": ColorMode, "EPILOGUE": Epilogue, "SLO
 
 TWINS = {
     **{f"{prefix}_{member.name}": member for prefix, enumeration in ENUMERATIONS.items() for member in enumeration},
+    "CHAIN_EDGE_MASK": float(~(CHAIN_IS_FIRST | CHAIN_IS_REVERSED)),
+    "CHAIN_IS_FIRST": float(CHAIN_IS_FIRST),
+    "CHAIN_IS_REVERSED": float(CHAIN_IS_REVERSED),
     "COPLANAR_FACTOR": 1.0 + DEPTH_RTOL,
     "DASH_OFF_WIDTHS": DASH_OFF_WIDTHS,
     "DASH_ON_WIDTHS": DASH_ON_WIDTHS,
+    "EDGES_PER_SECTION": EDGES_PER_SECTION,
     "HIDDEN_FADE_ALPHA": HIDDEN_FADE_ALPHA,
     "MATRICES_PER_DISPATCH": MATRICES_PER_DISPATCH,
     "MAX_OBSTACLES": MAX_OBSTACLES,
@@ -33,6 +40,7 @@ TWINS = {
     "MAX_ROUNDS": MAX_ITERATIONS,
     "MIN_DASH_WIDTH_PX": MIN_DASH_WIDTH_PX,
     "NO_FACE": NO_FACE,
+    "NO_POINT": NO_POINT,
     "OPACITY_BITS": OPACITY_BITS,
     "TEXELS_PER_ROW": TEXELS_PER_ROW,
 }
@@ -48,7 +56,6 @@ WGSL_ALONE = {
     "MIN_SEEN_OPACITY": "half a step of the eight bits that shaders pack",
     "MIN_WORKGROUPS": "the shaders choose their own grid",
     "NOWHERE": "only the shaders draw quads",
-    "NO_POINT": "one shader writes it for others to read",
     "OPACITY_STEPS": "shaders pack and unpack it",
     "OPAQUE_ABSORBANCE": "shaders write and read absorbance",
     "PIXELS_PER_BAND": "the shaders choose their own grid",

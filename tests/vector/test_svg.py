@@ -96,7 +96,12 @@ def test_styles_are_on_the_groups() -> None:
     common = {"fill": "none", "stroke": "#336699", "stroke-opacity": "0.4", "stroke-width": "2.25"}
     ends = {"stroke-linecap": "round", "stroke-linejoin": "round"}
     assert group(root, "visible").attrib == {"class": "visible", **common, **ends}
-    assert group(root, "hidden").attrib == {"class": "hidden", **common, "stroke-dasharray": "9 6.75"}
+    assert group(root, "hidden").attrib == {
+        "class": "hidden",
+        **common,
+        "stroke-linejoin": "round",
+        "stroke-dasharray": "9 6.75",
+    }
     assert all(set(path.attrib) == {"d"} for name in ("visible", "hidden") for path in group(root, name))
 
 

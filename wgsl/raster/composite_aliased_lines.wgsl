@@ -1,5 +1,6 @@
 // Composites aliased lines over the picture, in the colours of the nearest edge of each pixel.
 #import composite
+#import dash_start
 #import dda
 #import depth_key
 #import destination
@@ -18,6 +19,7 @@
 @group(0) @binding(5) var<storage, read> colors: array<u32>; // as color_mode says, straight alpha
 @group(0) @binding(6) var<storage, read> depth_keys: array<u32>; // or 1 if all pixels look the same; 0 without a line
 @group(0) @binding(7) var destination: texture_2d<f32>; // premultiplied
+@group(0) @binding(8) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override hidden: u32; // one of HIDDEN_*
 override is_silhouette: bool;
@@ -42,7 +44,8 @@ fn color_at_pixel(pixel: vec2<i32>) -> vec4<f32> {
         return vec4(0.0);
     }
     let edge = edge_of_key(key, style.edge_bits);
-    let line = load_instance_segment(edge, 1.0);
+    var line = load_instance_segment(edge, 1.0);
+    line.dash_start = dash_start_of(edge);
     let axis = major_axis(line);
     let t = t_of_opacity(line, axis, pixel, false);
     return premultiply(color_at(edge_index(edge), line, t), opacity_at(line, t));

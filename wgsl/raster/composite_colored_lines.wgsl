@@ -3,6 +3,7 @@
 #import absorbance
 #import composite
 #import coverage
+#import dash_start
 #import dda
 #import depth_key
 #import destination
@@ -22,6 +23,7 @@
 @group(0) @binding(6) var<storage, read> absorbance: array<u32>; // from accumulate_lines.wgsl
 @group(0) @binding(7) var<storage, read> k_buffer: array<u32>;
 @group(0) @binding(8) var destination: texture_2d<f32>; // premultiplied
+@group(0) @binding(9) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override hidden: u32; // one of HIDDEN_*
 override is_silhouette: bool;
@@ -40,7 +42,10 @@ fn vertex_main(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f3
 }
 
 fn line_of_key(key: u32) -> Segment {
-    return load_instance_segment(edge_of_key(key, style.edge_bits), 0.5 * style.line_width + 1.0);
+    let edge = edge_of_key(key, style.edge_bits);
+    var line = load_instance_segment(edge, 0.5 * style.line_width + 1.0);
+    line.dash_start = dash_start_of(edge);
+    return line;
 }
 
 fn color_of_key(key: u32, pixel: vec2<i32>) -> vec4<f32> {

@@ -2,6 +2,7 @@
 // colours, each pixel keeps the depth keys of its nearest edges as well: a k-buffer, which says in what colours light
 // is absorbed. Bavoil et al., "Multi-fragment effects on the GPU using the k-buffer", 2007.
 #import coverage
+#import dash_start
 #import dda
 #import line_fragment
 #import line_opacity
@@ -17,6 +18,7 @@
 @group(0) @binding(5) var<storage, read> colors: array<u32>; // as color_mode says, straight alpha
 @group(0) @binding(6) var<storage, read_write> absorbance: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> k_buffer: array<atomic<u32>>; // k keys per pixel, nearest first
+@group(0) @binding(8) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
@@ -33,10 +35,11 @@ override may_overflow: bool; // there are so many lines that all through one pix
 // Every so many-th column of an edge, as one of several invocations takes them.
 fn rasterize(index: u32, instance: u32, lane: u32) {
     let half_width = 0.5 * style.line_width;
-    let line = load_segment(index, instance, half_width + 1.0);
+    var line = load_segment(index, instance, half_width + 1.0);
     if !line.is_valid {
         return;
     }
+    line.dash_start = dash_start_of(instance * style.n_edges + index);
     let axis = major_axis(line);
     let offset = edge_offset(axis, half_width);
     let bounds = bounds_in_tile(axis, tile);

@@ -1,5 +1,6 @@
 // Aliased lines, one pixel wide: each pixel keeps the depth key of the nearest edge through it.
 #import aliased_fragment
+#import dash_start
 #import dda
 #import line_opacity
 #import line_style
@@ -12,6 +13,7 @@
 @group(0) @binding(3) var<storage, read> edges: array<vec2<u32>>;
 @group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
 @group(0) @binding(5) var<storage, read_write> depth_keys: array<atomic<u32>>; // or 1 if all pixels look the same
+@group(0) @binding(6) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
@@ -20,10 +22,11 @@ override has_depth_cue: bool;
 override is_uniform_style: bool; // all pixels look the same: nobody asks which edge is the nearest
 
 fn rasterize(index: u32, instance: u32) {
-    let line = load_segment(index, instance, 1.0);
+    var line = load_segment(index, instance, 1.0);
     if !line.is_valid {
         return;
     }
+    line.dash_start = dash_start_of(instance * style.n_edges + index);
     let axis = major_axis(line);
     let bounds = bounds_in_tile(axis, tile);
     let columns = aliased_columns(axis);

@@ -1,6 +1,7 @@
 // Aliased lines, one pixel wide, a quad per edge: each pixel keeps the depth key of the nearest edge through it, as in
 // rasterize_aliased_lines.wgsl.
 #import aliased_fragment
+#import dash_start
 #import dda
 #import instanced_edge
 #import line_opacity
@@ -22,6 +23,7 @@ struct Corner {
 @group(0) @binding(3) var<storage, read> edges: array<vec2<u32>>;
 @group(0) @binding(4) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
 @group(0) @binding(5) var<storage, read_write> depth_keys: array<atomic<u32>>; // or 1 if all pixels look the same
+@group(0) @binding(6) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override hidden: u32; // one of HIDDEN_*
 override is_silhouette: bool;
@@ -39,7 +41,8 @@ fn vertex_main(@builtin(vertex_index) vertex: u32) -> Corner {
 
 @fragment
 fn fragment_main(in: Corner) {
-    let line = Segment(in.ends.xy, in.ends.zw, in.depth_and_w.xy, in.depth_and_w.zw, in.t_clip, true);
+    let dash_start = dash_start_of(in.edge);
+    let line = Segment(in.ends.xy, in.ends.zw, in.depth_and_w.xy, in.depth_and_w.zw, in.t_clip, dash_start, true);
     let axis = major_axis(line);
     let pixel = tile.origin + vec2<i32>(in.position.xy);
     let step = select(pixel, pixel.yx, axis.is_steep);

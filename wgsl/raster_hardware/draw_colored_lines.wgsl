@@ -1,6 +1,7 @@
 // Anti-aliased lines of several colours, a quad per edge, to the absorbance of pixels and to their k-buffers, as
 // accumulate_lines.wgsl.
 #import coverage
+#import dash_start
 #import dda
 #import instanced_edge
 #import line_fragment
@@ -27,6 +28,7 @@ struct Corner {
 @group(0) @binding(6) var<storage, read_write> absorbance: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> k_buffer: array<atomic<u32>>; // k keys per pixel, nearest first
 @group(0) @binding(8) var<storage, read> edge_list: array<u32>; // from list_edges.wgsl
+@group(0) @binding(9) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override is_listed: bool; // edges of the list are drawn, not all
 override hidden: u32; // one of HIDDEN_*
@@ -52,7 +54,8 @@ fn vertex_main(@builtin(vertex_index) vertex: u32) -> Corner {
 
 @fragment
 fn fragment_main(in: Corner) {
-    let line = Segment(in.ends.xy, in.ends.zw, in.depth_and_w.xy, in.depth_and_w.zw, in.t_clip, true);
+    let dash_start = dash_start_of(in.edge);
+    let line = Segment(in.ends.xy, in.ends.zw, in.depth_and_w.xy, in.depth_and_w.zw, in.t_clip, dash_start, true);
     let axis = major_axis(line);
     let pixel = tile.origin + vec2<i32>(in.position.xy);
     let t = t_of_opacity(line, axis, pixel, is_wide);

@@ -9,6 +9,7 @@ struct Segment {
     depth: vec2<f32>, // at p and q
     inverse_w: vec2<f32>, // at p and q
     t_clip: vec2<f32>, // of the edge in clip space, at p and q
+    dash_start: f32, // of the edge, as dash_start.wgsl says; whoever asks for dashes sets it
     is_valid: bool,
 }
 

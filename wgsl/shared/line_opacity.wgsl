@@ -28,8 +28,7 @@ fn is_hidden(line: Segment, t: f32) -> bool {
     return is_behind(at - aside, depth) && is_behind(at + aside, depth);
 }
 
-// How much of a pixel's length lies on a dash, at a distance from the start of the edge; the first dash has the edge's
-// cap.
+// How much of a pixel's length lies on a dash, at a distance along the chain; the first dash has the edge's cap.
 fn dash_coverage(distance_px: f32) -> f32 {
     let pattern = vec2(DASH_ON_WIDTHS, DASH_OFF_WIDTHS) * max(style.line_width, MIN_DASH_WIDTH_PX);
     let period = pattern.x + pattern.y;
@@ -56,7 +55,7 @@ fn opacity_at(line: Segment, t: f32) -> f32 {
         return opacity;
     }
     if hidden == HIDDEN_DASH {
-        return opacity * dash_coverage(t * distance(line.p, line.q));
+        return opacity * dash_coverage(abs(line.dash_start + t * distance(line.p, line.q)));
     }
     return select(0.0, HIDDEN_FADE_ALPHA * opacity, hidden == HIDDEN_FADE);
 }

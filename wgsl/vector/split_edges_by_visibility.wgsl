@@ -1,5 +1,6 @@
 // Edges to spans that are wholly visible or wholly hidden, for vector pictures: counted first, then written. One
 // pipeline does both: another might round otherwise, and write another number of spans than was counted.
+#import dash_start
 #import dda
 #import line_opacity
 #import line_style
@@ -13,7 +14,7 @@ struct Span {
     is_hidden: u32,
     t_clip: f32, // of the edge in clip space, at the span's centre
     opacity: f32, // that distance leaves there
-    start_px: f32, // along the segment, where the span begins
+    start_px: f32, // along its chain, where the span begins; as in dash_start.wgsl
     normalized_depth: f32, // of the span's centre
 }
 
@@ -30,6 +31,7 @@ struct CountOrWrite {
 @group(0) @binding(5) var<storage, read_write> span_counts: array<u32>; // per edge; when writing, of the edges before
 @group(0) @binding(6) var<storage, read_write> spans: array<Span>;
 @group(0) @binding(7) var<uniform> count_or_write: CountOrWrite;
+@group(0) @binding(8) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
@@ -50,14 +52,15 @@ fn write_span(line: Segment, axis: MajorAxis, edge: u32, place: u32, begin: f32,
         u32(is_covered),
         t_clip_at(line, center),
         cued_opacity_at(line, center),
-        range.x * distance(line.p, line.q),
+        line.dash_start + range.x * distance(line.p, line.q),
         normalized_depth_at(line, center, style.depth_cue),
     );
 }
 
 fn split(index: u32, instance: u32) {
     let edge = instance * style.n_edges + index;
-    let line = load_segment(index, instance, 0.5 * style.line_width + 1.0);
+    var line = load_segment(index, instance, 0.5 * style.line_width + 1.0);
+    line.dash_start = dash_start_of(edge);
     var n_spans = 0u;
     if line.is_valid {
         let axis = major_axis(line);

@@ -1,0 +1,201 @@
+"""Dashes run along chains of edges: against a twin in double precision that walks them, on circles, and in tiles."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform import Camera, Layer, Mesh, matrices, samples
+from tests.support.projection import world_to_pixels
+from tests.support.types import Array, Pixels
+
+SIZE = (400, 320)
+CAMERA = Camera.look_at((2.7, 1.9, 4.4), (0, 0, 0), fov_y=40.0)
+FLAT = Camera.window((-1, 1), (-1, 1))
+ON, OFF = 4.0, 3.0  # line widths
+MAX_TURN_DEGREES = 50.0
+MESHES = {
+    "torus": samples.torus(20, 9),
+    "icosphere": samples.icosphere(2),
+    "snub dodecahedron": samples.snub_dodecahedron(),
+}
+WALL = Mesh([(-9, -9, 0), (9, -9, 0), (9, 9, 0), (-9, 9, 0)], [(0, 1, 2, 3)])
+
+
+def before_everything(camera: Camera) -> Layer:
+    """Return a wall that hides all and draws nothing."""
+    if camera is FLAT:
+        return Layer(WALL, transform=matrices.translate(0, 0, 3), hidden="remove", color="none")
+    to_eye = np.array((2.7, 1.9, 4.4)) / np.linalg.norm((2.7, 1.9, 4.4))
+    axis = np.cross((0.0, 0.0, 1.0), to_eye)
+    turn = matrices.rotate(axis, np.arctan2(np.linalg.norm(axis), to_eye[2]))
+    moved = matrices.chain(turn, matrices.translate(*(3.5 * to_eye)))
+    return Layer(WALL, transform=moved, hidden="remove", color="none")
+
+
+def walk(edges: Array, positions: Array) -> list[list[tuple[int, int]]]:
+    """Return chains as lists of directed edges, by going straight on from edge to edge: a slow twin."""
+    at: dict[int, list[int]] = {}
+    for row, (a, b) in enumerate(edges.tolist()):
+        at.setdefault(a, []).append(row)
+        at.setdefault(b, []).append(row)
+
+    def away(row: int, point: int) -> Array:
+        a, b = edges[row]
+        vector: Array = positions[b if a == point else a] - positions[point]
+        vector /= np.linalg.norm(vector)
+        return vector.astype(np.float32)
+
+    def most_opposite(row: int, point: int) -> int | None:
+        others = [other for other in at[point] if other != row]
+        if not others:
+            return None
+        cosines = [float(away(row, point) @ away(other, point)) for other in others]
+        best = int(np.argmin(cosines))
+        return others[best] if cosines[best] <= -np.cos(np.radians(MAX_TURN_DEGREES)) else None
+
+    def following(row: int, point: int) -> int | None:
+        other = most_opposite(row, point)
+        return other if other is not None and most_opposite(other, point) == row else None
+
+    chains, done = [], set()
+    for row, (a, _) in enumerate(edges.tolist()):
+        if row in done:
+            continue
+        start, point = row, a
+        while (before := following(start, point)) is not None and before != row:
+            start, point = before, int(edges[before].sum() - point)
+        if before == row:
+            start, point = row, a
+        chain: list[tuple[int, int]] = []
+        following_row: int | None = start
+        while following_row is not None and following_row not in done:
+            done.add(following_row)
+            far = int(edges[following_row].sum() - point)
+            chain.append((point, far))
+            following_row, point = following(following_row, far), far
+        chains.append(chain)
+    return chains
+
+
+def distances_to(points: Array, ends: Array) -> Array:
+    """Return how far points (p, 2) are from segments (k, 2, 2): (p, k)."""
+    along = ends[:, 1] - ends[:, 0]
+    to_points = points[:, None] - ends[:, 0]
+    t = np.clip(np.einsum("pki,ki->pk", to_points, along) / np.einsum("ki,ki->k", along, along), 0, 1)
+    distances: Array = np.linalg.norm(to_points - t[..., None] * along, axis=2)
+    return distances
+
+
+def judge(picture: Pixels, mesh: Mesh, camera: Camera, line_width: float) -> tuple[int, int, int]:
+    """Return how many places on dashes were found dark, on gaps white, and how many were found otherwise."""
+    flat = world_to_pixels(mesh.positions, camera, SIZE)
+    ends = flat[mesh.edges]
+    period = (ON + OFF) * line_width
+    counts = [0, 0, 0]
+    for chain in walk(mesh.edges, mesh.positions):
+        along = 0.0
+        for a, b in chain:
+            length = float(np.linalg.norm(flat[b] - flat[a]))
+            major = int(np.abs(flat[b] - flat[a]).argmax())
+            low, high = sorted((flat[a, major], flat[b, major]))
+            centers = np.arange(np.ceil(low - 0.5), high - 0.5) + 0.5  # of the columns that a line steps through
+            t = (centers - flat[a, major]) / (flat[b, major] - flat[a, major])
+            places = flat[a] + t[:, None] * (flat[b] - flat[a])
+            others = ends[(np.sort(mesh.edges, axis=1) != sorted((a, b))).any(axis=1)]
+            is_alone = (distances_to(places, others) > line_width + 1.5).all(axis=1)
+            phase = (along + t * length) % period
+            x, y = np.floor(places).astype(int).T
+            dark = picture[y, x, 0] < 128
+            on = is_alone & (phase > 1.0) & (phase < ON * line_width - 1.0)
+            off = is_alone & (phase > ON * line_width + 1.0) & (phase < period - 1.0)
+            counts[0] += int((on & dark).sum())
+            counts[1] += int((off & ~dark).sum())
+            counts[2] += int((on & ~dark).sum() + (off & dark).sum())
+            along += length
+    return counts[0], counts[1], counts[2]
+
+
+@pytest.mark.parametrize("antialias", [True, False])
+@pytest.mark.parametrize("name", MESHES)
+def test_dashes_lie_where_a_twin_that_walks_the_chains_has_them(name: str, antialias: bool) -> None:
+    mesh = MESHES[name].transformed(matrices.scale(1.3 / np.abs(MESHES[name].positions).max()))
+    noise = 0.003 * np.random.default_rng(3).normal(size=mesh.positions.shape)  # no two edges are as opposite as others
+    mesh = Mesh(mesh.positions + noise, mesh.faces)
+    width = 2.0 if antialias else 1.5
+    layers = [before_everything(CAMERA), Layer(mesh, hidden="dash", line_width=2.0, antialias=antialias)]
+    picture = gx.render_array(layers, camera=CAMERA, size=SIZE)
+    n_on, n_off, n_wrong = judge(picture, mesh, CAMERA, width)
+    assert min(n_on, n_off) > 200
+    assert n_wrong == 0
+
+
+def circle(n: int, turn: Array) -> Mesh:
+    angles = 2.0 * np.pi * np.arange(n) / n
+    ring = np.column_stack([0.9 * np.cos(angles), 0.9 * np.sin(angles), 0.0 * angles])
+    mesh = Mesh(ring, [(i, (i + 1) % n) for i in range(n)])
+    return mesh.transformed(turn)
+
+
+def count_dashes(picture: Pixels, mesh: Mesh) -> int:
+    """Return how many dashes lie around a closed line."""
+    ends = world_to_pixels(mesh.positions, FLAT, SIZE)
+    corners = np.arange(len(ends) + 1)
+    along = np.linspace(0.0, len(ends), 20_000, endpoint=False)
+    closed = np.concatenate([ends, ends[:1]])
+    x, y = (np.floor(np.interp(along, corners, closed[:, axis])).astype(int) for axis in (0, 1))
+    dark = picture[y, x, 0] < 128
+    return int((dark & ~np.roll(dark, 1)).sum())
+
+
+@pytest.mark.parametrize("n", [48, 200, 3000])
+@pytest.mark.parametrize("tilt", [0.0, 1.1])
+def test_a_hidden_circle_has_as_many_dashes_as_its_length_however_many_edges_it_has(tilt: float, n: int) -> None:
+    turn = matrices.rotate_x(tilt)
+    layers = [before_everything(FLAT), Layer(circle(n, turn), hidden="dash", line_width=2.0)]
+    picture = gx.render_array(layers, camera=FLAT, size=SIZE)
+    ends = world_to_pixels(circle(20_000, turn).positions, FLAT, SIZE)
+    length = np.linalg.norm(np.diff(ends, axis=0, append=ends[:1]), axis=1).sum()
+    assert abs(count_dashes(picture, circle(n, turn)) - length / (2.0 * (ON + OFF))) <= 1.0
+
+
+def test_in_svg_a_hidden_circle_is_one_path_whose_dashes_run_on() -> None:
+    text = gx.render_svg(
+        [before_everything(FLAT), Layer(circle(200, np.eye(4)), hidden="dash")], camera=FLAT, size=SIZE
+    )
+    hidden = text.split('class="hidden"')[1].split("</g>")[0]
+    assert hidden.count("<path") == 1
+    assert hidden.count("M") == 1
+    assert "stroke-dashoffset" not in hidden
+
+
+def test_where_faces_hide_parts_of_a_chain_its_dashes_go_on_in_svg_as_in_pixels() -> None:
+    walls = Mesh(
+        [(x, y, 1.0) for left in (-0.8, 0.1) for x, y in ((left, -1), (left + 0.4, -1), (left + 0.4, 1), (left, 1))],
+        [(0, 1, 2, 3), (4, 5, 6, 7)],
+    )
+    models = [Layer(walls, hidden="remove", color="none"), Layer(circle(90, np.eye(4)), hidden="dash", line_width=2.0)]
+    text = gx.render_svg(models, camera=FLAT, size=SIZE)
+    hidden = text.split('class="hidden"')[1].split("</g>")[0]
+    assert hidden.count("M") == 4
+    assert hidden.count("stroke-dashoffset") == 4
+
+
+def test_instances_have_dashes_of_their_own() -> None:
+    near, far = matrices.identity(), matrices.scale(0.5)
+    style: dict[str, Any] = {"hidden": "dash", "line_width": 2.0}
+    ring = circle(100, np.eye(4))
+    together = [before_everything(FLAT), Layer(ring, transform=np.stack([near, far]), **style)]
+    apart = [before_everything(FLAT), Layer(ring, transform=near, **style), Layer(ring, transform=far, **style)]
+    pictures = [gx.render_array(each, camera=FLAT, size=SIZE) for each in (together, apart)]
+    np.testing.assert_array_equal(pictures[0], pictures[1])
+
+
+def test_the_dashes_of_a_silhouette_run_along_it() -> None:
+    ball = samples.icosphere(5)
+    layers = [before_everything(FLAT), Layer(ball, edges="silhouette", hidden="dash", line_width=2.0)]
+    picture = gx.render_array(layers, camera=FLAT, size=SIZE)
+    dark = (picture[..., 0] < 128).sum()
+    whole = (gx.render_array(layers[1:], camera=FLAT, size=SIZE)[..., 0] < 128).sum()
+    assert dark / whole == pytest.approx(ON / (ON + OFF), abs=0.06)
