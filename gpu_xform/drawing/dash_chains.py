@@ -32,10 +32,11 @@ def pack_chains(
         part = packed[start : start + len(batch)]
         there, rest = np.split(part, [len(rows)])
         there["edge"] = rows[chains.edges]
-        there["points"] = batch[rows[chains.edges]]
+        points = batch[rows[chains.edges]]
+        points[chains.is_reversed] = points[chains.is_reversed, ::-1]
+        there["start"], there["end"] = points.T
         there["edge"][chains.is_first] |= CHAIN_IS_FIRST
         there["edge"][chains.is_reversed] |= CHAIN_IS_REVERSED
-        there["points"][chains.is_reversed] = there["points"][chains.is_reversed, ::-1]
         rest["edge"] = np.flatnonzero(~is_there) | CHAIN_IS_FIRST
-        rest["points"] = NO_POINT
+        rest["start"] = rest["end"] = NO_POINT
     return packed

@@ -100,7 +100,7 @@ SILHOUETTE_VIEW = np.dtype(
     {"names": ["eye", "n_candidates"], "formats": [("<f4", (4,)), "<u4"], "offsets": [0, 16], "itemsize": 32}
 )
 
-CHAIN_EDGE = np.dtype([("edge", "<u4"), ("points", "<u4", (2,))])
+CHAIN_EDGE = np.dtype([("edge", "<u4"), ("start", "<u4"), ("end", "<u4")])
 
 COUNT_OR_WRITE = np.dtype([("is_writing", "<u4"), ("first", "<u4")])
 

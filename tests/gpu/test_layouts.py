@@ -41,6 +41,7 @@ STRUCTS = [
 ]
 
 ONLY_ON_THE_DEVICE = {
+    "SectionEnd": "a first dispatch writes it for a second one",
     "LargeTriangles": "the host clears its head, and dispatches by it",
 }
 

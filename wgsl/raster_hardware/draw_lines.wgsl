@@ -43,7 +43,8 @@ fn vertex_main(@builtin(vertex_index) vertex: u32) -> Corner {
 
 @fragment
 fn fragment_main(in: Corner) -> @location(0) vec4<f32> {
-    let line = Segment(in.ends.xy, in.ends.zw, in.depth_and_w.xy, in.depth_and_w.zw, vec2(0.0, 1.0), in.dash_start, true);
+    let t_clip = vec2(0.0, 1.0);
+    let line = Segment(in.ends.xy, in.ends.zw, in.depth_and_w.xy, in.depth_and_w.zw, t_clip, in.dash_start, true);
     let axis = major_axis(line);
     let pixel = tile.origin + vec2<i32>(in.position.xy);
     let opacity = style.color.a * opacity_at(line, t_of_opacity(line, axis, pixel, is_wide));

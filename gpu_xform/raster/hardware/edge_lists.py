@@ -52,7 +52,8 @@ class EdgeLists:
         own: Bindings = {"marks": self._masks, "n_marked": self._n_marked}
         grid = count_workgroups(device, -(-batch.n_edges // BLOCK_EDGES)), batch.projected.n_instances
         encoder.clear_buffer(self._n_marked, NUMBER_BYTES * _count_sums(_count_blocks(batch)))
-        dispatch(encoder, mark, device.bind_groups.bind(mark, **part.bindings, **own), *grid)
+        bindings = {name: part for name, part in part.bindings.items() if name != "dash_starts"}
+        dispatch(encoder, mark, device.bind_groups.bind(mark, **bindings, **own), *grid)
         own |= {"style": part.bindings["style"], "edge_list": self.edges, "draws": self.draws}
         dispatch(encoder, list_up, device.bind_groups.bind(list_up, **own), *grid)
 
