@@ -41,6 +41,7 @@ STRUCTS = [
 ]
 
 ONLY_ON_THE_DEVICE = {
+    "IndexedDraw": "a dispatch writes it for the draw that it is named after",
     "SectionEnd": "a first dispatch writes it for a second one",
     "LargeTriangles": "the host clears its head, and dispatches by it",
 }

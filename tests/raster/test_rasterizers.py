@@ -205,13 +205,13 @@ def test_a_device_that_is_lost_in_the_middle_is_an_error(
     when: str, rasterizer_name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stage = HardwareLineStage if rasterizer_name == "render" else ComputeLineStage
-    place, name = {"recording": (stage, "draw"), "reading": (Buffer, "wait_mapped")}[when]
+    place, name = {"recording": (stage, "draw"), "reading": (Buffer, "map_read")}[when]
     whole: Any = getattr(place, name)
     with GpuDevice() as other:
 
-        def lose(self: Any, *args: Any) -> None:
+        def lose(self: Any, *args: Any) -> Any:
             lose_device(other)
-            whole(self, *args)
+            return whole(self, *args)
 
         monkeypatch.setattr(place, name, lose)
         with pytest.raises(DeviceError, match="lost"):
