@@ -7,6 +7,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
+from gpu_xform.geometry.edges import resolve_edges
 from tests.support.projection import world_to_pixels
 from tests.support.types import Array, Pixels
 
@@ -88,13 +89,16 @@ def distances_to(points: Array, ends: Array) -> Array:
     return distances
 
 
-def judge(picture: Pixels, mesh: Mesh, camera: Camera, line_width: float) -> tuple[int, int, int]:
+def judge(
+    picture: Pixels, mesh: Mesh, camera: Camera, line_width: float, edges: Array | None = None
+) -> tuple[int, int, int]:
     """Return how many places on dashes were found dark, on gaps white, and how many were found otherwise."""
+    drawn = mesh.edges if edges is None else edges
     flat = world_to_pixels(mesh.positions, camera, SIZE)
-    ends = flat[mesh.edges]
+    ends = flat[drawn]
     period = (ON + OFF) * line_width
     counts = [0, 0, 0]
-    for chain in walk(mesh.edges, mesh.positions):
+    for chain in walk(drawn, mesh.positions):
         along = 0.0
         for a, b in chain:
             length = float(np.linalg.norm(flat[b] - flat[a]))
@@ -103,7 +107,7 @@ def judge(picture: Pixels, mesh: Mesh, camera: Camera, line_width: float) -> tup
             centers = np.arange(np.ceil(low - 0.5), high - 0.5) + 0.5  # of the columns that a line steps through
             t = (centers - flat[a, major]) / (flat[b, major] - flat[a, major])
             places = flat[a] + t[:, None] * (flat[b] - flat[a])
-            others = ends[(np.sort(mesh.edges, axis=1) != sorted((a, b))).any(axis=1)]
+            others = ends[(np.sort(drawn, axis=1) != sorted((a, b))).any(axis=1)]
             is_alone = (distances_to(places, others) > line_width + 1.5).all(axis=1)
             phase = (along + t * length) % period
             x, y = np.floor(places).astype(int).T
@@ -127,6 +131,50 @@ def test_dashes_lie_where_a_twin_that_walks_the_chains_has_them(name: str, antia
     layers = [before_everything(CAMERA), Layer(mesh, hidden="dash", line_width=2.0, antialias=antialias)]
     picture = gx.render_array(layers, camera=CAMERA, size=SIZE)
     n_on, n_off, n_wrong = judge(picture, mesh, CAMERA, width)
+    assert min(n_on, n_off) > 200
+    assert n_wrong == 0
+
+
+def plate_with_holes(outline: Array, holes: list[tuple[float, float, float, float]], height: float) -> Mesh:
+    """Return a plate (z from 0 to `height`) with holes (x, y, radius, depth): a ring of quads around each, no lids."""
+    points: list[Array] = []
+    faces: list[list[int]] = []
+
+    def add(ring: Array, z: float) -> Array:
+        first = sum(map(len, points))
+        points.append(np.column_stack([ring, np.full(len(ring), z)]))
+        return np.arange(first, first + len(ring))
+
+    def join(one: Array, other: Array) -> None:
+        n = len(one)
+        faces.extend([int(one[i]), int(one[(i + 1) % n]), int(other[(i + 1) % n]), int(other[i])] for i in range(n))
+
+    join(add(outline, 0.0), add(outline, height))
+    for x, y, radius, depth in holes:
+        angles = 2.0 * np.pi * np.arange(60) / 60
+        ring = np.column_stack([x + radius * np.cos(angles), y + radius * np.sin(angles)])
+        join(add(ring, height), add(ring, height - depth))
+    return Mesh(np.concatenate(points), faces)
+
+
+HEXAGON = np.column_stack([np.cos(np.arange(6) * np.pi / 3), np.sin(np.arange(6) * np.pi / 3)])
+PARTS = {
+    "nut": plate_with_holes(1.2 * HEXAGON, [(0.0, 0.0, 0.7, 0.8)], 0.8),
+    "bracket with counterbores": plate_with_holes(
+        np.array([(-1.4, -0.8), (1.4, -0.8), (1.4, 0.8), (-1.4, 0.8)]),
+        [(x, 0.1, radius, depth) for x in (-0.8, 0.7) for radius, depth in ((0.5, 0.3), (0.25, 0.6))],
+        0.6,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_the_circles_of_parts_are_dashed_as_their_corners_are(name: str) -> None:
+    part = PARTS[name]
+    edges = resolve_edges(part, "feature")
+    layers = [before_everything(CAMERA), Layer(part, edges="feature", hidden="dash", line_width=2.0)]
+    picture = gx.render_array(layers, camera=CAMERA, size=SIZE)
+    n_on, n_off, n_wrong = judge(picture, part, CAMERA, 2.0, edges)
     assert min(n_on, n_off) > 200
     assert n_wrong == 0
 
