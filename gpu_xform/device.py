@@ -130,6 +130,11 @@ class Device:
         """Whether `close` was called."""
         raise NotImplementedError
 
+    @property
+    def is_lost(self) -> bool:
+        """Whether its driver has given it up, as far as is known; it takes no more work then."""
+        return False
+
     def __enter__(self) -> Self:
         return self
 
@@ -162,7 +167,7 @@ def default_device(adapter: str | None = None) -> Device:
     ----------
     adapter : str, optional
         "host", or a part of an adapter's name: that device becomes the process's own. By default the one that is,
-        opened at the first call: GPU_XFORM_ADAPTER, else the fastest adapter.
+        opened at the first call, and again after it was closed or lost: GPU_XFORM_ADAPTER, else the fastest adapter.
 
     Returns
     -------
@@ -177,9 +182,20 @@ def default_device(adapter: str | None = None) -> Device:
     with _default_lock:
         if adapter is not None:
             _default = Device(adapter)
-        elif _default is None or _default.is_closed:
+        elif _default is None or _default.is_closed or _default.is_lost:
             _default = Device()
+        _default.require_usable()  # in a fork
         return _default
+
+
+def _renew_lock() -> None:
+    """Let the child of a fork wait for no thread of its parent."""
+    global _default_lock
+    _default_lock = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_renew_lock)
 
 
 def opened_device() -> Device | None:
@@ -188,9 +204,10 @@ def opened_device() -> Device | None:
 
 
 def resolve_device(device: Device | None) -> Device:
-    """Return `device`, or by default the process's own; raise `ArgumentTypeError` for what is no Device."""
+    """Return `device`, or by default the process's own; raise an error for what is no Device, and takes no work."""
     if device is None:
-        return default_device()
-    if not isinstance(device, Device):
+        device = default_device()
+    elif not isinstance(device, Device):
         raise ArgumentTypeError.expecting("device", "be a Device", repr(device))
+    device.require_usable()  # before any lock is taken: in a forked child a thread may hold it that is not there
     return device

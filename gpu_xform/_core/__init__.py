@@ -1,5 +1,5 @@
-"""Utilities of all other folders: types, argument validation, atomic files, `.npy` files, progress bars.
+"""Utilities of all other folders: types, argument validation, files written whole, `.npy` files, progress bars.
 
-Reading order: types, public, moved_module, interrupts, memmap, npy, progress, suggestions, masked, arguments,
-error_context, atomic_files.
+Reading order: types, public, moved_module, interrupts, memmap, npy, printable, progress, suggestions, masked,
+arguments, error_context, whole_writes, atomic_files.
 """

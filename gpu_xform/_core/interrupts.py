@@ -7,14 +7,24 @@ from collections.abc import Callable, Iterator
 from types import FrameType
 from typing import Any
 
+INTERRUPTED, TERMINATED = 130, 143  # what a shell reports of a program that SIGINT or SIGTERM has ended
+
 
 class Terminated(KeyboardInterrupt):
     """The process has been asked to end, by SIGTERM."""
 
 
 def raise_terminated(signum: int, frame: FrameType | None) -> None:  # noqa: ARG001
-    """Raise `Terminated`: the handler of SIGTERM in the command, which then ends as if by Ctrl+C."""
+    """Raise `Terminated`: the handler of SIGTERM in the command, which then ends through the door of Ctrl+C."""
     raise Terminated
+
+
+def describe_interrupt(interrupt: KeyboardInterrupt) -> tuple[int, str]:
+    """Return the exit code, and the line to print, of a command that an interrupt has ended; its notes say more."""
+    is_terminated = isinstance(interrupt, Terminated)
+    notes = "".join(f"; {note}" for note in getattr(interrupt, "__notes__", ()))
+    line = f"gpu-xform: {'terminated' if is_terminated else 'interrupted'}{notes}\n"
+    return TERMINATED if is_terminated else INTERRUPTED, line
 
 
 # What raises out of the middle of anything. A program that handles a signal in another way knows what it does.

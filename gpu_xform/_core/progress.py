@@ -6,6 +6,8 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 
+from .printable import escape_controls
+
 DELAY_S = 1.0
 
 
@@ -20,7 +22,7 @@ def show_progress(label: str, unit: str, *, scaled: bool = False) -> Iterator[Ca
     silent = sys.stderr is None or not sys.stderr.isatty()
     width, height = (None, None) if silent else _assume_size()
     with tqdm(
-        desc=label,
+        desc=escape_controls(label),
         unit=unit,
         unit_scale=scaled,
         delay=DELAY_S,
@@ -52,4 +54,5 @@ def write_lines(text: str) -> None:
     """Write whole lines to standard error, above a progress bar if there is one."""
     from tqdm import tqdm
 
-    tqdm.write(text, file=sys.stderr, end="")
+    if sys.stderr is not None:
+        tqdm.write(escape_controls(text), file=sys.stderr, end="")

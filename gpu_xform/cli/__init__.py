@@ -7,9 +7,10 @@ layer_option, camera_options, arguments_from_options, read_layers, option_errors
 import sys
 from collections.abc import Sequence
 
-from .exit_codes import FAILURES, INTERRUPTED, PIPE_CLOSED, exit_code_for, format_error
+from .._core.interrupts import describe_interrupt
+from .exit_codes import FAILURES, PIPE_CLOSED, exit_code_for, format_error
 from .parser import parse
-from .streams import discard_stdout, flush_stdout, print_warnings
+from .streams import discard_stdout, flush_stdout, print_stderr, print_warnings
 
 __all__ = ["main"]
 
@@ -20,15 +21,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         with print_warnings():
             code = _run(sys.argv[1:] if argv is None else argv)
         flush_stdout()
-    except KeyboardInterrupt:
-        return INTERRUPTED
+    except KeyboardInterrupt as interrupt:
+        code, line = describe_interrupt(interrupt)
+        discard_stdout()
+        print_stderr(line)
     except BrokenPipeError:
         discard_stdout()
         return PIPE_CLOSED
     except FAILURES as error:
         if isinstance(error, OSError):
             discard_stdout()
-        sys.stderr.write(format_error(error))
+        print_stderr(format_error(error))
         return exit_code_for(error)
     return code
 

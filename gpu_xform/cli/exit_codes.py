@@ -4,7 +4,6 @@ from .._core.error_context import has_prefix
 from ..errors import DeviceError, GpuXformError, NoAdapterError, ShaderError
 
 DEVICE_FAILED, WRONG_INPUT, NO_ADAPTER, MISMATCH = 1, 2, 3, 4
-INTERRUPTED = 130
 PIPE_CLOSED = 141  # what a shell reports of a program that SIGPIPE has ended
 
 FAILURES = (OSError, MemoryError, GpuXformError)

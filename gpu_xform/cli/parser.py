@@ -3,6 +3,7 @@
 import argparse
 import functools
 import re
+import sys
 from collections.abc import Sequence
 from importlib import import_module
 from typing import Any, NoReturn
@@ -13,6 +14,7 @@ from .argv import OptionParser, attach_values
 from .commands import SUMMARIES
 from .exit_codes import DEVICE_FAILED, MISMATCH, NO_ADAPTER, WRONG_INPUT
 from .paths import require_path
+from .streams import print_stderr, print_stdout
 
 HELP_COLUMN = 31
 
@@ -48,6 +50,13 @@ class Parser(OptionParser):
     def error(self, message: str) -> NoReturn:
         """Print what is wrong with the command line, and exit."""
         self.exit(WRONG_INPUT, f"gpu-xform: error: {' '.join(message.split())}\n")
+
+    def _print_message(self, message: str, file: Any = None) -> None:
+        """Print help, or an error: argparse itself passes over what cannot be written, and exits with 0."""
+        if file is sys.stderr:
+            print_stderr(message)
+        else:
+            print_stdout(message)
 
 
 class CommandParser(Parser):

@@ -8,6 +8,8 @@ import warnings
 from collections.abc import Iterator
 from typing import BinaryIO, TextIO
 
+from .._core.printable import escape_controls
+from .._core.whole_writes import as_whole_writer
 from ..errors import MeshError, MeshWarning, SizeWarning
 from .paths import STDIO
 
@@ -17,10 +19,25 @@ PRINTED = (MeshWarning, SizeWarning)
 def print_stdout(text: str) -> None:
     """Print to standard output; characters that its encoding lacks, as in an adapter's name, become escapes."""
     with name_file_in_errors(STDIO):
-        get_binary_stream("stdout")
-        encoding = sys.stdout.encoding or "utf-8"
-        sys.stdout.write(text.encode(encoding, "backslashreplace").decode(encoding))
+        if sys.stdout is not None and not hasattr(sys.stdout, "buffer"):  # a text alone, in someone else's program
+            sys.stdout.write(escape_controls(text))
+            return
+        binary = get_binary_stream("stdout")
         sys.stdout.flush()
+        binary.write(_encode(text, sys.stdout))
+        binary.flush()
+
+
+def print_stderr(text: str) -> None:
+    """Print to standard error, if there is one that takes it."""
+    with contextlib.suppress(OSError, ValueError):
+        if sys.stderr is not None:
+            sys.stderr.write(_encode(text, sys.stderr).decode(sys.stderr.encoding or "utf-8"))
+            sys.stderr.flush()
+
+
+def _encode(text: str, stream: TextIO) -> bytes:
+    return escape_controls(text).replace("\n", os.linesep).encode(stream.encoding or "utf-8", "backslashreplace")
 
 
 def flush_stdout() -> None:
@@ -44,8 +61,7 @@ def get_binary_stream(name: str) -> BinaryIO:
     text = getattr(sys, name)
     if text is None:
         raise OSError(errno.EBADF, os.strerror(errno.EBADF), name)
-    binary: BinaryIO = text.buffer
-    return binary
+    return as_whole_writer(text.buffer)
 
 
 @contextlib.contextmanager
@@ -68,7 +84,7 @@ def print_warnings() -> Iterator[None]:
             text = " ".join(str(message).split())
             if text not in printed:
                 printed.add(text)
-                sys.stderr.write(f"gpu-xform: warning: {text}\n")
+                print_stderr(f"gpu-xform: warning: {text}\n")
 
         for category in PRINTED:
             warnings.simplefilter("always", category)

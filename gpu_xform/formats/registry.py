@@ -14,6 +14,7 @@ from .._core.error_context import prefix_error, prefix_errors
 from .._core.public import public
 from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
 from .._core.types import Float64Array, StrPath
+from .._core.whole_writes import as_whole_writer
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
@@ -273,7 +274,7 @@ def _write(target: PathOrFile, write: Callable[[BinaryIO], None]) -> None:
         with atomic_write(target) as file:
             write(file)
     else:
-        write(target)
+        write(as_whole_writer(target))
 
 
 def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Model:

@@ -18,6 +18,7 @@ from .._core.public import public
 from ..device import Adapter, Limits
 from ..errors import NoAdapterError
 from .drivers import suggest_driver
+from .forks import refuse_fork
 from .type_lookups import narrow_type_lookups
 
 NATIVE_BACKENDS = {"darwin": ["Metal"], "win32": ["DX12", "Vulkan"]}.get(sys.platform, ["Vulkan"])
@@ -34,7 +35,13 @@ def adapters() -> list[Adapter]:
     -------
     list of Adapter
         Empty if there is no driver. `Device(adapter.name)` opens one.
+
+    Raises
+    ------
+    DeviceError
+        If the process is a fork of one that has opened a device.
     """
+    refuse_fork()
     with defer_interrupts():
         return [describe_adapter(adapter) for adapter in list_native_adapters()]
 

@@ -16,7 +16,7 @@ import wgpu
 from .._core.interrupts import defer_interrupts
 from ..errors import DeviceError
 from .context import GpuContext
-from .errors import translate_wgpu_errors
+from .forks import is_fork
 
 Usage = wgpu.BufferUsage
 STORAGE: int = Usage.STORAGE | Usage.COPY_SRC | Usage.COPY_DST
@@ -54,7 +54,7 @@ class Buffer:
         self._host_mappable = bool(usage & Usage.STORAGE) and context.host_mappable
         if self._host_mappable:
             usage |= MAPPED
-        with defer_interrupts(), translate_wgpu_errors(f"allocate {n_bytes:,} bytes", label):
+        with defer_interrupts(), context.translate_errors(f"allocate {n_bytes:,} bytes", label):
             self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
         self._released = False
         self._is_mapped = False  # by `wait_mapped`, for whoever reads or unmaps it
@@ -128,7 +128,7 @@ class Buffer:
     def _work(self, action: str) -> Iterator[None]:
         """Hold the device's lock, put Ctrl+C off, and name the buffer in errors of wgpu."""
         # Ctrl+C first: between a lock that is taken and the block that gives it back, nothing may be raised.
-        with defer_interrupts(), self.context.lock, translate_wgpu_errors(action, self.label):
+        with defer_interrupts(), self.context.lock, self.context.translate_errors(action, self.label):
             yield
 
     def _begin_write(self) -> None:
@@ -210,4 +210,5 @@ class Buffer:
         """Give the memory back; releasing twice does nothing."""
         if not self._released:
             self._released = True
-            self.handle.destroy()
+            if not is_fork():
+                self.handle.destroy()

@@ -16,7 +16,8 @@ from .._core.interrupts import defer_interrupts
 from ..device import Adapter, Limits
 from ..errors import DeviceError
 from .adapters import describe_adapter, find_adapter, lend_runtime_dir
-from .errors import translate_wgpu_errors
+from .errors import DeviceLostError, translate_wgpu_errors
+from .forks import is_fork, note_device, refuse_fork
 
 # Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus
 # is faster; on integrated ones wgpu makes what the host may write write-combined, from which it reads at a crawl.
@@ -31,7 +32,7 @@ WANTED_LIMITS = (
     "max-compute-invocations-per-workgroup",
 )
 
-_process_of_first_device: int | None = None
+_contexts: "weakref.WeakSet[GpuContext]" = weakref.WeakSet()
 
 
 class Submittable(Protocol):
@@ -169,7 +170,7 @@ class CommandEncoder:
         """
         for buffer in self._used:
             buffer.require_submittable(self.context)
-        with translate_wgpu_errors("record the commands", self._label, *[each.label for each in self._used]):
+        with self.context.translate_errors("record the commands", self._label, *[each.label for each in self._used]):
             commands = self.handle.finish()
         self.context.handle.queue.submit([commands])
         self.context.n_submissions += 1
@@ -190,14 +191,16 @@ class GpuContext:
         limits: Limits | None = None,
         wanted_features: frozenset[str] = WANTED_FEATURES,
     ) -> None:
-        _refuse_fork()
+        refuse_fork()
         with defer_interrupts():
             self._open(adapter or os.environ.get("GPU_XFORM_ADAPTER") or None, limits, wanted_features)
         self.lock = threading.RLock()
         self.is_closed = False
+        self.is_lost = False
         self.n_submissions = 0
         self.buffers: weakref.WeakSet[Submittable] = weakref.WeakSet()  # all that are alive, for the debug tools
         self.observers: list[DispatchObserver] = []
+        _contexts.add(self)
 
     def _open(self, name: str | None, limits: Limits | None, wanted_features: frozenset[str]) -> None:
         chosen = find_adapter(name)
@@ -207,8 +210,7 @@ class GpuContext:
         self.features: frozenset[str] = useful & self.adapter.features
         self.host_mappable: bool = MAPPABLE in self.features
         self.handle: wgpu.GPUDevice = _open_adapter(chosen, self.features)
-        global _process_of_first_device
-        _process_of_first_device = os.getpid()
+        note_device()
 
     @contextlib.contextmanager
     def encode_commands(self, *used: Submittable, label: str) -> Iterator[CommandEncoder]:
@@ -230,16 +232,34 @@ class GpuContext:
 
     def require_usable(self) -> None:
         """Raise `DeviceError` if the device is closed, or if this process is a fork of the one that opened it."""
-        _refuse_fork()
+        refuse_fork()
         if self.is_closed:
             raise DeviceError(f"the device {self.adapter.name!r} is closed")
+        if self.is_lost:
+            raise DeviceError(f"the device {self.adapter.name!r} is lost; open another, by gx.Device()")
+
+    @contextlib.contextmanager
+    def translate_errors(self, action: str, *labels: str) -> Iterator[None]:
+        """Turn what wgpu raises in the block into errors of gpu_xform, and note if the device is lost."""
+        with self.note_loss(), translate_wgpu_errors(action, *labels):
+            yield
+
+    @contextlib.contextmanager
+    def note_loss(self) -> Iterator[None]:
+        """Note if the block raises that the device is lost: then nothing more may be submitted to it."""
+        try:
+            yield
+        except DeviceLostError:
+            self.is_lost = True
+            raise
 
     def close(self) -> None:
         """Free the device. Closing twice does nothing."""
         with self.lock:
             if not self.is_closed:
                 self.is_closed = True
-                self.handle.destroy()
+                if not is_fork():
+                    self.handle.destroy()
 
     def __repr__(self) -> str:
         return f"Device({self.adapter.name!r}, {self.adapter.backend}, {self.adapter.driver})"
@@ -255,9 +275,15 @@ def _open_adapter(adapter: wgpu.GPUAdapter, features: frozenset[str]) -> wgpu.GP
             raise wgpu.GPUError(str(error)) from error
 
 
-def _refuse_fork() -> None:
-    if _process_of_first_device not in (None, os.getpid()):
-        raise DeviceError(
-            f"process {os.getpid()} is a fork of process {_process_of_first_device}, which has opened a graphics "
-            "device: drivers hang in such a child; start workers with multiprocessing.get_context('spawn')"
-        )
+def _let_go_of_devices() -> None:
+    """Let the child of a fork end without a call of wgpu, and wait for no lock that a thread of its parent holds."""
+    if not is_fork():
+        return
+    for context in _contexts:
+        context.lock = threading.RLock()
+    for kind in (wgpu.GPUObjectBase, wgpu.GPUAdapter):
+        kind.__del__ = lambda _: None
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_let_go_of_devices)

@@ -1,6 +1,7 @@
 """The device: an opened adapter with its buffers, caches and compiled shaders."""
 
 import contextlib
+import threading
 from collections.abc import Iterator
 from typing import Self
 
@@ -38,7 +39,6 @@ class GpuDevice(Device):
         self.limits = context.limits
         self.features: frozenset[str] = context.features
         self.host_mappable: bool = context.host_mappable
-        self.lock = context.lock
         self.pipelines = Pipelines(context)
         self.bind_groups = BindGroupCache(context)
         self.pool = BufferPool(context)
@@ -49,6 +49,11 @@ class GpuDevice(Device):
         if self._tracer:
             context.observers.append(self._tracer)
         self_test.require(context, self.pipelines)
+
+    @property
+    def lock(self) -> threading.RLock:
+        """What its work holds, one thread at a time."""
+        return self.context.lock
 
     @property
     def has_float64(self) -> bool:
@@ -81,6 +86,11 @@ class GpuDevice(Device):
     def is_closed(self) -> bool:
         """Whether `close` was called."""
         return self.context.is_closed
+
+    @property
+    def is_lost(self) -> bool:
+        """Whether its driver has given it up, as far as is known."""
+        return self.context.is_lost
 
     def close(self) -> None:
         """Give the device's memory back; it takes no more work. Closing twice does nothing."""

@@ -9,7 +9,6 @@ import wgpu
 from ..errors import ShaderError
 from .buffers import Buffer
 from .context import CommandEncoder, GpuContext
-from .errors import translate_wgpu_errors
 from .shaders import ComputePipeline, Pipeline, RenderPipeline
 from .textures import Texture
 
@@ -68,7 +67,7 @@ class BindGroupCache:
             expected = ", ".join(pipeline.bindings)
             raise ShaderError(f"the bindings of {pipeline.label} must be {expected}, got {', '.join(parts) or 'none'}")
         labels = [_owner(part).label for part in parts.values()]
-        with translate_wgpu_errors("bind the buffers", pipeline.label, *labels):
+        with self._context.translate_errors("bind the buffers", pipeline.label, *labels):
             return self._context.handle.create_bind_group(
                 label=pipeline.label,
                 layout=pipeline.handle.get_bind_group_layout(0),

@@ -96,7 +96,7 @@ class Pipelines:
     def compute(self, stage: str, number_type: str | None = None, /, **constants: float) -> ComputePipeline:
         """Return the compute pipeline of a stage with its `override` constants set to `constants`."""
         key = (stage, number_type, tuple(sorted(constants.items())))
-        with self._context.lock:
+        with self._context.lock, self._context.note_loss():
             self._require_current()
             if key not in self._compute:
                 self._compute[key] = self._create_compute(stage, number_type, constants)
@@ -121,7 +121,7 @@ class Pipelines:
     ) -> RenderPipeline:
         """Return the pipeline that draws triangles of a stage into a texture, with its constants set to `constants`."""
         key = (stage, texture_format, write, tuple(sorted(constants.items())))
-        with self._context.lock:
+        with self._context.lock, self._context.note_loss():
             self._require_current()
             if key not in self._render:
                 target = {"format": texture_format, **_COLOR_WRITES[write]}

@@ -10,7 +10,7 @@ import wgpu
 from .._core.interrupts import defer_interrupts
 from ..errors import DeviceError
 from .context import GpuContext
-from .errors import translate_wgpu_errors
+from .forks import is_fork
 
 Usage = wgpu.TextureUsage
 RENDER_TARGET: int = Usage.RENDER_ATTACHMENT | Usage.TEXTURE_BINDING | Usage.COPY_SRC | Usage.COPY_DST
@@ -45,7 +45,7 @@ class Texture:
         self.label = label
         self.id = next(_ids)
         width, height = extent
-        with defer_interrupts(), translate_wgpu_errors(f"allocate {width} x {height} texels", label):
+        with defer_interrupts(), context.translate_errors(f"allocate {width} x {height} texels", label):
             self.handle: wgpu.GPUTexture = context.handle.create_texture(
                 label=label, size=(width, height, 1), format=format, usage=usage
             )
@@ -81,7 +81,8 @@ class Texture:
         """Give the memory back; releasing twice does nothing."""
         if not self._released:
             self._released = True
-            self.handle.destroy()
+            if not is_fork():
+                self.handle.destroy()
 
 
 class TexturePool:

@@ -157,7 +157,7 @@ def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys
     monkeypatch.setattr(files, "read_mesh", interrupted)
     assert main(["render", *MODELS, "-o", "{model}.png", *SIZE]) == 130
     assert list_pngs() == ["cube.png", "house.png"]
-    assert capsys.readouterr() == ("", "")
+    assert capsys.readouterr() == ("", "gpu-xform: interrupted\n")
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ def test_a_closed_pipe_ends_quietly(typed: list[str]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")
-def test_an_interrupt_ends_quietly() -> None:
+def test_an_interrupt_ends_in_one_line() -> None:
     os.mkfifo("pipe.obj")
     process = subprocess.Popen(
         [sys.executable, "-m", "gpu_xform", "transform", "pipe.obj", "out.obj"], stderr=subprocess.PIPE
@@ -56,7 +56,7 @@ def test_an_interrupt_ends_quietly() -> None:
     with Path("pipe.obj").open("wb"):  # opens when the command opens it to read, and waits
         process.send_signal(signal.SIGINT)
         _, complaint = process.communicate(timeout=20)
-    assert (process.returncode, complaint) == (130, b"")
+    assert (process.returncode, complaint) == (130, b"gpu-xform: interrupted\n")
     assert not Path("out.obj").exists()
 
 
@@ -66,7 +66,7 @@ def test_an_interrupt_inside_any_command(monkeypatch: pytest.MonkeyPatch, capsys
 
     monkeypatch.setattr(matrices, "explain", interrupted)
     assert main(["explain", "--scale", "2"]) == 130
-    assert capsys.readouterr() == ("", "")
+    assert capsys.readouterr() == ("", "gpu-xform: interrupted\n")
 
 
 def test_a_file_that_is_not_read_whole_is_named_in_one_line(capfd: pytest.CaptureFixture[str]) -> None:

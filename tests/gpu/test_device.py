@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from wgpu.backends.wgpu_native._api import libf
 
 import gpu_xform as gx
 from gpu_xform import device as device_module
@@ -86,3 +87,19 @@ def test_a_device_tells_who_it_is(device: GpuDevice) -> None:
     assert device.has_float64 == ("shader-f64" in device.features)
     assert device.features <= device.adapter.features
     assert device.limits == device.adapter.limits
+
+
+def test_a_lost_default_device_is_replaced_at_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    points = np.arange(30_000.0).reshape(-1, 3)
+    with gx.Device() as lost:
+        monkeypatch.setattr(device_module, "_default", lost)
+        assert np.array_equal(gx.transform_points(points, gx.scale(2)), points * 2)
+        libf.wgpuDeviceDestroy(lost.context.handle._internal)
+        with pytest.raises(DeviceError, match="lost"):
+            gx.transform_points(points, gx.scale(2))
+        assert np.array_equal(gx.transform_points(points, gx.scale(2)), points * 2)
+        replaced = gx.default_device()
+        assert replaced is not lost
+        with pytest.raises(DeviceError, match="is lost; open another"):
+            gx.transform_points(points, gx.scale(2), device=lost)
+        replaced.close()

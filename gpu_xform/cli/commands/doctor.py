@@ -2,11 +2,10 @@
 
 import argparse
 import json
-import sys
 
 from .. import options as groups
 from ..exit_codes import DEVICE_FAILED, NO_ADAPTER
-from ..streams import print_stdout
+from ..streams import print_stderr, print_stdout
 
 USAGE = "[options]"
 DESCRIPTION = "List the graphics adapters, and check that the results of one are right."
@@ -59,7 +58,7 @@ def _tune(options: argparse.Namespace) -> int:
         try:
             path = save_tuning(device.adapter, cells)
         except OSError as error:
-            sys.stderr.write(f"gpu-xform: warning: the tuning could not be kept: {error}\n")
+            print_stderr(f"gpu-xform: warning: the tuning could not be kept: {error}\n")
         else:
             if not options.json:
                 print_stdout(f"Kept in {path}\n")

@@ -3,7 +3,6 @@
 import argparse
 import json
 import math
-import sys
 import warnings
 from collections.abc import Mapping
 from typing import Any
@@ -19,7 +18,7 @@ from .. import files
 from .. import options as groups
 from ..exit_codes import FAILURES, exit_code_for, format_error
 from ..paths import expand_globs, file_type
-from ..streams import print_stdout
+from ..streams import print_stderr, print_stdout
 
 USAGE = "FILE... [options]"
 DESCRIPTION = """\
@@ -56,7 +55,7 @@ def run(options: argparse.Namespace) -> int:
             found.append(_describe(path, options.file_type, options.tolerance))
         except FAILURES as error:
             errors.append(error)
-            sys.stderr.write(format_error(error, path))
+            print_stderr(format_error(error, path))
     if found or not errors:
         print_stdout(json.dumps(found, indent=2) + "\n" if options.json else "\n".join(map(_format, found)))
     return exit_code_for(errors[0]) if errors else 0

@@ -2,7 +2,6 @@
 
 import argparse
 import functools
-import sys
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +22,7 @@ from ..option_errors import name_options_in_errors
 from ..outputs import PlannedPicture, plan_outputs
 from ..paths import expand_globs
 from ..read_layers import read_layers
+from ..streams import print_stderr
 
 if TYPE_CHECKING:
     from ...device import Device
@@ -166,7 +166,7 @@ def _make_each(pictures: Sequence[PlannedPicture], make: Callable[[PlannedPictur
         "not matching the reference": n_mismatched,
     }
     summary = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count or outcome == "done")
-    sys.stderr.write(f"gpu-xform: {len(pictures)} pictures: {summary}\n")
+    print_stderr(f"gpu-xform: {len(pictures)} pictures: {summary}\n")
     return min(codes, default=0)
 
 

@@ -2,7 +2,6 @@
 
 import argparse
 import contextlib
-import sys
 import warnings
 from pathlib import Path
 
@@ -163,8 +162,8 @@ def _stream_array(options: argparse.Namespace, matrix: Float64Array) -> None:
                 progress=move,
                 device=device,
             )
-    except KeyboardInterrupt:
-        sys.stderr.write("gpu-xform: interrupted; the same command with --resume continues\n")
+    except KeyboardInterrupt as interrupt:
+        interrupt.add_note("the same command with --resume continues")
         raise
 
 

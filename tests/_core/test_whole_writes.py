@@ -1,0 +1,56 @@
+"""Files whose `write` takes a part of the data get all of it, or an error is raised."""
+
+import io
+import os
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gpu_xform import Mesh, samples, save_mesh
+from gpu_xform._core.whole_writes import write_all
+
+
+class ShortFile(io.RawIOBase):
+    """A raw file that takes at most 7 bytes at a time, and in the end only so many in all."""
+
+    def __init__(self, room: int = 1 << 30) -> None:
+        self.content = bytearray()
+        self._room = room
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: Any) -> int | None:
+        taken = bytes(data)[: min(7, self._room)]
+        self._room -= len(taken)
+        self.content += taken
+        return len(taken)
+
+
+@pytest.mark.parametrize("data", [b"", b"x" * 50, np.arange(12.0).reshape(3, 4).data, np.empty((0, 3)).data])
+def test_all_is_written(data: Any) -> None:
+    file = ShortFile()
+    assert write_all(file, data) == len(file.content) == memoryview(data).nbytes  # type: ignore[arg-type]
+    assert file.content == bytes(data)
+
+
+def test_a_file_that_takes_no_more_is_an_error() -> None:
+    with pytest.raises(OSError, match="nothing could be written"):
+        write_all(ShortFile(20), b"x" * 50)  # type: ignore[arg-type]
+
+
+def test_a_pipe_that_would_have_to_wait_is_an_error() -> None:
+    read, write = os.pipe()
+    os.set_blocking(write, False)
+    with open(write, "wb", buffering=0) as file, open(read, "rb"), pytest.raises(BlockingIOError):  # noqa: PTH123
+        write_all(file, b"x" * (1 << 20))
+
+
+@pytest.mark.parametrize("file_type", ["glb", "gltf", "npy", "obj", "off", "ply", "stl"])
+def test_every_writer_writes_all(file_type: str) -> None:
+    file, whole = ShortFile(), io.BytesIO()
+    mesh = samples.cube() if file_type != "npy" else Mesh(samples.cube().positions)
+    save_mesh(mesh, file, file_type=file_type)  # type: ignore[arg-type]
+    save_mesh(mesh, whole, file_type=file_type)
+    assert bytes(file.content) == whole.getvalue()
