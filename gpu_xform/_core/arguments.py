@@ -67,6 +67,12 @@ def as_int(value: SupportsIndex, name: str) -> int:
         raise ArgumentTypeError.expecting(name, "be a whole number", repr(value)) from None
 
 
+def require_callable(value: object, name: str) -> None:
+    """Raise `ArgumentTypeError` for what can be neither called nor left out."""
+    if value is not None and not callable(value):
+        raise ArgumentTypeError.expecting(name, "be callable", repr(value))
+
+
 def as_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     """Return `value` as a finite vector of `size` components."""
     array = as_real_array(value, name)

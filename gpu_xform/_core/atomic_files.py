@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from .interrupts import defer_interrupts
+from .targets import find_target
 from .types import StrPath
 
 
@@ -19,14 +20,14 @@ from .types import StrPath
 def atomic_write(path: StrPath) -> Iterator[BinaryIO]:
     """Yield a binary file that replaces `path` at the end of the block, and is deleted if the block raises.
 
-    A symbolic link stays, and its target is replaced. The permissions are those of any new file. A device or a pipe is
-    written to directly, because replacing it would destroy it. Errors of the system name `path`.
+    The permissions are those of any new file. What is no regular file is treated as `find_target` says. Errors of the
+    system name `path`.
     """
-    if Path(path).exists() and not Path(path).is_file():
-        with Path(path).open("wb") as file:
+    target, is_stream = find_target(path)
+    if is_stream:
+        with target.open("wb") as file:
             yield file
         return
-    target = Path(os.path.realpath(path))
     temporary = target.with_name(_make_temporary_name())
     try:
         with temporary.open("xb") as file:

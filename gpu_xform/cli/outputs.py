@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from ..errors import ArgumentError
 from .path_templates import Template
-from .paths import STDIO, describe_files, file_type, require_type
+from .paths import STDIO, describe_files, file_type, require_target, require_type
 
 PICTURE_TYPES = ("png", "svg", "pdf")
 
@@ -57,6 +57,8 @@ def plan_outputs(
     ]
     for picture in pictures:
         _require_types(picture)
+        for path in picture.written_paths:
+            require_target(path)
     _require_distinct_paths(pictures)
     return pictures
 

@@ -5,6 +5,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
+from .._core.targets import find_target
 from ..errors import ArgumentError
 
 STDIO = "-"
@@ -29,6 +30,12 @@ def require_path(path: str) -> None:
     """Raise `ArgumentError` if `path` cannot be a file's: a final slash, which `Path` drops, means a folder."""
     if os.path.split(path)[1] in ("", "."):
         raise ArgumentError(f"expected the path of a file, got {path!r}")
+
+
+def require_target(path: str) -> None:
+    """Raise `OSError` if nothing can be written to `path`, before there is work; `-` is standard output."""
+    if path != STDIO:
+        find_target(path)
 
 
 def expand_globs(patterns: Sequence[str]) -> list[str]:

@@ -6,7 +6,7 @@ import os
 import sys
 import warnings
 from collections.abc import Iterator
-from typing import BinaryIO, TextIO
+from typing import Any, BinaryIO, TextIO
 
 from .._core.printable import escape_controls
 from .._core.whole_writes import as_whole_writer
@@ -19,13 +19,14 @@ PRINTED = (MeshWarning, SizeWarning)
 def print_stdout(text: str) -> None:
     """Print to standard output; characters that its encoding lacks, as in an adapter's name, become escapes."""
     with name_file_in_errors(STDIO):
-        if sys.stdout is not None and not hasattr(sys.stdout, "buffer"):  # a text alone, in someone else's program
-            sys.stdout.write(escape_controls(text))
-            return
-        binary = get_binary_stream("stdout")
-        sys.stdout.flush()
-        binary.write(_encode(text, sys.stdout))
-        binary.flush()
+        stream: Any = sys.stdout
+        if stream is None or hasattr(stream, "buffer"):
+            binary = get_binary_stream("stdout")
+            stream.flush()
+            binary.write(_encode(text, stream))
+            binary.flush()
+        else:  # a text alone, in a program of someone else
+            stream.write(escape_controls(text))
 
 
 def print_stderr(text: str) -> None:

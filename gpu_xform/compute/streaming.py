@@ -3,18 +3,22 @@
 import hashlib
 import json
 import os
+import socket
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from io import BufferedReader
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_square_matrix
+from .._core.arguments import as_square_matrix, require_callable
+from .._core.file_locks import is_at, try_lock
 from .._core.npy import read_header
 from .._core.public import public
+from .._core.targets import find_target, require_path
 from .._core.types import MatrixLike, Progress, StrPath
 from ..device import Device
 from ..errors import ArgumentError, ArgumentTypeError
@@ -39,7 +43,8 @@ def transform_file(
     """Transform the points of one `.npy` file into another, holding two chunks of 32 MiB in memory.
 
     The result grows in `<destination>.partial` and is renamed when it is complete. An interrupted run leaves that file,
-    and `resume` goes on with it.
+    and `resume` goes on with it. Only one run at a time writes it. If the destination is a symbolic link, all that is
+    beside its target; into a FIFO or a device the result is written as it comes, and nothing is resumed.
 
     Parameters
     ----------
@@ -63,13 +68,18 @@ def transform_file(
     Raises
     ------
     ArgumentError, ArgumentTypeError
-        If the source is not such an array, or if a file to resume belongs to other work; otherwise as
-        `transform_points` does.
+        If the source is not such an array, if a file to resume belongs to other work, or if another run is writing the
+        destination; otherwise as `transform_points` does.
     PrecisionError
         As `transform_points` does.
     OSError
         What the system refuses, such as a full disk.
     """
+    require_path(source, "source")
+    target = find_target(destination, "destination")
+    if target.is_stream and resume:
+        raise ArgumentError.expecting("resume", "not be set for a stream", repr(os.fspath(destination)))
+    require_callable(progress, "progress")
     with Path(source).open("rb") as reader:
         shape, dtype = _read_header(reader, source)
         _require_rows(reader, source, shape, dtype)
@@ -77,7 +87,8 @@ def transform_file(
         run = project_points if project else transform_points
         run(np.empty((0, shape[1]), dtype), checked, precision=precision, device=device)  # raises before any work
         work = _fingerprint(reader, shape, dtype, checked, project, precision)
-        partial = _PartialFile(destination, shape, dtype, work)
+        kind = _Stream if target.is_stream else _PartialFile
+        partial = kind(destination, target.path, shape, dtype, work)
         n_points, point_bytes = shape[0], shape[1] * dtype.itemsize
         chunk = max(1, CHUNK_BYTES // point_bytes)
         points = np.empty((min(chunk, n_points), shape[1]), dtype)
@@ -142,45 +153,23 @@ def _fingerprint(
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
 
 
-class _PartialFile:
-    """The unfinished result beside its destination, and a note of which work it belongs to."""
+class _Output:
+    """The result, as it is written: chunk by chunk, and named as `destination` in what the system refuses."""
 
-    def __init__(self, destination: StrPath, shape: tuple[int, ...], dtype: np.dtype[Any], work: str) -> None:
-        self._destination = Path(destination)
-        self._path = self._destination.with_name(self._destination.name + ".partial")
-        self._note = self._destination.with_name(self._destination.name + ".partial.work")
+    def __init__(
+        self, destination: StrPath, path: Path, shape: tuple[int, ...], dtype: np.dtype[Any], work: str
+    ) -> None:
+        self._destination = os.fspath(destination)
+        self._path = path
         self._header = {"descr": dtype.newbyteorder("=").str, "fortran_order": False, "shape": shape}
         self._point_bytes = shape[1] * dtype.itemsize
         self._work = work
         self._n_points = 0
+        self._file: BinaryIO
 
-    @contextmanager
-    def open(self, resume: bool, chunk: int) -> Iterator[int]:
-        """Open the file, lend how many points its whole chunks hold, and rename it at the end of the block.
-
-        If the block raises, the file stays if it holds at least one chunk.
-        """
-        resumed = resume and self._path.exists()
-        if resumed and not (self._note.exists() and self._note.read_text() == self._work):
-            raise ArgumentError(f"resume: {str(self._path)!r} belongs to other work; run without resume to replace it")
-        with self._name_destination():
-            if not resumed:
-                self._note.write_text(self._work)
-            self._file = self._path.open("r+b" if resumed else "w+b")
-        try:
-            with self._file:
-                self._n_points = self._write_header(chunk)
-                yield self._n_points
-                with self._name_destination():
-                    os.fsync(self._file.fileno())
-        except BaseException:
-            if self._n_points == 0:
-                self._path.unlink(missing_ok=True)
-                self._note.unlink(missing_ok=True)
-            raise
-        with self._name_destination():
-            self._path.replace(self._destination)
-            self._note.unlink()
+    def open(self, resume: bool, chunk: int) -> AbstractContextManager[int]:
+        """Open the file, lend how many points its whole chunks hold, and finish it at the end of the block."""
+        raise NotImplementedError
 
     def append(self, points: npt.NDArray[Any]) -> None:
         """Write a chunk, and hand it to the system."""
@@ -189,17 +178,9 @@ class _PartialFile:
             self._file.flush()
         self._n_points += len(points)
 
-    def _write_header(self, chunk: int) -> int:
-        """Write the header, cut off what is not a whole chunk, and return how many points are kept."""
-        with self._name_destination():
-            np.lib.format.write_array_header_2_0(self._file, self._header)
-            self._file.flush()
-            start = self._file.tell()
-            held = (os.fstat(self._file.fileno()).st_size - start) // self._point_bytes
-            whole = held - held % chunk
-            self._file.seek(start + whole * self._point_bytes)
-            self._file.truncate()
-        return whole
+    def _write_header(self) -> None:
+        np.lib.format.write_array_header_2_0(self._file, self._header)
+        self._file.flush()
 
     @contextmanager
     def _name_destination(self) -> Iterator[None]:
@@ -207,4 +188,91 @@ class _PartialFile:
         try:
             yield
         except OSError as error:
-            raise OSError(error.errno, error.strerror, str(self._destination)) from None
+            raise OSError(error.errno, error.strerror, self._destination) from None
+
+
+class _Stream(_Output):
+    """A FIFO or a device, which takes the result as it comes."""
+
+    @contextmanager
+    def open(self, resume: bool, chunk: int) -> Iterator[int]:  # noqa: ARG002
+        """Open the stream, and lend 0."""
+        with self._path.open("wb") as self._file:
+            with self._name_destination():
+                self._write_header()
+            yield 0
+
+
+class _PartialFile(_Output):
+    """The unfinished result beside its destination, and a note of which work it belongs to, and who is at it."""
+
+    @property
+    def _partial(self) -> Path:
+        return self._path.with_name(self._path.name + ".partial")
+
+    @property
+    def _note(self) -> Path:
+        return self._path.with_name(self._path.name + ".partial.work")
+
+    @contextmanager
+    def open(self, resume: bool, chunk: int) -> Iterator[int]:
+        """Open and lock the file, lend how many points its whole chunks hold, and rename it at the end of the block.
+
+        If the block raises, the file stays if it holds at least one chunk.
+        """
+        with self._name_destination():
+            self._file = self._open_locked()
+        with self._file:
+            held = os.fstat(self._file.fileno()).st_size
+            if resume and held and self._read_note()[0] != self._work:
+                raise ArgumentError(
+                    f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
+                )
+            try:
+                with self._name_destination():
+                    if not resume:
+                        self._file.truncate(0)
+                    self._note.write_text(f"{self._work}\nprocess {os.getpid()} on {socket.gethostname()}\n", "utf-8")
+                    self._n_points = self._keep_whole_chunks(chunk)
+                yield self._n_points
+                with self._name_destination():
+                    os.fsync(self._file.fileno())
+                    if sys.platform == "win32":  # where no open file is renamed
+                        self._file.close()
+                    self._partial.replace(self._path)
+                    self._note.unlink(missing_ok=True)
+            except BaseException:
+                if self._n_points == 0:
+                    self._partial.unlink(missing_ok=True)
+                    self._note.unlink(missing_ok=True)
+                raise
+
+    def _open_locked(self) -> BinaryIO:
+        """Open the unfinished file, or make it; raise `ArgumentError` if another run holds it."""
+        while True:
+            file = os.fdopen(os.open(self._partial, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
+            if not try_lock(file):
+                file.close()
+                holder = self._read_note()[1] or "another run"
+                raise ArgumentError.expecting("destination", "be written by one run at a time", f"{holder} is at it")
+            if is_at(file, self._partial):
+                return file
+            file.close()  # another run has finished meanwhile
+
+    def _read_note(self) -> tuple[str, str]:
+        """Return which work the file belongs to, and who is at it or was."""
+        try:
+            work, _, holder = self._note.read_text("utf-8").partition("\n")
+        except (OSError, ValueError):
+            return "", ""
+        return work, holder.strip()
+
+    def _keep_whole_chunks(self, chunk: int) -> int:
+        """Write the header, cut off what is not a whole chunk, and return how many points are kept."""
+        self._write_header()
+        start = self._file.tell()
+        held = max(os.fstat(self._file.fileno()).st_size - start, 0) // self._point_bytes
+        whole = held - held % chunk
+        self._file.seek(start + whole * self._point_bytes)
+        self._file.truncate()
+        return whole

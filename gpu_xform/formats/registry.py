@@ -13,6 +13,7 @@ from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_error, prefix_errors
 from .._core.public import public
 from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
+from .._core.targets import require_path
 from .._core.types import Float64Array, StrPath
 from .._core.whole_writes import as_whole_writer
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -298,6 +299,8 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     """Return the file's name for messages, and its type, a member of `known`."""
     path = source if isinstance(source, str | os.PathLike) else getattr(source, "name", None)
     name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
+    if path is source:
+        require_path(path, "the path of a model file")
     if name is None and not hasattr(source, "read") and not hasattr(source, "write"):
         raise ArgumentTypeError(
             f"expected a path or a binary file, got {type(source).__name__}",

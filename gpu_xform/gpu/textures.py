@@ -57,7 +57,11 @@ class Texture:
         width = self.extent[0]
         n_rows, n_left = divmod(len(texels), width)
         texel_bytes = texels.nbytes // max(len(texels), 1)
-        with self.context.lock, translate_wgpu_errors(f"upload {texels.nbytes:,} bytes", self.label):
+        with (
+            defer_interrupts(),
+            self.context.lock,
+            self.context.translate_errors(f"upload {texels.nbytes:,} bytes", self.label),
+        ):
             self.require_submittable(self.context)
             parts = (texels[: n_rows * width], (width, n_rows), 0), (texels[n_rows * width :], (n_left, 1), n_rows)
             for part, (columns, rows), first_row in parts:

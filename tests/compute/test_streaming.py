@@ -1,7 +1,9 @@
 """A .npy file to another, in chunks, interrupted and resumed."""
 
+import os
 import resource
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +16,7 @@ import gpu_xform as gx
 from gpu_xform.compute import streaming as module
 from gpu_xform.device import Device
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from tests.support.cli import error_of
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, some_points
 from tests.support.types import Array
 
@@ -138,6 +141,58 @@ def test_other_work_is_not_resumed(tmp_path: Path, change: str) -> None:
         gx.transform_file(source, destination, matrix, project=change == "project", resume=True)
     gx.transform_file(source, destination, matrix)
     assert np.array_equal(np.load(destination), gx.transform_points(np.load(source), matrix))
+
+
+@pytest.mark.parametrize("resume", [False, True])
+def test_a_second_run_into_one_destination_is_told_who_is_at_it(tmp_path: Path, resume: bool) -> None:
+    source = saved(tmp_path / "in.npy", some_points(250, np.float32))
+    other, destination = saved(tmp_path / "other.npy", some_points(250, np.float32) + 1), tmp_path / "out.npy"
+    told: list[str] = []
+
+    def begin_another(done: int, _: int) -> None:
+        if done == 200:
+            with pytest.raises(ArgumentError) as refused:
+                gx.transform_file(other, destination, AFFINE, resume=resume)
+            told.append(str(refused.value))
+
+    gx.transform_file(source, destination, AFFINE, progress=begin_another)
+    (message,) = told
+    assert f"destination must be written by one run at a time, got process {os.getpid()} on " in message
+    assert np.array_equal(np.load(destination), gx.transform_points(np.load(source), AFFINE))
+    assert names(tmp_path) == ["in.npy", "other.npy", "out.npy"]
+
+
+def test_the_command_names_who_writes_a_destination(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    source = saved(tmp_path / "in.npy", some_points(250, np.float32))
+    script = (
+        "import sys, time\n"
+        "import gpu_xform as gx\n"
+        "from gpu_xform.compute import streaming\n"
+        "streaming.CHUNK_BYTES = 1200\n"
+        "def wait(done, total):\n"
+        "    print(done, flush=True)\n"
+        "    sys.stdin.read(1)\n"
+        "gx.transform_file(sys.argv[1], sys.argv[2], gx.scale(2), progress=wait)\n"
+    )
+    command = [sys.executable, "-c", script, str(source), str(tmp_path / "out.npy")]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as first:
+        assert first.stdout
+        assert first.stdout.readline() == b"100\n"
+        message = error_of(["transform", str(source), str(tmp_path / "out.npy"), "--scale", "3"], capsys)
+        assert f"got process {first.pid} on {socket.gethostname()} is at it" in message
+        first.communicate(b"...")
+    assert first.returncode == 0
+    assert np.array_equal(np.load(tmp_path / "out.npy"), np.load(source) * np.float32(2))
+    assert names(tmp_path) == ["in.npy", "out.npy"]
+
+
+def test_a_run_that_was_killed_holds_no_lock(tmp_path: Path) -> None:
+    points = some_points(250, np.float32)
+    source, destination = saved(tmp_path / "in.npy", points), tmp_path / "out.npy"
+    with pytest.raises(StopError):
+        gx.transform_file(source, destination, AFFINE, progress=interrupt_after(2))
+    gx.transform_file(source, destination, AFFINE)
+    assert np.array_equal(np.load(destination), gx.transform_points(points, AFFINE))
 
 
 def test_resuming_what_never_began_begins_it(tmp_path: Path) -> None:

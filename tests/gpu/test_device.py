@@ -91,7 +91,7 @@ def test_a_device_tells_who_it_is(device: GpuDevice) -> None:
 
 def test_a_lost_default_device_is_replaced_at_the_next_call(monkeypatch: pytest.MonkeyPatch) -> None:
     points = np.arange(30_000.0).reshape(-1, 3)
-    with gx.Device() as lost:
+    with GpuDevice() as lost:
         monkeypatch.setattr(device_module, "_default", lost)
         assert np.array_equal(gx.transform_points(points, gx.scale(2)), points * 2)
         libf.wgpuDeviceDestroy(lost.context.handle._internal)

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import BinaryIO, TypeAlias
 
 from ..._core.atomic_files import atomic_seekable_write, atomic_write
+from ..._core.targets import find_target, require_path
 from ..._core.types import StrPath
-from ...errors import ArgumentError, ArgumentTypeError
+from ...errors import ArgumentError
 from . import apng, gif, html, image_sequence, video, webp
 from .frames import FrameSequence
 
@@ -31,8 +32,7 @@ def make_writer(path: StrPath) -> Writer:
 
     Raises at once what can be known of the name: `ArgumentError`, `MissingExtraError`.
     """
-    if not isinstance(path, str | os.PathLike):
-        raise ArgumentTypeError.expecting("path", "be a path", type(path).__name__)
+    require_path(path, "path")
     write = _find_writer(Path(path))
 
     def write_and_name_errors(sequence: FrameSequence) -> None:
@@ -56,6 +56,8 @@ def _find_writer(path: Path) -> Writer:
         raise ArgumentError.expecting("path", f"end in one of {known}, or hold {{frame}}", repr(str(path)))
     if file_type in ("mp4", "webm"):
         video.require_av()
+
+    find_target(path)  # raises for a folder
 
     def write(sequence: FrameSequence) -> None:
         with (atomic_seekable_write if file_type in NEEDS_SEEK else atomic_write)(path) as file:

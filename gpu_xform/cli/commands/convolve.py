@@ -10,6 +10,7 @@ from .. import argument_types as types
 from .. import options as groups
 from ..arguments_from_options import choose_device
 from ..image_files import FORMATS, read_image, require_image_type, write_image
+from ..paths import require_target
 
 USAGE = "IN OUT (--gaussian S | --kernel NAME | ...) [options]"
 DESCRIPTION = """\
@@ -76,6 +77,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Convolve an image."""
+    require_target(options.output)
     require_image_type(options.output)
     image = read_image(options.input)
     from ...compute.convolution.convolve import convolve, correlate

@@ -3,7 +3,6 @@
 import argparse
 import contextlib
 import warnings
-from pathlib import Path
 
 import numpy as np
 
@@ -15,7 +14,7 @@ from .. import argument_types as types
 from .. import files
 from .. import options as groups
 from ..arguments_from_options import choose_device, compose_transforms
-from ..paths import STDIO, file_type, require_type
+from ..paths import STDIO, file_type, require_target, require_type
 from ..streams import name_file_in_errors, raise_warnings
 
 AFFINE_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
@@ -64,6 +63,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Transform or convert a model file or an array."""
+    require_target(options.output)
     source = file_type(options.input, options.file_type)
     target = source if options.output == STDIO else file_type(options.output)
     matrix = compose_transforms(options)
@@ -134,7 +134,7 @@ def _without_directions(mesh: Mesh) -> Mesh:
 
 
 def _transform_array(options: argparse.Namespace, matrix: Float64Array) -> None:
-    if STDIO not in (options.input, options.output) and not _is_special(options.output):
+    if STDIO not in (options.input, options.output):
         from ...compute.streaming import count_columns
 
         columns = count_columns(options.input)
@@ -165,10 +165,6 @@ def _stream_array(options: argparse.Namespace, matrix: Float64Array) -> None:
     except KeyboardInterrupt as interrupt:
         interrupt.add_note("the same command with --resume continues")
         raise
-
-
-def _is_special(path: str) -> bool:
-    return Path(path).exists() and not Path(path).is_file()
 
 
 def _transform_whole_array(options: argparse.Namespace, matrix: Float64Array) -> None:

@@ -1,0 +1,47 @@
+"""Targets: what stands at a path that will be written, and so how it is written."""
+
+import errno
+import os
+import stat
+from pathlib import Path
+from typing import NamedTuple
+
+from ..errors import ArgumentError, ArgumentTypeError
+from .types import StrPath
+
+
+class Target(NamedTuple):
+    """Where the bytes go: beside a regular file that is replaced when they are whole, or into a stream.
+
+    path : of the file itself, where what was given is a symbolic link, even to a file that does not exist yet
+    is_stream : whether it is a FIFO, a device or a socket, which a file put in its place would destroy
+    """
+
+    path: Path
+    is_stream: bool
+
+
+def find_target(path: StrPath, name: str = "path") -> Target:
+    """Return the target at a path, for every writer; raise `OSError` for a folder, and what `os.stat` raises.
+
+    name : of the argument that gives the path
+    """
+    require_path(path, name)
+    try:
+        mode = os.stat(path).st_mode  # noqa: PTH116 - Path has no other names for it
+    except FileNotFoundError:
+        return Target(Path(os.path.realpath(path)), False)
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
+    if not stat.S_ISREG(mode):
+        return Target(Path(path), True)
+    return Target(Path(os.path.realpath(path)), False)
+
+
+def require_path(path: object, name: str) -> None:
+    """Raise an error for what is no path, or a path that no system has."""
+    if not isinstance(path, str | os.PathLike):
+        raise ArgumentTypeError.expecting(name, "be a path", type(path).__name__)
+    text = os.fspath(path)
+    if ("\0" if isinstance(text, str) else b"\0") in text:
+        raise ArgumentError.expecting(name, "hold no NUL character", repr(text))
