@@ -4,13 +4,15 @@ import errno
 import os
 import stat
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import ArgumentError, ArgumentTypeError
-from .types import StrPath
+
+if TYPE_CHECKING:  # it imports NumPy, which help needs not
+    from .types import StrPath
 
 
-class Target(NamedTuple):
+class WriteTarget(NamedTuple):
     """Where the bytes go: beside a regular file that is replaced when they are whole, or into a stream.
 
     path : of the file itself, where what was given is a symbolic link, even to a file that does not exist yet
@@ -21,7 +23,7 @@ class Target(NamedTuple):
     is_stream: bool
 
 
-def find_target(path: StrPath, name: str = "path") -> Target:
+def find_target(path: "StrPath", name: str = "path") -> WriteTarget:
     """Return the target at a path, for every writer; raise `OSError` for a folder, and what `os.stat` raises.
 
     name : of the argument that gives the path
@@ -30,12 +32,12 @@ def find_target(path: StrPath, name: str = "path") -> Target:
     try:
         mode = os.stat(path).st_mode  # noqa: PTH116 - Path has no other names for it
     except FileNotFoundError:
-        return Target(Path(os.path.realpath(path)), False)
+        return WriteTarget(Path(os.path.realpath(path)), False)
     if stat.S_ISDIR(mode):
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
     if not stat.S_ISREG(mode):
-        return Target(Path(path), True)
-    return Target(Path(os.path.realpath(path)), False)
+        return WriteTarget(Path(path), True)
+    return WriteTarget(Path(os.path.realpath(path)), False)
 
 
 def require_path(path: object, name: str) -> None:
