@@ -1,6 +1,5 @@
 """The host device: the machine's own processors."""
 
-import importlib.metadata
 import os
 import sys
 
@@ -66,9 +65,11 @@ def _count_processors() -> int:
 
 def _describe_loops() -> str:
     """Return what makes the loops, without importing it."""
+    from importlib import metadata
+
     for package in ("numba", "numpy"):
         try:
-            return f"{package} {importlib.metadata.version(package)}"
-        except importlib.metadata.PackageNotFoundError:
+            return f"{package} {metadata.version(package)}"
+        except metadata.PackageNotFoundError:
             continue
     return ""

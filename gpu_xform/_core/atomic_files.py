@@ -2,7 +2,6 @@
 
 import errno
 import os
-import secrets
 import shutil
 import stat
 import tempfile
@@ -120,4 +119,4 @@ def _require_no_folder(path: Path) -> None:
 
 
 def _make_temporary_name() -> str:
-    return f".{secrets.token_hex(8)}.tmp"  # short enough even if the final name has the maximal length
+    return f".{os.urandom(8).hex()}.tmp"  # short enough even if the final name has the maximal length

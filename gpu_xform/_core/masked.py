@@ -1,6 +1,7 @@
 """NumPy's masked arrays: rows that a mask hides count nowhere, and where they cannot be left out they are refused."""
 
-from typing import Any
+import sys
+from typing import Any, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -10,9 +11,14 @@ from ..errors import ArgumentError
 Mask = npt.NDArray[np.bool_]
 
 
+def is_masked_array(value: object) -> "TypeGuard[np.ma.MaskedArray[Any, Any]]":
+    """Say whether a value is a masked array. Nothing is before `numpy.ma` has been imported, which takes its time."""
+    return "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray)
+
+
 def find_hidden_rows(value: object) -> Mask | None:
     """Return which rows (..., n) of an array (..., n, k) hide a number; None if none does."""
-    if not isinstance(value, np.ma.MaskedArray) or value.ndim == 0 or not np.ma.is_masked(value):
+    if not is_masked_array(value) or value.ndim == 0 or not np.ma.is_masked(value):
         return None
     return np.asarray(np.ma.getmaskarray(value).any(axis=-1))
 
@@ -44,7 +50,7 @@ def hide_rows(result: npt.NDArray[Any], hidden: Mask | None, *, is_own: bool) ->
     rows = np.broadcast_to(hidden, result.shape[:-1])
     if is_own:
         return np.ma.MaskedArray(result, np.repeat(rows[..., np.newaxis], result.shape[-1], axis=-1))
-    if isinstance(result, np.ma.MaskedArray):
+    if is_masked_array(result):
         result.mask = np.ma.nomask
         result[rows] = np.ma.masked
     else:
@@ -54,6 +60,6 @@ def hide_rows(result: npt.NDArray[Any], hidden: Mask | None, *, is_own: bool) ->
 
 def require_unmasked(value: object, name: str) -> None:
     """Raise `ArgumentError` for an array of which a mask hides a number."""
-    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+    if is_masked_array(value) and np.ma.is_masked(value):
         n_hidden = int(np.ma.getmaskarray(value).sum())
         raise ArgumentError.expecting(name, "have no masked entries", f"{n_hidden} of {value.size}")

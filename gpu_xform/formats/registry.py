@@ -3,8 +3,9 @@
 import os
 from collections.abc import Callable, Collection
 from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import Any, BinaryIO, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -20,11 +21,13 @@ from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from ..surfaces.resolution import as_tolerance
-from . import glb, gltf, gltf_document, gltf_write, npy, obj, obj_materials, off, ply, stl, threemf, vrml
 from ._losses import ListLosses, list_attributes, warn_of
 from ._warn import name_file
 
-Model = TypeVar("Model", Mesh, Scene, gltf_document.Document)
+if TYPE_CHECKING:
+    from .gltf_document import Document
+
+Model = TypeVar("Model", Mesh, Scene, "Document")
 
 Reader: TypeAlias = Callable[[bytes], Mesh]
 Writer: TypeAlias = Callable[[Mesh, BinaryIO], None]
@@ -33,46 +36,70 @@ ModelToSave: TypeAlias = Mesh | Scene | StrPath | npt.NDArray[Any]
 
 _UNNAMED = "<file>"
 
+
+def _from(module: str, function: str) -> Callable[..., Any]:
+    """Return a function of another module of this folder, which is imported when the function is first called.
+
+    All formats together take as long to import as NumPy, and three megabytes.
+    """
+
+    def call(*arguments: Any, **options: Any) -> Any:
+        return getattr(import_module(f".{module}", __package__), function)(*arguments, **options)
+
+    return call
+
+
+_read_obj: Callable[..., Mesh] = _from("obj", "read")
+
 READERS: dict[str, Reader] = {
-    "3mf": threemf.read,
-    "glb": glb.read,
-    "gltf": gltf.read,
-    "npy": npy.read,
-    "obj": obj.read,
-    "off": off.read,
-    "ply": ply.read,
-    "stl": stl.read,
-    "vrml": vrml.read,
-    "wrl": vrml.read,
-    "wrz": vrml.read,
+    "3mf": _from("threemf", "read"),
+    "glb": _from("glb", "read"),
+    "gltf": _from("gltf", "read"),
+    "npy": _from("npy", "read"),
+    "obj": _read_obj,
+    "off": _from("off", "read"),
+    "ply": _from("ply", "read"),
+    "stl": _from("stl", "read"),
+    "vrml": _from("vrml", "read"),
+    "wrl": _from("vrml", "read"),
+    "wrz": _from("vrml", "read"),
 }
 # These may name files beside their own, and take the folder of it.
 _BESIDE: dict[str, Callable[..., Mesh]] = {
-    "gltf": gltf.read,
-    "vrml": vrml.read,
-    "wrl": vrml.read,
-    "wrz": vrml.read,
+    "gltf": _from("gltf", "read"),
+    "vrml": _from("vrml", "read"),
+    "wrl": _from("vrml", "read"),
+    "wrz": _from("vrml", "read"),
+}
+_SCENE_READERS: dict[str, Callable[..., Scene]] = {
+    "3mf": _from("threemf", "read_scene"),
+    "glb": _from("glb", "read_scene"),
+    "gltf": _from("gltf", "read_scene"),
 }
 # Files whose nodes can be moved in the file, so that whatever else it holds stays.
 DOCUMENT_TYPES = ("glb", "gltf")
 TRIANGLE_TYPES = (*DOCUMENT_TYPES, "stl")  # whose faces have three corners
 WRITERS: dict[str, Writer] = {
-    "glb": glb.write,
-    "gltf": gltf.write,
-    "npy": npy.write,
-    "obj": obj.write,
-    "off": off.write,
-    "ply": ply.write,
-    "stl": stl.write,
+    "glb": _from("glb", "write"),
+    "gltf": _from("gltf", "write"),
+    "npy": _from("npy", "write"),
+    "obj": _from("obj", "write"),
+    "off": _from("off", "write"),
+    "ply": _from("ply", "write"),
+    "stl": _from("stl", "write"),
 }
+
+_merge_scene: Callable[[Scene], Mesh] = _from("gltf", "merge_scene")
+_list_library_losses = _from("obj_materials", "list_library_losses")
+_write_libraries = _from("obj_materials", "write_libraries")
 
 # What each format cannot hold of a mesh; the writer of glTF tells itself.
 _LOSSES: dict[str, ListLosses] = {
     "npy": list_attributes,
-    "obj": obj.list_losses,
-    "off": off.list_losses,
-    "ply": ply.list_losses,
-    "stl": stl.list_losses,
+    "obj": _from("obj", "list_losses"),
+    "off": _from("off", "list_losses"),
+    "ply": _from("ply", "list_losses"),
+    "stl": _from("stl", "list_losses"),
 }
 
 
@@ -118,7 +145,7 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None, tolerance: fl
         tolerance = as_tolerance(tolerance)
     reader = partial(_BESIDE[kind], folder=_get_folder(source)) if kind in _BESIDE else READERS[kind]
     if kind == "obj":
-        reader = partial(obj.read, folder=_get_folder(source), tolerance=tolerance)
+        reader = partial(_read_obj, folder=_get_folder(source), tolerance=tolerance)
     mesh = _read(source, name, reader)
     if mesh.n_points == 0:
         raise prefix_error(MeshError("the file holds no points"), name)
@@ -165,12 +192,9 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None, tolerance: f
         Of what the file holds and the result does not; the message names the file.
     """
     name, kind = _identify(source, file_type, READERS)
-    if kind == "glb":
-        return _read(source, name, glb.read_scene)
-    if kind == "3mf":
-        return _read(source, name, threemf.read_scene)
-    if kind == "gltf":
-        return _read(source, name, partial(gltf.read_scene, folder=_get_folder(source)))
+    if kind in _SCENE_READERS:
+        beside = {"folder": _get_folder(source)} if kind in _BESIDE else {}
+        return _read(source, name, partial(_SCENE_READERS[kind], **beside))
     scene = Scene()
     scene.add(
         load_mesh(source, file_type=kind, tolerance=tolerance), name=None if name == _UNNAMED else Path(name).stem
@@ -186,6 +210,8 @@ def transform_document(
     matrix : (4, 4), with the last row (0, 0, 0, 1)
     source_type, target_type : the types of the files
     """
+    from . import gltf_document
+
     name, kind = _identify(source, source_type, DOCUMENT_TYPES)
     folder = _get_folder(source)
     document = _read(source, name, partial(_read_document, kind=kind, folder=folder))
@@ -195,8 +221,10 @@ def transform_document(
         _write(target, partial(gltf_document.WRITERS[target_type], moved))
 
 
-def _read_document(data: bytes, kind: str, folder: Path | None) -> gltf_document.Document:
+def _read_document(data: bytes, kind: str, folder: Path | None) -> "Document":
     """Return a document that can also be read as a mesh, whatever it shows."""
+    from . import gltf, gltf_document
+
     document = gltf_document.read_glb(data, folder) if kind == "glb" else gltf_document.read_document(data, folder)
     gltf.make_scene(document)
     return document
@@ -245,9 +273,11 @@ def save_mesh(mesh: ModelToSave, target: PathOrFile, *, file_type: str | None = 
         if isinstance(model, Mesh) and model.n_points == 0:
             raise MeshError("a mesh without points cannot be saved")
         if kind in DOCUMENT_TYPES:
+            from . import gltf_document, gltf_write
+
             _write(target, partial(gltf_document.WRITERS[kind], gltf_write.make_document(model)))
         else:
-            _write_mesh(gltf.merge_scene(model) if isinstance(model, Scene) else model, target, kind)
+            _write_mesh(_merge_scene(model) if isinstance(model, Scene) else model, target, kind)
 
 
 def _write_mesh(mesh: Mesh, target: PathOrFile, kind: str) -> None:
@@ -255,10 +285,10 @@ def _write_mesh(mesh: Mesh, target: PathOrFile, kind: str) -> None:
     folder = _get_folder(target)
     lost = _LOSSES[kind](mesh)
     if kind == "obj":
-        lost += obj_materials.list_library_losses(mesh, folder)
+        lost += _list_library_losses(mesh, folder)
     warn_of(lost, [mesh.metadata], kind)
     if kind == "obj" and folder is not None:
-        obj_materials.write_libraries(mesh, folder)
+        _write_libraries(mesh, folder)
     _write(target, partial(WRITERS[kind], mesh))
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_real_array, as_vector
+from .._core.masked import is_masked_array
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError
@@ -30,7 +31,7 @@ def apply_colormap(
     A colormap of matplotlib or of the package cmap is such a callable, and keeps its own colours for NaN and for
     scalars beyond the limits.
     """
-    if isinstance(scalars, np.ma.MaskedArray):
+    if is_masked_array(scalars):
         scalars = np.where(np.ma.getmaskarray(scalars), np.nan, scalars.data)
     numbers = as_real_array(scalars, "scalars", finite=False)
     if numbers.ndim != 1:

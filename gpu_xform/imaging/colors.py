@@ -34,8 +34,11 @@ COLOR_CYCLE = (
 )
 _TABLEAU_NAMES = ("blue", "orange", "green", "red", "purple", "brown", "pink", "gray", "olive", "cyan")
 
-# Names of matplotlib that Pillow does not know. Single letters are darker than the CSS names: "g" is not "lime".
+# Names of matplotlib that Pillow does not know. Single letters are darker than the CSS names: "g" is not "lime". The
+# first two Pillow knows too: a picture without other colours need not import it.
 _MATPLOTLIB_COLORS: dict[str, Rgba | str] = {
+    "black": (0.0, 0.0, 0.0, 1.0),
+    "white": (1.0, 1.0, 1.0, 1.0),
     "none": (0.0, 0.0, 0.0, 0.0),
     "b": (0.0, 0.0, 1.0, 1.0),
     "g": (0.0, 0.5, 0.0, 1.0),
@@ -136,8 +139,6 @@ def _replace_alpha(color: PlainColor, alpha: float, name: str) -> Rgba:
 @lru_cache
 def _parse_color_text(color: str) -> Rgba:
     """Return the colour that a text names; raise ValueError for any other text."""
-    from PIL import ImageColor
-
     if re.fullmatch("C[0-9]+", color):
         return _parse_color_text(COLOR_CYCLE[int(color[1:]) % len(COLOR_CYCLE)])
     known = _MATPLOTLIB_COLORS.get(color if len(color) == 1 else color.lower())
@@ -150,6 +151,8 @@ def _parse_color_text(color: str) -> Rgba:
         return grey, grey, grey, 1.0
     if color.lower().startswith("rgba"):  # ambiguous: alpha goes to 255 in Pillow and to 1 in CSS
         raise ValueError
+    from PIL import ImageColor
+
     channels: tuple[int, ...] = ImageColor.getcolor(color, "RGBA")  # type: ignore[assignment]
     if min(channels) < 0 or max(channels) > 255:  # Pillow accepts rgb(300, 0, 0)
         raise ValueError

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import numpy.typing as npt
 
-from ..gpu.buffers import READBACK, STORAGE, Buffer, Usage
+from ..gpu.buffers import READBACK, STORAGE, Buffer
 from ..gpu.context import CommandEncoder
 from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Bindable, Binding, begin_render_pass
@@ -138,11 +138,11 @@ class RenderTarget:
         """Record the background from a buffer of some rows of it: lavapipe copies faster than it clears."""
         width, height = self.extent
         n_rows = min(max(MAX_BACKGROUND_BYTES // self._row_bytes, 1), height)
-        usage = Usage.COPY_SRC | Usage.COPY_DST
-        rows = self._device.pool.scratch(POOL_OWNER, "background", self._row_bytes * n_rows, usage)
+        rows = self._device.pool.scratch(POOL_OWNER, "background", self._row_bytes * n_rows)
         content = self._background.tobytes()
         if rows.content_key != content:
-            rows.upload(np.full(rows.n_bytes // PIXEL_BYTES, self._background.view(np.uint32)[0]))
+            with rows.map_write(rows.n_bytes) as view:
+                view.view(np.uint32).fill(self._background.view(np.uint32)[0])
             rows.content_key = content
         for first in range(0, height, n_rows):
             extent = width, min(n_rows, height - first)
