@@ -7,6 +7,7 @@ are there.
 
 import argparse
 import importlib.util
+import math
 import os
 import platform
 from collections.abc import Callable
@@ -30,6 +31,7 @@ from spring_peers import (
 import gpu_xform as gx
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import require_gpu_device
+from gpu_xform.simulation.leapfrog import Leapfrog
 from gpu_xform.simulation.point_state import TEXEL_BYTES
 
 MAX_APART_M = 1e-6  # after the steps of one round, in which a point falls by more
@@ -143,7 +145,8 @@ def memory(n: int) -> str:
     springs.step(1)
     buffers = [buffer for buffer in require_gpu_device(springs.device).context.buffers if isinstance(buffer, Buffer)]
     held = sum(buffer.n_bytes for buffer in buffers if buffer.label.startswith("springs: "))
-    held += sum(TEXEL_BYTES * texture.extent[0] * texture.extent[1] for texture in springs._leapfrog._textures)
+    if isinstance(springs._stepper, Leapfrog):
+        held += sum(TEXEL_BYTES * math.prod(texture.extent) for texture in springs._stepper._textures)
     state = 7 * 4 * springs.n_points + 5 * 4 * len(springs.springs)  # x, v, m; ends, rest, stiffness, damping
     return f"memory, {n} x {n}: {held / state:.2f} of the bytes of points and springs (asked: at most 1.5)"
 

@@ -10,7 +10,7 @@ THREADS_VARIABLE = "GPU_XFORM_THREADS"
 
 
 class HostDevice(Device):
-    """The machine's own processors, as a device: it takes points in both precisions, and draws nothing."""
+    """The machine's own processors, as a device: it takes points in both precisions and springs, and draws nothing."""
 
     def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:  # noqa: ARG002
         self.limits = limits or Limits(sys.maxsize, sys.maxsize, sys.maxsize, 1)

@@ -122,7 +122,7 @@ def require_gpu_device(device: Device) -> GpuDevice:
     """Return `device`, which must be a graphics adapter's."""
     if not isinstance(device, GpuDevice):
         raise DeviceError(
-            "the host device draws no pictures, moves no springs and filters no images: "
+            "the host device draws no pictures and filters no images: "
             "that takes a graphics adapter, such as gx.Device() opens"
         )
     return device

@@ -14,18 +14,17 @@ from .._core.arguments import as_int, as_vector
 from .._core.public import public
 from .._core.types import BoolArray, Float64Array, IndexArray, Progress
 from ..compute.mesh_buffer import MeshBuffer
-from ..device import Device
+from ..device import Device, resolve_device
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..geometry.mesh import Mesh, move
-from ..gpu.device import resolve_gpu_device
 from ..gpu.layouts import PIN, SPRING_STEP
 from ._validation import as_points, as_positive_float
 from .conditions import GRAVITY, ConditionOptions, Conditions, Force, FrameConditions, PinMotion, Wind
 from .energy import Energy, Momentum, measure_energy, measure_momentum
-from .leapfrog import Leapfrog
 from .obstacles import Obstacle
 from .spring_system import SpringSystem, join_systems, make_system
 from .stability import SAFETY, StiffestPoint, find_largest_step, find_stiffest_point
+from .stepper import make_stepper
 from .trajectory import Frames, Trajectory, strip_directions
 
 MAX_SUBSTEPS = 10_000  # per frame, unless more are allowed
@@ -160,7 +159,7 @@ class Springs:
             if velocities is None
             else as_points(velocities, "velocities", system.n_points)
         )
-        self._leapfrog = Leapfrog(resolve_gpu_device(device), system)
+        self._stepper = make_stepper(resolve_device(device), system)
         self._last_trajectory: Trajectory | None = None
         self._held: dict[int, _Hold] = {}
         self._topology = strip_directions(system.mesh)
@@ -177,7 +176,7 @@ class Springs:
     @property
     def device(self) -> Device:
         """The device that computes."""
-        return self._leapfrog.device
+        return self._stepper.device
 
     @property
     def n_points(self) -> int:
@@ -227,7 +226,7 @@ class Springs:
         MeshBuffer
             `render` and its kin draw it without a way through the host's memory; they take a Springs itself as well.
         """
-        return MeshBuffer.at_points(self._topology, self._leapfrog.store_positions())
+        return MeshBuffer.at_points(self._topology, self._stepper.store_positions())
 
     def as_model(self) -> MeshBuffer:
         """Return what `render` and its kin draw of a Springs.
@@ -247,7 +246,7 @@ class Springs:
     @property
     def positions(self) -> npt.NDArray[np.float32]:
         """The positions in metres: (n, 3) float32, a copy. They can be assigned; velocities stay."""
-        return self._leapfrog.read_positions()
+        return self._stepper.read_positions()
 
     @positions.setter
     def positions(self, positions: npt.ArrayLike) -> None:
@@ -258,7 +257,7 @@ class Springs:
     @property
     def velocities(self) -> npt.NDArray[np.float32]:
         """The velocities in m/s: (n, 3) float32, a copy. They can be assigned; positions stay."""
-        return self._leapfrog.read_kicked_velocities(self._lag_s, self._last)
+        return self._stepper.read_kicked_velocities(self._lag_s, self._last)
 
     @velocities.setter
     def velocities(self, velocities: npt.ArrayLike) -> None:
@@ -437,7 +436,7 @@ class Springs:
         if point not in self._held:
             here = self.positions[point].astype(np.float64)
             self._held[point] = _Hold(here, here)
-            self._leapfrog.write_inverse_masses(self._inverse_masses())
+            self._stepper.write_inverse_masses(self._inverse_masses())
         hold = self._held[point]
         hold.target = hold.position if target is None else target
 
@@ -452,7 +451,7 @@ class Springs:
         released = list(self._held) if point is None else [as_int(point, "point")]
         if any(self._held.pop(index, None) is not None for index in released):
             self._held = {} if point is None else self._held
-            self._leapfrog.write_inverse_masses(self._inverse_masses())
+            self._stepper.write_inverse_masses(self._inverse_masses())
 
     def count_substeps(self, fps: float = 30.0, **conditions: Unpack[ConditionOptions]) -> int:
         """Return how many steps a frame takes, without taking them.
@@ -517,7 +516,7 @@ class Springs:
         bytes
             `restore` continues from it as if there had been no pause, to the byte on the same device.
         """
-        positions, velocities = self._leapfrog.read_state()
+        positions, velocities = self._stepper.read_state()
         positions[:, 3] = self._system.inverse_masses  # who restores it holds no point
         arrays = {
             "version": np.array(STATE_VERSION),
@@ -567,7 +566,7 @@ class Springs:
         if system != self._system.fingerprint():
             raise ArgumentError.expecting("state", "be that of a system with the same points and springs", "another")
         self.release()
-        self._leapfrog.write(positions, velocities)
+        self._stepper.write(positions, velocities)
         self._epoch, self._n_frames, self._frame_s = float(clock[0]), int(clock[1]), float(clock[2])
         self._lag_s = float(clock[3])
         self._last = FrameConditions(step)
@@ -579,7 +578,7 @@ class Springs:
         for point, hold in self._held.items():
             hold.position = hold.target = state[0, point, :3].astype(np.float64)
         state[1, :, :3] = np.where(self._system.pinned[:, np.newaxis], 0.0, velocities)
-        self._leapfrog.write(*state)
+        self._stepper.write(*state)
         self._lag_s = 0.0  # how far the device's velocities are behind its positions
         self._pins_move = False
 
@@ -632,7 +631,7 @@ class Springs:
             self._write(*self._state())
         frame = self._move_held(frame, end_s - start_s)
         if self._lag_s != step_s / 2.0:
-            self._leapfrog.kick(self._lag_s - step_s / 2.0, frame)
+            self._stepper.kick(self._lag_s - step_s / 2.0, frame)
             self._lag_s = step_s / 2.0
         self._last = frame
         self._pins_move = pins_move
@@ -646,7 +645,7 @@ class Springs:
                 self._n_frames += 1
 
         try:
-            self._leapfrog.step(n_steps, step_s, frame, count)
+            self._stepper.step(n_steps, step_s, frame, count)
         except BaseException:
             if 0 < n_submitted < n_steps:
                 self._epoch, self._n_frames = self.time + n_submitted * step_s, 0

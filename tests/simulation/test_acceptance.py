@@ -90,10 +90,12 @@ def test_a_free_cloth_keeps_its_momenta_and_its_energy() -> None:
 @pytest.mark.slow
 def test_a_hung_cloth_keeps_its_energy() -> None:
     springs = make_cloth(16, pinned=[0, 15])
+    lowest = []
     for _ in range(16):
         springs.simulate(0.25, 4.0)
+        lowest.append(springs.positions[:, 1].min())
         assert abs(springs.energy().total) < 0.01 * 0.2 * G  # of m g times a side; it is 0 at the start
-    assert springs.positions[:, 1].min() < -0.65
+    assert min(lowest) < -0.65
 
 
 def test_a_motion_reversed_comes_back() -> None:
@@ -168,7 +170,7 @@ def test_steps_just_above_the_largest_blow_up(monkeypatch: pytest.MonkeyPatch) -
     springs, dt = pair_at(1.01)
     monkeypatch.setattr("gpu_xform.simulation.springs.find_largest_step", lambda *_: math.inf)
     springs.step(300, dt, gravity=(0, 0, 0))
-    assert np.abs(springs.positions).max() > 10.0
+    assert not np.abs(springs.positions).max() <= 10.0  # it may be NaN
 
 
 @pytest.mark.parametrize("damping", [1e-3, 0.1, 1.0])

@@ -201,6 +201,7 @@ def test_ctrl_c_keeps_what_is_done() -> None:
     np.testing.assert_array_equal(rest.positions[-1], expected.positions[-1])
 
 
+@pytest.mark.usefixtures("device")
 def test_ctrl_c_within_a_frame_leaves_a_state_to_go_on_from(monkeypatch: pytest.MonkeyPatch) -> None:
     springs = make_cloth(6)
     step_s = 0.9 * springs.largest_step
@@ -332,6 +333,7 @@ def test_the_meshes_of_a_trajectory_keep_what_stays_true() -> None:
     assert len(path.meshes()) == len(path.meshes()[0:]) == 3
 
 
+@pytest.mark.usefixtures("device")
 def test_the_frames_are_drawn_by_animate() -> None:
     springs = make_cloth(6, pinned=[0, 5])
     path = springs.simulate(0.2, 10.0)
@@ -377,6 +379,7 @@ def test_a_model_too_large_for_the_device_is_an_error(device_with_limits: Any) -
             make_cloth(30, device=device_with_limits(**limits))
 
 
+@pytest.mark.usefixtures("device")
 @pytest.mark.parametrize("kind", ["mappable", "staging", "single"])
 def test_every_kind_of_device_moves_the_points_alike(kind: str, request: pytest.FixtureRequest) -> None:
     names = {"mappable": "device", "staging": "staging_device", "single": "single_device"}
@@ -390,6 +393,7 @@ def test_the_documented_cap_is_the_default() -> None:
     assert springs_module.MAX_SUBSTEPS == 10_000
 
 
+@pytest.mark.usefixtures("device")
 def test_springs_are_drawn_as_they_are_at_present() -> None:
     springs = make_cloth(12, pinned=[0, 11])
     layer, scene = gx.Layer(springs, color="red"), gx.Scene()
@@ -413,6 +417,7 @@ def test_springs_are_drawn_as_they_are_at_present() -> None:
     assert np.abs(np.asarray(made[0]).astype(int) - at_first).max() <= 3  # an animation keeps what it was made of
 
 
+@pytest.mark.usefixtures("device")
 def test_frames_that_stay_on_the_device_are_the_same_frames() -> None:
     host, device = make_cloth(12, pinned=[0, 11]), make_cloth(12, pinned=[0, 11])
     expected, kept = host.simulate(0.3, 20.0, drag=1.0), device.simulate(0.3, 20.0, drag=1.0, keep="device")
@@ -487,6 +492,7 @@ def test_a_pinned_point_that_is_held_stays_where_it_is_released() -> None:
         springs.hold(3, (0.0, NAN, 0.0))
 
 
+@pytest.mark.usefixtures("device")
 def test_a_drag_does_not_grow_memory() -> None:
     springs = make_cloth(40, damping=1e-4)
     context = springs.device.context  # type: ignore[attr-defined]  # of a graphics adapter

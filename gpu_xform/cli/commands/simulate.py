@@ -212,13 +212,14 @@ def run(options: argparse.Namespace) -> int:
     from ...animation.encoders.registry import make_writer
     from ...drawing.layer import Layer
     from ...geometry.scene import Scene
+    from ...gpu.device import require_gpu_device
 
     with name_options_in_errors(options, [options.model]):
         make_writer(options.output)  # raises for an unknown format, before there is work
         style = read_style(options, options.model, "simulate, whose points move")
         make = _prepare_hair if options.model == HAIR else _prepare_cloth
         _require_options(options, CLOTH_OPTIONS if options.model == HAIR else HAIR_OPTIONS)
-        device = choose_device(options)
+        device = require_gpu_device(choose_device(options))  # which draws the frames: say so before they are made
         simulation = make(options, style, device)
         with show_progress(f"{options.model}: simulation", " frames") as progress:
             path = simulation.springs.simulate(

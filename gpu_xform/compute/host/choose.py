@@ -1,7 +1,7 @@
 """The choice between compiled loops and NumPy."""
 
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from types import ModuleType
 from typing import Any
@@ -29,15 +29,23 @@ def run_loop(name: str, inputs: Iterable[Array], out: Array, *options: Any) -> b
     inputs : arrays that the loop reads, the points first
     options : what comes after where the blocks of points begin
     """
+    points, *tables = (_as_constant(array) for array in inputs)
+    return run_compiled(_import_loops, name, points, *tables, out, find_block_starts(len(points)), *options)
+
+
+def run_compiled(import_loops: Callable[[], ModuleType | None], name: str, *arguments: Any) -> bool:
+    """Run a loop of a module; return False if numba is not installed, or fails, of which a warning tells.
+
+    import_loops : returns the module, None without numba
+    """
     global _has_failed
     if _has_failed:
         return False
     try:
-        loops = _import_loops()
+        loops = import_loops()
         if loops is None:
             return False
-        points, *tables = (_as_constant(array) for array in inputs)
-        getattr(loops, name)(points, *tables, out, find_block_starts(len(points)), *options)
+        getattr(loops, name)(*arguments)
     except GpuXformError:
         raise
     except Exception as error:  # numba raises what its many parts raise

@@ -223,3 +223,11 @@ def test_hair_has_colours_of_its_own_and_children_only_between_three_strands() -
 def test_bad_input_for_hair_is_one_line(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert words in error_of(["simulate", *typed, "-o", "out.gif"], capsys)
     assert not Path("out.gif").exists()
+
+
+def test_the_host_draws_no_frames_and_says_so_before_they_are_made(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Springs, "simulate", None)
+    message = error_of(["simulate", "cloth", "-o", "out.gif", "--adapter", "host"], capsys, code=1)
+    assert "the host device draws no pictures" in message
