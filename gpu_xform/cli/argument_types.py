@@ -13,7 +13,7 @@ from .. import matrices
 from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_square_matrix, as_vector
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
-from ..drawing.enums import HIDDEN_STYLES
+from ..drawing.enums import HIDDEN_STYLES, SHADE, SHADINGS
 from ..errors import GpuXformError
 from ..geometry.edges import EDGE_SETS
 from ..imaging.colors import ColorLike, to_rgba
@@ -213,7 +213,9 @@ def parse_line_color(text: str) -> ColorLike:
 
 @argument_type
 def parse_fill(text: str) -> ColorLike | Template:
-    """Parse a colour, `face`, `file`, or the name of an .npy file."""
+    """Parse a colour, `face`, `file`, `shade`, or the name of an .npy file."""
+    if text == SHADE:
+        return text
     return Template(text) if _is_npy_file(text) else parse_line_color(text)
 
 
@@ -334,6 +336,14 @@ def parse_hidden(text: str) -> str:
     """Parse a style of hidden edges."""
     if text not in HIDDEN_STYLES:
         raise ValueError(f"expected {', '.join(HIDDEN_STYLES)}, got {quote(text)}{did_you_mean(text, HIDDEN_STYLES)}")
+    return text
+
+
+@argument_type
+def parse_shading(text: str) -> str:
+    """Parse how faces are lit."""
+    if text not in SHADINGS:
+        raise ValueError(f"expected {' or '.join(SHADINGS)}, got {quote(text)}{did_you_mean(text, SHADINGS)}")
     return text
 
 

@@ -4,7 +4,7 @@ import argparse
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-from ..drawing.enums import HIDDEN_STYLES
+from ..drawing.enums import HIDDEN_STYLES, SHADINGS
 from ..geometry.edges import EDGE_SETS
 from ..raster.names import RASTERIZERS
 from . import argument_types as types
@@ -74,8 +74,14 @@ STYLE = (
         "--fill",
         "COLOR",
         types.parse_fill,
-        "colour of the faces: one, 'face' for a cycle of ten, 'file' for the model's own, or an .npy file with a row "
-        "per face (default: no fill)",
+        "colour of the faces: one, 'face' for a cycle of ten, 'file' for the model's own, 'shade' for grey with "
+        "--shading flat, or an .npy file with a row per face (default: no fill)",
+    ),
+    ValueOption(
+        "--shading",
+        "HOW",
+        types.parse_shading,
+        f"how a lamp at the eye lights the faces: {' or '.join(SHADINGS)} (default: none)",
     ),
     ValueOption(
         "--color",

@@ -24,6 +24,7 @@ from .geometry_source import EdgeSource, GeometrySource, SilhouetteCandidates
 from .layer import Layer
 from .layer_colors import NO_COLORS, LineColors, fill_colors, has_several_colors, line_colors
 from .limits import max_batch_edges
+from .shading import shade_faces
 from .silhouettes import extract_silhouette
 
 CLOUD_POINT_SIZE_PX = 2.0  # of points that nothing joins
@@ -52,7 +53,7 @@ def build_draw_list(
         builder = _LayerBuilder(layer, source, device, stack)
         with prefix_errors(source.name or f"models[{i}]") if len(layers) > 1 else contextlib.nullcontext():
             if layer.fill is not None:
-                palette.append(builder.fill_palette())
+                palette.append(builder.fill_palette(clip_from_world))
             built = builder.build(clip_from_world, depth_cue, first_color)
         drawables += built
         layer_indices += [i] * len(built)
@@ -86,13 +87,19 @@ class _LayerBuilder:
         self._device = device
         self._stack = stack
 
-    def fill_palette(self) -> npt.NDArray[np.uint32]:
-        """Return the packed colours that the faces are filled with: one, or one per face."""
-        colors = fill_colors(self._layer, self._source.n_faces)
-        return pack_rgba8(colors * (1.0, 1.0, 1.0, self._layer.alpha))
+    def fill_palette(self, clip_from_world: Float64Array) -> npt.NDArray[np.uint32]:
+        """Return the packed colours of the faces: one, or one per face, of each instance if they are shaded."""
+        colors = fill_colors(self._layer, self._source.n_faces) * (1.0, 1.0, 1.0, self._layer.alpha)
+        if self._layer.shading == "none":
+            return pack_rgba8(colors)
+        mesh = self._source.mesh
+        if mesh is None:
+            raise ArgumentError.expecting("shading", "be 'none' for a model without faces", repr(self._layer.shading))
+        shaded = [shade_faces(colors, mesh, matrix, clip_from_world) for matrix in self._layer.world_from_model]
+        return pack_rgba8(np.concatenate(shaded))
 
     def build(self, clip_from_world: Float64Array, depth_cue: DepthCue, first_color: int) -> list[Drawable]:
-        """Return the layer's instances as one drawable; if it has silhouettes, those of each instance as another."""
+        """Return the layer's instances as one drawable, and what differs between them, as silhouettes do, as others."""
         layer, source = self._layer, self._source
         edge_source, candidates = source.edges(layer), source.silhouette_candidates(layer)
         edges = self._on_device(edge_source.key, lambda: edge_source.find().astype(np.uint32))
@@ -119,9 +126,15 @@ class _LayerBuilder:
         if point_size is not None:
             dots = (self._dots(replace(style, line_width=point_size), colors),)
         faces = self._faces(first_color, depth_cue)
+        drawables = []
+        if faces is not None and layer.shading != "none" and len(clip_from_points) > 1:
+            for i, matrix in enumerate(clip_from_points):  # each in a light of its own
+                lit = replace(faces, first_color=first_color + i * source.n_faces)
+                drawables.append(Drawable(points, matrix[None], lit, ()))
+            faces = None
         if candidates is None:
-            return [Drawable(points, clip_from_points, faces, lines + dots, source.sample_edges)]
-        drawables = [Drawable(points, clip_from_points, faces, lines, source.sample_edges)]
+            return [*drawables, Drawable(points, clip_from_points, faces, lines + dots, source.sample_edges)]
+        drawables.append(Drawable(points, clip_from_points, faces, lines, source.sample_edges))
         for matrix in clip_from_points:
             silhouette = self._silhouette(style, candidates, colors, matrix)
             drawables.append(Drawable(points, matrix[None], None, silhouette, source.sample_edges))
@@ -242,7 +255,7 @@ class _LayerBuilder:
         color_indices = None
         if layer.fill is not None:
             color_indices = self._on_device("one colour", lambda: np.zeros(1, np.uint32))
-            if len(fill_colors(layer, source.n_faces)) > 1:
+            if len(fill_colors(layer, source.n_faces)) > 1 or layer.shading != "none":
                 color_indices = self._on_device("triangles' faces", lambda: source.triangles()[1].astype(np.uint32))
         return Faces(triangles, n_triangles, color_indices, first_color, depth_cue)
 

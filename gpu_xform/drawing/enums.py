@@ -11,6 +11,11 @@ HiddenStyle: TypeAlias = Literal["show", "remove", "dash", "fade"]
 HIDDEN_STYLES: tuple[HiddenStyle, ...] = get_args(HiddenStyle)
 
 
+Shading: TypeAlias = Literal["none", "flat"]
+SHADE = "shade"  # a fill, which is shaded
+SHADINGS: tuple[Shading, ...] = get_args(Shading)
+
+
 class Hidden(IntEnum):
     """How the parts of lines behind faces are drawn: `HiddenStyle` as the numbers of the WGSL constants `HIDDEN_*`."""
 

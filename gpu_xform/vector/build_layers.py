@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from .._core.types import Float64Array
+from .._core.types import BoolArray, Float64Array
 from ..drawing.draw_list import Lines
 from ..drawing.enums import ColorMode, Hidden
 from ..drawing.prepare import PreparedFrame
@@ -25,12 +25,13 @@ def build_layers(prepared: PreparedFrame) -> list[VectorLayer]:
     splits, is_visible = split_edges_by_visibility(
         prepared.device, draw_list.drawables, prepared.view, _max_span_px, find_visible=len(draw_list.palette) > 0
     )
-    layer_of, visible_triangles = {}, {}
+    layer_of: dict[int, int] = {}
+    visible_triangles: dict[int, list[BoolArray]] = {}
     for index, drawable, visible in zip(draw_list.layer_indices, draw_list.drawables, is_visible, strict=True):
         layer_of.update({id(lines): index for lines in drawable.lines})
         if drawable.faces is not None:
-            visible_triangles[index] = visible
-    fills = collect_fills(prepared, visible_triangles)
+            visible_triangles.setdefault(index, []).append(visible)
+    fills = collect_fills(prepared, {index: np.vstack(parts) for index, parts in visible_triangles.items()})
     parts = [fill for instances in fills.values() for fill in instances]
     polygons = sort_fills(parts, background) if parts else None
     is_of_first = list(fills) == [0]

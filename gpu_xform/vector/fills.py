@@ -11,6 +11,7 @@ from ..drawing.build_draw_list import normalize_w
 from ..drawing.depth import NO_DEPTH_CUE, DepthCue, depth_cue_loss
 from ..drawing.layer_colors import fill_colors
 from ..drawing.prepare import PreparedFrame
+from ..drawing.shading import shade_faces
 from ..drawing.view import ndc_to_pixels
 from ..geometry.mesh import Mesh
 from .clip_faces import Triangulation, clip_faces
@@ -47,18 +48,20 @@ def collect_fills(prepared: PreparedFrame, is_visible: Mapping[int, BoolArray]) 
         layer, source, depth_cue = prepared.layers[index], prepared.sources[index], prepared.depth_cues[index]
         if layer.fill is not None:
             colors = fill_colors(layer, source.n_faces) * (1.0, 1.0, 1.0, layer.alpha)
+            is_shaded = layer.shading != "none"
         elif prepared.background[3] == 1.0:
-            colors, depth_cue = np.array([prepared.background]), NO_DEPTH_CUE
+            colors, depth_cue, is_shaded = np.array([prepared.background]), NO_DEPTH_CUE, False
         else:
             continue
         if source.mesh is None:
             continue
         triangulation = cache(source.triangles)
-        matrices = view.clip_from_world @ normalize_w(layer.world_from_model)
-        fills[index] = [
-            _fill_instance(source.mesh, triangulation, matrix, view.size, visible, colors, depth_cue)
-            for matrix, visible in zip(matrices, is_visible[index], strict=True)
-        ]
+        fills[index] = []
+        for world_from_model, visible in zip(layer.world_from_model, is_visible[index], strict=True):
+            clip_from_model = view.clip_from_world @ normalize_w(world_from_model[np.newaxis])[0]
+            lit = shade_faces(colors, source.mesh, world_from_model, view.clip_from_world) if is_shaded else colors
+            filled = _fill_instance(source.mesh, triangulation, clip_from_model, view.size, visible, lit, depth_cue)
+            fills[index].append(filled)
     return fills
 
 
