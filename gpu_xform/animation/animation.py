@@ -265,7 +265,8 @@ class Animation:
 
         PNG, WebP and HTML are lossless, and hold transparency. A GIF holds 255 colours without dithering, one palette
         for all frames except those that it does not suit, pixels that are either opaque or transparent, and at most 50
-        frames per second, timed in hundredths of a second. MP4 and WebM are lossy and opaque, and need
+        frames per second, timed in hundredths of a second. PNG and WebP hold at most 90 frames per second, because
+        browsers show faster ones ten times as slowly. MP4 and WebM are lossy and opaque, and need
         `pip install 'gpu_xform[video]'`; odd sides of an MP4 are padded by a pixel (`SizeWarning`). All formats except
         these two loop for ever. A file is written as a whole or not at all.
 

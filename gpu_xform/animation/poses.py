@@ -11,6 +11,7 @@ from .._core.types import Float64Array, MatrixLike
 from ..compute.point_buffer import PointBuffer
 from ..drawing.layer import Layer, Model, Models, Style, as_layers
 from ..drawing.load_models import PATH_TYPES, load_models
+from ..drawing.point_array import PointArray
 from ..errors import ArgumentTypeError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene, SupportsAsModel
@@ -18,12 +19,12 @@ from ..geometry.scene_animation import NodePoses
 from ..matrices._affine import require_finite
 
 PoseLike: TypeAlias = MatrixLike | Mapping[str, MatrixLike] | Model | Layer | Scene
-Pose: TypeAlias = Float64Array | dict[str, Float64Array] | NodePoses | Mesh | PointBuffer | Layer | Scene
+Pose: TypeAlias = Float64Array | dict[str, Float64Array] | NodePoses | Mesh | PointBuffer | PointArray | Layer | Scene
 
 
 def as_pose(frame: PoseLike, name: str) -> Pose:
     """Return a checked pose for what stands for a frame; errors call it `name`."""
-    if isinstance(frame, (Mesh, PointBuffer, SupportsAsModel, Layer, Scene, *PATH_TYPES)):
+    if isinstance(frame, (Mesh, PointBuffer, PointArray, SupportsAsModel, Layer, Scene, *PATH_TYPES)):
         return load_models(frame)  # type: ignore[return-value]  # one model stays one
     if isinstance(frame, Mapping):
         return {node: as_square_matrix(matrix, f"{name}[{node!r}]", 4) for node, matrix in frame.items()}
@@ -50,7 +51,7 @@ def apply_pose(models: Models, pose: Pose, style: Style) -> list[Layer]:
     return as_layers(posed, style)
 
 
-def _replace_first(models: Models, pose: Mesh | PointBuffer | Layer, style: Style) -> list[Layer]:
+def _replace_first(models: Models, pose: Mesh | PointBuffer | PointArray | Layer, style: Style) -> list[Layer]:
     """Return the layers with another model in place of the first, in its style."""
     first, *others = models if isinstance(models, Sequence) and not isinstance(models, str) else [models]
     if isinstance(first, Scene):

@@ -13,7 +13,7 @@ from ..imaging.colormaps import apply_colormap
 
 FILE = "file"
 _TOLERANCE = 1e-3
-_AXES = ("x", "y", "z")
+AXES = ("x", "y", "z")
 
 
 def find_scalars(mesh: Mesh, name: str) -> tuple[npt.NDArray[Any], bool]:
@@ -27,8 +27,8 @@ def find_scalars(mesh: Mesh, name: str) -> tuple[npt.NDArray[Any], bool]:
     for is_per_face, table in enumerate(tables):
         if name in table and _is_scalar(table[name]):
             return table[name], bool(is_per_face)
-    if name in _AXES:
-        return mesh.positions[:, _AXES.index(name)], False
+    if name in AXES:
+        return mesh.positions[:, AXES.index(name)], False
     known = ", ".join(map(repr, list_scalars(mesh))) or "of which it has none"
     raise ArgumentError.expecting("scalars", f"name a number per point or face of the model, {known}", repr(name))
 

@@ -16,14 +16,17 @@ from ..gpu.buffers import Buffer
 from ..gpu.device import GpuDevice
 from ..gpu.layouts import CANDIDATE
 from ..imaging.colors import pack_rgba8
+from .boxes import box_corners
+from .cloud_source import CloudSource, Source
 from .dash_chains import pack_chains
 from .depth import DepthCue, eye
-from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Drawable, DrawList, Faces, Lines
+from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Cloud, Drawable, DrawList, Faces, Lines
 from .enums import ColorMode, Hidden
 from .geometry_source import EdgeSource, GeometrySource, SilhouetteCandidates
 from .layer import Layer
 from .layer_colors import NO_COLORS, LineColors, fill_colors, has_several_colors, line_colors
 from .limits import max_batch_edges
+from .point_colors import Coloring, point_colors
 from .shading import shade_faces
 from .silhouettes import extract_silhouette
 
@@ -32,7 +35,7 @@ CLOUD_POINT_SIZE_PX = 2.0  # of points that nothing joins
 
 def build_draw_list(
     layers: Sequence[Layer],
-    sources: Sequence[GeometrySource],
+    sources: Sequence[Source],
     clip_from_world: Float64Array,
     depth_cues: Sequence[DepthCue],
     device: GpuDevice,
@@ -48,16 +51,21 @@ def build_draw_list(
     drawables: list[Drawable] = []
     layer_indices: list[int] = []
     palette: list[npt.NDArray[np.uint32]] = []
+    clouds: list[Cloud] = []
     for i, (layer, source, depth_cue) in enumerate(zip(layers, sources, depth_cues, strict=True)):
         first_color = sum(map(len, palette))
-        builder = _LayerBuilder(layer, source, device, stack)
         with prefix_errors(source.name or f"models[{i}]") if len(layers) > 1 else contextlib.nullcontext():
+            if isinstance(source, CloudSource):
+                clouds.append(_build_cloud(layer, source, len(drawables), clip_from_world, depth_cue))
+                continue
+            builder = _LayerBuilder(layer, source, device, stack)
             if layer.fill is not None:
                 palette.append(builder.fill_palette(clip_from_world))
             built = builder.build(clip_from_world, depth_cue, first_color)
         drawables += built
         layer_indices += [i] * len(built)
-    return DrawList(drawables, layer_indices, np.concatenate(palette) if palette else np.empty(0, np.uint32))
+    colors = np.concatenate(palette) if palette else np.empty(0, np.uint32)
+    return DrawList(drawables, layer_indices, colors, clouds)
 
 
 def normalize_w(matrices: Float64Array) -> Float64Array:
@@ -76,6 +84,47 @@ def needs_depth_order(layer: Layer) -> bool:
     """Say whether lines of a layer fade with distance, or nearer ones must lie over farther ones of another look."""
     differs = has_several_colors(layer) or (not layer.antialias and hidden_mode(layer) in {Hidden.DASH, Hidden.FADE})
     return differs or layer.depth_cue > 0.0
+
+
+def _clip_from_points(
+    layer: Layer, clip_from_world: Float64Array, model_from_points: Float64Array
+) -> tuple[Float64Array, float]:
+    """Return the matrices (k, 4, 4) divided by their largest entry, and that entry, which changes clip-space w."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        clip_from_points = clip_from_world @ normalize_w(layer.world_from_model) @ model_from_points
+    if not np.isfinite(clip_from_points).all():
+        raise ArgumentError.expecting("transform", "be a matrix of numbers that do not overflow in the picture")
+    scale = float(np.abs(clip_from_points).max()) or 1.0
+    return clip_from_points / scale, scale
+
+
+def _build_cloud(
+    layer: Layer, source: CloudSource, position: int, clip_from_world: Float64Array, depth_cue: DepthCue
+) -> Cloud:
+    """Return the dots of a cloud, drawn after `position` drawables."""
+    model_from_points = source.points.model_from_points
+    clip_from_points, scale = _clip_from_points(layer, clip_from_world, model_from_points)
+    colors = point_colors(layer, source.points.positions)
+    scalar_row = np.zeros(4)
+    if colors.coloring is Coloring.COORDINATE:
+        low, high = colors.limits or source.bounds[:, colors.axis].tolist()
+        span = 0.5 * high - 0.5 * low  # halves, because the whole range may overflow
+        if span > 0.0:
+            scalar_row = 0.5 * model_from_points[colors.axis] / span
+            scalar_row[3] -= 0.5 * low / span
+    hidden = hidden_mode(layer)
+    return Cloud(
+        position=position,
+        points=source.points,
+        colors=colors,
+        bounding_points=(box_corners(source.bounds) - model_from_points[:3, 3]) / model_from_points[0, 0],
+        clip_from_points=clip_from_points,
+        diameter=CLOUD_POINT_SIZE_PX if layer.point_size is None else layer.point_size,
+        scalar_row=scalar_row,
+        hidden=Hidden.REMOVE if hidden is Hidden.DASH else hidden,
+        opacity=layer.alpha,
+        depth_cue=depth_cue._replace(distance_scale=depth_cue.distance_scale * scale),
+    )
 
 
 class _LayerBuilder:
@@ -106,7 +155,7 @@ class _LayerBuilder:
         n_edges = edges.n_bytes // EDGE_BYTES
         point_size = layer.point_size if n_edges else self._point_size_without_edges(candidates)
         points, model_from_points = source.on_device(self._device)
-        clip_from_points, scale = self._clip_from_points(clip_from_world, model_from_points)
+        clip_from_points, scale = _clip_from_points(layer, clip_from_world, model_from_points)
         depth_cue = depth_cue._replace(distance_scale=depth_cue.distance_scale * scale)
         style = Lines(
             edges=edges,
@@ -150,17 +199,6 @@ class _LayerBuilder:
         if layer.point_size is None and candidates is None and layer.fill is None:
             raise MeshError(self._nothing_to_draw())
         return layer.point_size
-
-    def _clip_from_points(
-        self, clip_from_world: Float64Array, model_from_points: Float64Array
-    ) -> tuple[Float64Array, float]:
-        """Return the matrices (k, 4, 4) divided by their largest entry, and that entry, which changes clip-space w."""
-        with np.errstate(over="ignore", invalid="ignore"):
-            clip_from_points = clip_from_world @ normalize_w(self._layer.world_from_model) @ model_from_points
-        if not np.isfinite(clip_from_points).all():
-            raise ArgumentError.expecting("transform", "be a matrix of numbers that do not overflow in the picture")
-        scale = float(np.abs(clip_from_points).max()) or 1.0
-        return clip_from_points / scale, scale
 
     def _nothing_to_draw(self) -> str:
         edges, source = self._layer.edges, self._source
@@ -210,7 +248,7 @@ class _LayerBuilder:
         n_candidates = among.n_bytes // CANDIDATE.itemsize
         if n_candidates == 0:
             return ()
-        planes = self._on_device("planes", candidates.planes)
+        planes = self._on_device(candidates.planes_key, candidates.planes)
         edges = extract_silhouette(self._device, among, n_candidates, planes, eye(clip_from_points))
         self._stack.callback(edges.release)
 

@@ -33,9 +33,15 @@ class Camera:
     another aspect shows more of the world at two sides, never a stretched world.
     """
 
-    def __init__(self, clip_from_world: Callable[[float], Float64Array], description: str) -> None:
+    def __init__(
+        self,
+        clip_from_world: Callable[[float], Float64Array],
+        description: str,
+        fit_planes: "Callable[[Float64Array], Camera] | None" = None,
+    ) -> None:
         self._clip_from_world = clip_from_world
         self._description = description
+        self._fit_planes = fit_planes
 
     def clip_from_world(self, aspect: float) -> Float64Array:
         """Return the matrix from the world to clip space.
@@ -52,6 +58,20 @@ class Camera:
             the near plane to 1 at the far plane.
         """
         return self._clip_from_world(aspect)
+
+    def with_planes_around(self, points: Callable[[], Float64Array]) -> "Camera":
+        """Return the camera that a picture of `points` (n, 3) is drawn by: planes that were not given hold all of them.
+
+        Parameters
+        ----------
+        points : function
+            Returns points of the world (n, 3), between which everything lies that is to be seen.
+
+        Returns
+        -------
+        Camera
+        """
+        return self._fit_planes(points()) if self._fit_planes else self
 
     def __repr__(self) -> str:
         return f"Camera.{self._description}"
@@ -79,8 +99,10 @@ class Camera:
         fov_y : float
             The field of view from the bottom of the picture to its top, in degrees.
         near, far : float, optional
-            Distances from the eye along the view; what lies outside is cut off. The defaults are a thousandth of the
-            distance to the target and a thousand times that distance.
+            Distances from the eye along the view; what lies outside is cut off. By default a picture chooses them so
+            that all models before the eye lie between, but for what is nearer than a thousandth of the distance to the
+            target, or of that to the farthest point, if that is less. `clip_from_world` alone, which knows of no
+            models, takes a thousandth of the distance to the target and a thousand times that distance.
         orthographic : bool
             Project in parallel. A plane through the target is as large in the picture as it is in perspective.
 
@@ -97,6 +119,7 @@ class Camera:
         others = _non_default(near=(near, None), far=(far, None), orthographic=(orthographic, False))
         view_from_world = matrices.look_at(eye, target, up)
         distance = float(np.linalg.norm(np.subtract(target, eye)))
+        given_near, given_far = near, far
         near = distance * NEAR_FRACTION if near is None else near
         far = distance * FAR_FRACTION if far is None else far
         matrices.perspective(fov_y, 1.0, near, far)  # raises now, not at the first picture
@@ -110,7 +133,17 @@ class Camera:
                 clip_from_view = matrices.perspective(fov_y, aspect, near, far)
             return clip_from_view @ view_from_world
 
-        return cls(clip_from_world, f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r}{others})")
+        def fit_planes(points: Float64Array) -> Camera:
+            fitted = _fit_planes(view_from_world, points, distance, given_near, given_far)
+            if fitted is None:
+                return camera
+            near, far = fitted
+            return cls.look_at(eye, target, up, fov_y=fov_y, near=near, far=far, orthographic=orthographic)
+
+        description = f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r}{others})"
+        is_fitted = given_near is None or given_far is None
+        camera = cls(clip_from_world, description, fit_planes if is_fitted else None)
+        return camera
 
     @classmethod
     def window(cls, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
@@ -270,6 +303,25 @@ def require_in_range(points: Float64Array, name: str) -> None:
         )
 
 
+def fit_axes(
+    aspect: float,
+    *,
+    direction: npt.ArrayLike | None = None,
+    up: npt.ArrayLike = DEFAULT_UP,
+    margin: float = DEFAULT_MARGIN,
+    fov_y: float = DEFAULT_FOV_Y,
+    orthographic: bool = False,
+) -> Float64Array:
+    """Return axes (a, 3) of the world: the points that reach farthest along them decide where `Camera.fit` stands."""
+    axes = np.eye(3)
+    if not orthographic:
+        tangent = math.tan(math.radians(fov_y) / 2.0) * (1.0 - 2.0 * margin)
+        sides = [(1, 0, tangent * aspect), (1, 0, -tangent * aspect), (0, 1, tangent), (0, 1, -tangent)]
+        axes = np.concatenate([axes, sides])
+    in_world: Float64Array = axes @ _view_rotation(direction, up)[:3, :3]
+    return in_world
+
+
 def extreme_points(
     points: Float64Array,
     aspect: float,
@@ -284,13 +336,8 @@ def extreme_points(
 
     A motion of any length can so be framed one frame at a time: only the extreme points so far have to be kept.
     """
-    view_from_world = _view_rotation(direction, up)
-    axes = np.eye(3)
-    if not orthographic:
-        tangent = math.tan(math.radians(fov_y) / 2.0) * (1.0 - 2.0 * margin)
-        sides = [(1, 0, tangent * aspect), (1, 0, -tangent * aspect), (0, 1, tangent), (0, 1, -tangent)]
-        axes = np.concatenate([axes, sides])
-    extents = points @ (axes @ view_from_world[:3, :3]).T
+    axes = fit_axes(aspect, direction=direction, up=up, margin=margin, fov_y=fov_y, orthographic=orthographic)
+    extents = points @ axes.T
     return points[np.unique([extents.argmin(axis=0), extents.argmax(axis=0)])] if len(points) else points
 
 
@@ -306,6 +353,23 @@ def rotation_to_up(up: Float64Array) -> Float64Array:
 def default_direction(up: npt.ArrayLike) -> Float64Array:
     """Return the default direction of view (3,) of a model whose up direction is `up` (3,)."""
     return rotation_to_up(as_nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
+
+
+def _fit_planes(
+    view_from_world: Float64Array, points: Float64Array, distance: float, near: float | None, far: float | None
+) -> tuple[float, float] | None:
+    """Return the near and the far plane, as given or around the `points` (n, 3) before the eye; None if all is behind.
+
+    distance : to the target; what is nearer than a thousandth of it may be cut off
+    """
+    depth = -(points @ view_from_world[2, :3] + view_from_world[2, 3])
+    farthest = float(depth.max(initial=0.0))
+    if not 0.0 < farthest < MAX_COORDINATE:
+        return None
+    least = NEAR_FRACTION * min(farthest, distance)
+    near = max(float(depth.min()) / 2.0, least) if near is None else near
+    far = farthest * 2.0 if far is None else far
+    return (near, far) if near < far else None
 
 
 def _non_default(**options: tuple[object, object]) -> str:

@@ -1,15 +1,17 @@
 """The draw list: what a picture is made of on the device, whichever rasteriser draws it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
 from ..gpu.buffers import Buffer
 from ..gpu.device_points import DevicePoints
+from .cloud_points import CloudPoints
 from .depth import NO_DEPTH_CUE, DepthCue
 from .enums import ColorMode, Hidden
+from .point_colors import PointColors
 
 EDGE_BYTES = 8
 NO_POINT = 2**32 - 1  # both ends of an edge that is not there
@@ -79,13 +81,38 @@ class Drawable:
 
 
 @dataclass(frozen=True)
+class Cloud:
+    """Points that nothing joins, in dots, drawn once per matrix; nearer ones lie over farther ones.
+
+    position : the number of drawables in the draw list that are drawn before it
+    bounding_points : (h, 3), whose convex hull holds the offsets
+    clip_from_points : (k, 4, 4), reversed-Z
+    diameter : pixels
+    scalar_row : (4,), times (offset, 1) the coordinate that goes through the colormap: 0 to 1 between its ends
+    """
+
+    position: int
+    points: CloudPoints
+    colors: PointColors
+    bounding_points: npt.NDArray[np.float64]
+    clip_from_points: npt.NDArray[np.float64]
+    diameter: float
+    scalar_row: npt.NDArray[np.float64]
+    hidden: Hidden
+    opacity: float
+    depth_cue: DepthCue
+
+
+@dataclass(frozen=True)
 class DrawList:
     """All that a picture shows: filled faces first, then the lines of each drawable over those of the ones before.
 
     layer_indices : which layer each of the drawables comes from
     palette : (c,) packed, the colours of filled faces; c may be 0
+    clouds : in the order in which they are drawn
     """
 
     drawables: list[Drawable]
     layer_indices: list[int]
     palette: npt.NDArray[np.uint32]
+    clouds: list[Cloud] = field(default_factory=list)

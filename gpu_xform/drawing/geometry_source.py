@@ -32,6 +32,7 @@ from ..gpu.layouts import CANDIDATE
 from .boxes import box_corners, box_in_world, world_positions
 from .layer import Layer, at_present
 from .layer_colors import colors_by_face
+from .point_array import PointArray
 
 NO_FACE = 2**32 - 1
 MAX_SAMPLED_EDGES = 1 << 9
@@ -59,12 +60,14 @@ class SilhouetteCandidates(NamedTuple):
     find : returns `layouts.CANDIDATE` (m,)
     planes : returns the planes of the faces (f, 4) float32
     color_rows, key : as in `EdgeSource`
+    planes_key : under which a device keeps the planes
     """
 
     find: Callable[[], npt.NDArray[np.void]]
     planes: Callable[[], npt.NDArray[np.float32]]
     color_rows: Callable[[IndexArray], IndexArray]
     key: Hashable | None
+    planes_key: Hashable
 
 
 class GeometrySource(Protocol):
@@ -115,6 +118,10 @@ class GeometrySource(Protocol):
         """Return points of the world (p, 3) around what is drawn although `framing_points` has none for it."""
         ...
 
+    def box_corners(self, world_from_model: Float64Array) -> Float64Array:
+        """Return corners of boxes in the world (p, 3) that hold what `framing_points` and `unbounded_points` do."""
+        ...
+
     def on_device(self, device: GpuDevice) -> tuple[DevicePoints, Float64Array]:
         """Return the points on `device`, and the (4, 4) matrix from them to the model's frame."""
         ...
@@ -132,25 +139,27 @@ def geometry_source(layer: Layer) -> GeometrySource:
     if isinstance(model, MeshBuffer):
         # Which edges are sharp, or seen edge-on, depends on where the points are.
         needs_positions = not colors_by_face(layer) and {"feature", "silhouette"} & _edge_set_names(layer)
-        return (
-            MeshSource(model.mesh, layer.name or "") if needs_positions else MeshBufferSource(model, layer.name or "")
-        )
+        name = layer.name or ""
+        return MeshSource(model.mesh, name, layer) if needs_positions else MeshBufferSource(model, name, layer)
     if isinstance(model, PointBuffer):
         return BufferSource(model, layer.name or "")
     if isinstance(model, Mesh):
-        return MeshSource(model, layer.name or "")
+        return MeshSource(model, layer.name or "", layer)
+    if isinstance(model, PointArray):
+        return MeshSource(model.mesh, layer.name or "", layer)
     from ..formats import load_mesh
 
     path: str | os.PathLike[str] = model  # type: ignore[assignment]  # of an array, the layer has made a Mesh
-    return MeshSource(load_mesh(path), Path(path).stem if layer.name is None else layer.name)
+    return MeshSource(load_mesh(path), Path(path).stem if layer.name is None else layer.name, layer)
 
 
 class MeshSource:
     """The geometry of a mesh in the host's memory."""
 
-    def __init__(self, mesh: Mesh, name: str) -> None:
+    def __init__(self, mesh: Mesh, name: str, layer: Layer) -> None:
         self.mesh = mesh
         self.name = name
+        self._shown = _shown_positions(mesh, layer)
         self.n_points = mesh.n_points
         self.n_faces = mesh.n_faces
         self.owner: object = mesh
@@ -206,25 +215,29 @@ class MeshSource:
             return candidates
 
         key = ("silhouette", rest, angle) if rest is None or isinstance(rest, str) else None
-        return SilhouetteCandidates(find, self._planes, self._edge_indices, key)
+        return SilhouetteCandidates(find, self._planes, self._edge_indices, key, ("planes", *self._frame))
 
     def triangles(self) -> tuple[IndexArray, IndexArray]:
         """Return the polygons as triangles."""
         return triangulate(self.mesh.positions, self.mesh.offsets, self.mesh.indices)
 
     def framing_points(self, world_from_model: Float64Array) -> Float64Array:
-        """Return all points with w > 0; for several instances, the corners of their boxes."""
-        positions = self.mesh.positions
-        if len(world_from_model) > 1 and self.n_points > 8:
-            positions = box_corners(self.mesh.bounds)
+        """Return all points that are shown with w > 0; for several instances, the corners of their boxes."""
+        positions = self._shown
+        if len(world_from_model) > 1 and len(positions) > 8:
+            positions = box_corners(self._bounds)
         return np.concatenate([world_positions(positions, matrix) for matrix in world_from_model])
 
     def unbounded_points(self, _world_from_model: Float64Array) -> Float64Array:
         """Return none: all points of a mesh are finite."""
         return np.empty((0, 3))
 
+    def box_corners(self, world_from_model: Float64Array) -> Float64Array:
+        """Return the corners of the box of each instance."""
+        return box_in_world(self._bounds, world_from_model)
+
     def on_device(self, device: GpuDevice) -> tuple[DevicePoints, Float64Array]:
-        """Return the points in single precision, moved and scaled into [-1, 1]^3.
+        """Return the points in single precision, moved and scaled so that those that are shown lie in [-1, 1]^3.
 
         Single precision would lose the shape of a small model far from the origin, and cannot hold very large ones.
         """
@@ -232,8 +245,11 @@ class MeshSource:
         model_from_unit = np.diag([half_size, half_size, half_size, 1.0])
         model_from_unit[:3, 3] = center
 
-        buffer = device.resource_cache.get(self.owner, "points", lambda: pad_points(self._in_unit_cube(), np.float32))
-        bounding = self.mesh.positions if self.n_points <= MAX_BOUNDING_POINTS else box_corners(self.mesh.bounds)
+        with np.errstate(over="ignore"):  # of points that are not shown
+            buffer = device.resource_cache.get(
+                self.owner, ("points", *self._frame), lambda: pad_points(self._in_unit_cube(), np.float32)
+            )
+        bounding = self._shown if len(self._shown) <= MAX_BOUNDING_POINTS else box_corners(self._bounds)
         return DevicePoints(
             buffer, self.n_points, np.dtype(np.float32), (bounding - center) / half_size
         ), model_from_unit
@@ -251,12 +267,27 @@ class MeshSource:
 
         return sample
 
+    @cached_property
+    def _bounds(self) -> Float64Array:
+        """The smallest and the largest coordinates of the points that are shown: (2, 3)."""
+        if self._shown is self.mesh.positions:
+            return self.mesh.bounds
+        return np.stack([self._shown.min(axis=0), self._shown.max(axis=0)])
+
     def _unit_cube(self) -> tuple[Float64Array, float]:
-        return self.mesh.center, float((self.mesh.bounds[1] - self.mesh.center).max()) or 1.0
+        center = 0.5 * self._bounds[0] + 0.5 * self._bounds[1]
+        return center, float((self._bounds[1] - center).max()) or 1.0
+
+    @property
+    def _frame(self) -> tuple[float, ...]:
+        """What tells the frames of points on a device apart: layers may show different points of one mesh."""
+        center, half_size = self._unit_cube()
+        return *center.tolist(), half_size
 
     def _in_unit_cube(self) -> Float64Array:
         center, half_size = self._unit_cube()
-        scaled: Float64Array = (self.mesh.positions - center) / half_size
+        with np.errstate(over="ignore"):
+            scaled: Float64Array = (self.mesh.positions - center) / half_size
         return scaled
 
     def _planes(self) -> npt.NDArray[np.float32]:
@@ -284,6 +315,20 @@ class MeshSource:
 def _edge_set_names(layer: Layer) -> set[str]:
     parts = [] if layer.edges is None else list_edge_parts(layer.edges)
     return {part for part in parts if isinstance(part, str)}
+
+
+def _shown_positions(mesh: Mesh, layer: Layer) -> Float64Array:
+    """Return the points that `layer` shows (p, 3): those of faces and of edges that are given, or all, if with dots."""
+    if layer.point_size is not None:
+        return mesh.positions
+    given = [] if layer.edges is None else [part for part in list_edge_parts(layer.edges) if not isinstance(part, str)]
+    if not given or mesh.n_points == 0:
+        return mesh.used_positions
+    is_used = np.zeros(mesh.n_points, np.bool_)
+    is_used[mesh.indices] = True
+    for part in given:
+        is_used[as_index_pairs(part, mesh.n_points)] = True
+    return mesh.positions if is_used.all() or not is_used.any() else mesh.positions[is_used]
 
 
 class BufferSource:
@@ -340,6 +385,10 @@ class BufferSource:
         points = points[np.isfinite(points).all(axis=1)]
         return box_in_world(points, world_from_model)
 
+    def box_corners(self, world_from_model: Float64Array) -> Float64Array:
+        """Return the corners of the box of the points' instances; of the finite ones, if some are not."""
+        return np.concatenate([self.framing_points(world_from_model), self.unbounded_points(world_from_model)])
+
     @cached_property
     def _bounds(self) -> Float64Array:
         return self._points.bounds().astype(np.float64)
@@ -355,10 +404,10 @@ class BufferSource:
 class MeshBufferSource(BufferSource):
     """The geometry of a mesh buffer: points on the device; edges and faces that stay there from frame to frame."""
 
-    def __init__(self, points: MeshBuffer, name: str) -> None:
+    def __init__(self, points: MeshBuffer, name: str, layer: Layer) -> None:
         super().__init__(points, name)
         self._mesh_buffer = points
-        self._topology = MeshSource(points.topology, name)
+        self._topology = MeshSource(points.topology, name, layer)
         self.n_faces = points.topology.n_faces
         self.owner = points.topology
 

@@ -22,13 +22,14 @@ from ..geometry.edges import EdgesLike, as_crease_angle, list_edge_parts
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene, SupportsAsModel
 from ..imaging.colors import ColorLike
-from .attribute_colors import FILE, resolve_fill, resolve_line_colors, resolve_scalars
+from .attribute_colors import AXES, FILE, resolve_fill, resolve_line_colors, resolve_scalars
 from .enums import HIDDEN_STYLES, SHADE, SHADINGS, HiddenStyle, Shading
+from .point_array import PointArray, as_point_array
 
-Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | SupportsAsModel | StrPath
+Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | SupportsAsModel | StrPath | PointArray
 
 SHADED_FILL = "#dfe3e8"
-_MODEL_TYPES = (Mesh, PointBuffer, str, os.PathLike)
+_MODEL_TYPES = (Mesh, PointBuffer, PointArray, str, os.PathLike)
 MAX_LINE_WIDTH_PX = 1e6  # beyond it, single precision loses the sides of the line
 
 
@@ -64,9 +65,9 @@ class Layer:
     Parameters
     ----------
     model : Mesh, (n, 3) numbers, PointBuffer, Springs or path
-        What is drawn. A `Mesh` is made of an array of points. A `PointBuffer` of shape (n, 3) is drawn from the device
-        memory that holds it, a `MeshBuffer` with its edges and faces. A `Springs` is drawn
-        as it is when the picture is made.
+        What is drawn. A `Mesh` is made of an array of points; one of more than a hundred thousand is not copied, and
+        must not change while the layer is used. A `PointBuffer` of shape (n, 3) is drawn from the device memory that
+        holds it, a `MeshBuffer` with its edges and faces. A `Springs` is drawn as it is when the picture is made.
     transform : (4, 4) or (k, 4, 4) numbers, optional
         The matrix from the model to the world, or the matrices of k instances; the identity by default.
     name : str, optional
@@ -164,7 +165,7 @@ class Layer:
         if is_point_array(self.model):
             if (hidden_rows := find_hidden_rows(self.model)) is not None and hidden_rows.ndim == 1:
                 self._drop_styles_of(hidden_rows)
-            object.__setattr__(self, "model", mesh_from_points(self.model))
+            object.__setattr__(self, "model", as_point_array(self.model) or mesh_from_points(self.model))
         if not isinstance(self.model, (*_MODEL_TYPES, SupportsAsModel)):
             raise ArgumentTypeError.expecting(
                 "model", "be a Mesh, an array of points, a PointBuffer or a path", type(self.model).__name__
@@ -197,7 +198,9 @@ class Layer:
         given = [name for name in _COLOR_ARRAYS if getattr(self, name) is not None]
         if len(given) > 1:
             raise ArgumentError(f"at most one of {', '.join(_COLOR_ARRAYS)} may be given, got {' and '.join(given)}")
-        if isinstance(self.model, Mesh | MeshBuffer):
+        if isinstance(self.model, PointArray):
+            self._resolve_coordinates(self.model)
+        elif isinstance(self.model, Mesh | MeshBuffer):
             self._resolve_attributes(self.model)
 
     def _resolve_attributes(self, model: Mesh | MeshBuffer) -> None:
@@ -214,6 +217,13 @@ class Layer:
             changes["fill"] = resolve_fill(mesh)
         for name, value in changes.items():
             object.__setattr__(self, name, value)
+
+    def _resolve_coordinates(self, points: PointArray) -> None:
+        """Put a coordinate in place of its name; an array has no other attributes, as its first point can say."""
+        if isinstance(self.scalars, str) and self.scalars in AXES:
+            object.__setattr__(self, "scalars", points.array[:, AXES.index(self.scalars)])
+        elif isinstance(self.scalars, str) or _is_file(self.color) or _is_file(self.fill):
+            self._resolve_attributes(mesh_from_points(points.array[:1]))
 
     def _drop_styles_of(self, hidden: Mask) -> None:
         """Leave out what the keywords say of points that the model's mask hides."""

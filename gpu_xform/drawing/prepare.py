@@ -1,14 +1,11 @@
 """Preparing a frame: models checked, framed by a camera, and put on a device as a draw list."""
 
 import contextlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, TypeAlias
 
-import numpy as np
-
-from .._core.types import Float64Array
 from ..compute.point_buffer import PointBuffer
 from ..device import Device
 from ..errors import ArgumentError, MeshError
@@ -17,12 +14,14 @@ from ..gpu.device import GpuDevice, resolve_gpu_device
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from . import limits
 from .build_draw_list import build_draw_list, needs_depth_order
-from .camera import Camera, CameraLike, fit_options, require_in_range
+from .camera import Camera, CameraLike, fit_axes, fit_options, require_in_range
+from .cloud_source import CloudSource, Source, is_cloud
 from .depth import NO_DEPTH_CUE, DepthCue, fit_depth_cue, reverse_z
 from .draw_list import DrawList
-from .framing import framing_points, unbounded_points
-from .geometry_source import GeometrySource, geometry_source
+from .framing import Framing
+from .geometry_source import geometry_source
 from .layer import Layer, Models, Style, as_layers, at_present
+from .point_array import PointArray
 from .view import View
 
 MAX_SIDE_PX = 1 << 16  # single precision still places lines within a hundredth of a pixel there
@@ -54,28 +53,40 @@ class PreparedFrame:
     background: Rgba
     draw_list: DrawList
     layers: Sequence[Layer]
-    sources: Sequence[GeometrySource]
+    sources: Sequence[Source]
     depth_cues: Sequence[DepthCue]
 
 
 @contextlib.contextmanager
-def prepare_frame(models: Models, frame: Frame, style: Style) -> Iterator[PreparedFrame]:
-    """Lend all that a picture needs, on its device, for the time of the block. Raises as `render` does."""
+def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: bool = False) -> Iterator[PreparedFrame]:
+    """Lend all that a picture needs, on its device, for the time of the block. Raises as `render` does.
+
+    draws_clouds : points that nothing joins may come as the clouds of the draw list
+    """
     background = parse_background(frame.background)
     width, height = parse_size(frame.size)
     layers = [at_present(layer) for layer in as_layers(models, style)]
-    sources = [geometry_source(layer) for layer in layers]
+    open_device = cache(lambda: resolve_gpu_device(_own_device(layers) if frame.device is None else frame.device))
+    sources: list[Source] = [
+        _cloud_source(layer, number, open_device) if draws_clouds and is_cloud(layer) else geometry_source(layer)
+        for number, layer in enumerate(layers)
+    ]
     layers = [_resolve_attributes(layer, source) for layer, source in zip(layers, sources, strict=True)]
     for source in sources:
         if source.n_points == 0:
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
-    framed = cache(lambda: framing_points(layers, sources))
-    camera = frame.camera if isinstance(frame.camera, Camera) else _fit_camera(fit_options(frame.camera), framed())
-    device = resolve_gpu_device(_own_device(layers) if frame.device is None else frame.device)
+    aspect = width / height
+    framing = Framing(layers, sources)
+    if isinstance(frame.camera, Camera):
+        camera = frame.camera.with_planes_around(framing.box_corners)
+    else:
+        camera = _fit_camera(fit_options(frame.camera), framing, aspect)
+    device = open_device()
     for source in sources:
         _require_fits(source, device)
-    drawn = cache(lambda: np.concatenate([framed(), unbounded_points(layers, sources)]))
-    clip_from_world = reverse_z(camera.clip_from_world(width / height), drawn)
+    forward_z = camera.clip_from_world(aspect)
+    drawn = cache(lambda: framing.drawn_points(forward_z))
+    clip_from_world = reverse_z(forward_z, drawn)
     depth_cues = [
         fit_depth_cue(clip_from_world, drawn, layer.depth_cue) if needs_depth_order(layer) else NO_DEPTH_CUE
         for layer in layers
@@ -87,7 +98,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style) -> Iterator[Prepar
         yield PreparedFrame(device, view, background, draw_list, layers, sources, depth_cues)
 
 
-def _resolve_attributes(layer: Layer, source: GeometrySource) -> Layer:
+def _resolve_attributes(layer: Layer, source: Source) -> Layer:
     """Return a layer with what its style names of a file that has been loaded."""
     if isinstance(layer.model, Mesh | PointBuffer) or source.mesh is None:
         return layer
@@ -110,8 +121,15 @@ def parse_size(size: Size) -> tuple[int, int]:
     return width, height
 
 
-def _fit_camera(options: Mapping[str, Any], points: Float64Array) -> Camera:
-    """Return `Camera.fit` of the points, with its keywords `options`."""
+def _cloud_source(layer: Layer, number: int, open_device: Callable[[], GpuDevice]) -> CloudSource:
+    model = layer.model
+    positions = model.array if isinstance(model, PointArray) else model.positions  # type: ignore[union-attr]
+    return CloudSource(positions, layer.name or "", number, model, open_device)
+
+
+def _fit_camera(options: Mapping[str, Any], framing: Framing, aspect: float) -> Camera:
+    """Return `Camera.fit` of what is drawn, with its keywords `options`, for pictures of `aspect`."""
+    points = framing.points_to_fit(lambda: fit_axes(aspect, **options))
     require_in_range(points, "models")
     if len(points) == 0:
         raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
@@ -122,7 +140,9 @@ def _own_device(layers: Sequence[Layer]) -> Device | None:
     return next((layer.model.device for layer in layers if isinstance(layer.model, PointBuffer)), None)
 
 
-def _require_fits(source: GeometrySource, device: GpuDevice) -> None:
+def _require_fits(source: Source, device: GpuDevice) -> None:
+    if isinstance(source, CloudSource):
+        return
     most = limits.max_points(device)
     if source.n_points > most:
         raise ArgumentError.expecting(

@@ -255,6 +255,15 @@ class Mesh:
         return _freeze(corners)
 
     @cached_property
+    def used_positions(self) -> Float64Array:
+        """The points that faces use, in their order, or all points of a mesh without faces: (k, 3) float64."""
+        if self.n_faces == 0:
+            return self._positions
+        is_used = np.zeros(self.n_points, np.bool_)
+        is_used[self._indices] = True
+        return self._positions if is_used.all() else _freeze(self._positions[is_used])
+
+    @cached_property
     def center(self) -> Float64Array:
         """The centre of `bounds`: (3,) float64.
 

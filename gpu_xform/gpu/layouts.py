@@ -94,6 +94,38 @@ FACES = np.dtype(
     }
 )
 
+SPLAT = np.dtype(
+    {
+        "names": [
+            *("clip_from_points", "depth_cue", "color", "scalar_row", "radius", "opacity"),
+            *("first_packet", "packet_stride", "n_points", "n_colors", "writes_colors"),
+        ],
+        "formats": [("<f4", (4, 4)), DEPTH_CUE, ("<f4", (4,)), ("<f4", (4,)), "<f4", "<f4", *["<u4"] * 5],
+        "offsets": [0, 64, 80, 96, *range(112, 140, 4)],
+        "itemsize": 144,
+    }
+)
+
+PIXEL_DOTS = np.dtype([("depths", "<u4", (2,)), ("absorbance", "<u4"), ("padding", "<u4")])
+
+EXTREMES_QUERY = np.dtype(
+    {
+        "names": ["n_points", "offset", "groups"],
+        "formats": ["<u4", "<f4", ("<f4", (3, 3, 4))],
+        "offsets": [0, 4, 16],
+        "itemsize": 160,
+    }
+)
+
+EXTREMES = np.dtype(
+    [
+        ("lowest", "<f4", (4,)),
+        ("highest", "<f4", (4,)),
+        ("lowest_at", "<u4", (4,)),
+        ("highest_at", "<u4", (4,)),
+    ]
+)
+
 CANDIDATE = np.dtype([("edge", "<u4", (2,)), ("faces", "<u4", (2,)), ("is_turned", "<u4"), ("padding", "<u4")])
 
 SILHOUETTE_VIEW = np.dtype(

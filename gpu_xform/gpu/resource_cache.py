@@ -33,18 +33,40 @@ class ResourceCache:
         For an empty array it has four bytes. It stays valid until the next `trim`.
         """
         with self._context.lock:
-            slot = (id(owner), key)
-            if slot in self._entries and self._entries[slot].buffer.is_at_rest():
-                self._entries.move_to_end(slot)
-                return self._entries[slot].buffer
-            content = np.ascontiguousarray(array())
-            buffer = Buffer(self._context, max(content.nbytes, 4), label=f"cached: {key}", persistent=True)
-            if content.nbytes:
-                buffer.upload(content)
-            # A finalizer may run anywhere, in the middle of a submission as well: it only leaves word, and not in
-            # Python, where Ctrl+C would be lost.
+            buffer = self._find(owner, key)
+            if buffer is None:
+                content = np.ascontiguousarray(array())
+                buffer = self._create(key, max(content.nbytes, 4))
+                if content.nbytes:
+                    buffer.upload(content)
+            return self._keep(owner, key, buffer)
+
+    def get_filled(self, owner: object, key: Hashable, n_bytes: int, fill: Callable[[Buffer], None]) -> Buffer:
+        """Return the buffer of `owner` under `key`, of `n_bytes`, which `fill` has filled at the first call."""
+        with self._context.lock:
+            buffer = self._find(owner, key)
+            if buffer is None:
+                buffer = self._create(key, n_bytes)
+                fill(buffer)
+            return self._keep(owner, key, buffer)
+
+    def _find(self, owner: object, key: Hashable) -> Buffer | None:
+        entry = self._entries.get((id(owner), key))
+        return entry.buffer if entry and entry.buffer.is_at_rest() else None
+
+    def _create(self, key: Hashable, n_bytes: int) -> Buffer:
+        return Buffer(self._context, n_bytes, label=f"cached: {key}", persistent=True)
+
+    def _keep(self, owner: object, key: Hashable, buffer: Buffer) -> Buffer:
+        """Put a buffer last among those that may go; it is filled."""
+        slot = (id(owner), key)
+        entry = self._entries.get(slot)
+        # A finalizer may run anywhere, in the middle of a submission as well: it only leaves word, and not in Python,
+        # where Ctrl+C would be lost.
+        if entry is None or entry.buffer is not buffer:
             self._entries[slot] = _Entry(weakref.ref(owner, self._dead.append), buffer)
-            return buffer
+        self._entries.move_to_end(slot)
+        return buffer
 
     def trim(self) -> None:
         """Release what belongs to objects that are gone, then what is over the budget."""

@@ -38,11 +38,8 @@ def apply_colormap(
         raise ArgumentError.expecting("scalars", f"have shape ({n_points},)", numbers.shape)
     if len(numbers) != n_points:
         raise ArgumentError.expecting("scalars", f"have one number for each of the {n_points} points", len(numbers))
-    if np.isinf(numbers).any():
-        index = int(np.isinf(numbers).argmax())
-        raise ArgumentError.expecting("scalars", "be finite or NaN", f"{numbers[index]} at index {index}")
     colormap = _resolve_colormap(cmap)
-    normalized = _normalize(numbers, _resolve_limits(numbers, clim))
+    normalized = normalize_scalars(numbers, find_limits(numbers, clim))
     if hasattr(colormap, "with_extremes"):
         return to_rgba_array(colormap(normalized), "the colours from cmap", n_points, "points")
     colors = np.zeros((n_points, 4))
@@ -53,10 +50,29 @@ def apply_colormap(
     return colors
 
 
-def _resolve_limits(numbers: Float64Array, clim: Sequence[float] | None) -> tuple[float, float]:
+def tabulate_colormap(cmap: ColormapLike) -> Float64Array | None:
+    """Return the colours of a named colormap, from its first to its last: (k, 4), straight; None for a callable.
+
+    Of k colours, a scalar s in [0, 1] has the one of index floor(s * k), or the last.
+    """
+    if not isinstance(cmap, str):
+        _resolve_colormap(cmap)
+        return None
+    colormap: Any = _resolve_colormap(cmap)
+    n_colors: int = colormap.keywords["N"]
+    return to_rgba_array(colormap((np.arange(n_colors) + 0.5) / n_colors), "the colours from cmap", n_colors, "colours")
+
+
+def find_limits(numbers: npt.NDArray[Any], clim: Sequence[float] | None) -> tuple[float, float]:
+    """Return the scalars at both ends of a colormap: `clim`, or the extremes of `numbers` (n,), finite or NaN."""
+    low, high = np.fmin.reduce(numbers, initial=np.inf), np.fmax.reduce(numbers, initial=-np.inf)
+    if np.isinf(high) or np.isinf(low):
+        infinite = np.flatnonzero(np.isinf(numbers))
+        if len(infinite):
+            index = int(infinite[0])
+            raise ArgumentError.expecting("scalars", "be finite or NaN", f"{numbers[index]} at index {index}")
     if clim is None:
-        finite = numbers[~np.isnan(numbers)]
-        return (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 0.0)
+        return (float(low), float(high)) if low <= high else (0.0, 0.0)
     low, high = as_vector(clim, "clim", 2).tolist()
     if low > high:
         raise ArgumentError.expecting(
@@ -65,7 +81,7 @@ def _resolve_limits(numbers: Float64Array, clim: Sequence[float] | None) -> tupl
     return low, high
 
 
-def _normalize(numbers: Float64Array, limits: tuple[float, float]) -> Float64Array:
+def normalize_scalars(numbers: Float64Array, limits: tuple[float, float]) -> Float64Array:
     """Return the numbers scaled so that the limits become 0 and 1."""
     low, high = (0.5 * limit for limit in limits)  # halves, because the whole range may overflow
     span = high - low

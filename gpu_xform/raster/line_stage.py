@@ -84,9 +84,13 @@ class LineStage(ABC):
         """Record what all tiles need, once; `tile` may be any of them."""
         self._dashes.record(encoder, tile)
 
-    def draw(self, encoder: CommandEncoder, target: RenderTarget, tile: Binding) -> None:
-        """Record all lines, each over what is there."""
-        for _, group in groupby(self._parts(tile), key=lambda part: id(part.batch.lines)):
+    def draw(
+        self, encoder: CommandEncoder, target: RenderTarget, tile: Binding, projected: Sequence[ProjectedDrawable]
+    ) -> None:
+        """Record all lines of some of the drawables, each over what is there."""
+        wanted = {id(each) for each in projected}
+        parts_in_order = (part for part in self._parts(tile) if id(part.batch.projected) in wanted)
+        for _, group in groupby(parts_in_order, key=lambda part: id(part.batch.lines)):
             parts = list(group)
             lines = parts[0].batch.lines
             if lines.line_width is not None and lines.colors is None:

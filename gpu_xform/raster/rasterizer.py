@@ -3,12 +3,12 @@
 import contextlib
 import math
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import accumulate, chain, pairwise
 
 import numpy as np
 
 from .._core.interrupts import defer_interrupts
-from ..drawing.draw_list import Drawable, DrawList
+from ..drawing.draw_list import DrawList
 from ..drawing.enums import Hidden
 from ..drawing.view import View
 from ..errors import DeviceError
@@ -19,6 +19,7 @@ from ..imaging.colors import Rgba
 from ..imaging.image import Pixels, unpremultiply
 from .base import PendingImage
 from .binding_limits import split_to_binding_limits
+from .clouds import CloudStage
 from .line_stage import LineStageFactory
 from .render_target import POOL_OWNER, RenderTarget
 from .screen_bounds import screen_bounds
@@ -75,8 +76,8 @@ class TiledRasterizer:
         """Begin to draw, as `Rasterizer.draw` says."""
         device = self._device
         is_opaque = background[3] == 1.0
-        region = screen_bounds(draw_list.drawables, view.size)
-        margin = _depth_margin(draw_list.drawables)
+        region = screen_bounds(draw_list, view.size)
+        margin = _depth_margin(draw_list)
         side = min(TILE_SIDE_PX, device.limits.max_texture_side)
         tiles = [Tile(part, margin) for part in split_into_tiles(region, side)]
         clear_color = _premultiplied_bytes(background)
@@ -117,12 +118,22 @@ class _Stages:
             palette = Buffer(device.context, draw_list.palette.nbytes, label="raster: palette")
             stack.callback(palette.release)
             palette.upload(draw_list.palette)
-        parts = [part for drawable in draw_list.drawables for part in split_to_binding_limits(device, drawable)]
+        parts = [list(split_to_binding_limits(device, drawable)) for drawable in draw_list.drawables]
         n_depths = max(math.prod(tile.depth_region.extent) for tile in tiles)
-        self._vertices = VertexStage(device, parts)
+        self._vertices = VertexStage(device, list(chain.from_iterable(parts)))
         projected = self._vertices.projected
         self._triangles = TriangleStage(device, projected, n_depths, palette)
         self._lines = line_stage(device, projected, self._triangles, tiles[0].region.extent)
+        self._clouds = CloudStage(
+            device,
+            draw_list.clouds,
+            tiles[0].region.extent,
+            self._triangles.face_depths,
+            hides=not self._triangles.is_empty,
+        )
+        # Drawables are split: how many parts there are before each cloud, and in all.
+        n_parts = [0, *accumulate(map(len, parts))]
+        self._n_parts_before = [n_parts[cloud.position] for cloud in draw_list.clouds] + [n_parts[-1]]
 
     @defer_interrupts()
     def draw(self, tile: Tile, unread: contextlib.ExitStack, wait: Callable[[], None]) -> RenderTarget:
@@ -132,14 +143,20 @@ class _Stages:
         )
         target = RenderTarget(self._device, tile.region.extent, struct, self._clear_color)
         unread.callback(_cancel, target)
-        used = [*target.buffers, *self._vertices.buffers, *self._triangles.buffers, *self._lines.buffers]
+        stages = (self._vertices, self._triangles, self._lines, self._clouds)
+        used = [*target.buffers, *(buffer for stage in stages for buffer in stage.buffers)]
         with self._device.encode_commands(*used, label="raster tile") as encoder:
             if tile is self._first_tile:
                 self._vertices.record(encoder)
                 self._lines.measure_dashes(encoder, struct)
             self._triangles.depth_prepass(encoder, struct)
             self._triangles.composite(encoder, target, struct)
-            self._lines.draw(encoder, target, struct)
+            first = 0
+            for number, end in enumerate(self._n_parts_before):
+                if number > 0:
+                    self._clouds.draw(encoder, target, struct, number - 1)
+                self._lines.draw(encoder, target, struct, self._vertices.projected[first:end])
+                first = end
             target.resolve(encoder)
             wait()
         return target
@@ -173,11 +190,15 @@ def _filled_border(region: Region, size: tuple[int, int], color: Pixels) -> Pixe
     return picture.view(np.uint8).reshape(height, width, 4)
 
 
-def _depth_margin(drawables: Sequence[Drawable]) -> int:
+def _depth_margin(draw_list: DrawList) -> int:
     """Return how far beside a tile the axis of a line can lie that is tested against the faces and seen in the tile."""
     tested = [
-        lines.line_width or 1.0 for drawable in drawables for lines in drawable.lines if lines.hidden is not Hidden.SHOW
+        lines.line_width or 1.0
+        for drawable in draw_list.drawables
+        for lines in drawable.lines
+        if lines.hidden is not Hidden.SHOW
     ]
+    tested += [cloud.diameter for cloud in draw_list.clouds if cloud.hidden is not Hidden.SHOW]
     # Coverage goes by columns, which are longer through a slanting line than across it: by up to 1.66 pixels at its
     # widest. Silhouettes are tested 1.5 pixels beside their axis.
     return min(MAX_DEPTH_MARGIN_PX, math.ceil(0.5 * max(tested)) + 6) if tested else 0

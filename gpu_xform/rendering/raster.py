@@ -145,7 +145,7 @@ def begin_render(
     overlap_with : a picture that was begun earlier, to be read while this one is drawn
     """
     require_rasterizer(rasterizer)
-    with prepare_frame(models, frame, style) as prepared:
+    with prepare_frame(models, frame, style, draws_clouds=True) as prepared:
         drawables, size = prepared.draw_list.drawables, prepared.view.size
         chosen = rasterizer_for(prepared.device, rasterizer, lambda: estimate_workload(drawables, size))
         return chosen.draw(prepared.draw_list, prepared.view, prepared.background, overlap_with=overlap_with)

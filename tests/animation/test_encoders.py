@@ -399,6 +399,18 @@ def test_a_gif_s_delays_are_none_that_browsers_take_for_a_mistake(tmp_path: Path
 
 
 @pytest.mark.parametrize(
+    ("kind", "name"), [("png", "an animated PNG"), ("apng", "an animated PNG"), ("webp", "a WebP")]
+)
+def test_frames_are_not_shorter_than_browsers_show_them(tmp_path: Path, kind: str, name: str) -> None:
+    save(tmp_path / f"out.{kind}", pictures(5), 90)
+    _, durations, _ = read(tmp_path / f"out.{kind}")
+    assert min(durations) > 10.9
+    with pytest.raises(ArgumentError, match=f"fps must be at most 90 in {name}, got 120"):
+        save(tmp_path / f"faster.{kind}", pictures(3), 120)
+    assert [path.name for path in tmp_path.iterdir()] == [f"out.{kind}"]
+
+
+@pytest.mark.parametrize(
     ("name", "side"),
     [("out.gif", 65535), ("out.webp", 16383), ("out.html", 16383), ("out.mp4", 16384), ("out.webm", 65535)],
 )

@@ -361,3 +361,36 @@ def test_impossible_planes_are_refused_when_a_camera_is_made(parallel: bool) -> 
         Camera.look_at(EYE, TARGET, fov_y=180, orthographic=parallel)
     with pytest.raises(ArgumentError, match="near"):
         Camera.look_at(EYE, TARGET, near=3, far=2, orthographic=parallel)
+
+
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_a_focal_point_right_before_the_eye_cuts_nothing_off(orthographic: bool) -> None:
+    cube = samples.cube().transformed(matrices.scale(400))
+    pictures = []
+    for distance in (5000.0, 1.0):
+        target, angle = (0.0, 0.0, 5000.0 - distance), 30.0
+        if orthographic:  # as large in the picture
+            angle = 2.0 * np.degrees(np.arctan(np.tan(np.radians(15.0)) * 5000.0 / distance))
+        camera = Camera.look_at((0, 0, 5000), target, fov_y=float(angle), orthographic=orthographic)
+        pictures.append(render_array(cube, size=(100, 80), camera=camera, hidden="remove"))
+    assert (pictures[0] < 128).any()
+    assert np.abs(pictures[0].astype(int) - pictures[1]).max() <= 1
+
+
+def test_planes_that_are_given_stay() -> None:
+    cube = samples.cube()
+    camera = Camera.look_at((0, 0, 10), (0, 0, 0), near=10.0)  # through the cube
+    assert (render_array(cube, size=(100, 80), camera=camera) < 128).any()
+    behind = Camera.look_at((0, 0, 10), (0, 0, 0), far=5.0)
+    assert (render_array(cube, size=(100, 80), camera=behind) == 255).all()
+
+
+def test_a_camera_among_the_points_shows_near_ones_and_far_ones() -> None:
+    points = np.array([[0.0, 0, -0.01], [0, 0.001, -50.0], [0, 0, 80.0]])
+    camera = Camera.look_at((0, 0, 0), (0, 0, -1), fov_y=90.0)
+    picture = render_array(Mesh(points[:1]), size=(50, 50), camera=camera)
+    assert (picture < 128).any()
+    fitted = camera.with_planes_around(lambda: points)
+    depth = seen(fitted, points[:2])[:, 2]
+    assert ((depth > 0) & (depth < 1)).all()
+    assert camera.with_planes_around(lambda: points[2:]) is camera  # all is behind

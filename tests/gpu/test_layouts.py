@@ -27,6 +27,10 @@ STRUCTS = [
     ("DepthCue", "accumulate_lines", None, layouts.DEPTH_CUE),
     ("LineStyle", "accumulate_lines", None, layouts.LINE_STYLE),
     ("Faces", "depth_small_triangles", None, layouts.FACES),
+    ("Splat", "splat_points", None, layouts.SPLAT),
+    ("PixelDots", "keep_dot_colors", None, layouts.PIXEL_DOTS),
+    ("ExtremesQuery", "find_extremes", None, layouts.EXTREMES_QUERY),
+    ("Extremes", "find_extremes", None, layouts.EXTREMES),
     ("Candidate", "extract_silhouette", None, layouts.CANDIDATE),
     ("SilhouetteView", "extract_silhouette", None, layouts.SILHOUETTE_VIEW),
     ("Span", "split_edges_by_visibility", None, layouts.SPAN),
@@ -41,6 +45,8 @@ STRUCTS = [
 ]
 
 ONLY_ON_THE_DEVICE = {
+    "GrowingList": "the host clears its head",
+    "PointList": "shaders write and read it",
     "IndexedDraw": "a dispatch writes it for the draw that it is named after",
     "SectionEnd": "a first dispatch writes it for a second one",
     "LargeTriangles": "the host clears its head, and dispatches by it",

@@ -8,11 +8,14 @@ import pytest
 from gpu_xform.compute.kernels.convolve import Format
 from gpu_xform.compute.kernels.job import Epilogue
 from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
+from gpu_xform.drawing.cloud_points import NOT_FOUND
 from gpu_xform.drawing.dash_chains import CHAIN_IS_FIRST, CHAIN_IS_REVERSED
 from gpu_xform.drawing.draw_list import NO_POINT
 from gpu_xform.drawing.enums import ColorMode, Hidden
 from gpu_xform.drawing.geometry_source import NO_FACE
+from gpu_xform.drawing.point_colors import Coloring
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
+from gpu_xform.raster.clouds import BLOCK_SIDE_PX
 from gpu_xform.raster.dashes import EDGES_PER_SECTION
 from gpu_xform.raster.hardware.edge_lists import BLOCK_EDGES, FANOUT, LISTS, N_LISTS
 from gpu_xform.raster.quads import QUAD_TRIANGLES, QUAD_VERTICES
@@ -25,7 +28,14 @@ from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WID
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
 from tests.support.wgsl import FOLDER, STAGES
 
-ENUMERATIONS = {"HIDDEN": Hidden, "COLOR": ColorMode, "EPILOGUE": Epilogue, "SLOTS": Slots, "FORMAT": Format}
+ENUMERATIONS = {
+    "HIDDEN": Hidden,
+    "COLOR": ColorMode,
+    "COLORING": Coloring,
+    "EPILOGUE": Epilogue,
+    "SLOTS": Slots,
+    "FORMAT": Format,
+}
 
 TWINS = {
     **{f"{prefix}_{member.name}": member for prefix, enumeration in ENUMERATIONS.items() for member in enumeration},
@@ -33,6 +43,7 @@ TWINS = {
     "CHAIN_EDGE_MASK": float(~(CHAIN_IS_FIRST | CHAIN_IS_REVERSED)),
     "CHAIN_IS_FIRST": float(CHAIN_IS_FIRST),
     "CHAIN_IS_REVERSED": float(CHAIN_IS_REVERSED),
+    "BLOCK_SIDE": BLOCK_SIDE_PX,
     "COPLANAR_FACTOR": 1.0 + DEPTH_RTOL,
     "DASH_OFF_WIDTHS": DASH_OFF_WIDTHS,
     "DASH_ON_WIDTHS": DASH_ON_WIDTHS,
@@ -49,6 +60,7 @@ TWINS = {
     "MAX_PACKETS": MAX_PACKETS,
     "MAX_ROUNDS": MAX_ITERATIONS,
     "MIN_DASH_WIDTH_PX": MIN_DASH_WIDTH_PX,
+    "NOT_FOUND": NOT_FOUND,
     "NO_FACE": NO_FACE,
     "NO_POINT": NO_POINT,
     "OPACITY_BITS": OPACITY_BITS,
@@ -62,6 +74,7 @@ WGSL_ALONE = {
     "EDGE_HIDDEN": "only the shaders look up depths",
     "EDGE_SHOWN": "only the shaders look up depths",
     "EDGE_UNKNOWN": "only the shaders look up depths",
+    "LARGEST": "only the shader looks for extremes",
     "MAX_BANDS": "the shaders choose their own grid",
     "MAX_PROBED_PX": "only the shaders look up depths",
     "MAX_SMALL_TRIANGLE_PX": "the shaders choose their own grid",
@@ -122,10 +135,10 @@ def test_no_two_files_mean_different_things_by_one_constant() -> None:
 
 @pytest.mark.parametrize(
     ("constant", "enumeration"),
-    [("hidden", Hidden), ("color_mode", ColorMode), ("epilogue", Epilogue), ("slots", Slots)],
+    [("hidden", Hidden), ("color_mode", ColorMode), ("epilogue", Epilogue), ("slots", Slots), ("coloring", Coloring)],
 )
 def test_the_table_of_stages_has_every_member_of_an_enumeration(
-    constant: str, enumeration: type[Hidden | ColorMode | Epilogue | Slots]
+    constant: str, enumeration: type[Hidden | ColorMode | Epilogue | Slots | Coloring]
 ) -> None:
     values = [stage.values[constant] for stage in STAGES.values() if constant in stage.overrides.get("u32", ())]
     assert tuple(enumeration) in values

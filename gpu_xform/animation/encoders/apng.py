@@ -10,6 +10,7 @@ from fractions import Fraction
 from itertools import count
 from typing import BinaryIO
 
+from .frames import MAX_BROWSER_FPS as MAX_FPS
 from .frames import FrameSequence
 from .image_codecs import encode_png
 from .parallel import encode_parallel
@@ -23,6 +24,7 @@ FOREVER = 0
 def write(file: BinaryIO, sequence: FrameSequence) -> None:
     """Write an animated PNG, with the delays as exact fractions."""
     sequence.require_size_within(MAX_SIDE_PX, "a PNG")
+    sequence.require_rate_within(MAX_FPS, "an animated PNG")
     width, height = sequence.size
     delay = Fraction(1 / sequence.fps).limit_denominator(MAX_DELAY_DENOMINATOR)
     sequence_number = count()  # of the animation's own chunks

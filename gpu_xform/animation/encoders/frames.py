@@ -7,6 +7,10 @@ from itertools import pairwise
 from ...errors import ArgumentError
 from ...imaging.image import Pixels
 
+# Browsers take a delay of a hundredth of a second or less for a mistake, and make it ten. At this rate, delays in whole
+# milliseconds are 11 or 12.
+MAX_BROWSER_FPS = 90
+
 
 @dataclass(frozen=True)
 class FrameSequence:
@@ -28,6 +32,11 @@ class FrameSequence:
         """Return for how many units of time each frame is shown; each begins within half a unit of its exact time."""
         starts = [round(k / (self.fps * unit_s)) for k in range(self.n_frames + 1)]
         return [end - start for start, end in pairwise(starts)]
+
+    def require_rate_within(self, max_fps: int, format_name: str) -> None:
+        """Raise `ArgumentError` if frames follow one another faster than programs show them in the format."""
+        if self.fps > max_fps:
+            raise ArgumentError.expecting("fps", f"be at most {max_fps} in {format_name}", f"{self.fps:g}")
 
     def require_size_within(self, max_side_px: int, format_name: str) -> None:
         """Raise `ArgumentError` if the pictures are larger than the format can store."""

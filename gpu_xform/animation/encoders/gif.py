@@ -10,7 +10,6 @@ from typing import BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import ArgumentError
 from ...imaging.image import Pixels
 from .frames import FrameSequence
 from .palettes import TRANSPARENT, PaletteIndices, Palettes, is_opaque, pack_pixels
@@ -37,8 +36,7 @@ def write(file: BinaryIO, sequence: FrameSequence) -> None:
     later frames use if it suits them better. Of each frame only the part is written that differs from what is below.
     """
     sequence.require_size_within(MAX_SIDE_PX, "a GIF")
-    if sequence.fps > MAX_FPS:
-        raise ArgumentError.expecting("fps", f"be at most {MAX_FPS} in a GIF", f"{sequence.fps:g}")
+    sequence.require_rate_within(MAX_FPS, "a GIF")
     sampled = np.unique(np.linspace(0, sequence.n_frames - 1, N_SAMPLES).round().astype(int))
     palettes = Palettes(sequence.sample(sampled.tolist()))
 

@@ -6,6 +6,7 @@ Pillow writes animations itself, but needs the list of all frames first.
 import struct
 from typing import BinaryIO
 
+from .frames import MAX_BROWSER_FPS as MAX_FPS
 from .frames import FrameSequence
 from .image_codecs import encode_webp
 from .parallel import encode_parallel
@@ -21,6 +22,7 @@ REPLACE_BELOW = 0x02
 def write(file: BinaryIO, sequence: FrameSequence) -> None:
     """Write an animated WebP; frames begin within half a millisecond of their times."""
     sequence.require_size_within(MAX_SIDE_PX, "a WebP")
+    sequence.require_rate_within(MAX_FPS, "a WebP")
     sides = b"".join((side - 1).to_bytes(3, "little") for side in sequence.size)
     start = file.tell()
     file.write(b"RIFF\0\0\0\0WEBP")

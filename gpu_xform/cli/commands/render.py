@@ -178,10 +178,20 @@ def _make_picture(
 ) -> None:
     """Draw a picture, write it, and compare it with its reference."""
     drawn = _draw(options, world_from_model, open_device, picture)
+    _warn_if_blank(drawn, picture)
     if picture.output is not None:
         files.write_picture(drawn, picture.output, make_folders=options.output.is_per_model)
     if picture.reference is not None:
         references.require_match(picture.reference, drawn, picture.difference, options)
+
+
+def _warn_if_blank(drawn: Any, picture: PlannedPicture) -> None:
+    """Say so if all pixels are alike, as they are if a camera looks past the models."""
+    if picture.file_type == "png" and all(low == high for low, high in drawn.getextrema()):
+        from ..._core import progress
+
+        reason = "the picture is blank: nothing of the models is in view, or all is of the background's colour"
+        progress.write_lines(f"gpu-xform: warning: {picture.output or picture.reference}: {reason}\n")
 
 
 def _draw(
