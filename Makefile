@@ -39,6 +39,7 @@ bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/transform.py
 	@$(BIN)/python benchmarks/convolve.py
 	@$(BIN)/python benchmarks/render.py
+	@$(BIN)/python benchmarks/shading.py
 	@$(BIN)/python benchmarks/animate.py
 	@$(BIN)/python benchmarks/springs.py
 

@@ -167,12 +167,13 @@ class _LayerBuilder:
         )
         colors = line_colors(layer, source.n_points, source.n_faces, edge_source.n_colors)
         lines: tuple[Lines, ...] = ()
-        if n_edges:
+        is_seen = layer.alpha > 0.0 and not (colors.mode is ColorMode.UNIFORM and colors.uniform[3] == 0.0)
+        if n_edges and is_seen:
             find_rows = edge_source.color_rows
             dashed = replace(style, chains=self._chains(edge_source)) if style.hidden is Hidden.DASH else style
             lines = (self._colored(dashed, colors, lambda: find_rows and find_rows(edge_source.find())),)
         dots: tuple[Lines, ...] = ()
-        if point_size is not None:
+        if point_size is not None and is_seen:
             dots = (self._dots(replace(style, line_width=point_size), colors),)
         faces = self._faces(first_color, depth_cue)
         drawables = []
@@ -181,7 +182,7 @@ class _LayerBuilder:
                 lit = replace(faces, first_color=first_color + i * source.n_faces)
                 drawables.append(Drawable(points, matrix[None], lit, ()))
             faces = None
-        if candidates is None:
+        if candidates is None or not is_seen:
             return [*drawables, Drawable(points, clip_from_points, faces, lines + dots, source.sample_edges)]
         drawables.append(Drawable(points, clip_from_points, faces, lines, source.sample_edges))
         for matrix in clip_from_points:
