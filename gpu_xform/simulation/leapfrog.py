@@ -28,6 +28,9 @@ MAX_STEPS_PER_SUBMISSION = 256  # so that Ctrl+C is heard in the middle of a lon
 GRID_WORKGROUP_SIZE = 8  # an invocation has much to do, and there are few
 MAX_STRIP_ROWS = {"CPU": 50}  # a few long strips, of which little is computed twice
 MAX_STRIP_ROWS_OF_GPU = 4  # many short ones, for thousands of threads
+STRANDS_PER_WORKGROUP = 32
+MAX_STEPS_PER_DISPATCH = 4  # of strands: each that is read once a step instead takes twice as long
+MAX_LOOPS = 32_768  # of an invocation: some drivers stop silently after twice as many
 UNUSED_BYTES = 32  # of what stands for an array that a stage does not read
 
 
@@ -95,8 +98,12 @@ class Leapfrog:
 
     def read_positions(self) -> npt.NDArray[np.float32]:
         """Return the positions (n, 3)."""
-        positions, _ = self._state.read()
-        return positions[:, :3].copy()
+        n_bytes = 12 * self._system.n_points
+        with self.device.lock:
+            points = self.device.pool.scratch(POOL_OWNER, "positions", n_bytes)
+            self._pack_positions(points)
+            with points.map_read(n_bytes) as view:
+                return view.view(np.float32).reshape(-1, 3).copy()
 
     def read_kicked_velocities(self, seconds: float, conditions: FrameConditions) -> npt.NDArray[np.float32]:
         """Return what the velocities (n, 3) would be after a kick of so many seconds; the state stays."""
@@ -110,14 +117,18 @@ class Leapfrog:
         """Return a copy of the positions (n, 3), made on the device."""
         n_points = self._system.n_points
         store = GpuStore.allocate(self.device, (n_points, 3), np.dtype(np.float32))
-        size = choose_workgroup_size(self.device)
         with self.device.lock:
-            pipeline = self.device.pipelines.compute("pack_positions", workgroup_size=size, n_points=n_points)
-            state, points = self._state.present, store.device_points().buffer
-            with self.device.encode_commands(state, points, label="springs: copy") as encoder:
-                bindings = self.device.bind_groups.bind(pipeline, state=state, points=points)
-                dispatch(encoder, pipeline, bindings, -(-n_points // size))
+            self._pack_positions(store.device_points().buffer)
         return store
+
+    def _pack_positions(self, points: Buffer) -> None:
+        """Copy the positions into a buffer (n, 3)."""
+        n_points, size = self._system.n_points, choose_workgroup_size(self.device)
+        pipeline = self.device.pipelines.compute("pack_positions", workgroup_size=size, n_points=n_points)
+        state = self._state.present
+        with self.device.encode_commands(state, points, label="springs: copy") as encoder:
+            bindings = self.device.bind_groups.bind(pipeline, state=state, points=points)
+            dispatch(encoder, pipeline, bindings, -(-n_points // size))
 
     def write_inverse_masses(self, inverse_masses: npt.NDArray[np.float64]) -> None:
         """Set one over the mass of each point (n,), in 1/kg; 0 for points that no force moves."""
@@ -141,8 +152,12 @@ class Leapfrog:
         if len(conditions.pins):
             self._place_pins(conditions.pins)
         if self._grid and conditions.forces is None and not conditions.has_drag:
-            self._step_grid(self._grid, n_steps, step_s, conditions, count)
-            return
+            if self._grid.has_rows:
+                self._step_grid(self._grid, n_steps, step_s, conditions, count)
+                return
+            if _count_loops(self._grid, conditions) <= MAX_LOOPS:
+                self._step_strands(self._grid, n_steps, step_s, conditions, count)
+                return
         for first in range(0, n_steps, MAX_STEPS_PER_SUBMISSION):
             n = min(MAX_STEPS_PER_SUBMISSION, n_steps - first)
             self._run(n, step_s, step_s, 1.0 / n_steps, conditions, begin=first == 0, count=count)
@@ -223,7 +238,6 @@ class Leapfrog:
                 rows_per_strip=grid.rows_per_strip,
                 n_obstacles=len(conditions.obstacles),
                 has_damping=self._system.damping_s > 0.0,
-                has_rows=grid.has_rows,
             )
             groups = [
                 [
@@ -254,6 +268,44 @@ class Leapfrog:
                         dispatch(encoder, pipeline, groups[0 if first + k == 0 else 1][source], n_workgroups)
                         source ^= 1
                     self._copy_grid(encoder, "unpack_grid", layout, state, source, inverse_masses=state.inverse_masses)
+                    count(n)
+
+    def _step_strands(
+        self, grid: Grid, n_steps: int, step_s: float, conditions: FrameConditions, count: Callable[[int], object]
+    ) -> None:
+        """Take the steps of a frame, several in each dispatch."""
+        step = conditions.step.copy()
+        step["kick_s"], step["drift_s"], step["frame_part"] = step_s, step_s, 1.0 / n_steps
+        first_step = step.copy()
+        first_step["is_first"] = 1
+        pipelines = self.device.pipelines
+        with self.device.lock:
+            structs = uniforms.upload(self.device, POOL_OWNER, "steps", [first_step, step])
+            [layout] = uniforms.upload(self.device, POOL_OWNER, "grid", [grid.struct()])
+            [obstacles] = uniforms.upload(
+                self.device, POOL_OWNER, "obstacles", [_fill(MAX_OBSTACLES, OBSTACLE, conditions.obstacles)]
+            )
+            n_workgroups = -(-grid.n_columns // STRANDS_PER_WORKGROUP)
+            for first in range(0, n_steps, MAX_STEPS_PER_SUBMISSION):
+                n = min(MAX_STEPS_PER_SUBMISSION, n_steps - first)
+                with self.device.encode_commands(*self._buffers, *self._textures, label="springs: strands") as encoder:
+                    for start in range(first, first + n, MAX_STEPS_PER_DISPATCH):
+                        pipeline = pipelines.compute(
+                            "step_strands",
+                            workgroup_size=STRANDS_PER_WORKGROUP,
+                            n_steps=min(MAX_STEPS_PER_DISPATCH, first + n - start),
+                            n_obstacles=len(conditions.obstacles),
+                            has_damping=self._system.damping_s > 0.0,
+                        )
+                        group = self.device.bind_groups.bind(
+                            pipeline,
+                            spring_step=structs[min(start, 1)],
+                            grid=layout,
+                            obstacles=obstacles,
+                            **self._state.bindings(0),
+                        )
+                        dispatch(encoder, pipeline, group, n_workgroups)
+                        self._state.swap()
                     count(n)
 
     def _copy_grid(
@@ -328,6 +380,12 @@ class _GridState:
         self.positions = [owner._upload("grid: positions", zeros) for _ in range(2)]
         self.velocities = [owner._upload("grid: velocities", zeros) for _ in range(2)]
         self.step_counts = owner._allocate("grid: step counts", 4 * grid.n_blocks * grid.n_strips)
+
+
+def _count_loops(strands: Grid, conditions: FrameConditions) -> int:
+    """Return how often an invocation that goes down a strand runs through loops."""
+    n_ticks = strands.n_rows + 2 * MAX_STEPS_PER_DISPATCH
+    return n_ticks * (1 + MAX_STEPS_PER_DISPATCH * len(conditions.obstacles))
 
 
 def _fill(n: int, dtype: np.dtype[np.void], structs: npt.NDArray[np.void]) -> npt.NDArray[np.uint8]:

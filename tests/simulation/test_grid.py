@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform.simulation import leapfrog
 from gpu_xform.simulation.grid import Grid, find_grid
 from gpu_xform.simulation.incidence import pack_slots
 from gpu_xform.simulation.leapfrog import MAX_STRIP_ROWS
@@ -18,7 +19,15 @@ MODELS: dict[str, Callable[..., gx.Springs]] = {
     "without bending": lambda **options: make_cloth(33, 35, bend=0.0, pinned=[3], **options),
     "threads": lambda **options: make_cloth(40, 41, bend=0.0, shear=0.0, pinned=range(41), **options),
     "strands": lambda **options: make_strands(70, 20, **options),
+    "columns": lambda **options: make_columns(31, 37, **options),
 }
+
+
+def make_columns(n: int, m: int, **options: Any) -> gx.Springs:
+    """Return m strands of n points side by side, whose points follow one another from strand to strand."""
+    index = np.arange(n * m).reshape(n, m)
+    pairs = np.stack([index[:-1], index[1:]], axis=-1).reshape(-1, 2)
+    return gx.Springs(cloth_mesh(n, m).positions, springs=pairs, stiffness=1000.0, mass=0.2, pinned=index[0], **options)
 
 
 def grid_of(springs: gx.Springs) -> Grid | None:
@@ -33,6 +42,7 @@ def grid_of(springs: gx.Springs) -> Grid | None:
         ("without bending", (33, 35, 35, 1), 3),
         ("threads", (40, 41, 41, 1), 2),
         ("strands", (20, 70, 1, 20), 2),
+        ("columns", (31, 37, 37, 1), 1),
     ],
 )
 def test_a_grid_is_found(name: str, shape: tuple[int, ...], kinds: int) -> None:
@@ -40,7 +50,7 @@ def test_a_grid_is_found(name: str, shape: tuple[int, ...], kinds: int) -> None:
     assert grid is not None
     assert (grid.n_rows, grid.n_columns, grid.row_shift, grid.column_shift) == shape
     assert len(grid.springs) == kinds
-    assert grid.has_rows == (name != "strands")
+    assert grid.has_rows == (name not in ("strands", "columns"))
 
 
 def test_a_grid_with_a_spring_too_few_or_too_many_or_another_is_none() -> None:
@@ -70,7 +80,7 @@ def test_a_grid_moves_as_its_springs_in_float64_do(name: str, damping: float) ->
     np.testing.assert_allclose(springs.velocities, reference.velocities, atol=2e-3)
 
 
-@pytest.mark.parametrize("name", ["wide", "strands"])
+@pytest.mark.parametrize("name", ["wide", "strands", "columns"])
 def test_a_grid_meets_obstacles_pins_and_air_as_any_springs_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     options: dict[str, Any] = {
         "obstacles": [
@@ -111,3 +121,31 @@ def test_strips_of_any_length_give_the_same_bytes(rows: int, monkeypatch: pytest
     assert (
         MODELS["wide"](damping=1e-4).simulate(0.05, 20.0, **options).positions.tobytes() == expected.positions.tobytes()
     )
+
+
+@pytest.mark.parametrize("n_steps", [1, 2, 3])
+@pytest.mark.parametrize("name", ["strands", "columns"])
+def test_any_number_of_steps_per_dispatch_gives_the_same_bytes(
+    name: str, n_steps: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    options: dict[str, Any] = {
+        "obstacles": gx.Sphere((0.1, -0.1, 0.1), 0.15, friction=0.2, transform=lambda t: gx.translate(t, 0, 0)),
+        "drag_rate": 1.0,
+        "wind": (1.0, 0.0, 0.0),
+    }
+    expected = MODELS[name](damping=1e-5)
+    expected.step(30, 0.5 * expected.largest_step, **options)
+    monkeypatch.setattr(leapfrog, "MAX_STEPS_PER_DISPATCH", n_steps)
+    monkeypatch.setattr(leapfrog, "MAX_STEPS_PER_SUBMISSION", 11)
+    springs = MODELS[name](damping=1e-5)
+    springs.step(30, 0.5 * springs.largest_step, **options)
+    assert springs.positions.tobytes() == expected.positions.tobytes()
+    assert springs.velocities.tobytes() == expected.velocities.tobytes()
+
+
+def test_strands_too_long_for_the_loops_of_a_driver_are_stepped_as_any_springs(monkeypatch: pytest.MonkeyPatch) -> None:
+    expected = MODELS["strands"]().simulate(0.05, 20.0)
+    monkeypatch.setattr(leapfrog, "MAX_LOOPS", 27)
+    springs = MODELS["strands"]()
+    monkeypatch.setattr(springs._stepper, "_step_strands", None)
+    np.testing.assert_allclose(springs.simulate(0.05, 20.0), expected, atol=2e-6)

@@ -18,7 +18,6 @@ override workgroup_size: u32;
 override rows_per_strip: u32;
 override n_obstacles: u32;
 override has_damping: bool;
-override has_rows: bool; // springs along rows and across cells, not along columns alone
 
 const TINY = 1e-30; // m^2, so that an empty column divides by no zero
 
@@ -45,13 +44,8 @@ fn load_block(at: u32) -> Block {
 }
 
 fn load_row(at: u32) -> Row {
-    var row: Row;
-    row.own = load_block(at);
-    if has_rows {
-        row.left = load_block(at - 3u * grid.n_padded_rows);
-        row.right = load_block(at + 3u * grid.n_padded_rows);
-    }
-    return row;
+    let side = 3u * grid.n_padded_rows;
+    return Row(load_block(at - side), load_block(at), load_block(at + side));
 }
 
 fn ahead1(a: Vectors, b: Vectors) -> Vectors {
@@ -167,17 +161,15 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
         let down2 = pull(row.own, after2.own, grid.over_column, vec4(has_after2));
         force = add(force, add(down, down2));
         force_after = subtract(force_after, down);
-        if has_rows {
-            force = add(force, pull(row.own, shift_ahead1(row), grid.along_row, has_right));
-            force = add(force, pull(row.own, shift_behind1(row), grid.along_row, has_left));
-            force = add(force, pull(row.own, shift_ahead2(row), grid.over_row, has_right2));
-            force = add(force, pull(row.own, shift_behind2(row), grid.over_row, has_left2));
-            force = add(force, pull(row.own, shift_ahead1(after), grid.shear, has_after * has_right));
-            force = add(force, pull(row.own, shift_behind1(after), grid.shear, has_after * has_left));
-            let has_before = f32(number >= 1.0);
-            force = add(force, pull(row.own, shift_ahead1(before), grid.shear, has_before * has_right));
-            force = add(force, pull(row.own, shift_behind1(before), grid.shear, has_before * has_left));
-        }
+        force = add(force, pull(row.own, shift_ahead1(row), grid.along_row, has_right));
+        force = add(force, pull(row.own, shift_behind1(row), grid.along_row, has_left));
+        force = add(force, pull(row.own, shift_ahead2(row), grid.over_row, has_right2));
+        force = add(force, pull(row.own, shift_behind2(row), grid.over_row, has_left2));
+        force = add(force, pull(row.own, shift_ahead1(after), grid.shear, has_after * has_right));
+        force = add(force, pull(row.own, shift_behind1(after), grid.shear, has_after * has_left));
+        let has_before = f32(number >= 1.0);
+        force = add(force, pull(row.own, shift_ahead1(before), grid.shear, has_before * has_right));
+        force = add(force, pull(row.own, shift_behind1(before), grid.shear, has_before * has_left));
         if k >= 2u {
             let w = inverse_masses[at / 3u];
             let is_free = sign(w); // of a pin and of an empty column the inverse mass is 0
