@@ -29,8 +29,6 @@ from spring_peers import (
 )
 
 import gpu_xform as gx
-from gpu_xform.gpu.buffers import Buffer
-from gpu_xform.gpu.device import require_gpu_device
 from gpu_xform.simulation.leapfrog import Leapfrog
 from gpu_xform.simulation.point_state import TEXEL_BYTES
 
@@ -139,16 +137,25 @@ def hair(n_steps: int, rounds: int) -> list[Row]:
     return [Row("a step of hair", "numba", seconds["ours"] / n_steps, seconds["numba"] / n_steps, 1.0)]
 
 
-def memory(n: int) -> str:
-    """Return the device's bytes for a cloth beside those of its state and its springs."""
-    springs = make_cloth(n)
+def make_ball(n: int, **stiffness: Any) -> gx.Springs:
+    """Return a ball of triangles whose points have no order: springs in lists."""
+    ball = gx.samples.icosphere(n)
+    order = np.random.default_rng(0).permutation(ball.n_points)
+    numbers = np.argsort(order)
+    mesh = gx.Mesh(ball.positions[order], [numbers[face].tolist() for face in ball.faces])
+    return gx.Springs(mesh, mass=1.0, **stiffness)
+
+
+def memory(name: str, springs: gx.Springs) -> str:
+    """Return the device's bytes for springs beside those of their state and of themselves."""
     springs.step(1)
-    buffers = [buffer for buffer in require_gpu_device(springs.device).context.buffers if isinstance(buffer, Buffer)]
-    held = sum(buffer.n_bytes for buffer in buffers if buffer.label.startswith("springs: "))
-    if isinstance(springs._stepper, Leapfrog):
-        held += sum(TEXEL_BYTES * math.prod(texture.extent) for texture in springs._stepper._textures)
+    stepper = springs._stepper
+    held = 0
+    if isinstance(stepper, Leapfrog):
+        held = sum(buffer.n_bytes for buffer in stepper._buffers)
+        held += sum(TEXEL_BYTES * math.prod(texture.extent) for texture in stepper._textures)
     state = 7 * 4 * springs.n_points + 5 * 4 * len(springs.springs)  # x, v, m; ends, rest, stiffness, damping
-    return f"memory, {n} x {n}: {held / state:.2f} of the bytes of points and springs (asked: at most 1.5)"
+    return f"memory, {name}: {held / state:.2f} of the bytes of points and springs (asked: at most 1.5)"
 
 
 def main() -> None:
@@ -159,7 +166,11 @@ def main() -> None:
     options = parser.parse_args()
     calm_threads()
     print(f"{os.cpu_count()} processors; Python {platform.python_version()}\n")
-    print(memory(300))
+    print(memory("cloth of 300 x 300 as a grid", make_cloth(300)))
+    with patch("gpu_xform.simulation.incidence.LISTED_COST", 0.0):
+        print(memory("the same in lists", make_cloth(300)))
+    print(memory("ball of triangles with stretch and bend, in lists", make_ball(6, stretch=100.0, bend=10.0)))
+    print(memory("ball of triangles with stretch alone, in lists", make_ball(6, stretch=100.0)))
     without = set(options.without)
     rows = [*cloth(100, 60, options.rounds, without), *cloth(300, 20, options.rounds, without)]
     rows += hair(16, options.rounds)
