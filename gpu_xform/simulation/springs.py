@@ -18,6 +18,7 @@ from ..device import Device, resolve_device
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..geometry.mesh import Mesh, move
 from ..gpu.layouts import PIN, SPRING_STEP
+from ..host import HostDevice
 from ._validation import as_points, as_positive_float
 from .conditions import GRAVITY, ConditionOptions, Conditions, Force, FrameConditions, PinMotion, Wind
 from .energy import Energy, Momentum, measure_energy, measure_momentum
@@ -228,15 +229,15 @@ class Springs:
         """
         return MeshBuffer.at_points(self._topology, self._stepper.store_positions())
 
-    def as_model(self) -> MeshBuffer:
+    def as_model(self) -> Mesh | MeshBuffer:
         """Return what `render` and its kin draw of a Springs.
 
         Returns
         -------
-        MeshBuffer
-            `buffer()`.
+        MeshBuffer or Mesh
+            `buffer()`; of springs on the host device, which draws nothing, `mesh`.
         """
-        return self.buffer()
+        return self.mesh if isinstance(self.device, HostDevice) else self.buffer()
 
     @property
     def time(self) -> float:
@@ -365,6 +366,7 @@ class Springs:
             How many steps per frame are too many.
         keep : "host" or "device"
             Where the frames stay: as one array in the host's memory, or on the device, from which `animate` draws them.
+            Those of the host device are in the host's memory.
         progress : function, optional
             Called with the number of frames done and of all frames, after each.
 
@@ -399,7 +401,8 @@ class Springs:
         n_steps = self._choose_substeps(1.0 / fps, conditions, substeps, max_substeps)
         self._begin_frames(1.0 / fps)
         first_frame = self._n_frames
-        frames: Frames = [] if keep == "device" else np.empty((n_frames + 1, self.n_points, 3), np.float32)
+        is_buffered = keep == "device" and not isinstance(self.device, HostDevice)
+        frames: Frames = [] if is_buffered else np.empty((n_frames + 1, self.n_points, 3), np.float32)
         times = self._epoch + (first_frame + np.arange(n_frames + 1, dtype=np.float64)) * self._frame_s
         self._keep_frame(frames, 0, times[0])
         n_done = 1

@@ -525,3 +525,21 @@ def test_pins_and_obstacles_follow_a_node_of_a_scene() -> None:
     moved = gx.rotate_y(0.3)[:3, :3] @ (0.0, 0.2, 0.3)
     np.testing.assert_allclose(path[-1][[0, 8]], rest.positions[[0, 8]] + moved, atol=1e-5)
     assert np.linalg.norm(path[-1] - (np.array([0.0, -0.3, 0.0]) + moved), axis=1).min() > 0.1
+
+
+@pytest.mark.usefixtures("device")
+def test_springs_on_the_host_device_are_drawn_as_well() -> None:
+    host = gx.Device("host")
+    there = gx.Springs(cloth_mesh(8), mass=0.2, stretch=1000.0, pinned=[0, 7], device=host)
+    path = there.simulate(0.2, 20.0, keep="device")
+    assert all(isinstance(model, gx.Mesh) for model in path.as_models())
+    drawn = gx.animate(there, path, size=(60, 40), hidden="remove")
+    expected = gx.render_array(path.meshes()[2], size=(60, 40), hidden="remove", camera=drawn.camera)
+    np.testing.assert_array_equal(np.asarray(drawn[2]), expected)
+    there.hold(20, (0.3, 0.1, 0.3))
+    there.simulate(0.05, 20.0)
+    np.testing.assert_allclose(there.positions[20], (0.3, 0.1, 0.3), atol=1e-5)
+    assert np.array_equal(
+        gx.render_array(there, size=(60, 40), camera=drawn.camera),
+        gx.render_array(there.mesh, size=(60, 40), camera=drawn.camera),
+    )
