@@ -35,6 +35,7 @@ _PUBLIC_NAMES = {
     "geometry.scene": "Scene",
     "geometry.strands": "Strands",
     "formats": "load_mesh load_scene save_mesh",
+    "formats.limits": "FileLimits",
     "imaging.compare": "compare_images",
     "gpu.adapters": "adapters",
     "compute.transform": "project_points transform_normals transform_points transform_vectors",
@@ -114,6 +115,7 @@ if TYPE_CHECKING:
     from .formats import load_mesh as load_mesh
     from .formats import load_scene as load_scene
     from .formats import save_mesh as save_mesh
+    from .formats.limits import FileLimits as FileLimits
     from .geometry.attributes import Attributes as Attributes
     from .geometry.attributes import RaggedArray as RaggedArray
     from .geometry.mesh import Mesh as Mesh

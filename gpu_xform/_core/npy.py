@@ -34,7 +34,10 @@ def read_header(file: BinaryIO) -> Header:
         if version not in _READERS:
             raise ValueError(f"version {version[0]}.{version[1]} is not known")
         with warnings.catch_warnings(action="ignore"):  # of Python's parser about a malformed header
-            return Header(*_READERS[version](file))
+            header = Header(*_READERS[version](file))
+        if any(isinstance(side, bool) for side in header.shape):
+            raise ValueError(f"the shape must hold whole numbers, got {header.shape}")
+        return header
     except _MALFORMED_ERRORS as error:
         raise ValueError(str(error)) from None
     except _EXHAUSTED_ERRORS:

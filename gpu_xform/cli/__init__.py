@@ -41,5 +41,10 @@ def _run(argv: Sequence[str]) -> int:
         options = parse(argv)
     except SystemExit as stop:  # argparse has printed help, the version, or what is wrong
         return int(stop.code or 0)
-    code: int = options.run(options)
-    return code
+    limits = getattr(options, "file_limits", None)
+    if limits is None:
+        return int(options.run(options))
+    from ..formats.limits import use_limits
+
+    with use_limits(limits):
+        return int(options.run(options))

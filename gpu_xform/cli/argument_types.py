@@ -5,7 +5,7 @@ import functools
 import math
 import re
 from collections.abc import Callable
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from ..raster.names import RASTERIZERS
 from . import files
 from .path_templates import Template
 from .paths import STDIO, file_type, require_path
+
+if TYPE_CHECKING:
+    from ..formats.limits import FileLimits
 
 Value = TypeVar("Value")
 
@@ -175,6 +178,26 @@ def parse_line_width(text: str) -> float:
     if not 0.0 < width <= MAX_LINE_WIDTH_PX:
         raise ValueError(f"expected a positive number of pixels, at most {MAX_LINE_WIDTH_PX:,.0f}, got {quote(text)}")
     return width
+
+
+@argument_type
+def parse_file_limits(text: str) -> "FileLimits":
+    """Parse limits of model files, such as points=1000000,depth=20."""
+    from ..formats.limits import FileLimits
+
+    known = tuple(FileLimits.__dataclass_fields__)
+    given: dict[str, float] = {}
+    for word in text.split(","):
+        name, _, number = word.partition("=")
+        try:
+            value = float(number)
+            if name not in known or name in given:
+                raise ValueError
+            given[name] = value if name == "cpu_s" else int(value)
+        except (ValueError, OverflowError):
+            expected = ", ".join(f"{each}=N" for each in known)
+            raise ValueError(f"expected {expected}, separated by commas, got {quote(text)}") from None
+    return FileLimits(**given)  # type: ignore[arg-type]
 
 
 @argument_type

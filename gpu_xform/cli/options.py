@@ -139,7 +139,7 @@ def add_models(group: Any, layer_type: Callable[[str], argparse.Namespace]) -> N
 
 
 def add_reading_options(group: Any) -> None:
-    """Add the type of the input, and the tolerance for surfaces in it."""
+    """Add the type of the input, the tolerance for surfaces in it, and the limits of what it may hold."""
     *others, last = MODEL_TYPES
     group.add_argument(
         "--file-type",
@@ -152,6 +152,13 @@ def add_reading_options(group: Any) -> None:
         type=types.parse_tolerance,
         help="largest distance between polygons and the smooth surfaces of an .obj file (default: a thousandth of the "
         "diagonal of its points)",
+    )
+    group.add_argument(
+        "--file-limits",
+        metavar="LIMITS",
+        type=types.parse_file_limits,
+        help="what a file may hold: points=N, faces=N, face_corners=N, nodes=N, depth=N, unpacked_bytes=N, cpu_s=S, "
+        "memory_bytes=N, separated by commas",
     )
 
 

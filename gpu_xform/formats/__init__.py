@@ -1,7 +1,7 @@
 """Model files: one module per format, with a reader of bytes, a writer of bytes, or both.
 
-Reading order: _text, _warn, _losses, _concatenate, _beside, npy, obj_materials, obj_attributes, obj_free_forms, obj,
-off_attributes, off, ply_header, ply_writer, ply, stl, vrml_syntax, vrml_nodes, vrml_shapes, vrml_primitives,
+Reading order: _text, _warn, _losses, _concatenate, _beside, limits, npy, obj_materials, obj_attributes, obj_free_forms,
+obj, off_attributes, off, ply_header, ply_writer, ply, stl, vrml_syntax, vrml_nodes, vrml_shapes, vrml_primitives,
 vrml_attributes, vrml, gltf_accessors, gltf_placements, gltf_document, gltf_animations, gltf_attributes, gltf_meshes,
 gltf_nodes, gltf_write, gltf, glb, threemf_properties, threemf, registry.
 """

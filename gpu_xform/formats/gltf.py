@@ -9,14 +9,12 @@ from ..errors import ArgumentError, MeshError
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from ._concatenate import concatenate
-from .gltf_accessors import MAX_SPARE_NUMBERS, Accessors
+from .gltf_accessors import Accessors
 from .gltf_document import Document, read_document, understand, write_gltf
 from .gltf_meshes import read_meshes
 from .gltf_nodes import build_scene, list_unheld
 from .gltf_write import make_document
-
-# Nodes can show one mesh many times: they may draw so many copies of everything, and MAX_SPARE_NUMBERS beyond.
-_MAX_COPIES = 8
+from .limits import budget
 
 
 def read_scene(data: bytes, folder: Path | None = None) -> Scene:
@@ -72,8 +70,7 @@ def merge_scene(scene: Scene) -> Mesh:
         raise MeshError("it shows no triangles, no lines and no points")
     sizes = np.array([mesh.positions.size + mesh.indices.size for mesh, _ in placed])
     n_numbers = int(sizes @ [len(matrices) for _, matrices in placed])
-    if n_numbers > MAX_SPARE_NUMBERS + _MAX_COPIES * sizes.sum():
-        raise MeshError(f"its nodes draw {n_numbers} numbers, its meshes have {sizes.sum()}")
+    budget().take_numbers(n_numbers, "its nodes")
     merged = concatenate([mesh.transformed(matrix) for mesh, matrices in placed for matrix in matrices])
     holds = [f"{len(scene)} nodes"] if len(scene) > 1 else []
     holds += [f"animation {name!r}" for name in scene.animations]

@@ -12,13 +12,14 @@ import numpy.typing as npt
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError, MissingExtraError
 from ._text import quote
+from .limits import budget
 
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 N_COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 MESHOPT = "EXT_meshopt_compression"
 # An accessor without a buffer view is all zeros, and a compressed one may unpack to more than the file has.
-MAX_SPARE_NUMBERS = 1 << 25
-_MAX_MESHOPT_RATIO = 256
+_MAX_ZEROS = 1 << 25
+_MAX_MESHOPT_RATIO = 100
 
 Buffers = Sequence[bytes | memoryview]
 
@@ -46,7 +47,7 @@ class Accessors:
             return self._replaced[i]
         if "bufferView" in accessor:
             rows = self._read(accessor, count, dtype, kind, f"accessor {i}")
-        elif count * N_COMPONENTS[kind] > MAX_SPARE_NUMBERS:
+        elif count * N_COMPONENTS[kind] > _MAX_ZEROS:
             raise MeshError(f"accessor {i} has {count} rows of zeros without a buffer view")
         else:
             rows = np.broadcast_to(np.zeros(1, dtype), (count, N_COMPONENTS[kind]))
@@ -111,6 +112,8 @@ class Accessors:
         end = start + (stride * (count - 1) + element_bytes if count else 0)
         if end > len(data):
             raise MeshError(f"{name} with {count} rows ends at byte {end} of a view of {len(data)}")
+        if count < 2:
+            stride = element_bytes  # of which there is none: it may be beyond any integer of NumPy
         shape, strides = (count, n_columns, n_rows), (stride, column_bytes, dtype.itemsize)
         return np.ndarray(shape, dtype, data, start, strides).reshape(count, N_COMPONENTS[kind])
 
@@ -163,8 +166,7 @@ def _unpack(packed: Any, data: memoryview) -> bytes:
     except ImportError:
         raise MissingExtraError(f"{MESHOPT} needs meshopt: pip install 'gpu_xform[gltf]'") from None
     count, stride = get_count(packed, "count"), get_count(packed, "byteStride")
-    if count * stride > 4 * MAX_SPARE_NUMBERS + _MAX_MESHOPT_RATIO * len(data):
-        raise MeshError(f"{len(data)} bytes of {MESHOPT} unpack to {count * stride}, more than is allowed")
+    budget().take_bytes(count * stride, _MAX_MESHOPT_RATIO, MESHOPT)
     try:
         rows = meshopt.decode_gltf_buffer(bytes(data), count, stride, packed["mode"], packed.get("filter", "NONE"))
     except MemoryError:

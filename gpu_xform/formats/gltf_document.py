@@ -21,6 +21,7 @@ from ._beside import find_beside
 from ._text import quote
 from .gltf_accessors import MESHOPT, get_count
 from .gltf_placements import local_matrix, make_names
+from .limits import budget
 
 Result = TypeVar("Result")
 
@@ -65,8 +66,9 @@ def read_document(data: bytes, folder: Path | None = None, binary: memoryview | 
 
     def read() -> Document:
         _require_known_extensions(content)
+        files = dict[str, bytes]()
         buffers = [
-            _read_buffer(buffer, i, folder, binary if i == 0 else None)
+            _read_buffer(buffer, i, folder, binary if i == 0 else None, files)
             for i, buffer in enumerate(content.get("buffers", []))
         ]
         return Document(content, buffers, folder)
@@ -238,11 +240,21 @@ def _require_known_extensions(content: Any) -> None:
         raise MeshError(f"it requires the extension{'s'[: len(unknown) - 1]} {names}, which cannot be read")
 
 
-def _read_buffer(buffer: Any, i: int, folder: Path | None, binary: memoryview | None) -> bytes | memoryview:
-    """Return the content of buffer i (3.6.1)."""
+def _read_buffer(
+    buffer: Any, i: int, folder: Path | None, binary: memoryview | None, files: dict[str, bytes]
+) -> bytes | memoryview:
+    """Return the content of buffer i (3.6.1).
+
+    files : what was read before, by its URI: several buffers may name one file
+    """
     content: bytes | memoryview
     if "uri" in buffer:
-        content = _fetch(buffer["uri"], folder)
+        uri = buffer["uri"]
+        if uri not in files:
+            files[uri] = _fetch(uri, folder)
+            if not uri.startswith("data:"):
+                budget().allow_bytes(len(files[uri]))
+        content = files[uri]
     elif buffer.get("extensions", {}).get(MESHOPT, {}).get("fallback") is True:
         return b""  # stands for what compressed buffer views unpack to
     elif binary is not None:

@@ -14,9 +14,10 @@ from ..errors import MeshError, MissingExtraError
 from ..geometry.attributes import Attributes
 from ..geometry.deformable_mesh import Influences
 from ..geometry.mesh import Mesh
-from .gltf_accessors import MAX_SPARE_NUMBERS, Accessors, get_count
+from .gltf_accessors import Accessors, get_count
 from .gltf_attributes import read_attributes
 from .gltf_placements import make_names
+from .limits import budget
 
 _POINTS, _LINES, _LINE_LOOP, _LINE_STRIP, _TRIANGLES, _TRIANGLE_STRIP, _TRIANGLE_FAN = range(7)
 _DRACO = "KHR_draco_mesh_compression"
@@ -32,12 +33,6 @@ class Primitive:
     influences: Influences | None
     """The joints that each point follows, if a skin is given."""
 
-    @property
-    def n_extra(self) -> int:
-        """The numbers per point beside its coordinates."""
-        columns = self.mesh.attributes.point.values()
-        return sum(column.size // max(1, len(column)) for column in columns)
-
 
 def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
     """Return the primitives of each mesh that hold a face, or are points.
@@ -45,7 +40,6 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
     Raises MeshError if buffers, views, accessors and primitives disagree with one another.
     """
     found: list[list[Primitive]] = []
-    n_numbers = 0
     materials = document.get("materials", [])
     names = make_names([material.get("name") for material in materials], "material")
     for i, mesh in enumerate(document.get("meshes", [])):
@@ -53,11 +47,8 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
         for p, part in enumerate(mesh["primitives"]):
             if "POSITION" not in part["attributes"]:  # nothing to show, unless an extension says where (3.7.2.1)
                 continue
+            budget().take_numbers(_count_numbers(part, accessors), f"mesh {i}")
             primitive = _read_primitive(part, accessors, f"mesh {i}")
-            width = 3 * (1 + len(primitive.targets)) + primitive.n_extra
-            n_numbers += primitive.mesh.n_points * width + primitive.mesh.indices.size
-            if n_numbers > MAX_SPARE_NUMBERS + 2 * accessors.n_bytes:
-                raise MeshError(f"its meshes draw {n_numbers} numbers, its buffers have {accessors.n_bytes} bytes")
             is_empty = primitive.mesh.n_faces == 0 and get_count(part, "mode", _TRIANGLES) != _POINTS
             if is_empty or not primitive.mesh.n_points:
                 continue
@@ -67,6 +58,15 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
             shared.setdefault(key, []).append(replace(primitive, mesh=_describe(primitive.mesh, mesh, part, described)))
         found.append([_join(primitives) for primitives in shared.values()])
     return found
+
+
+def _count_numbers(part: Any, accessors: Accessors) -> int:
+    """Return how many numbers a primitive will hold, as far as its accessors say."""
+    attributes = part["attributes"]
+    n_points = accessors.count(get_count(attributes, "POSITION"))
+    n_corners = accessors.count(get_count(part, "indices")) if "indices" in part else n_points
+    width = 3 * (1 + len(part.get("targets", []))) + 4 * (len(attributes) - 1)
+    return n_points * width + n_corners
 
 
 def _make_key(part: Any) -> str:

@@ -429,13 +429,14 @@ def _split_statements(data: bytes, comments: list[str]) -> Iterator[tuple[int, l
 
     A backslash at the end of a line continues it on the next.
     """
-    pending, start = b"", 0
+    parts, start = list[bytes](), 0
     for line, text in enumerate(data.split(b"\n"), 1):
         body, mark, comment = text.partition(b"#")
         start = start or line
         if body.endswith(b"\\") and not mark:
-            pending += body[:-1] + b" "
+            parts += [body[:-1], b" "]
             continue
+        pending = b"".join(parts)
         body = pending + body
         words = body.split()
         if words and words[0] in _NAMED:
@@ -444,7 +445,8 @@ def _split_statements(data: bytes, comments: list[str]) -> Iterator[tuple[int, l
             comments.append(comment.decode("utf-8", "replace"))
         if words:
             yield start, words, body.strip()
-        pending, start = b"", 0
+        parts, start = [], 0
+    pending = b"".join(parts)
     if pending.split():
         yield start, pending.split(), pending.strip()
 

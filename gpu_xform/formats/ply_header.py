@@ -67,6 +67,8 @@ class Header:
     """Comments, `obj_info`, elements without their counts, and properties, in the order of the file."""
     end: int = 0
     n_lines: int = 0
+    names: set[tuple[str, str]] = field(default_factory=set)
+    """Of the elements, and of the properties of each."""
 
 
 def parse_header(data: bytes) -> Header:
@@ -99,8 +101,9 @@ def _add_statement(header: Header, text: str) -> None:
         case ["format", name, "1.0"] if name in ORDERS and not header.encoding:
             header.encoding = name
         case ["element", name, count] if header.encoding and count.isdecimal() and len(count) < 19:
-            if any(element.name == name for element in elements):
+            if ("", name) in header.names:
                 raise MeshError(f"line {line}: a second element {name}")
+            header.names.add(("", name))
             elements.append(Element(name, int(count), []))
             header.statements.append(("element", name))
         case ["property", *types, name] if elements and (
@@ -108,8 +111,9 @@ def _add_statement(header: Header, text: str) -> None:
         ):
             if not TYPES.keys() >= {*types[-2:]}:
                 raise MeshError(f"line {line}: not a statement of a PLY header: {quote(text)}")
-            if any(known.name == name for known in elements[-1].properties):
+            if (elements[-1].name, name) in header.names:
                 raise MeshError(f"line {line}: a second property {name} of {elements[-1].name}")
+            header.names.add((elements[-1].name, name))
             order = ORDERS[header.encoding]
             count_dtype = np.dtype(order + TYPES[types[1]]) if len(types) == 3 else None
             elements[-1].properties.append(Property(name, np.dtype(order + TYPES[types[-1]]), count_dtype))

@@ -23,6 +23,7 @@ from ..geometry.scene import Scene
 from ..surfaces.resolution import as_tolerance
 from ._losses import ListLosses, list_attributes, warn_of
 from ._warn import name_file
+from .limits import NO_LIMITS, FileLimits, as_limits, spend
 
 if TYPE_CHECKING:
     from .gltf_document import Document
@@ -104,7 +105,13 @@ _LOSSES: dict[str, ListLosses] = {
 
 
 @public
-def load_mesh(source: PathOrFile, *, file_type: str | None = None, tolerance: float | None = None) -> Mesh:
+def load_mesh(
+    source: PathOrFile,
+    *,
+    file_type: str | None = None,
+    tolerance: float | None = None,
+    limits: FileLimits | None = None,
+) -> Mesh:
     """Read a mesh from a model file; polygons are not split into triangles.
 
     Parameters
@@ -116,6 +123,8 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None, tolerance: fl
     tolerance : float, optional
         The largest distance between polygons and the Bézier and B-spline surfaces and curves of an OBJ file that they
         stand for, in the file's unit; by default a thousandth of the diagonal of its points. Other files have none.
+    limits : FileLimits, optional
+        What the file may hold. By default it may hold what its bytes spell out, and expand to some multiple of it.
 
     Returns
     -------
@@ -146,14 +155,20 @@ def load_mesh(source: PathOrFile, *, file_type: str | None = None, tolerance: fl
     reader = partial(_BESIDE[kind], folder=_get_folder(source)) if kind in _BESIDE else READERS[kind]
     if kind == "obj":
         reader = partial(_read_obj, folder=_get_folder(source), tolerance=tolerance)
-    mesh = _read(source, name, reader)
+    mesh = _read(source, name, reader, as_limits(limits))
     if mesh.n_points == 0:
         raise prefix_error(MeshError("the file holds no points"), name)
     return mesh
 
 
 @public
-def load_scene(source: PathOrFile, *, file_type: str | None = None, tolerance: float | None = None) -> Scene:
+def load_scene(
+    source: PathOrFile,
+    *,
+    file_type: str | None = None,
+    tolerance: float | None = None,
+    limits: FileLimits | None = None,
+) -> Scene:
     """Read a scene from a model file.
 
     GLB and glTF keep their nodes, 3MF its items and components, in millimetres, and a mesh that several nodes show is
@@ -167,6 +182,8 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None, tolerance: f
     file_type : str, optional
         "glb", ".GLTF", ...; by default, the suffix of the file's name.
     tolerance : float, optional
+        As `load_mesh` takes it.
+    limits : FileLimits, optional
         As `load_mesh` takes it.
 
     Returns
@@ -194,10 +211,11 @@ def load_scene(source: PathOrFile, *, file_type: str | None = None, tolerance: f
     name, kind = _identify(source, file_type, READERS)
     if kind in _SCENE_READERS:
         beside = {"folder": _get_folder(source)} if kind in _BESIDE else {}
-        return _read(source, name, partial(_SCENE_READERS[kind], **beside))
+        return _read(source, name, partial(_SCENE_READERS[kind], **beside), as_limits(limits))
     scene = Scene()
     scene.add(
-        load_mesh(source, file_type=kind, tolerance=tolerance), name=None if name == _UNNAMED else Path(name).stem
+        load_mesh(source, file_type=kind, tolerance=tolerance, limits=limits),
+        name=None if name == _UNNAMED else Path(name).stem,
     )
     return scene
 
@@ -308,16 +326,24 @@ def _write(target: PathOrFile, write: Callable[[BinaryIO], None]) -> None:
         write(as_whole_writer(target))
 
 
-def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model]) -> Model:
+def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model], given: FileLimits | None = None) -> Model:
     """Return what `reader` makes of a file; the messages of errors begin with its name."""
     data = Path(source).read_bytes() if isinstance(source, str | os.PathLike) else source.read()
     if not isinstance(data, bytes | bytearray | memoryview):
         message = f"source must be a binary file, its read() gave {type(data).__name__}"
         raise ArgumentTypeError(message, argument="source", expected="be a binary file")
-    with prefix_errors(name), name_file(name):
+    limits = as_limits(given)
+    with prefix_errors(name), name_file(name), spend(len(data), limits) as budget:
         if len(data) == 0:
             raise MeshError("the file is empty")
-        return reader(bytes(data))
+        model = reader(bytes(data))
+        if limits is not NO_LIMITS:
+            if isinstance(model, Mesh):
+                budget.require_mesh([model])
+            elif isinstance(model, Scene):
+                shown = [layer.model for layer in model.layers()]
+                budget.require_mesh([each for each in shown if isinstance(each, Mesh)])
+        return model
 
 
 def _get_folder(source: PathOrFile) -> Path | None:

@@ -96,7 +96,8 @@ def _read_solids(data: bytes, n_triangles: int) -> tuple[Attributes | None, dict
     if sum(counts) != n_triangles:
         return None, {"encoding": "ascii", "name": names[0]}
     labels = list(dict.fromkeys(names))
-    numbers = np.repeat(np.array([labels.index(name) for name in names], np.int32), counts)
+    number_of = {name: number for number, name in enumerate(labels)}
+    numbers = np.repeat(np.array([number_of[name] for name in names], np.int32), counts)
     return Attributes(face={"object": numbers}, labels={"object": labels}), {"encoding": "ascii", "name": ""}
 
 

@@ -17,11 +17,11 @@ from ..geometry.scene import Node, Scene
 from ._text import quote
 from .gltf import merge_scene
 from .gltf_placements import make_names
+from .limits import budget
 from .threemf_properties import GROUPS, Group, build_attributes, read_group
 
 _MAX_BYTES = 1 << 30
-_MAX_RATIO = 200  # 3MF's XML shrinks to a tenth or less; bombs to a thousandth
-_MAX_NODES = 1 << 17  # components can name components, each several times
+_MAX_RATIO = 40  # 3MF's XML shrinks to a tenth or less; bombs to a thousandth
 _MAX_DEPTH = 256
 _MILLIMETRES = {"micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1000.0}
 # Extensions that may be required: what they add is read, or leaves the triangles of each object as they are.
@@ -71,15 +71,16 @@ def read(data: bytes) -> Mesh:
 def read_scene(data: bytes) -> Scene:
     """Return a node per item of the build and per component in it, in millimetres.
 
-    Raises MeshError for a container that unpacks to more than 1 GiB or 200 times its size, MissingExtraError if the
+    Raises MeshError for a container that unpacks to more than 1 GiB or 40 times its size, MissingExtraError if the
     extra `3mf` is not installed.
     """
     try:
         with zipfile.ZipFile(BytesIO(data)) as container:
             unpacked = sum(entry.file_size for entry in container.infolist())
-            most = min(_MAX_BYTES, _MAX_RATIO * len(data))
-            if unpacked > most:
-                raise MeshError(f"unpacks to {unpacked} bytes, more than the {most} that are allowed")
+            if unpacked > _MAX_BYTES:
+                raise MeshError(f"unpacks to {unpacked} bytes, more than the {_MAX_BYTES} that are allowed")
+            budget().take_bytes(unpacked, _MAX_RATIO, "the container")
+            budget().allow_bytes(unpacked)
             package = _read_package({entry.filename.strip("/"): entry for entry in container.infolist()}, container)
     except MeshError:
         raise
@@ -294,16 +295,16 @@ def _build_scene(package: _Package) -> Scene:
     waiting: list[_Placed] = [
         (key, to_millimetres @ matrix, name, None, ()) for key, matrix, name in reversed(package.items)
     ]
+    n_components = sum(len(found.components) for found in package.objects.values())
+    budget().spell_nodes(len(package.items) + n_components)
     while waiting:
         key, matrix, name, parent, above = waiting.pop()
         if key not in package.objects:
             raise MeshError(f"there is no object {quote(key[1])} in part {quote(key[0])}")
         if key in above:
             raise MeshError(f"object {quote(key[1])} is a component of itself")
-        if len(above) == _MAX_DEPTH:
-            raise MeshError(f"its components are more than {_MAX_DEPTH} deep")
-        if len(placed) == _MAX_NODES:
-            raise MeshError(f"its items have more than the {_MAX_NODES} components that are allowed")
+        budget().require_depth(len(above), _MAX_DEPTH)
+        budget().take_nodes(1, "its components")
         found = package.objects[key]
         waiting += [
             (component, local, None, len(placed), (*above, key)) for component, local in reversed(found.components)

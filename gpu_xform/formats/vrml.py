@@ -24,6 +24,7 @@ from ..matrices import rotate
 from ._beside import find_beside
 from ._text import plain_text, quote
 from ._warn import warn
+from .limits import budget
 from .vrml_attributes import (
     Appearance,
     AttributeBuilder,
@@ -42,9 +43,7 @@ from .vrml_shapes import Polygons
 from .vrml_syntax import Numbers, parse_nodes
 
 _MAX_DECOMPRESSED_BYTES = 1 << 28
-# USE can make a short file mean an endless scene. These numbers and nodes may be drawn besides those in the file.
-_NUMBER_ALLOWANCE = 1 << 25
-_VISIT_ALLOWANCE = 1 << 18
+_MAX_GZIP_RATIO = 100  # text shrinks to a twentieth at best, bombs to a thousandth
 _PRIMITIVE_DISCOUNT = 4  # a molecule has many thousands of spheres, each of thousands of numbers: they count for less
 _GROUPS = {"Group", "Anchor", "Billboard", "Collision", "StaticGroup", "Separator", "WWWAnchor"}
 _INDEXED = {"IndexedFaceSet", "IndexedLineSet"}
@@ -69,11 +68,11 @@ def read(data: bytes, folder: Path | None = None) -> Mesh:
 
     folder : where files that it names may lie
 
-    Raises MeshError with the line of malformed content, for more than 256 MiB of compressed text, and if USE multiplies
-    the scene without bound. Warns of what holds geometry and is not shown.
+    Raises MeshError with the line of malformed content, for text that unpacks to more than 100 times its bytes, and if
+    USE multiplies the scene beyond the budget of the file. Warns of what holds geometry and is not shown.
     """
     roots, is_vrml1 = _parse(data)
-    builder = _MeshBuilder(_NUMBER_ALLOWANCE + len(data), _VISIT_ALLOWANCE + len(data))
+    builder = _MeshBuilder()
     _walk(roots, builder, _Inlines(folder), _State(np.eye(4), is_vrml1=is_vrml1, folder=folder))
     mesh = builder.build()
     builder.warn_of_losses()
@@ -99,11 +98,14 @@ def _parse(data: bytes) -> tuple[list[PlacedNode], bool]:
 def _decompress(data: bytes) -> bytes:
     try:
         with gzip.GzipFile(fileobj=BytesIO(data)) as file:
-            text = file.read(_MAX_DECOMPRESSED_BYTES + 1)
+            most = min(_MAX_DECOMPRESSED_BYTES, budget().most_bytes(_MAX_GZIP_RATIO))
+            text = file.read(most + 1)
     except (EOFError, OSError, zlib.error) as error:
         raise MeshError(f"the gzip compression is damaged: {error}") from None
-    if len(text) > _MAX_DECOMPRESSED_BYTES:
-        raise MeshError(f"decompresses to more than {_MAX_DECOMPRESSED_BYTES} bytes")
+    if len(text) > most:
+        raise MeshError(f"decompresses to more than {most} bytes, the limit FileLimits(unpacked_bytes=...)")
+    budget().take_bytes(len(text), _MAX_GZIP_RATIO, "gzip")
+    budget().allow_bytes(len(text))
     return text
 
 
@@ -142,22 +144,22 @@ class _Inlines:
         paths = (find_beside(self.root, folder, name) for name in plain if name)
         return next((path for path in paths if path is not None), None)
 
-    def parse(self, path: Path, builder: "_MeshBuilder") -> tuple[list[PlacedNode], bool]:
+    def parse(self, path: Path) -> tuple[list[PlacedNode], bool]:
         """Return the nodes at the top of a file, and whether it is of VRML 1.0."""
         if path not in self.parsed:
             data = path.read_bytes()
+            budget().allow_bytes(len(data))
             with prefix_errors(path.name):
                 self.parsed[path] = _parse(data)
-            builder.allow(len(data))
         return self.parsed[path]
 
 
 @dataclass
 class _MeshBuilder:
-    """What was read so far, and how much more may be read."""
+    """What was read so far."""
 
-    numbers_left: int
-    visits_left: int
+    depth: int = 0
+    is_spent: bool = False
     points: list[Float64Array] = field(default_factory=list)
     sizes: list[IndexArray] = field(default_factory=list)
     corners: list[IndexArray] = field(default_factory=list)
@@ -169,32 +171,28 @@ class _MeshBuilder:
     left_out: Counter[str] = field(default_factory=Counter)
     as_groups: Counter[str] = field(default_factory=Counter)
 
-    def allow(self, n_bytes: int) -> None:
-        """Allow as much more as a further file spells out."""
-        self.numbers_left += n_bytes
-        self.visits_left += n_bytes
-
     def visit(self, node: PlacedNode) -> None:
         """Count a visit to a node; raise MeshError if there are too many."""
-        self.visits_left -= 1
-        if self.visits_left < 0:
-            raise MeshError(f"line {node.line}: USE multiplies the scene beyond {_VISIT_ALLOWANCE} nodes")
+        try:
+            budget().take_nodes(1, f"line {node.line}")
+        except MeshError:
+            self.is_spent = True
+            raise
 
     def _count(self, n_numbers: int, line: int) -> None:
         """Count numbers drawn; raise MeshError if there are too many."""
-        self.numbers_left -= n_numbers
-        if self.numbers_left < 0:
-            raise MeshError(f"line {line}: USE multiplies the scene beyond {_NUMBER_ALLOWANCE} numbers")
+        budget().take_numbers(n_numbers, f"line {line}")
 
     def add_indexed(self, shape: PlacedNode, coordinates: PlacedNode | None, state: _State) -> None:
         """Add a face set or a line set."""
         index = shape.numbers("coordIndex")
+        if index is not None:
+            self._count(index.count_at_most(), shape.line)
         if index is None or (values := index.integers()).size == 0:
             return
         if coordinates is None:
             raise MeshError(f"line {shape.line}: {shape.kind} has no coordinates")
         base, count = self.add_points(coordinates, state.matrix)
-        self._count(len(values), shape.line)
         wrong = (values < -1) | (values >= count)
         if wrong.any():
             i = int(np.argmax(wrong))
@@ -232,8 +230,8 @@ class _MeshBuilder:
         numbers = coordinates.numbers("point") or Numbers(coordinates.line, "")
         key = (id(numbers), matrix.tobytes())
         if key not in self.point_ranges:
+            self._count(numbers.count_at_most(), coordinates.line)
             points = numbers.floats(3)
-            self._count(points.size, coordinates.line)
             self.point_ranges[key] = self.n_points, len(points)
             self._append_points(points, matrix)
         return self.point_ranges[key]
@@ -289,7 +287,7 @@ class _MeshBuilder:
         try:
             yield
         except MeshError:
-            if self.visits_left < 0:
+            if self.is_spent:
                 raise
             self.attributes.misfits[name] += 1
 
@@ -370,6 +368,7 @@ def _walk(roots: list[PlacedNode], builder: _MeshBuilder, inlines: _Inlines, sta
     while pending:
         entry = pending.pop()
         if not isinstance(entry, PlacedNode):
+            builder.depth -= 1
             state = entry(state)
             continue
         node = entry.expanded(builder.visit)
@@ -381,6 +380,9 @@ def _walk(roots: list[PlacedNode], builder: _MeshBuilder, inlines: _Inlines, sta
             state = changed
             continue
         children, inner = _enter(node, builder, inlines, state)
+        if node.kind == "TransformSeparator" or inner is not None:
+            builder.depth += 1
+            budget().require_depth(builder.depth)
         if node.kind == "TransformSeparator":
             pending.append(lambda last, saved=state: replace(last, matrix=saved.matrix))  # type: ignore[misc]
         elif inner is not None:
@@ -512,7 +514,7 @@ def _read_inline(
         why = "not a file beside it" if path is None else "of itself"
         builder.left_out[f"{node.kind} ({why}: {quote(names[0]) if names else 'no name'})"] += 1
         return [], None
-    roots, is_vrml1 = inlines.parse(path, builder)
+    roots, is_vrml1 = inlines.parse(path)
     inlined = (*state.inlined, path)
     return roots, _State(state.matrix, is_vrml1=is_vrml1, folder=path.parent, inlined=inlined)
 

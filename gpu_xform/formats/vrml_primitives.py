@@ -5,6 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..errors import MeshError
+from .limits import budget
 from .vrml_nodes import PlacedNode
 from .vrml_shapes import (
     EMPTY,
@@ -74,6 +75,7 @@ def _read_extrusion(node: PlacedNode) -> Polygons:
     spine = node.rows("spine", ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
     if min(len(section), len(spine)) < 2:
         return EMPTY
+    budget().take_numbers(5 * len(section) * len(spine), f"line {node.line}")  # three coordinates, and corners
     return make_extrusion(
         section,
         spine,

@@ -14,6 +14,7 @@ import numpy as np
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ._text import parse_float, parse_int, parse_numbers, quote
+from .limits import budget
 
 if TYPE_CHECKING:
     from lark import Lark, Token
@@ -83,6 +84,10 @@ class Numbers:
             return np.array(
                 [parse_int(word, line, 16 if "x" in word.lower() else 10) for word, line in self._words()], np.int64
             )
+
+    def count_at_most(self) -> int:
+        """Return a number that is at least that of the values, and little more."""
+        return len(self.text.split()) + self.text.count(",")
 
     def line_of(self, i: int) -> int:
         """Return the line of number i."""
@@ -280,7 +285,7 @@ def parse_nodes(text: str) -> list[Node]:
     except UnexpectedInput as error:
         rest = text[cast("int", error.pos_in_stream) :][:41]
         raise MeshError(f"line {error.line}: unexpected {quote(rest)}") from None
-    _resolve_names(roots)
+    budget().spell_nodes(_resolve_names(roots))
     return [root for root in roots if isinstance(root, Node)]
 
 
@@ -325,9 +330,10 @@ class _Names:
         return found[-1] if found else None
 
 
-def _resolve_names(roots: list[Any]) -> None:
-    """Replace every Use by its node, and give instances their prototypes, in the order of the file."""
+def _resolve_names(roots: list[Any]) -> int:
+    """Replace every Use by its node, and give instances their prototypes, in the order of the file; count the nodes."""
     names = _Names()
+    n_nodes = 0
     # Entries are places to resolve, nodes whose end is reached, or functions that begin or end a body.
     pending: list[Slot | Node | Callable[[], None]] = [(roots, i) for i in reversed(range(len(roots)))]
     while pending:
@@ -343,6 +349,7 @@ def _resolve_names(roots: list[Any]) -> None:
         if isinstance(item, Use):
             values[i] = names.find_node(item)
         elif isinstance(item, Node):
+            n_nodes += 1
             item.prototype = names.find_prototype(item.kind)
             if item.name is not None:
                 pending.append(item)
@@ -350,3 +357,4 @@ def _resolve_names(roots: list[Any]) -> None:
         elif isinstance(item, Prototype):
             pending += [partial(names.declare, item), names.exit_scope, *reversed(item.body_slots)]
             pending += [names.enter_scope, *reversed(item.default_slots)]
+    return n_nodes

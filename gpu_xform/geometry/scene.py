@@ -2,7 +2,7 @@
 
 import copy
 from collections import defaultdict
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
 
@@ -83,7 +83,7 @@ class Node:
         self._name = name
         self._parent = parent
         self._transform = transform
-        self._models: tuple[Shown, ...] = ()
+        self._models: Sequence[Shown] = ()
 
     @property
     def name(self) -> str:
@@ -116,7 +116,7 @@ class Node:
     @property
     def models(self) -> tuple[Shown, ...]:
         """The models with their styles, in the order of the calls of `show`."""
-        return self._models
+        return tuple(self._models)
 
     @property
     def visible(self) -> bool:
@@ -189,7 +189,9 @@ class Node:
         """
         if "transform" in style:
             raise ArgumentError.expecting("transform", "be that of a node", reason="a model stands where its node is")
-        self._models = (*self._models, Shown(model, style))
+        if not isinstance(self._models, list):  # from `with_models`, or pickled before it was one
+            self._models = [*self._models]
+        self._models.append(Shown(model, style))
 
     def __repr__(self) -> str:
         return f"<Node {_summarize(self)}>"
@@ -439,6 +441,8 @@ class Scene:
             raise ArgumentTypeError.expecting("poses", "map names to matrices", type(poses).__name__)
         posed = Scene(animations=self._animations.values(), metadata=self._metadata)
         posed._nodes = {name: copy.copy(node) for name, node in self._nodes.items()}
+        for node in posed._nodes.values():
+            node._models = tuple(node._models)
         for name, matrix in poses.items():
             if name not in posed:
                 raise ArgumentError.expecting("poses", "name nodes of this scene", repr(name))

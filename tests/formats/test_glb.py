@@ -63,7 +63,7 @@ def test_a_polygon_mesh_is_written_as_fans() -> None:
     ("path", "value", "message"),
     [
         ("accessors.0.count", 4, "accessor 0 with 4 rows ends at byte 48 of a view of 36"),
-        ("accessors.0.count", 10**18, "accessor 0 with 1000000000000000000 rows ends"),
+        ("accessors.0.count", 10**18, "mesh 0: expands to more than"),
         ("accessors.0.count", -1, "count must be an integer of at least 0, got '-1'"),
         ("accessors.0.count", 2.5, "count must be an integer"),
         ("accessors.0.byteOffset", 4, "accessor 0 with 3 rows ends at byte 40"),
@@ -170,7 +170,9 @@ def test_hazards_end_soon() -> None:
     crowd["buffers"] = [{"byteLength": 1_200_000}]
     crowd["nodes"] = [{"mesh": 0} for _ in range(5000)]
     crowd["scenes"] = [{"nodes": list(range(5000))}]
-    with pytest.raises(MeshError, match="its nodes draw 1999980000 numbers, its meshes have 399996"):
+    with pytest.raises(
+        MeshError, match=r"its nodes: expands to more than .* numbers, the limit FileLimits\(points=\.\.\.\)"
+    ):
         glb.read(pack(crowd, b"\0" * 1_200_000))
     assert time.process_time() - start < 5.0
 
@@ -186,7 +188,9 @@ def test_containers_that_unpack_to_much_are_refused() -> None:
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as container:
         container.writestr("3D/3dmodel.model", b" " * 50_000_000)
     assert len(file.getvalue()) < 100_000
-    with pytest.raises(MeshError, match="unpacks to 50000000 bytes, more than the"):
+    with pytest.raises(
+        MeshError, match=r"unpacks to more than .* allowed, the limit FileLimits\(unpacked_bytes=\.\.\.\)"
+    ):
         zipped.read(file.getvalue())
     for damaged in (b"PK", file.getvalue()[:-10]):
         with pytest.raises(MeshError, match="not a ZIP container"):

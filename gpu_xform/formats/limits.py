@@ -1,0 +1,188 @@
+"""Limits of what a model file may hold, and the budget of what it may expand to, counted before it is allocated."""
+
+import operator
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from .._core.public import public
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
+from ..geometry.mesh import Mesh
+
+# What a file may expand to, by USE, components, instances and shared arrays, without a limit of the caller's: so much
+# in any case, and so much more per byte or node that it holds itself.
+FREE_NUMBERS, NUMBERS_PER_BYTE = 1 << 22, 4
+FREE_NODES, NODES_PER_NODE = 1 << 13, 8
+FREE_BYTES = 1 << 20
+
+
+@public
+@dataclass(frozen=True, kw_only=True)
+class FileLimits:
+    """What a model file may hold; what exceeds a limit is a `MeshError` that names it.
+
+    By default each is None: a file may hold what its bytes spell out, and expand to some multiple of it.
+
+    Parameters
+    ----------
+    points, faces : int, optional
+        Points, and faces, in all that the file shows.
+    face_corners : int, optional
+        Corners of one face.
+    nodes : int, optional
+        Nodes, each counted as often as it is shown.
+    depth : int, optional
+        Nodes within one another.
+    unpacked_bytes : int, optional
+        Bytes that compressed content unpacks to, and that files beside the file have.
+    cpu_s : float, optional
+        Seconds that a processor may work on it; with `isolated=True` only, where it is 60 by default.
+    memory_bytes : int, optional
+        Bytes of memory that reading it may take; with `isolated=True` only, where it is 4 GiB by default.
+
+    Raises
+    ------
+    ArgumentError, ArgumentTypeError
+        For a limit that is no positive number.
+    """
+
+    points: int | None = None
+    faces: int | None = None
+    face_corners: int | None = None
+    nodes: int | None = None
+    depth: int | None = None
+    unpacked_bytes: int | None = None
+    cpu_s: float | None = None
+    memory_bytes: int | None = None
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            value = getattr(self, each.name)
+            if value is None:
+                continue
+            try:
+                number = float(value) if each.name == "cpu_s" else operator.index(value)
+            except (TypeError, ValueError):
+                raise ArgumentTypeError.expecting(each.name, "be a number", repr(value)) from None
+            if isinstance(value, bool) or not 0 < number < float("inf"):
+                raise ArgumentError.expecting(each.name, "be a positive number", repr(value))
+
+
+NO_LIMITS = FileLimits()
+
+
+class Budget:
+    """What a file may still expand to."""
+
+    def __init__(self, n_bytes: int = 0, limits: FileLimits = NO_LIMITS) -> None:
+        self.limits = limits
+        self._n_bytes = n_bytes
+        self._numbers = 0
+        self._nodes = 0
+        self._spelled_nodes = 0
+        self._unpacked = 0
+
+    def allow_bytes(self, n_bytes: int) -> None:
+        """Note that the file holds more bytes than at first: in files beside it, or when it is unpacked."""
+        self._n_bytes += n_bytes
+
+    def spell_nodes(self, n_nodes: int) -> None:
+        """Note that the file spells out so many nodes."""
+        self._spelled_nodes += n_nodes
+
+    def take_numbers(self, n_numbers: int, where: str) -> None:
+        """Count coordinates and indices that are about to be allocated; raise MeshError if they are too many."""
+        self._numbers += n_numbers
+        limit = self.limits.points
+        most = FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes if limit is None else 16 * limit
+        if self._numbers > most:
+            raise MeshError(f"{where}: expands to more than {most:,} numbers, the limit {_name('points', limit)}")
+
+    def take_nodes(self, n_nodes: int, where: str) -> None:
+        """Count nodes that are shown; raise MeshError if they are too many."""
+        self._nodes += n_nodes
+        limit = self.limits.nodes
+        most = FREE_NODES + NODES_PER_NODE * self._spelled_nodes if limit is None else limit
+        if self._nodes > most:
+            raise MeshError(f"{where}: expands to more than {most:,} nodes, the limit {_name('nodes', limit)}")
+
+    def take_bytes(self, n_bytes: int, ratio: int, where: str) -> None:
+        """Count bytes that will be unpacked; raise MeshError if they are more than `ratio` per byte of the file."""
+        self._unpacked += n_bytes
+        limit = self.limits.unpacked_bytes
+        most = self.most_bytes(ratio)
+        if self._unpacked > most:
+            raise MeshError(
+                f"{where}: unpacks to more than the {most:,} bytes that are allowed, "
+                f"the limit {_name('unpacked_bytes', limit)}"
+            )
+
+    def most_bytes(self, ratio: int) -> int:
+        """Return how many bytes may be unpacked in all."""
+        limit = self.limits.unpacked_bytes
+        return FREE_BYTES + ratio * self._n_bytes if limit is None else limit
+
+    def require_depth(self, depth: int, default: int | None = None) -> None:
+        """Raise MeshError for nodes too deep within one another."""
+        limit = self.limits.depth
+        most = default if limit is None else limit
+        if most is not None and depth > most:
+            raise MeshError(f"its nodes are more than {most:,} deep, the limit {_name('depth', limit)}")
+
+    def require_mesh(self, meshes: list[Mesh]) -> None:
+        """Raise MeshError for meshes that hold more than the caller allows."""
+        limits = self.limits
+        n_corners = max((int(np.diff(mesh.offsets).max(initial=0)) for mesh in meshes), default=0)
+        for name, count in (
+            ("points", sum(mesh.n_points for mesh in meshes)),
+            ("faces", sum(mesh.n_faces for mesh in meshes)),
+            ("face_corners", n_corners),
+        ):
+            limit = getattr(limits, name)
+            if limit is not None and count > limit:
+                what = "a face of it has" if name == "face_corners" else "it has"
+                word = "corners" if name == "face_corners" else name
+                raise MeshError(f"{what} {count:,} {word}, more than FileLimits({name}={limit}) allows")
+
+
+_default: ContextVar[FileLimits] = ContextVar("_default", default=NO_LIMITS)
+_current: ContextVar[Budget | None] = ContextVar("_current", default=None)
+
+
+def budget() -> Budget:
+    """Return the budget of the file that is being read."""
+    return _current.get() or Budget(FREE_BYTES)
+
+
+@contextmanager
+def use_limits(limits: FileLimits) -> Iterator[None]:
+    """Let files that are read in the block without limits of their own have these."""
+    token = _default.set(limits)
+    try:
+        yield
+    finally:
+        _default.reset(token)
+
+
+def as_limits(limits: FileLimits | None) -> FileLimits:
+    """Return the limits, or by default those of the block; raise `ArgumentTypeError` for anything else."""
+    if limits is not None and not isinstance(limits, FileLimits):
+        raise ArgumentTypeError.expecting("limits", "be FileLimits", repr(limits))
+    return _default.get() if limits is None else limits
+
+
+@contextmanager
+def spend(n_bytes: int, limits: FileLimits) -> Iterator[Budget]:
+    """Let what is read in the block have the budget of a file of so many bytes."""
+    token = _current.set(Budget(n_bytes, limits))
+    try:
+        yield budget()
+    finally:
+        _current.reset(token)
+
+
+def _name(name: str, limit: int | None) -> str:
+    return f"FileLimits({name}=...)" if limit is None else f"FileLimits({name}={limit})"

@@ -1,0 +1,246 @@
+"""Limits of model files: what they expand to is counted before it is allocated, and no honest file is refused."""
+
+import base64
+import contextlib
+import gzip
+import io
+import json
+import time
+import tracemalloc
+import zipfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from tests.support.cli import error_of
+
+TRIANGLE_3MF = (
+    '<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>'
+    '<triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh>'
+)
+FACE_97 = "Shape{geometry IndexedFaceSet{coord Coordinate{point[0 0 0 1 0 0 0 1 0]} coordIndex[0 1 2]}}"
+
+
+def threemf(resources: str, item: str) -> bytes:
+    namespace = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
+    model = f'<model xmlns="{namespace}"><resources>{resources}</resources><build>{item}</build></model>'
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as container:
+        container.writestr("3D/3dmodel.model", model)
+    return file.getvalue()
+
+
+def gltf(n_primitives: int = 1, n_points: int = 3, **content: Any) -> bytes:
+    data = base64.b64encode(bytes(12 * n_points)).decode()
+    document = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": f"data:application/octet-stream;base64,{data}", "byteLength": 12 * n_points}],
+        "bufferViews": [{"buffer": 0, "byteLength": 12 * n_points}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "type": "VEC3", "count": n_points}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}] * n_primitives}],
+        "nodes": [{"mesh": 0}],
+        "scenes": [{"nodes": [0]}],
+    }
+    return json.dumps(document | content).encode()
+
+
+def vrml(text: str) -> bytes:
+    return b"#VRML V2.0 utf8\n" + text.encode()
+
+
+def doubled(first: str, step: str, levels: int) -> str:
+    return first + "".join(step.format(i, i - 1) for i in range(1, levels))
+
+
+ZEROS = [{"componentType": 5126, "type": "VEC3", "count": 10**7}] * 20
+
+# Of each, a few kilobytes meant seconds, or hundreds of megabytes.
+BOMBS: dict[str, tuple[str, Callable[[], bytes], str]] = {
+    "components": (
+        "3mf",
+        lambda: threemf(
+            doubled(
+                f'<object id="0">{TRIANGLE_3MF}</object>',
+                '<object id="{0}"><components><component objectid="{1}"/><component objectid="{1}"/></components>'
+                "</object>",
+                25,
+            ),
+            '<item objectid="24"/>',
+        ),
+        "nodes",
+    ),
+    "an archive": ("3mf", lambda: threemf(" " * 10_000_000, ""), "unpacked_bytes"),
+    "USE": (
+        "wrl",
+        lambda: vrml(
+            doubled(
+                f"DEF A0 {FACE_97}\n",
+                "DEF A{0} Group{{children[Transform{{translation {0} 1 0 children USE A{1}}} USE A{1}]}}\n",
+                30,
+            )
+        ),
+        "nodes",
+    ),
+    "USE of many numbers": (
+        "wrl",
+        lambda: vrml(
+            f"DEF A Shape{{geometry PointSet{{coord Coordinate{{point[{'1 2 3,' * 3000}]}}}}}}\n"
+            + "".join(f"Transform{{translation {i} 0 0 children USE A}}\n" for i in range(2000))
+        ),
+        "points",
+    ),
+    "an extrusion": (
+        "wrl",
+        lambda: vrml(f"Shape{{geometry Extrusion{{crossSection[{'1 0,' * 3000}] spine[{'0 1 0,' * 3000}]}}}}"),
+        "points",
+    ),
+    "gzip": ("wrz", lambda: gzip.compress(vrml(" " * 20_000_000)), "unpacked_bytes"),
+    "zeros": (
+        "gltf",
+        lambda: gltf(accessors=ZEROS, meshes=[{"primitives": [{"attributes": {"POSITION": i}} for i in range(20)]}]),
+        "points",
+    ),
+    "primitives": ("gltf", lambda: gltf(20_000, 3000), "points"),
+    "morph targets": (
+        "gltf",
+        lambda: gltf(
+            n_points=3000,
+            meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "targets": [{"POSITION": 0}] * 15_000}]}],
+        ),
+        "points",
+    ),
+    "nodes": (
+        "gltf",
+        lambda: gltf(n_points=3000, nodes=[{"mesh": 0}] * 5000, scenes=[{"nodes": list(range(5000))}]),
+        "points",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_what_expands_without_bound_is_refused_before_it_does(name: str) -> None:
+    kind, make, limit = BOMBS[name]
+    data = make()
+    assert len(data) < 1_000_000
+    gx.load_mesh(io.BytesIO(b"v 0 0 0\n"), file_type="obj")
+    start = time.process_time()
+    tracemalloc.start()
+    try:
+        with pytest.raises(MeshError, match=rf"the limit FileLimits\({limit}=\.\.\.\)"):
+            gx.load_mesh(io.BytesIO(data), file_type=kind)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert peak < 150e6
+    assert time.process_time() - start < 10  # traced, it takes five times as long
+
+
+LONG_LINE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3" + b" \\\n" * 200_000
+MANY_ELEMENTS = b"ply\nformat ascii 1.0\n" + b"".join(b"element e%d 0\nproperty int x\n" % i for i in range(20_000))
+
+
+@pytest.mark.parametrize(
+    ("kind", "data"),
+    [("obj", LONG_LINE), ("ply", MANY_ELEMENTS + b"end_header\n")],
+    ids=["a line continued often", "many elements"],
+)
+def test_no_time_grows_with_the_square_of_the_length(kind: str, data: bytes) -> None:
+    start = time.process_time()
+    with contextlib.suppress(MeshError):
+        gx.load_mesh(io.BytesIO(data), file_type=kind)
+    assert time.process_time() - start < 2
+
+
+def test_many_models_of_one_node_take_time_that_grows_with_their_number() -> None:
+    node, cube = gx.Scene().add(name="crowd"), gx.samples.cube()
+    start = time.process_time()
+    for _ in range(50_000):
+        node.show(cube)
+    assert len(node.models) == 50_000
+    assert time.process_time() - start < 1
+
+
+def test_buffers_that_name_one_file_share_it(tmp_path: Path) -> None:
+    (tmp_path / "big.bin").write_bytes(bytes(300_000))
+    content = json.loads(gltf())
+    content["buffers"] += [{"uri": "big.bin", "byteLength": 4}] * 2000
+    (tmp_path / "many.gltf").write_text(json.dumps(content))
+    tracemalloc.start()
+    try:
+        assert gx.load_mesh(tmp_path / "many.gltf").n_faces == 1
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+
+
+def test_what_a_file_holds_itself_is_not_refused() -> None:
+    sphere = gx.samples.icosphere(5)
+    for kind in ("obj", "ply", "stl", "off", "glb", "gltf"):
+        file = io.BytesIO()
+        gx.save_mesh(sphere, file, file_type=kind)
+        assert gx.load_mesh(io.BytesIO(file.getvalue()), file_type=kind).n_faces == sphere.n_faces
+    forest = "".join(f"Transform{{translation {i} 0 0 children USE A}}\n" for i in range(5000))
+    assert gx.load_mesh(io.BytesIO(vrml(f"DEF A {FACE_97}\n{forest}")), file_type="wrl").n_faces == 5001
+
+
+CUBE = b"".join(b"v %d %d %d\n" % (x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)) + b"f 1 2 4 3\nf 5 6 8\n"
+
+
+@pytest.mark.parametrize(
+    ("limits", "message"),
+    [
+        ({"points": 7}, r"it has 8 points, more than FileLimits\(points=7\) allows"),
+        ({"faces": 1}, r"it has 2 faces, more than FileLimits\(faces=1\) allows"),
+        ({"face_corners": 3}, r"a face of it has 4 corners, more than FileLimits\(face_corners=3\) allows"),
+    ],
+)
+def test_a_limit_that_is_exceeded_is_named(limits: dict[str, int], message: str) -> None:
+    with pytest.raises(MeshError, match=rf"^<file>: {message}$"):
+        gx.load_mesh(io.BytesIO(CUBE), file_type="obj", limits=gx.FileLimits(**limits))
+    (name, value), *_ = limits.items()
+    loose = gx.FileLimits(**{name: value + 1})
+    assert gx.load_mesh(io.BytesIO(CUBE), file_type="obj", limits=loose).n_faces == 2
+
+
+def test_a_limit_of_the_caller_takes_the_place_of_the_default() -> None:
+    kind, make, _ = BOMBS["nodes"]
+    assert (
+        gx.load_mesh(io.BytesIO(make()), file_type=kind, limits=gx.FileLimits(points=15_000_000)).n_faces == 5_000_000
+    )
+    for limits, words in ((gx.FileLimits(nodes=3), "more than 3 nodes"), (gx.FileLimits(depth=1), "more than 1 deep")):
+        nested = vrml(f"Group{{children Group{{children Group{{children {FACE_97}}}}}}}")
+        with pytest.raises(MeshError, match=words):
+            gx.load_mesh(io.BytesIO(nested), file_type="wrl", limits=limits)
+
+
+@pytest.mark.parametrize(
+    ("given", "error"),
+    [
+        ({"points": 0}, ArgumentError),
+        ({"faces": -1}, ArgumentError),
+        ({"points": 1.5}, ArgumentTypeError),
+        ({"nodes": "many"}, ArgumentTypeError),
+        ({"cpu_s": float("nan")}, ArgumentError),
+        ({"depth": True}, ArgumentError),
+    ],
+)
+def test_what_is_no_limit_is_refused(given: dict[str, Any], error: type[Exception]) -> None:
+    with pytest.raises(error, match=f"{next(iter(given))} must be a"):
+        gx.FileLimits(**given)
+    with pytest.raises(ArgumentTypeError, match="limits must be FileLimits"):
+        gx.load_mesh(io.BytesIO(CUBE), file_type="obj", limits=given)  # type: ignore[arg-type]
+
+
+def test_the_command_takes_limits(working_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (working_folder / "cube.obj").write_bytes(CUBE)
+    for command in (["info", "cube.obj"], ["transform", "cube.obj", "x.ply"], ["render", "cube.obj", "-o", "x.png"]):
+        message = error_of([*command, "--file-limits", "points=7,faces=3"], capsys)
+        assert "cube.obj: it has 8 points, more than FileLimits(points=7) allows" in message
+    message = error_of(["info", "cube.obj", "--file-limits", "point=7"], capsys)
+    assert "expected points=N, faces=N" in message
+    assert np.all(not (working_folder / "x.ply").exists())
