@@ -98,7 +98,9 @@ def checked(contenders: dict[str, Contender], expected: Pixels, margin: int) -> 
     return contenders
 
 
-def compare(what: str, image: Pixels, kernel: Any, asked: dict[str, float | None], **keywords: Any) -> list[Row]:
+def compare(
+    what: str, image: Pixels, kernel: Any, asked: dict[str, float | None], rounds: int = 5, **keywords: Any
+) -> list[Row]:
     """Return a row for each peer that `asked` names."""
     factors = kernel if isinstance(kernel, tuple) else None
     matrix = np.outer(*factors) if factors else kernel
@@ -111,7 +113,7 @@ def compare(what: str, image: Pixels, kernel: Any, asked: dict[str, float | None
         contenders |= checked(pillow_peer(image, matrix), expected, len(matrix) // 2)
     if "SciPy fftconvolve" in asked:
         contenders |= checked(fft_peer(image, matrix), expected, len(matrix) // 2)
-    seconds = medians(contenders, rounds=5, warm_up=1)
+    seconds = medians(contenders, rounds=rounds, warm_up=1)
     return [Row(what, name, seconds["ours"], seconds[name], asked[name]) for name in contenders if name in asked]
 
 
@@ -119,6 +121,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--side", type=int, default=SIDE, help="pixels of a side of the images")
     parser.add_argument("--only", default="", help="measure the rows whose name contains this")
+    parser.add_argument("--host", action="store_true", help="the rows of the host device, beside OpenCV")
+    parser.add_argument("--rounds", type=int, default=5, help="in which the contenders take turns (%(default)s)")
     arguments = parser.parse_args()
     calm_threads()
     rng = np.random.default_rng(1)
@@ -141,19 +145,20 @@ def main() -> None:
         ("RGBA uint8, 7 x 7", rgba, dense(7), {"scipy.ndimage": 0.25, "OpenCV": 1.5}),
         ("RGBA uint8, 15 x 15", rgba, dense(15), {"OpenCV": 1.0}),
     ]
-    print(
-        f"{default_gpu_device()!r}; Python {platform.python_version()}, NumPy {np.__version__}, {os.cpu_count()} CPUs"
-    )
+    device = gx.Device("host") if arguments.host else default_gpu_device()
+    if arguments.host:
+        cases = [(what, image, kernel, {"OpenCV": 1.3}) for what, image, kernel, asked in cases if "OpenCV" in asked]
+    print(f"{device!r}; Python {platform.python_version()}, NumPy {np.__version__}, {os.cpu_count()} CPUs")
     rows = []
     for what, image, kernel, asked in cases:
         if arguments.only in what:
-            rows += compare(what, image, kernel, asked, alpha="independent")
+            rows += compare(what, image, kernel, asked, arguments.rounds, alpha="independent", device=device)
     if arguments.only in "RGBA uint8, 7 x 7, premultiplied":
         kernel = dense(7)
         seconds = medians(
             {
-                "premultiplied": lambda: gx.convolve(rgba, kernel),
-                "independent": lambda: gx.convolve(rgba, kernel, alpha="independent"),
+                "premultiplied": lambda: gx.convolve(rgba, kernel, device=device),
+                "independent": lambda: gx.convolve(rgba, kernel, alpha="independent", device=device),
             },
             rounds=5,
             warm_up=1,

@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .._core.types import Float64Array
 from ..device import Device
 from ..host import HostDevice
+from .kernels.convolution_job import ConvolutionJob
 from .kernels.job import Epilogue, Job, SkinningJob
 from .kernels.reduction import Reduction
 
@@ -47,12 +48,14 @@ class Backend:
 
     run_transform : writes each matrix applied to all points
     run_skinning : writes each point through the matrices that it names
+    run_convolution : writes images through stencils
     store_points : keeps points in the device's memory
     min_points_per_matrix : fewer points of a stack are better run by skinning, each copy as points of its own
     """
 
     run_transform: Callable[[Job], None]
     run_skinning: Callable[[SkinningJob], None]
+    run_convolution: Callable[[ConvolutionJob], None]
     store_points: Callable[[Device, npt.NDArray[Any], np.dtype[Any]], PointStore]
     min_points_per_matrix: int
 
@@ -69,17 +72,21 @@ def find_backend(device: Device) -> Backend:
 
 @cache
 def _host_backend() -> Backend:
+    from .host.convolve import run_convolution
     from .host.skin import run_skinning
     from .host.store import HostStore
     from .host.transform import run_transform
 
-    return Backend(run_transform, run_skinning, HostStore, min_points_per_matrix=1)
+    return Backend(run_transform, run_skinning, run_convolution, HostStore, min_points_per_matrix=1)
 
 
 @cache
 def _gpu_backend() -> Backend:
+    from .kernels.convolve import run_convolution
     from .kernels.skin import run_skinning
     from .kernels.store import GpuStore
     from .kernels.transform import run_transform
 
-    return Backend(run_transform, run_skinning, GpuStore, min_points_per_matrix=MIN_POINTS_PER_DISPATCH)
+    return Backend(
+        run_transform, run_skinning, run_convolution, GpuStore, min_points_per_matrix=MIN_POINTS_PER_DISPATCH
+    )

@@ -1,4 +1,4 @@
-"""Every test of this folder that names no device runs twice: on the default one, and on the host device."""
+"""Every test of this folder, but for `host/`, that names no device runs on the default one and on the host device."""
 
 from pathlib import Path
 
@@ -13,8 +13,8 @@ ADAPTER_FIXTURES = {"device", "device_with_limits", "single_device", "staging_de
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "process_device" in metafunc.fixturenames:
-        is_below = metafunc.definition.path.parent != Path(__file__).parent
-        is_for_one = is_below or ADAPTER_FIXTURES & set(metafunc.fixturenames)
+        is_own = metafunc.definition.path.parent == Path(__file__).parent / "host"
+        is_for_one = is_own or ADAPTER_FIXTURES & set(metafunc.fixturenames)
         names = ["adapter"] if is_for_one else ["adapter", "host"]
         metafunc.parametrize("process_device", names, indirect=True)
 

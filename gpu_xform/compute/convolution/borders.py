@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ..._core.suggestions import did_you_mean
 from ...errors import ArgumentError
-from ..kernels.convolve import Stencil
+from ..kernels.convolution_job import Stencil
 
 Border = Literal["reflect", "symmetric", "edge", "wrap", "constant"]
 

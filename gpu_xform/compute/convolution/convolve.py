@@ -6,23 +6,26 @@ within 1e-15 s. Integers are the exact results, rounded to the nearest, ties to 
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
 import numpy as np
 import numpy.typing as npt
 
 from ..._core.public import public
 from ..._core.suggestions import did_you_mean
-from ...device import Device
+from ...device import Device, resolve_device
 from ...errors import ArgumentError, ArgumentTypeError, PrecisionError
-from ...gpu.device import GpuDevice, resolve_gpu_device
 from .._precision import DOUBLE, SINGLE
-from ..kernels.convolve import MAX_CHANNELS, ConvolutionJob, Stencil, run_convolution
+from ..backend import find_backend
+from ..kernels.convolution_job import MAX_CHANNELS, ConvolutionJob, Stencil
 from .borders import Border, Extension
 from .fourier import choose_fourier, correlate_by_fourier
 from .pixels import N_RGBA, RGB, ImageLike, Images, opaque_alpha, read_images
-from .stencils import Kernel, KernelLike, Origin, as_integers, read_kernels, split
+from .stencils import Kernel, KernelLike, OneKernel, Origin, SomeKernel, as_integers, read_kernels, split
 from .transfer import decode, encode
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
 
 Alpha = Literal["premultiplied", "independent", "keep"]
 
@@ -38,6 +41,67 @@ class _Options:
     linear: bool
     out: Any
     device: Device | None
+
+
+# A list of arrays or pairs is also array-like, and means several kernels.
+@overload
+def convolve(
+    image: "Image",
+    kernel: list[SomeKernel],
+    *,
+    border: Border = "reflect",
+    origin: Origin | None = None,
+    stack: bool = False,
+    alpha: Alpha = "premultiplied",
+    linear: bool = False,
+    out: None = None,
+    device: Device | None = None,
+) -> "list[Image]": ...
+
+
+@overload
+def convolve(
+    image: "Image",
+    kernel: OneKernel,
+    *,
+    border: Border = "reflect",
+    origin: Origin | None = None,
+    stack: bool = False,
+    alpha: Alpha = "premultiplied",
+    linear: bool = False,
+    out: None = None,
+    device: Device | None = None,
+) -> "Image": ...
+
+
+@overload
+def convolve(
+    image: npt.ArrayLike,
+    kernel: list[SomeKernel],
+    *,
+    border: Border = "reflect",
+    origin: Origin | None = None,
+    stack: bool = False,
+    alpha: Alpha = "premultiplied",
+    linear: bool = False,
+    out: list[npt.NDArray[Any]] | None = None,
+    device: Device | None = None,
+) -> list[npt.NDArray[Any]]: ...
+
+
+@overload
+def convolve(
+    image: npt.ArrayLike,
+    kernel: OneKernel,
+    *,
+    border: Border = "reflect",
+    origin: Origin | None = None,
+    stack: bool = False,
+    alpha: Alpha = "premultiplied",
+    linear: bool = False,
+    out: npt.NDArray[Any] | None = None,
+    device: Device | None = None,
+) -> npt.NDArray[Any]: ...
 
 
 @public
@@ -109,6 +173,66 @@ def convolve(
     return _run(image, kernel, _Options(border, origin, stack, alpha, linear, out, device), flips=True)
 
 
+@overload
+def correlate(
+    image: "Image",
+    kernel: list[SomeKernel],
+    *,
+    border: Border = "reflect",
+    origin: Origin | None = None,
+    stack: bool = False,
+    alpha: Alpha = "premultiplied",
+    linear: bool = False,
+    out: None = None,
+    device: Device | None = None,
+) -> "list[Image]": ...
+
+
+@overload
+def correlate(
+    image: "Image",
+    kernel: OneKernel,
+    *,
+    border: Border = "reflect",
+    origin: Origin | None = None,
+    stack: bool = False,
+    alpha: Alpha = "premultiplied",
+    linear: bool = False,
+    out: None = None,
+    device: Device | None = None,
+) -> "Image": ...
+
+
+@overload
+def correlate(
+    image: npt.ArrayLike,
+    kernel: list[SomeKernel],
+    *,
+    border: Border = "reflect",
+    origin: Origin | None = None,
+    stack: bool = False,
+    alpha: Alpha = "premultiplied",
+    linear: bool = False,
+    out: list[npt.NDArray[Any]] | None = None,
+    device: Device | None = None,
+) -> list[npt.NDArray[Any]]: ...
+
+
+@overload
+def correlate(
+    image: npt.ArrayLike,
+    kernel: OneKernel,
+    *,
+    border: Border = "reflect",
+    origin: Origin | None = None,
+    stack: bool = False,
+    alpha: Alpha = "premultiplied",
+    linear: bool = False,
+    out: npt.NDArray[Any] | None = None,
+    device: Device | None = None,
+) -> npt.NDArray[Any]: ...
+
+
 @public
 def correlate(
     image: ImageLike,
@@ -174,7 +298,7 @@ def _run(image: ImageLike, kernel: object, options: _Options, *, flips: bool) ->
         _require_suitable(each, images.pixels, options.alpha)
         extension.require_wide_enough(images.pixels.shape[1:3], next(each.stencils))
     outs = _outputs(images, options.out, len(kernels), is_list=is_list)
-    device = resolve_gpu_device(options.device)
+    device = resolve_device(options.device)
     if images.pixels.dtype == DOUBLE and not device.has_float64:
         raise PrecisionError(f"{device.name!r} has no double precision (shader-f64): convert the image to float32")
     source = decode(images.pixels) if options.linear and images.pixels.size else images.pixels
@@ -232,7 +356,7 @@ def _filter(
     out: npt.NDArray[Any],
     extension: Extension,
     options: _Options,
-    device: GpuDevice,
+    device: Device,
 ) -> None:
     """Write the images `source` (k, h, w, c), correlated with a kernel, into `out`."""
     if source.size == 0:
@@ -266,7 +390,7 @@ def _correlate(
     out: npt.NDArray[Any],
     extension: Extension,
     opaque: float,
-    device: GpuDevice,
+    device: Device,
 ) -> None:
     """Correlate with a kernel that has one matrix."""
     is_integer = images.dtype.kind == "u"
@@ -278,4 +402,4 @@ def _correlate(
     scale = 1.0
     if is_integer:
         stencils, scale = as_integers(stencils, np.iinfo(images.dtype).max * max(opaque, 1.0), dtype)
-    run_convolution(ConvolutionJob(device, images, out, stencils, extension, dtype, scale, opaque))
+    find_backend(device).run_convolution(ConvolutionJob(device, images, out, stencils, extension, dtype, scale, opaque))

@@ -4,24 +4,25 @@ Overlap-save: a block of the image, transformed, multiplied and transformed back
 rows and columns at its start as the kernel has but one (Oppenheim and Schafer, Discrete-Time Signal Processing, 8.7.3).
 """
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from ...gpu.device import GpuDevice
-from ..kernels.convolve import Extend, Stencil, copy_extended, fits
+from ...device import Device
+from ...host import HostDevice, count_threads
+from ..kernels.convolution_job import Extend, Stencil, copy_extended, fits
 
 # Sides of blocks: shorter ones transform more overlap, longer ones leave the caches of a CPU.
 KERNELS_PER_BLOCK = 8
 MIN_BLOCK, MAX_BLOCK = 128, 512  # MAX_BLOCK where the kernel is no larger than half of it
 # On a CPU a dense kernel of more takes longer on the device; measured with float32.
 MAX_DIRECT_TAPS_ON_CPU = 256
+MAX_DIRECT_TAPS_ON_HOST = 1024
 
 
-def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: GpuDevice, dtype: np.dtype[Any]) -> bool:
+def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: Device, dtype: np.dtype[Any]) -> bool:
     """Say whether Fourier transforms should correlate these images with a stencil, in `dtype`.
 
     Sums over a whole block carry its NaNs and infinities everywhere, and their rounding errors into integers; those are
@@ -29,7 +30,8 @@ def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: GpuDevice
     """
     if not fits(stencil.matrix.shape, dtype):
         return True
-    is_faster = stencil.matrix.size > MAX_DIRECT_TAPS_ON_CPU and device.adapter.kind == "CPU"
+    most = MAX_DIRECT_TAPS_ON_HOST if isinstance(device, HostDevice) else MAX_DIRECT_TAPS_ON_CPU
+    is_faster = stencil.matrix.size > most and device.adapter.kind == "CPU"
     return is_faster and images.dtype.kind == "f" and bool(np.isfinite(images).all())
 
 
@@ -58,7 +60,7 @@ def correlate_by_fourier(
         out[:, y : y + n_y, x : x + n_x] = np.moveaxis(result, 1, 3)
 
     corners = [(y, x) for y in range(0, height, step_y) for x in range(0, width, step_x)]
-    with ThreadPoolExecutor(min(len(corners), os.cpu_count() or 1)) as pool:
+    with ThreadPoolExecutor(min(len(corners), count_threads())) as pool:
         list(pool.map(fill, corners))
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, SupportsIndex, TypeAlias
+from typing import Any, SupportsIndex, TypeAlias, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -10,10 +10,12 @@ import numpy.typing as npt
 from ..._core.arguments import as_int, as_real_array
 from ..._core.types import Float64Array
 from ...errors import ArgumentError, ArgumentTypeError
-from ..kernels.convolve import Stencil
+from ..kernels.convolution_job import Stencil
 
-_OneKernel: TypeAlias = "npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike]"
-KernelLike: TypeAlias = "_OneKernel | list[_OneKernel]"
+OneKernel: TypeAlias = "npt.ArrayLike | tuple[npt.ArrayLike, npt.ArrayLike]"
+# What a list may hold to be one of kernels, not a matrix.
+SomeKernel = TypeVar("SomeKernel", bound="npt.NDArray[Any] | tuple[npt.ArrayLike, npt.ArrayLike]")
+KernelLike: TypeAlias = "OneKernel | list[Any]"
 Origin: TypeAlias = tuple[SupportsIndex, SupportsIndex]
 
 # A matrix is taken for the product of a column and a row if they differ by at most this part of the sum of its entries,

@@ -29,7 +29,7 @@ def run_loop(name: str, inputs: Iterable[Array], out: Array, *options: Any) -> b
     inputs : arrays that the loop reads, the points first
     options : what comes after where the blocks of points begin
     """
-    points, *tables = (_as_constant(array) for array in inputs)
+    points, *tables = (as_constant(array) for array in inputs)
     return run_compiled(_import_loops, name, points, *tables, out, find_block_starts(len(points)), *options)
 
 
@@ -65,7 +65,7 @@ def find_block_starts(n_points: int) -> npt.NDArray[np.int64]:
     return np.append(np.arange(0, n_points, POINTS_PER_BLOCK), n_points)
 
 
-def _as_constant(array: Array) -> Array:
+def as_constant(array: Array) -> Array:
     """Return a read-only view: numba compiles once for arrays that may be written and for those that may not."""
     view = array.view(np.ndarray)
     view.flags.writeable = False

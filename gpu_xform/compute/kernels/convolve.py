@@ -1,10 +1,9 @@
 """Correlation of images with small matrices, tile by tile."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,16 +12,15 @@ from ..._core.types import Float64Array
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import UNIFORM, Buffer
 from ...gpu.chunking import name_number_type
-from ...gpu.device import GpuDevice
+from ...gpu.device import GpuDevice, require_gpu_device
 from ...gpu.dispatch import Binding, dispatch
+from .convolution_job import MAX_STENCIL_BYTES, ConvolutionJob, Stencil, copy_extended
 from .transform import POOL_OWNER
 
 NUMBERS_PER_VECTOR = 4
-MAX_CHANNELS = 4  # of a pixel
 MAX_VECTORS_PER_BLOCK = 8  # rows of whole blocks of any kind
 MAX_ROWS_PER_BLOCK = 8
 WORKGROUP_SIZE = 64  # 256 take half as long again on lavapipe
-UNIFORM_BYTES = 64 << 10  # what a uniform binding holds at least
 MAX_TILE_BYTES = 32 << 20  # smaller ones lose more to the calls than they gain by the caches of a CPU
 MIN_TILE_ROWS = 32  # beside its borders, before an image is cut into columns too
 # Every rounding of a long sum may err the same way. These lengths keep the promise of `convolution.convolve`.
@@ -44,32 +42,6 @@ class Format(IntEnum):
         return {"u1": cls.UINT8, "u2": cls.UINT16}.get(dtype.str[1:], cls.REAL)
 
 
-class Extend(Protocol):
-    """How an image goes on beyond its sides."""
-
-    def __call__(self, start: int, stop: int, size: int) -> npt.NDArray[np.intp]:
-        """Return which of `size` rows or columns stand at `start` to `stop`; -1 for zeros."""
-
-
-@dataclass(frozen=True)
-class Stencil:
-    """A matrix that slides over an image: out[y, x] = sum of matrix[i, j] * image[y + i - top, x + j - left]."""
-
-    matrix: Float64Array
-    top: int
-    left: int
-
-    @property
-    def bottom(self) -> int:
-        """How many rows it reaches below its own."""
-        return len(self.matrix) - 1 - self.top
-
-    @property
-    def right(self) -> int:
-        """How many columns it reaches beyond its own."""
-        return int(self.matrix.shape[1]) - 1 - self.left
-
-
 class Block(NamedTuple):
     """How many rows, of how many vectors each, an invocation makes."""
 
@@ -86,27 +58,6 @@ class Block(NamedTuple):
 
 
 VECTORS, PIXELS, COLUMN = Block(2, 4), Block(2, 8), Block(8, 1)
-
-
-@dataclass(frozen=True)
-class ConvolutionJob:
-    """Images correlated with a stencil, or with a row and then with a column, computed in `dtype`.
-
-    images : (k, h, w, c) of float32, float64, uint8 or uint16, c at most `MAX_CHANNELS`, none of them 0
-    out : where the results go, of the same shape and dtype
-    extend : how an image goes on beyond its sides
-    scale : of every sum, so that stencils can hold integers
-    opaque : alpha of an opaque pixel, if colours are weighted by alpha; else 0
-    """
-
-    device: GpuDevice
-    images: npt.NDArray[Any]
-    out: npt.NDArray[Any]
-    stencils: tuple[Stencil, ...]
-    extend: Extend
-    dtype: np.dtype[Any]
-    scale: float = 1.0
-    opaque: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -133,16 +84,12 @@ class _Margins:
         return cls(*(sum(getattr(stencil, side) for stencil in stencils) for side in sides))
 
 
-def fits(shape: tuple[int, ...], dtype: np.dtype[Any]) -> bool:
-    """Say whether a uniform buffer holds a matrix of `shape`."""
-    return shape[0] * _align(shape[1], NUMBERS_PER_VECTOR) * dtype.itemsize <= UNIFORM_BYTES
-
-
 def run_convolution(job: ConvolutionJob) -> None:
     """Write the correlation of all images into `job.out`, which may be `job.images` only if one tile holds all."""
-    passes = _Passes(job)
-    with job.device.lock:
-        coefficients = [_upload_coefficients(job, number) for number in range(len(job.stencils))]
+    device = require_gpu_device(job.device)
+    passes = _Passes(device, job)
+    with device.lock:
+        coefficients = [_upload_coefficients(device, job, number) for number in range(len(job.stencils))]
         for tile in plan_tiles(job):
             passes.run(tile, coefficients)
 
@@ -172,17 +119,13 @@ def plan_tiles(job: ConvolutionJob) -> Iterator[Tile]:
 class _Passes:
     """The passes of a job over one tile after the other, by buffers that are kept."""
 
-    def __init__(self, job: ConvolutionJob) -> None:
+    def __init__(self, device: GpuDevice, job: ConvolutionJob) -> None:
         self._job = job
-        self._pool = job.device.pool
+        self._device = device
+        self._pool = device.pool
         self._margins = _Margins.around(job.stencils)
         self._n_channels = int(job.images.shape[-1])
         self._blocks = [Block.choose(stencil.matrix, self._n_channels) for stencil in job.stencils]
-        # Integers are exact already if the stencils are.
-        is_centered = job.images.dtype.kind == "u" and job.opaque == 0 and job.scale == 1.0
-        self._zero = (np.iinfo(job.images.dtype).max + 1) // 2 if is_centered else 0
-        total = math.prod(math.fsum(stencil.matrix.ravel()) for stencil in job.stencils)
-        self._offset = math.modf(self._zero * total)
 
     def run(self, tile: Tile, coefficients: list[Binding]) -> None:
         """Copy a tile in, run the passes, and copy the result out."""
@@ -203,12 +146,12 @@ class _Passes:
             n_bytes = heights[number] * strides[-1] * NUMBERS_PER_VECTOR * itemsize
             buffers.append(self._pool.scratch(POOL_OWNER, "destination" if is_last else "rows", n_bytes))
         structs = [self._pack_parameters(number, heights[number], strides) for number in range(len(heights))]
-        parameters = uniforms.upload(job.device, POOL_OWNER, "convolution passes", structs)
+        parameters = uniforms.upload(self._device, POOL_OWNER, "convolution passes", structs)
         idle = [self._pool.scratch(POOL_OWNER, f"idle {k}", NUMBERS_PER_VECTOR * job.dtype.itemsize) for k in range(2)]
         used = [*buffers, *idle, parameters[0].buffer, coefficients[0].buffer]
-        with job.device.encode_commands(*used, label="convolve") as encoder:
+        with self._device.encode_commands(*used, label="convolve") as encoder:
             for number in range(len(heights)):
-                pipeline = job.device.pipelines.compute(
+                pipeline = self._device.pipelines.compute(
                     "convolve",
                     name_number_type(job.dtype),
                     workgroup_size=self._workgroup_size,
@@ -223,7 +166,7 @@ class _Passes:
                     sums_quads=job.stencils[number].matrix.shape[1] > MAX_COLUMNS_PER_SUM,
                     sums_rows=job.stencils[number].matrix.size > MAX_TAPS_PER_SUM,
                 )
-                bindings = job.device.bind_groups.bind(
+                bindings = self._device.bind_groups.bind(
                     pipeline,
                     parameters=parameters[number],
                     coefficients=coefficients[number],
@@ -242,7 +185,7 @@ class _Passes:
 
     @property
     def _workgroup_size(self) -> int:
-        return min(WORKGROUP_SIZE, self._job.device.limits.max_workgroup_size)
+        return min(WORKGROUP_SIZE, self._device.limits.max_workgroup_size)
 
     def _count_vectors(self, n_pixels: int) -> int:
         return -(-n_pixels * self._n_channels // NUMBERS_PER_VECTOR)
@@ -281,8 +224,8 @@ class _Passes:
         struct = np.zeros((), layouts.CONVOLUTION_PASS[job.dtype])
         struct["scale"] = job.scale if number == len(job.stencils) - 1 else 1.0
         struct["opaque"] = job.opaque
-        struct["zero"] = self._zero
-        struct["offset_fraction"], struct["offset_whole"] = self._offset
+        struct["zero"] = job.zero
+        struct["offset_fraction"], struct["offset_whole"] = job.offset
         block = self._blocks[number]
         blocks_per_row = strides[number + 1] // block.vectors
         struct["n_blocks"] = height // block.rows * blocks_per_row
@@ -294,58 +237,24 @@ class _Passes:
         return layouts.as_bytes(struct)
 
 
-def copy_extended(
-    images: npt.NDArray[Any], rows: npt.NDArray[np.intp], columns: npt.NDArray[np.intp], out: npt.NDArray[Any]
-) -> None:
-    """Write images[:, rows][:, :, columns] into `out`, where an index of -1 stands for zeros."""
-    inner_rows, inner_columns = _find_run(rows), _find_run(columns)
-    taken = images[:, rows[inner_rows.start] : rows[inner_rows.stop - 1] + 1]
-    middle = out[:, inner_rows]
-    middle[:, :, inner_columns] = taken[:, :, columns[inner_columns.start] : columns[inner_columns.stop - 1] + 1]
-    for outer in (slice(0, inner_columns.start), slice(inner_columns.stop, len(columns))):
-        middle[:, :, outer] = _take(taken, columns[outer], axis=2)
-    for k, row in enumerate(rows):
-        if not inner_rows.start <= k < inner_rows.stop:
-            if row < 0:
-                out[:, k] = 0
-            else:
-                out[:, k] = _take(images[:, row], columns, axis=1)
-
-
-def _find_run(indices: npt.NDArray[np.intp]) -> slice:
-    """Return the longest run of consecutive indices that grow by 1."""
-    breaks = np.flatnonzero((np.diff(indices) != 1) | (indices[:-1] < 0)) + 1
-    edges = [0, *breaks.tolist(), len(indices)]
-    lengths = np.where(indices[edges[:-1]] < 0, 0, np.diff(edges))
-    longest = int(np.argmax(lengths))
-    return slice(edges[longest], edges[longest + 1])
-
-
-def _take(array: npt.NDArray[Any], indices: npt.NDArray[np.intp], axis: int) -> npt.NDArray[Any]:
-    taken = np.take(array, indices, axis=axis, mode="clip")
-    if (indices < 0).any():
-        np.moveaxis(taken, axis, 0)[indices < 0] = 0
-    return taken
-
-
 def _views(name: str, buffer: Buffer, number_format: Format, idle: Buffer) -> dict[str, Buffer]:
     """Return the bindings of a buffer of numbers or of words, of which the other is idle."""
     is_real = number_format is Format.REAL
     return {name: buffer if is_real else idle, f"{name}_words": idle if is_real else buffer}
 
 
-def _upload_coefficients(job: ConvolutionJob, number: int) -> Binding:
+def _upload_coefficients(device: GpuDevice, job: ConvolutionJob, number: int) -> Binding:
     matrix = job.stencils[number].matrix
     padded = np.zeros((len(matrix), _align(matrix.shape[1], NUMBERS_PER_VECTOR)), job.dtype)
     padded[:, : matrix.shape[1]] = matrix
-    content = np.zeros(UNIFORM_BYTES // job.dtype.itemsize, job.dtype)
+    content = np.zeros(MAX_STENCIL_BYTES // job.dtype.itemsize, job.dtype)
     content[: padded.size] = padded.ravel()
-    buffer = job.device.pool.scratch(POOL_OWNER, f"coefficients {number}", UNIFORM_BYTES, UNIFORM)
+    buffer = device.pool.scratch(POOL_OWNER, f"coefficients {number}", MAX_STENCIL_BYTES, UNIFORM)
     key = content.tobytes()
     if buffer.content_key != key:
         buffer.upload(content)
         buffer.content_key = key
-    return Binding(buffer, 0, UNIFORM_BYTES)
+    return Binding(buffer, 0, MAX_STENCIL_BYTES)
 
 
 def _align(n: int, step: int) -> int:

@@ -1,16 +1,20 @@
 """Convolution on the device beside float64 on the host, and what must hold of any convolution."""
 
-from typing import Any
+from dataclasses import replace
+from typing import Any, assert_type
 
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given, settings
+from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
 import gpu_xform as gx
+from gpu_xform.compute import backend
 from gpu_xform.compute.kernels import convolve as kernel_module
+from gpu_xform.compute.kernels.convolution_job import ConvolutionJob, Stencil
+from gpu_xform.device import Device
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, PrecisionError
 from gpu_xform.gpu.device import GpuDevice
 from tests.support.reference_convolution import BORDERS, convolve_planes, correlate_planes, round_to
@@ -40,6 +44,12 @@ def some_kernel(shape: tuple[int, int], seed: int = 1) -> Array:
 def assert_near(result: Array, exact: Array, kernel: Array, image: Array) -> None:
     bound = TOLERANCE[result.dtype.type] * np.abs(kernel).sum() * np.abs(image).max()
     assert np.abs(result - exact).max() <= bound
+
+
+def set_most_direct_taps(monkeypatch: pytest.MonkeyPatch, n: float) -> None:
+    """Let Fourier transforms correlate with matrices of more than `n` entries."""
+    for name in ("MAX_DIRECT_TAPS_ON_CPU", "MAX_DIRECT_TAPS_ON_HOST"):
+        monkeypatch.setattr(f"gpu_xform.compute.convolution.fourier.{name}", n)
 
 
 @settings(max_examples=40)
@@ -179,12 +189,16 @@ def test_a_column_and_a_row_are_their_product(
         assert_near(gx.convolve(image, kernel, border="symmetric", origin=(0, 0)), exact, product, image)
 
 
-def test_a_large_product_takes_two_passes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_large_product_takes_two_passes(process_device: Device, monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[int] = []
-    run = kernel_module.run_convolution
+    used = backend.find_backend(process_device)
+
+    def run(job: ConvolutionJob) -> None:
+        seen.append(len(job.stencils))
+        used.run_convolution(job)
+
     monkeypatch.setattr(
-        "gpu_xform.compute.convolution.convolve.run_convolution",
-        lambda job: [seen.append(len(job.stencils)), run(job)],  # type: ignore[func-returns-value]
+        "gpu_xform.compute.convolution.convolve.find_backend", lambda _: replace(used, run_convolution=run)
     )
     image = some_image((40, 40), np.float32)
     gx.convolve(image, np.outer(*gx.gaussian(2.0)))
@@ -211,7 +225,7 @@ def test_large_kernels_keep_the_bound(
     dtype: npt.DTypeLike, sides: tuple[int, int], is_direct: bool, is_constant: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Of a constant image and kernel, roundings add up instead of cancelling."""
-    monkeypatch.setattr("gpu_xform.compute.convolution.fourier.MAX_DIRECT_TAPS_ON_CPU", np.inf if is_direct else 0)
+    set_most_direct_taps(monkeypatch, np.inf if is_direct else 0)
     image = np.full((110, 104), 0.7, dtype) if is_constant else some_image((110, 104), dtype)
     kernel = np.full(sides, 0.3) if is_constant else some_kernel(sides)
     kernel[0, 0] += 0.1  # no product of a column and a row
@@ -224,7 +238,7 @@ def test_large_kernels_keep_the_bound(
 def test_fourier_transforms_give_the_same(channels: int, border: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     image, kernel = some_image((301, 290, channels), np.float32), some_kernel((8, 5))
     direct = gx.convolve(image, kernel, border=border, origin=(1, 4))
-    monkeypatch.setattr("gpu_xform.compute.convolution.fourier.MAX_DIRECT_TAPS_ON_CPU", 0)
+    set_most_direct_taps(monkeypatch, 0)
     by_fourier = gx.convolve(image, kernel, border=border, origin=(1, 4))
     assert not np.array_equal(by_fourier, direct)
     assert_near(by_fourier, direct, kernel, image)
@@ -258,11 +272,11 @@ def test_tiles_give_the_bytes_of_one_piece(
 
 def test_small_limits_do_make_tiles(device_with_limits: DeviceFactory) -> None:
     image = some_image((1, 83, 131, 1), np.float32)
-    job = kernel_module.ConvolutionJob(
+    job = ConvolutionJob(
         device_with_limits(max_binding_bytes=8192),
         image,
         image.copy(),
-        (kernel_module.Stencil(some_kernel((3, 5)), 1, 2),),
+        (Stencil(some_kernel((3, 5)), 1, 2),),
         lambda start, stop, size: np.arange(start, stop) % size,
         np.dtype(np.float32),
     )
@@ -343,7 +357,8 @@ def test_any_byte_order_and_layout(dtype: str) -> None:
 
 
 class TestAlpha:
-    @settings(max_examples=20)
+    # Each device makes an instance of this class.
+    @settings(max_examples=20, suppress_health_check=[HealthCheck.differing_executors])
     @given(SHAPES, st.sampled_from([np.uint8, np.uint16, np.float32]), SEEDS)
     def test_colours_are_weighted_by_alpha(self, shape: tuple[int, int], dtype: npt.DTypeLike, seed: int) -> None:
         image = some_image((*shape, 4), dtype, seed)
@@ -530,3 +545,14 @@ def test_double_precision_needs_a_device_that_has_it(single_device: GpuDevice) -
     image = some_image((40, 50), np.uint16)
     result = gx.convolve(image, gx.box_kernel(3), device=single_device)
     assert np.array_equal(result, gx.convolve(image, gx.box_kernel(3)))
+
+
+def test_types_tell_what_comes_out() -> None:
+    """Mypy reads these."""
+    image, kernels = np.ones((9, 9), np.float32), [gx.box_kernel(3), gx.sobel_kernel()]
+    picture = Image.fromarray(np.zeros((9, 9), np.uint8))
+    assert_type(gx.convolve(image, BOX), npt.NDArray[Any])
+    assert_type(gx.convolve(image, [[1.0]]), npt.NDArray[Any])
+    assert_type(gx.correlate(image, kernels), list[npt.NDArray[Any]])
+    assert_type(gx.convolve(picture, gx.gaussian(1.0)), Image.Image)
+    assert_type(gx.correlate(picture, [gx.gaussian(1.0), gx.gaussian(2.0)]), list[Image.Image])

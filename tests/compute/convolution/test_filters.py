@@ -1,5 +1,7 @@
 import re
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -36,12 +38,12 @@ def test_a_blurred_image_is_scipys() -> None:
 
 
 @pytest.mark.parametrize(("axis", "number"), [("x", 1), ("y", 0)])
-def test_sobel_is_scipys_and_positive_along_the_axis(axis: str, number: int) -> None:
+def test_sobel_is_scipys_and_positive_along_the_axis(axis: Any, number: int) -> None:
     image = np.random.default_rng(0).random((50, 60))
-    slope = gx.convolve(image, gx.sobel_kernel(axis), border="symmetric")  # type: ignore[arg-type]
+    slope = gx.convolve(image, gx.sobel_kernel(axis), border="symmetric")
     np.testing.assert_allclose(slope, ndimage.sobel(image, number), atol=1e-14)
     ramp = np.indices((9, 9))[number].astype(float)
-    assert (gx.convolve(ramp, gx.sobel_kernel(axis))[2:-2, 2:-2] == 8.0).all()  # type: ignore[arg-type]
+    assert (gx.convolve(ramp, gx.sobel_kernel(axis))[2:-2, 2:-2] == 8.0).all()
 
 
 @pytest.mark.parametrize("n", [1, 2, 5])
