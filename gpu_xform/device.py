@@ -77,9 +77,9 @@ class Device:
     """What computes transforms and, if it is a graphics adapter, pictures.
 
     `Device("host")` is the machine's own processors: it needs no graphics driver, transforms the same arrays and images
-    by the same rules, and draws nothing. With the extra `host` its loops are compiled by numba; without, it uses NumPy. Any
-    other name opens a graphics adapter, which runs a self-test, so that a driver that computes wrongly is refused at
-    once. Work of several threads runs one piece at a time. A Device is a context manager that closes itself.
+    by the same rules, and draws nothing. With the extra `host` its loops are compiled by numba; without, it uses NumPy.
+    Any other name opens a graphics adapter, which runs a self-test, so that a driver that computes wrongly is refused
+    at once. Work of several threads runs one piece at a time. A Device is a context manager that closes itself.
 
     Parameters
     ----------
