@@ -51,6 +51,10 @@ COMPARISONS = [
     Comparison(SMOOTH, "ours", "pyvista lines, MSAA", 0.6),
     Comparison(f"{SMOOTH}, hidden lines removed", "ours, hidden lines removed", "f3d mesh with edges", 0.3),
     Comparison(f"{SMOOTH}, hidden lines removed", "ours, hidden lines removed", "ours, aliased, hidden lines removed"),
+    Comparison(SMOOTH, "ours, by render passes", "ours"),
+    Comparison(
+        f"{SMOOTH}, hidden lines removed", "ours, by render passes, hidden lines removed", "f3d mesh with edges", 0.6
+    ),
     Comparison(f"{SMOOTH}, in many colours", "ours, by height", "pyvista lines by height, MSAA"),
     Comparison(SMOOTH, "ours", "matplotlib Line3DCollection", largest=6),
     Comparison(SMOOTH, "ours", "skia, projected lines", largest=6),

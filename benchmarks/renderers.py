@@ -212,6 +212,8 @@ RENDERERS: Mapping[str, Callable[[gx.Mesh], Scene]] = {
     "ours, aliased": partial(here, antialias=False),
     "ours, hidden lines removed": partial(here, hidden="remove"),
     "ours, aliased, hidden lines removed": partial(here, antialias=False, hidden="remove"),
+    "ours, by render passes": partial(here, rasterizer="render"),
+    "ours, by render passes, hidden lines removed": partial(here, rasterizer="render", hidden="remove"),
     "ours, by height": here_by_height,
     "moderngl GL_LINES": moderngl_lines,
     "pygfx line segments": pygfx_segments,
