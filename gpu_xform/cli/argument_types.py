@@ -170,8 +170,20 @@ def parse_resolution(text: str) -> tuple[int, int]:
 
 
 @argument_type
-def parse_line_width(text: str) -> float:
+def parse_line_width(text: str) -> float | str:
+    """Parse a positive number of pixels, or `auto`."""
+    from ..drawing.layer import AUTO
+
+    return AUTO if text == AUTO else _parse_pixels(text)
+
+
+@argument_type
+def parse_point_size(text: str) -> float:
     """Parse a positive number of pixels."""
+    return _parse_pixels(text)
+
+
+def _parse_pixels(text: str) -> float:
     from ..drawing.layer import MAX_LINE_WIDTH_PX
 
     width = as_float(parse_numbers(text, "one number", 1)[0], "the width")

@@ -63,11 +63,16 @@ STYLE = (
         f"how to draw edges behind faces: {', '.join(HIDDEN_STYLES[:-1])} or {HIDDEN_STYLES[-1]} "
         "(default: show, with --fill remove)",
     ),
-    ValueOption("--line-width", "PIXELS", types.parse_line_width, "width of lines (default: 1.5)"),
+    ValueOption(
+        "--line-width",
+        "PIXELS",
+        types.parse_line_width,
+        "width of lines, or auto: thinner where the lines of a dense mesh would blacken it (default: 1.5)",
+    ),
     ValueOption(
         "--point-size",
         "PIXELS",
-        types.parse_line_width,
+        types.parse_point_size,
         "diameter of a dot at each point (default: none; 2 for models without edges)",
     ),
     ValueOption(

@@ -21,6 +21,7 @@ from .cloud_source import CloudSource, Source
 from .dash_chains import pack_chains
 from .depth import DepthCue, eye
 from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Cloud, Drawable, DrawList, Faces, Lines
+from .edge_sample import fit_line_width, project_sample
 from .enums import ColorMode, Hidden
 from .geometry_source import EdgeSource, GeometrySource, SilhouetteCandidates
 from .layer import Layer
@@ -40,11 +41,13 @@ def build_draw_list(
     depth_cues: Sequence[DepthCue],
     device: GpuDevice,
     stack: contextlib.ExitStack,
+    size: tuple[int, int],
 ) -> DrawList:
     """Put the layers on the device; buffers for this picture alone are released as `stack` unwinds.
 
     sources, depth_cues : one per layer
     clip_from_world : (4, 4), reversed-Z
+    size : of the picture, in pixels
 
     Raises `MeshError` for a model without anything to draw, `ArgumentError` as the parts of a layer do.
     """
@@ -58,7 +61,7 @@ def build_draw_list(
             if isinstance(source, CloudSource):
                 clouds.append(_build_cloud(layer, source, len(drawables), clip_from_world, depth_cue))
                 continue
-            builder = _LayerBuilder(layer, source, device, stack)
+            builder = _LayerBuilder(layer, source, device, stack, size)
             if layer.fill is not None:
                 palette.append(builder.fill_palette(clip_from_world))
             built = builder.build(clip_from_world, depth_cue, first_color)
@@ -130,11 +133,19 @@ def _build_cloud(
 class _LayerBuilder:
     """Builds the drawables of one layer."""
 
-    def __init__(self, layer: Layer, source: GeometrySource, device: GpuDevice, stack: contextlib.ExitStack) -> None:
+    def __init__(
+        self,
+        layer: Layer,
+        source: GeometrySource,
+        device: GpuDevice,
+        stack: contextlib.ExitStack,
+        size: tuple[int, int],
+    ) -> None:
         self._layer = layer
         self._source = source
         self._device = device
         self._stack = stack
+        self._size = size
 
     def fill_palette(self, clip_from_world: Float64Array) -> npt.NDArray[np.uint32]:
         """Return the packed colours of the faces: one, or one per face, of each instance if they are shaded."""
@@ -160,7 +171,7 @@ class _LayerBuilder:
         style = Lines(
             edges=edges,
             n_edges=n_edges,
-            line_width=layer.line_width if layer.antialias else None,
+            line_width=self._line_width(n_edges, clip_from_points) if layer.antialias else None,
             hidden=hidden_mode(layer),
             opacity=layer.alpha,
             depth_cue=depth_cue,
@@ -191,6 +202,13 @@ class _LayerBuilder:
         if dots:
             drawables.append(Drawable(points, clip_from_points, None, dots))
         return drawables
+
+    def _line_width(self, n_edges: int, clip_from_points: Float64Array) -> float:
+        if not isinstance(self._layer.line_width, str):
+            return self._layer.line_width
+        ends_px = project_sample(self._source.sample_edges, clip_from_points[0], self._size)
+        hides_half = hidden_mode(self._layer) is not Hidden.SHOW and self._source.n_faces > 0
+        return fit_line_width(ends_px, n_edges, self._size, hides_half=hides_half)
 
     def _point_size_without_edges(self, candidates: SilhouetteCandidates | None) -> float | None:
         """Return the diameter of the dots, None for none; raise `MeshError` if there is nothing else to draw."""

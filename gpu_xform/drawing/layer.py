@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
-from typing import Any, Self, TypeAlias, TypedDict, TypeGuard
+from typing import Any, Literal, Self, TypeAlias, TypedDict, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -30,6 +30,7 @@ Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | SupportsAsModel | Str
 
 SHADED_FILL = "#dfe3e8"
 _MODEL_TYPES = (Mesh, PointBuffer, PointArray, str, os.PathLike)
+AUTO: Literal["auto"] = "auto"  # a line width
 MAX_LINE_WIDTH_PX = 1e6  # beyond it, single precision loses the sides of the line
 
 
@@ -41,7 +42,7 @@ class Style(TypedDict, total=False):
     edges: EdgesLike | None
     feature_angle: float
     hidden: HiddenStyle | None
-    line_width: float
+    line_width: float | Literal["auto"]
     antialias: bool
     color: ColorLike
     face_colors: npt.ArrayLike | None
@@ -82,8 +83,9 @@ class Layer:
         What is done with edges behind faces, of this model or another. Dashes run on from edge to edge where the line
         turns by at most 50 degrees. The default is "show", or "remove" if `fill` is given. The faces of a layer hide
         others unless the layer shows all its edges.
-    line_width : float
-        The width of lines in pixels, positive and at most 1e6.
+    line_width : float or "auto"
+        The width of lines in pixels, positive and at most 1e6. "auto" is 1.5, or less where the lines of a dense mesh
+        would cover more than half of the pixels that it takes up, so that it does not become a blot.
     antialias : bool
         If False, lines are one pixel wide whatever `line_width` says, and each pixel is on or off; that is fast.
     color : color
@@ -139,7 +141,7 @@ class Layer:
     edges: EdgesLike | None = None
     feature_angle: float = 30.0
     hidden: HiddenStyle | None = None
-    line_width: float = 1.5
+    line_width: float | Literal["auto"] = 1.5
     antialias: bool = True
     color: ColorLike = "black"
     face_colors: npt.ArrayLike | None = None
@@ -189,7 +191,11 @@ class Layer:
         object.__setattr__(self, "feature_angle", as_crease_angle(self.feature_angle, "feature_angle"))
         if isinstance(self.fill, Iterator):
             object.__setattr__(self, "fill", list(self.fill))  # it is read several times
-        _require_width(self.line_width, "line_width")
+        line_width: object = self.line_width
+        if isinstance(line_width, str) and line_width != AUTO:
+            raise ArgumentError.expecting("line_width", "be a number of pixels or 'auto'", repr(line_width))
+        if not isinstance(self.line_width, str):
+            _require_width(self.line_width, "line_width")
         if self.point_size is not None:
             _require_width(self.point_size, "point_size")
         for name in ("alpha", "depth_cue"):

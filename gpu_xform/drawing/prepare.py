@@ -93,7 +93,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
     ]
     with device.lock, contextlib.ExitStack() as stack:
         device.resource_cache.trim()
-        draw_list = build_draw_list(layers, sources, clip_from_world, depth_cues, device, stack)
+        draw_list = build_draw_list(layers, sources, clip_from_world, depth_cues, device, stack, (width, height))
         view = View((width, height), clip_from_world)
         yield PreparedFrame(device, view, background, draw_list, layers, sources, depth_cues)
 

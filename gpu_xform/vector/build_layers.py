@@ -36,9 +36,10 @@ def build_layers(prepared: PreparedFrame) -> list[VectorLayer]:
     polygons = sort_fills(parts, background) if parts else None
     is_of_first = list(fills) == [0]
     layers = [] if polygons is None or is_of_first else [_build_layer("faces", 1.0, [], polygons)]
-    for index, (layer, source) in enumerate(zip(prepared.layers, prepared.sources, strict=True)):
+    for index, source in enumerate(prepared.sources):
         own = [split for split in splits if layer_of[id(split.batch.lines)] == index]
-        line_width = layer.line_width if layer.antialias else 1.0
+        widths = [split.batch.lines.line_width for split in own if not split.batch.lines.are_points]
+        line_width = next((width for width in widths if width is not None), 1.0)
         layers.append(_build_layer(source.name, line_width, own, polygons if is_of_first and index == 0 else None))
     return layers
 

@@ -89,7 +89,9 @@ def has_faces(layer: Layer) -> bool:
 
 
 def _changes(layer: Layer, overrides: StyleOverrides, pixel_ratio: float) -> dict[str, Any]:
-    changes: dict[str, Any] = {"line_width": layer.line_width * pixel_ratio}
+    changes: dict[str, Any] = {}
+    if not isinstance(layer.line_width, str):
+        changes["line_width"] = layer.line_width * pixel_ratio
     size = layer.point_size
     if size is None and not has_faces(layer) and layer.edges is None:
         size = CLOUD_POINT_SIZE_PX
