@@ -281,3 +281,14 @@ def test_frames_are_had_by_their_indices() -> None:
         animation[len(TURNS)]
     with pytest.raises(gx.ArgumentError, match=r"^frames must choose some of \d+ frames, got slice"):
         animation[3:3]
+
+
+def test_a_simulation_shows_itself_in_a_notebook() -> None:
+    cloth = gx.Springs(samples.cloth(4, 4), mass=0.1, stretch=50.0, pinned=[0, 4])
+    path = cloth.simulate(0.2, 20.0, keep="device")
+    shown = animate([cloth, gx.Layer(HOUSE, color="red")], path, size=SIZE, hidden="remove")
+    page = shown._repr_html_()
+    assert page.startswith("<iframe")
+    assert "data:image" in page or "base64" in page
+    assert shown.fps == pytest.approx(20.0)
+    assert len(shown) == len(path) == 5
