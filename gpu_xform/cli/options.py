@@ -76,6 +76,12 @@ STYLE = (
         "diameter of a dot at each point (default: none; 2 for models without edges)",
     ),
     ValueOption(
+        "--max-points",
+        "N",
+        types.parse_count,
+        "draw at most N points of a cloud, chosen evenly over their order, for a quick look (default: all)",
+    ),
+    ValueOption(
         "--fill",
         "COLOR",
         types.parse_fill,

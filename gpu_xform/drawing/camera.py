@@ -3,6 +3,7 @@
 import inspect
 import math
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -10,6 +11,7 @@ import numpy.typing as npt
 
 from .. import matrices
 from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_unit_vector, as_vector
+from .._core.masked import require_unmasked
 from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -22,6 +24,7 @@ DEFAULT_MARGIN = 0.05
 # Depth spends its precision near the eye; nothing closer than a thousandth of the way to the target is drawn.
 NEAR_FRACTION = 1e-3
 FAR_FRACTION = 1e3
+BLOCK_POINTS = 1 << 12
 MAX_COORDINATE = 1e300  # beyond it, the distance of a camera overflows
 
 
@@ -252,21 +255,28 @@ class Camera:
         ArgumentError
             An argument is impossible: "margin must lie in [0, 0.5), got 0.5".
         """
-        points = model.positions if isinstance(model, Mesh) else as_real_array(model, "model")
+        points = model.positions if isinstance(model, Mesh) else _copy_points(model)
         if points.ndim != 2 or points.shape[1] != 3:
             raise ArgumentError.expecting("model", "be a Mesh or points of shape (n, 3)", f"shape {points.shape}")
         if len(points) == 0:
             raise MeshError("a model without points cannot be framed")
-        require_in_range(points, "model")
         if not 0.0 <= as_float(margin, "margin") < 0.5:
             raise ArgumentError.expecting("margin", "lie in [0, 0.5)", margin)
         view_from_world = _view_rotation(direction, up)
-        in_view = points @ view_from_world[:3, :3].T
         matrices.perspective(fov_y, 1.0, 1.0, 2.0)  # raises now, not at the first picture
         fit_projection = _fit_parallel if orthographic else _fit_perspective
 
+        @cache
+        def reach(aspect: float) -> tuple[Float64Array, Float64Array]:
+            axes = fit_axes(aspect, direction=direction, up=up, margin=margin, fov_y=fov_y, orthographic=orthographic)
+            return _find_extents(points, axes)
+
+        if not np.abs(reach(1.0)).max() <= 0.5 * MAX_COORDINATE:
+            require_in_range(as_real_array(points, "model"), "model")
+
         def clip_from_world(aspect: float) -> Float64Array:
-            return fit_projection(in_view, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
+            lowest, highest = reach(1.0 if orthographic else aspect)
+            return fit_projection(lowest, highest, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
         others = _non_default(fov_y=(fov_y, DEFAULT_FOV_Y), orthographic=(orthographic, False))
         return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r}{others})")
@@ -402,29 +412,57 @@ def _window_matrix(limits: Float64Array, aspect: float) -> Float64Array:
     return matrix
 
 
-def _fit_perspective(in_view: Float64Array, fov_y: float, aspect: float, filled: float) -> Float64Array:
-    """Return clip_from_view with the eye moved so that the points (n, 3) fill the fraction `filled` of the picture.
+def _copy_points(points: npt.ArrayLike) -> npt.NDArray[Any]:
+    """Return a copy of points in single precision if they are so, else in double."""
+    if isinstance(points, np.ndarray) and points.dtype == np.float32:
+        require_unmasked(points, "model")
+        return np.array(points, np.float32, order="C")
+    return as_real_array(points, "model", finite=False)
+
+
+def _find_extents(points: npt.NDArray[Any], axes: Float64Array) -> tuple[Float64Array, Float64Array]:
+    """Return how far points (n, 3), n > 0, reach along axes (a, 3): the least and the greatest, (a,) each.
+
+    Points go by blocks that stay in a processor's cache, turned so that NumPy reduces contiguous rows.
+    """
+    found = []
+    with np.errstate(over="ignore", invalid="ignore"):
+        for first in range(0, len(points), BLOCK_POINTS):
+            along = axes @ points[first : first + BLOCK_POINTS].T
+            found.append((along.min(axis=1), along.max(axis=1)))
+    lowest, highest = zip(*found, strict=True)
+    return np.min(lowest, axis=0), np.max(highest, axis=0)
+
+
+def _fit_perspective(
+    lowest: Float64Array, highest: Float64Array, fov_y: float, aspect: float, filled: float
+) -> Float64Array:
+    """Return clip_from_view with the eye moved so that points fill the fraction `filled` of the picture.
+
+    lowest, highest : how far the points reach along `fit_axes`
 
     A point (x, y, z) is inside the right side of the frustum of the eye (ex, ey, ez) if x - ex <= t (ez - z), where t
     is the tangent of half the field of view: ex + t ez is at least the largest x + t z. The four sides give the eye.
     """
     tangent = math.tan(math.radians(fov_y) / 2.0) * filled
     tangents = np.array([tangent * aspect, tangent])
-    across, depth = in_view[:, :2], in_view[:, 2:]
-    highest = (across + tangents * depth).max(axis=0)
-    lowest = (across - tangents * depth).min(axis=0)
-    eye = np.append((highest + lowest) / 2.0, ((highest - lowest) / (2.0 * tangents)).max())
-    nearest, farthest = in_view[:, 2].max(), in_view[:, 2].min()
-    size = max(float(np.ptp(in_view, axis=0).max()), abs(eye[2]) * 1e-6) or 1.0
+    right_and_top, left_and_bottom = highest[[3, 5]], lowest[[4, 6]]
+    eye = np.append(
+        (right_and_top + left_and_bottom) / 2.0, ((right_and_top - left_and_bottom) / (2.0 * tangents)).max()
+    )
+    nearest, farthest = float(highest[2]), float(lowest[2])
+    size = max(float((highest - lowest)[:3].max()), abs(eye[2]) * 1e-6) or 1.0
     eye[2] = max(eye[2], nearest + size * NEAR_FRACTION)
     near = (eye[2] - nearest) / 2.0
     far = (eye[2] - farthest) * 2.0
     return matrices.perspective(fov_y, aspect, near, far) @ matrices.translate(*-eye)
 
 
-def _fit_parallel(in_view: Float64Array, _fov_y: float, aspect: float, filled: float) -> Float64Array:
-    """Return clip_from_view of a parallel projection whose fraction `filled` the points (n, 3) fill."""
-    low, high = in_view.min(axis=0), in_view.max(axis=0)
+def _fit_parallel(
+    lowest: Float64Array, highest: Float64Array, _fov_y: float, aspect: float, filled: float
+) -> Float64Array:
+    """Return clip_from_view of a parallel projection whose fraction `filled` points fill, as `_fit_perspective`."""
+    low, high = lowest[:3], highest[:3]
     center, size = (low + high) / 2.0, high - low
     half_height = (max(size[1], size[0] / aspect, float(size.max()) * 1e-6) or 1.0) / (2.0 * filled)
     half_depth = max(size[2], half_height)

@@ -8,7 +8,7 @@ from typing import Any, Literal, Self, TypeAlias, TypedDict, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_float, as_real_array, as_square_matrices
+from .._core.arguments import as_float, as_int, as_real_array, as_square_matrices
 from .._core.error_context import prefix_errors
 from .._core.masked import Mask, drop_hidden_rows, find_hidden_rows
 from .._core.public import public
@@ -56,6 +56,7 @@ class Style(TypedDict, total=False):
     fill: Any
     shading: Shading
     point_size: float | None
+    max_points: int | None
 
 
 @public
@@ -120,6 +121,9 @@ class Layer:
     point_size : float, optional
         The diameter in pixels of a dot at each point. By default there are no dots, but dots of 2 pixels for models
         that have points alone.
+    max_points : int, optional
+        Of points that nothing joins, draw at most so many, for a quick look: of as many runs of points of equal length,
+        in their order, one point at random, the same each time. Models with faces are drawn whole.
 
     Raises
     ------
@@ -155,6 +159,7 @@ class Layer:
     fill: Any = None
     shading: Shading = "none"
     point_size: float | None = None
+    max_points: int | None = None
 
     def __new__(cls, *_: object, **given: object) -> Self:
         """Return a layer to be filled; raise ArgumentTypeError for an unknown keyword, with a suggestion."""
@@ -198,6 +203,8 @@ class Layer:
             _require_width(self.line_width, "line_width")
         if self.point_size is not None:
             _require_width(self.point_size, "point_size")
+        if self.max_points is not None and as_int(self.max_points, "max_points") < 1:
+            raise ArgumentError.expecting("max_points", "be at least 1", self.max_points)
         for name in ("alpha", "depth_cue"):
             if not 0.0 <= as_float(getattr(self, name), name) <= 1.0:
                 raise ArgumentError.expecting(name, "lie in [0, 1]", f"{getattr(self, name):g}")

@@ -22,6 +22,7 @@ from .framing import Framing
 from .geometry_source import geometry_source
 from .layer import Layer, Models, Style, as_layers, at_present
 from .point_array import PointArray
+from .thin import thin_layer
 from .view import View
 
 MAX_SIDE_PX = 1 << 16  # single precision still places lines within a hundredth of a pixel there
@@ -65,7 +66,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
     """
     background = parse_background(frame.background)
     width, height = parse_size(frame.size)
-    layers = [at_present(layer) for layer in as_layers(models, style)]
+    layers = [thin_layer(at_present(layer)) for layer in as_layers(models, style)]
     open_device = cache(lambda: resolve_gpu_device(_own_device(layers) if frame.device is None else frame.device))
     sources: list[Source] = [
         _cloud_source(layer, number, open_device) if draws_clouds and is_cloud(layer) else geometry_source(layer)

@@ -53,7 +53,7 @@ def render(
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading and point_size. `help(gpu_xform.Layer)` describes them.
+        depth_cue, fill, shading, point_size and max_points. `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
@@ -111,7 +111,7 @@ def render_array(
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading and point_size. `help(gpu_xform.Layer)` describes them.
+        depth_cue, fill, shading, point_size and max_points. `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------

@@ -44,6 +44,8 @@ BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"point_size": 0.0}, ArgumentError, "^point_size must be positive"),
     ({"point_size": 1e7}, ArgumentError, r"^point_size must be positive and at most 1e\+06, got 1e\+07$"),
     ({"point_size": "big"}, ArgumentTypeError, "^point_size must"),
+    ({"max_points": 0}, ArgumentError, "^max_points must be at least 1, got 0"),
+    ({"max_points": 1.5}, ArgumentTypeError, "^max_points must be a whole number"),
     ({"face_colors": np.zeros((5, 3))}, ArgumentError, "^face_colors must have one row for each of the 6 faces, got 5"),
     ({"face_colors": np.zeros(6)}, ArgumentError, r"^face_colors must have shape \(6, 3\) or \(6, 4\), got \(6,\)$"),
     ({"edge_colors": np.zeros((8, 3))}, ArgumentError, "^edge_colors must have one row for each of the 12 edges"),
