@@ -29,6 +29,7 @@ from .._core.types import Float64Array, MatrixLike
 from ..device import Device, resolve_device
 from ..errors import ArgumentError, PrecisionError
 from ._arrays import as_4x4, as_point_array, require_output
+from ._own_matrices import transform_by_own_matrices
 from ._precision import (
     Precision,
     require_precision,
@@ -118,6 +119,10 @@ def transform_points(
         few = transform_few(points, matrix, Epilogue.NONE, device)
         if few is not None:
             return few
+    if index is not None and weights is None and precision == "auto" and order == "input":
+        many = transform_by_own_matrices(points, matrix, index, Epilogue.NONE, out, device)
+        if many is not None:
+            return many
     source = as_point_array(points)
     affine = _affine_matrices(matrix, source)
     if rounds_to_float32(precision, source):
@@ -295,6 +300,10 @@ def project_points(
         few = transform_few(points, matrix, Epilogue.PERSPECTIVE_DIVIDE, device)
         if few is not None:
             return few
+    if index is not None and weights is None and precision == "auto" and order == "input":
+        many = transform_by_own_matrices(points, matrix, index, Epilogue.PERSPECTIVE_DIVIDE, out, device)
+        if many is not None:
+            return many
     source = as_point_array(points)
     projective = as_square_matrices(matrix, "matrix", source.shape[-1] + 1)
     if rounds_to_float32(precision, source):

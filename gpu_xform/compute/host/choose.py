@@ -29,8 +29,13 @@ def run_loop(name: str, inputs: Iterable[Array], out: Array, *options: Any) -> b
     inputs : arrays that the loop reads, the points first
     options : what comes after where the blocks of points begin
     """
-    points, *tables = (as_constant(array) for array in inputs)
-    return run_compiled(_import_loops, name, points, *tables, out, find_block_starts(len(points)), *options)
+    points, *tables = inputs
+    return run_loop_in_blocks(name, (points, *tables), out, find_block_starts(len(points)), *options)
+
+
+def run_loop_in_blocks(name: str, inputs: Iterable[Array], out: Array, starts: Array, *options: Any) -> bool:
+    """Run a compiled loop of `loops.py` as `run_loop` does, in blocks that begin at `starts`."""
+    return run_compiled(_import_loops, name, *(as_constant(array) for array in inputs), out, starts, *options)
 
 
 def run_compiled(import_loops: Callable[[], ModuleType | None], name: str, *arguments: Any) -> bool:

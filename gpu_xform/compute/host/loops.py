@@ -135,6 +135,52 @@ def transform_by_index(
 
 
 @compile_loop
+def transform_each(
+    points: Array,
+    indices: Array,
+    matrices: Array,
+    out: Array,
+    starts: Array,
+    epilogue: int,
+    largest: Any,
+    is_affine: bool,
+    is_wrong: Array,
+) -> None:
+    """Write each of the points (n, 3), through the one of `matrices` (k, 4, 4) that it names, into `out`.
+
+    Each block looks through its share of all matrices as well, which are often those that its points name, and says in
+    `is_wrong` whether an entry is beyond `largest` or not finite, a matrix not affine that should be, or an index not
+    among them. Matrices may have another number type than points have.
+    """
+    n_blocks, n_matrices = len(starts) - 1, len(matrices)
+    number = out.dtype.type
+    entries = matrices.reshape(-1)
+    for block in numba.prange(n_blocks):
+        share, end = block * n_matrices // n_blocks, (block + 1) * n_matrices // n_blocks
+        n_wrong = 0
+        for entry in entries[16 * share : 16 * end]:
+            n_wrong += not abs(entry) <= largest
+        if is_affine:
+            for k in range(share, end):
+                m = matrices[k]
+                n_wrong += (m[3, 0] != 0) | (m[3, 1] != 0) | (m[3, 2] != 0) | (m[3, 3] != 1)
+        wrong = n_wrong > 0
+        for i in range(starts[block], starts[block + 1]):
+            index = indices[i]
+            if index < 0 or index >= n_matrices:
+                wrong = True
+                continue
+            m = matrices[index]
+            x, y, z = points[i, 0], points[i, 1], points[i, 2]
+            hx = number(m[0, 0]) * x + number(m[0, 1]) * y + number(m[0, 2]) * z + number(m[0, 3])
+            hy = number(m[1, 0]) * x + number(m[1, 1]) * y + number(m[1, 2]) * z + number(m[1, 3])
+            hz = number(m[2, 0]) * x + number(m[2, 1]) * y + number(m[2, 2]) * z + number(m[2, 3])
+            hw = number(m[3, 0]) * x + number(m[3, 1]) * y + number(m[3, 2]) * z + number(m[3, 3])
+            out[i, 0], out[i, 1], out[i, 2] = finish(hx, hy, hz, hw, epilogue)
+        is_wrong[block] = wrong
+
+
+@compile_loop
 def skin(
     points: Array,
     indices: Array,
