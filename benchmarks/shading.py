@@ -3,6 +3,8 @@
 pyvista comes with `pip install 'gpu_xform[bench]'`. One process: pyvista has its window, and gpu_xform its device.
 """
 
+from typing import Any
+
 import numpy as np
 import pyvista
 from harness import Row, calm_threads, medians, table
@@ -21,9 +23,9 @@ MAX_STEP = 3
 AT_MOST = 0.4
 
 
-def make_plotter(mesh: gx.Mesh) -> pyvista.Plotter:
+def make_plotter(mesh: gx.Mesh) -> Any:
     """Return pyvista's picture of a mesh in the light of a lamp at the eye."""
-    plotter = pyvista.Plotter(off_screen=True, window_size=SIZE, lighting="none")
+    plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
     plotter.add_light(pyvista.Light(light_type="headlight"))
     style = {"interpolation": "flat", "ambient": AMBIENT, "diffuse": DIFFUSE}
     faces = np.column_stack([np.full(mesh.n_faces, 3), mesh.indices.reshape(-1, 3)])
@@ -61,7 +63,7 @@ def main() -> None:
         def ours(mesh: gx.Mesh = mesh) -> Pixels:
             return gx.render_array(mesh, camera=camera, size=SIZE, fill=COLOR, shading="flat", color="none")
 
-        def theirs(plotter: pyvista.Plotter = plotter) -> Pixels:
+        def theirs(plotter: Any = plotter) -> Pixels:
             plotter.render()
             return np.asarray(plotter.screenshot(None, return_img=True))
 
