@@ -206,6 +206,49 @@ def taichi_scatter(problem: Problem) -> Peer:
     return Peer(run, x.to_numpy)
 
 
+def numba_lists(problem: Problem) -> Peer:
+    """Use a Numba kernel for any springs, which gathers those of each point from lists, points in parallel."""
+    numba: Any = importlib.import_module("numba")
+
+    n = len(problem.points)
+    points, others = problem.pairs.T.ravel(), problem.pairs[:, ::-1].T.ravel()
+    order = np.argsort(points, kind="stable")
+    spring = np.tile(np.arange(len(problem.pairs)), 2)[order]
+    starts = np.append(0, np.cumsum(np.bincount(points, minlength=n))).astype(np.int32)
+    ends = others[order].astype(np.int32)
+    ke, kd, rest = (values[spring].astype(np.float32) for values in (problem.stiffness, problem.damping, problem.rest))
+    dt, gravity, one, zero = (np.float32(value) for value in (problem.dt, GRAVITY, 1.0, 0.0))
+
+    @numba.njit(parallel=True, fastmath=True)  # type: ignore[untyped-decorator, unused-ignore]
+    def step(x: Any, v: Any, w: Any, next_x: Any, next_v: Any) -> None:
+        for i in numba.prange(n):
+            fx = fy = fz = zero
+            for q in range(starts[i], starts[i + 1]):
+                j = ends[q]
+                dx, dy, dz = x[j, 0] - x[i, 0], x[j, 1] - x[i, 1], x[j, 2] - x[i, 2]
+                il = one / np.sqrt(dx * dx + dy * dy + dz * dz)
+                rate = dx * (v[j, 0] - v[i, 0]) + dy * (v[j, 1] - v[i, 1]) + dz * (v[j, 2] - v[i, 2])
+                t = ke[q] * (one - rest[q] * il) + kd[q] * il * il * rate
+                fx += t * dx
+                fy += t * dy
+                fz += t * dz
+            free = one if w[i] > zero else zero
+            vx, vy = v[i, 0] + dt * w[i] * fx, v[i, 1] + dt * (w[i] * fy + free * gravity)
+            vz = v[i, 2] + dt * w[i] * fz
+            next_v[i, 0], next_v[i, 1], next_v[i, 2] = vx, vy, vz
+            next_x[i, 0], next_x[i, 1], next_x[i, 2] = x[i, 0] + dt * vx, x[i, 1] + dt * vy, x[i, 2] + dt * vz
+
+    states = [[values.astype(np.float32) for values in (problem.points, problem.velocities)] for _ in range(2)]
+    w = problem.inverse_masses.astype(np.float32)
+
+    def run(n_steps: int) -> None:
+        for _ in range(n_steps):
+            step(*states[0], w, *states[1])
+            states.reverse()
+
+    return Peer(run, lambda: states[0][0])
+
+
 def numba_gather(problem: Problem, n_strands: int, n_points: int) -> Peer:
     """Use a Numba kernel for strands of equal springs to the next points and those after, strands in parallel."""
     numba: Any = importlib.import_module("numba")

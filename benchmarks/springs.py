@@ -22,6 +22,7 @@ from spring_peers import (
     Problem,
     newton_semi_implicit,
     numba_gather,
+    numba_lists,
     problem_of,
     scipy_sparse,
     taichi_scatter,
@@ -36,15 +37,22 @@ MAX_APART_M = 1e-6  # after the steps of one round, in which a point falls by mo
 STRANDS, POINTS = 10_000, 32
 
 
-def make_cloth(n: int) -> gx.Springs:
-    """Return a cloth of n x n points and 1 m x 1 m, held at two corners."""
+def make_cloth(n: int, *, shuffled: bool = False, device: gx.Device | None = None) -> gx.Springs:
+    """Return a cloth of n x n points and 1 m x 1 m, held at two corners; its points may be in no order."""
     mesh = gx.samples.grid(n - 1)
     size = np.ptp(mesh.positions, axis=0).max()
     mesh = mesh.transformed(gx.rotate_x(-90, degrees=True) @ gx.scale(1.0 / size))
-    return gx.Springs(mesh, mass=0.2, stretch=1000.0, shear=100.0, bend=50.0, damping=2e-5, pinned=[0, n - 1])
+    corners = np.array([0, n - 1])
+    if shuffled:
+        order = np.random.default_rng(3).permutation(mesh.n_points)
+        places = np.argsort(order)
+        mesh, corners = gx.Mesh(mesh.positions[order], places[np.asarray(mesh.faces)]), places[corners]
+    return gx.Springs(
+        mesh, mass=0.2, stretch=1000.0, shear=100.0, bend=50.0, damping=2e-5, pinned=corners, device=device
+    )
 
 
-def make_hair() -> gx.Springs:
+def make_hair(device: gx.Device | None = None) -> gx.Springs:
     """Return strands on a sphere, with springs to the next and the next-but-one point."""
     directions = np.random.default_rng(2).standard_normal((STRANDS, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, np.newaxis]
@@ -59,6 +67,7 @@ def make_hair() -> gx.Springs:
         mass=np.full(len(points), 1e-6),
         damping=1e-5,
         pinned=index[:, 0],
+        device=device,
     )
 
 
@@ -101,11 +110,15 @@ def cloth(n: int, n_steps: int, rounds: int, without: set[str]) -> list[Row]:
     springs = make_cloth(n)
     dt = 1.0 / 60.0 / np.ceil(1.0 / 60.0 / (0.98 * springs.largest_step))
     problem: Problem = problem_of(springs, dt)
+    host = gx.Device("host")
     peers = {
         "ours": ours(springs, dt),
         "general": general(partial(make_cloth, n), dt),
         "listed": listed(partial(make_cloth, n), dt),
+        "host": ours(make_cloth(n, device=host), dt),
+        "host, listed": listed(partial(make_cloth, n, device=host), dt),
         "Warp": warp_kernels(problem),
+        "Numba": numba_lists(problem),
         "SciPy": scipy_sparse(problem),
     }
     if "newton" not in without and importlib.util.find_spec("newton"):
@@ -122,7 +135,31 @@ def cloth(n: int, n_steps: int, rounds: int, without: set[str]) -> list[Row]:
         Row(f"{what}, as a grid", "Warp", seconds["ours"], seconds["Warp"], 0.75),
         Row(f"{what}, as any springs", "Warp", seconds["general"], seconds["Warp"], 1.0),
         Row(f"{what}, as springs without order", "Warp", seconds["listed"], seconds["Warp"], 1.0),
+        Row(f"{what}, on the host", "Numba", seconds["host"], seconds["Numba"], 1.0),
+        Row(f"{what}, on the host, as springs without order", "Numba", seconds["host, listed"], seconds["Numba"], 1.0),
         *(Row(what, name, seconds["ours"], seconds[name], limit) for name, limit in asked.items() if name in seconds),
+    ]
+
+
+def net(n: int, n_steps: int, rounds: int) -> list[Row]:
+    """Time steps of a cloth whose points are in no order."""
+    springs = make_cloth(n, shuffled=True)
+    dt = 1.0 / 60.0 / np.ceil(1.0 / 60.0 / (0.98 * springs.largest_step))
+    problem = problem_of(springs, dt)
+    peers = {
+        "ours": ours(springs, dt),
+        "host": ours(make_cloth(n, shuffled=True, device=gx.Device("host")), dt),
+        "Warp": warp_kernels(problem),
+        "Numba": numba_lists(problem),
+    }
+    print(f"cloth of {n} x {n}, shuffled:")
+    compare(peers, n_steps)
+    seconds = medians({name: partial(peer.run, n_steps) for name, peer in peers.items()}, rounds=rounds)
+    seconds = {name: value / n_steps for name, value in seconds.items()}
+    what = f"a step of a cloth, {n} x {n}, its points shuffled"
+    return [
+        Row(what, "Warp", seconds["ours"], seconds["Warp"], 1.0),
+        Row(f"{what}, on the host", "Numba", seconds["host"], seconds["Numba"], 1.0),
     ]
 
 
@@ -130,11 +167,19 @@ def hair(n_steps: int, rounds: int) -> list[Row]:
     """Time steps of hair."""
     springs = make_hair()
     dt = 0.98 * springs.largest_step
-    peers = {"ours": ours(springs, dt), "numba": numba_gather(problem_of(springs, dt), STRANDS, POINTS)}
+    peers = {
+        "ours": ours(springs, dt),
+        "host": ours(make_hair(gx.Device("host")), dt),
+        "Numba": numba_gather(problem_of(springs, dt), STRANDS, POINTS),
+    }
     print(f"hair, {STRANDS:,} strands of {POINTS} points:")
     compare(peers, n_steps, 1e-5)
     seconds = medians({name: partial(peer.run, n_steps) for name, peer in peers.items()}, rounds=rounds)
-    return [Row("a step of hair", "numba", seconds["ours"] / n_steps, seconds["numba"] / n_steps, 1.0)]
+    seconds = {name: value / n_steps for name, value in seconds.items()}
+    return [
+        Row("a step of hair", "Numba", seconds["ours"], seconds["Numba"], 1.0),
+        Row("a step of hair, on the host", "Numba", seconds["host"], seconds["Numba"], 1.0),
+    ]
 
 
 def make_ball(n: int, **stiffness: Any) -> gx.Springs:
@@ -173,7 +218,7 @@ def main() -> None:
     print(memory("ball of triangles with stretch alone, in lists", make_ball(6, stretch=100.0)))
     without = set(options.without)
     rows = [*cloth(100, 60, options.rounds, without), *cloth(300, 20, options.rounds, without)]
-    rows += hair(16, options.rounds)
+    rows += [*net(100, 60, options.rounds), *net(300, 20, options.rounds), *hair(16, options.rounds)]
     print(f"\n{table(rows)}")
 
 
