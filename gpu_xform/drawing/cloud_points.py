@@ -23,7 +23,7 @@ MAX_PART_POINTS = 1 << 22  # on a device at a time; larger parts take more memor
 MAX_FUNCTIONS = 12
 MAX_SCALE_BITS = 40  # of the size of a cloud, beyond which single precision might overflow
 _BLOCK_POINTS = 1 << 14  # that stay in a processor's cache
-_N_SAMPLES = 1 << 10
+_N_RUNS, _RUN_POINTS = 32, 32  # that are looked at for a frame
 _PACKETS_PER_INVOCATION = 64
 NOT_FOUND = 2**32 - 1
 
@@ -70,8 +70,10 @@ class CloudPoints:
     @cached_property
     def _frame(self) -> tuple[Float64Array, int]:
         """The origin, and the power of two by which offsets are divided, which is 0 for clouds of a usual size."""
-        rows = np.linspace(0, len(self) - 1, min(_N_SAMPLES, len(self))).astype(np.int64)
-        sample = self.positions[rows].astype(np.float64)
+        length = min(_RUN_POINTS, len(self))
+        starts = np.linspace(0, len(self) - length, _N_RUNS).astype(np.int64)
+        sample = self.positions[(starts[:, np.newaxis] + np.arange(length)).ravel()].astype(np.float64)
+        release_pages(self.positions)  # each place in a file may have brought a few megabytes into memory
         sample = sample[np.isfinite(sample).all(axis=1)]
         if len(sample) == 0:
             return np.zeros(3), 0

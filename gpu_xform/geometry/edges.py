@@ -23,6 +23,7 @@ EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
 _KeyArray: TypeAlias = npt.NDArray[np.uint64]
 
 _NEGLIGIBLE_AREA = 1e-6  # of the square of a face's extent: a face of less area is a sliver
+_SEAM_TOLERANCE = 1e-12  # of the extent: points of two edges that are nearer are one
 _MAX_SLIVER_CHAIN = 64  # adjacent slivers, of which only the first has a neighbour that is not a sliver
 
 
@@ -53,9 +54,9 @@ class EdgeFaces(NamedTuple):
 def find_edge_faces(mesh: Mesh) -> EdgeFaces:
     """Return the edges of a mesh with the polygons that border on each.
 
-    Edges of one polygon whose points coincide count as one edge, because files of separate triangles, such as STL,
-    repeat their points; the first of them in `mesh.edges` is kept. An edge that has two polygons already is left
-    alone, so that adjacent solids stay separate.
+    Edges of one polygon whose points coincide, but for rounding, count as one edge: files of separate triangles, such as
+    STL, repeat their points, and so do seams of surfaces that close. The first of them in `mesh.edges` is kept. An edge
+    that has two polygons already is left alone, so that adjacent solids stay separate.
 
     A polygon that passes an edge more than once, such as the bridge to a hole, does not border on it; and no polygon
     borders on an edge of length 0.
@@ -297,11 +298,15 @@ def _gather_sides(keys: _KeyArray, faces: IndexArray, forward: BoolArray) -> _Ed
 
 
 def merge_coincident_points(positions: Float64Array, edges: IndexArray) -> IndexArray:
-    """Return `edges` (m, 2) with every index replaced by a number that points with equal coordinates share."""
+    """Return `edges` (m, 2) with every index replaced by a number that points share whose coordinates are one.
+
+    They are if they differ by rounding: by less than 1e-12 of the extent of these points, or by four units in the last
+    place of their largest coordinate, where that is more.
+    """
     used = np.zeros(len(positions), np.bool_)
     used[edges] = True
     points = np.flatnonzero(used)
-    columns = positions[points].T
+    columns = [_number_values(column) for column in positions[points].T]
     order = np.lexsort(columns)
     new = np.zeros(len(points), np.bool_)
     for column in columns:
@@ -309,6 +314,19 @@ def merge_coincident_points(positions: Float64Array, edges: IndexArray) -> Index
     ids = np.empty(len(positions), np.int64)
     ids[points[order]] = np.cumsum(new)
     return ids[edges]
+
+
+def _number_values(values: Float64Array) -> IndexArray:
+    """Return a number for each of values (n,), n > 0, ascending; those that differ by rounding alone share one."""
+    order = np.argsort(values, kind="stable")
+    ascending = values[order]
+    largest = max(abs(float(ascending[0])), abs(float(ascending[-1])))
+    with np.errstate(over="ignore"):
+        tolerance = max(_SEAM_TOLERANCE * float(ascending[-1] - ascending[0]), 4.0 * float(np.spacing(largest)))
+        steps = np.diff(ascending, prepend=ascending[:1])
+    numbers = np.empty(len(values), np.int64)
+    numbers[order] = np.cumsum(steps > tolerance)
+    return numbers
 
 
 def _starts_run(sorted_: npt.NDArray[Any]) -> BoolArray:

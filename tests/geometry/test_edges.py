@@ -226,11 +226,13 @@ def test_solids_side_by_side_stay_apart() -> None:
     assert len(resolve_edges(both, "feature")) == 24
 
 
-def test_points_weld_where_they_are_equal_and_nowhere_else() -> None:
+def test_points_weld_where_they_are_equal_but_for_rounding_and_nowhere_else() -> None:
     points = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (-0.0, -0.0, 0), (1, 0, 0), (1, -1, 0)], dtype=float)
     faces = [(0, 1, 2), (4, 3, 5)]
     assert len(resolve_edges(Mesh(points, faces), "boundary")) == 4
     points[4, 0] = np.nextafter(1.0, 2.0)
+    assert len(resolve_edges(Mesh(points, faces), "boundary")) == 4
+    points[4, 0] = 1.0 + 1e-11
     assert len(resolve_edges(Mesh(points, faces), "boundary")) == 6
 
 
@@ -377,3 +379,30 @@ def test_a_million_triangles_cost_a_few_sorts() -> None:
     start = time.process_time()
     assert len(resolve_edges(mesh, "feature")) == 4 * 700
     assert time.process_time() - start < 10 * one_sort + 1.0
+
+
+def sphere_with_a_seam(n: int, offset: float = 0.0) -> Mesh:
+    """Return a sphere of n x n quads whose first and last meridian differ by rounding, as sin(2 pi) is not 0."""
+    longitude, latitude = np.meshgrid(np.linspace(0, 2 * np.pi, n + 1), np.linspace(0.3, 2.8, n + 1), indexing="ij")
+    x, y, z = np.sin(latitude) * np.cos(longitude), np.sin(latitude) * np.sin(longitude), np.cos(latitude)
+    index = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    quads = np.stack([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]], axis=-1).reshape(-1, 4)
+    return Mesh(np.stack([x, y, z], axis=-1).reshape(-1, 3) + offset, quads)
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e3, -4e6])
+def test_seams_that_differ_by_rounding_are_joined(offset: float) -> None:
+    n = 24
+    mesh = sphere_with_a_seam(n, offset)
+    seam = np.abs(mesh.positions[: n + 1] - mesh.positions[-n - 1 :]).max()
+    assert seam > 0.0 or offset
+    assert len(resolve_edges(mesh, "boundary")) == 2 * n  # the two rims, and no meridian
+    assert len(resolve_edges(mesh, "feature")) == 2 * n
+
+
+def test_seams_that_stand_open_stay_open() -> None:
+    n = 24
+    mesh = sphere_with_a_seam(n)
+    positions = mesh.positions.copy()
+    positions[-n - 1 :, 1] += 1e-9
+    assert len(resolve_edges(Mesh(positions, mesh.faces), "boundary")) == 4 * n
