@@ -19,7 +19,7 @@ KERNELS_PER_BLOCK = 8
 MIN_BLOCK, MAX_BLOCK = 128, 512  # MAX_BLOCK where the kernel is no larger than half of it
 # On a CPU a dense kernel of more takes longer on the device; measured with float32.
 MAX_DIRECT_TAPS_ON_CPU = 256
-MAX_DIRECT_TAPS_ON_HOST = 1024
+MAX_DIRECT_TAPS_ON_HOST = 700
 
 
 def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: Device, dtype: np.dtype[Any]) -> bool:
