@@ -99,8 +99,10 @@ class Device:
     adapter: Adapter
     limits: Limits
 
-    def __new__(cls, adapter: str | None = None, *, limits: Limits | None = None) -> Self:  # noqa: ARG004
+    def __new__(cls, adapter: str | None = None, *, limits: Limits | None = None) -> Self:
         """Make a device of the class that `adapter` asks for."""
+        if limits is not None and not isinstance(limits, Limits):
+            raise ArgumentTypeError.expecting("limits", "be Limits", type(limits).__name__)
         chosen: type[Self] = cls if cls is not Device else _find_class(adapter)
         return super().__new__(chosen)
 
@@ -150,6 +152,8 @@ _GPU_CLASS = ("gpu_xform.gpu.device", "GpuDevice")
 
 
 def _find_class(adapter: str | None) -> Any:
+    if adapter is not None and not isinstance(adapter, str):
+        raise ArgumentTypeError.expecting("adapter", "be a text", type(adapter).__name__)
     name = adapter if adapter is not None else os.environ.get(ADAPTER_VARIABLE)
     module, attribute = _CLASSES.get(str(name).casefold(), _GPU_CLASS)
     return getattr(import_module(module), attribute)

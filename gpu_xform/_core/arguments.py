@@ -67,6 +67,21 @@ def as_int(value: SupportsIndex, name: str) -> int:
         raise ArgumentTypeError.expecting(name, "be a whole number", repr(value)) from None
 
 
+def require_flag(value: object, name: str, *, default: bool = False) -> bool:
+    """Return a flag, by default `default`; raise `ArgumentTypeError` for what is neither True nor False."""
+    if value is None:
+        return default
+    if not isinstance(value, bool | np.bool_):
+        raise ArgumentTypeError.expecting(name, "be True or False", repr(value))
+    return bool(value)
+
+
+def require_text(value: object, name: str) -> None:
+    """Raise `ArgumentTypeError` for what is neither a text nor left out."""
+    if value is not None and not isinstance(value, str):
+        raise ArgumentTypeError.expecting(name, "be a text", type(value).__name__)
+
+
 def require_callable(value: object, name: str) -> None:
     """Raise `ArgumentTypeError` for what can be neither called nor left out."""
     if value is not None and not callable(value):

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Unpack, overload
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_int, as_unit_vector
+from .._core.arguments import as_int, as_unit_vector, require_callable
 from .._core.error_context import prefix_errors
 from .._core.progress import show_progress
 from .._core.public import public
@@ -23,7 +23,7 @@ from ..drawing.framing import framing_points
 from ..drawing.layer import Layer, Models, Style, require_style
 from ..drawing.load_models import load_models
 from ..drawing.prepare import Frame, Size, parse_size
-from ..errors import ArgumentError, MeshError
+from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..imaging import image as images
 from ..imaging.colors import ColorLike, to_rgba
 from ..imaging.image import Pixels
@@ -165,6 +165,8 @@ def turntable(
     """
     own, known = (inspect.signature(function).parameters for function in (turntable, animate))
     require_style(options.keys() - known.keys(), [*own, *known])
+    if "n_frames" in options:
+        raise ArgumentTypeError("n_frames: turntable takes the number of its frames as frames", argument="n_frames")
     n_frames = parse_frame_count(frames, "frames")
     if isinstance(axis, str) and axis not in AXES:
         raise ArgumentError.expecting("axis", "be 'x', 'y', 'z' or a vector", repr(axis))
@@ -289,6 +291,7 @@ class Animation:
         OSError
             The operating system refuses to write the file.
         """
+        require_callable(progress, "progress")
         write = make_writer(path)
         with contextlib.ExitStack() as stack:
             if progress is None:

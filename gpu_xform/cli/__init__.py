@@ -41,10 +41,10 @@ def _run(argv: Sequence[str]) -> int:
         options = parse(argv)
     except SystemExit as stop:  # argparse has printed help, the version, or what is wrong
         return int(stop.code or 0)
-    limits = getattr(options, "file_limits", None)
-    if limits is None:
+    limits, isolated = getattr(options, "file_limits", None), getattr(options, "isolated", False)
+    if limits is None and not isolated:
         return int(options.run(options))
-    from ..formats.limits import use_limits
+    from ..formats.limits import NO_LIMITS, use_limits
 
-    with use_limits(limits):
+    with use_limits(limits or NO_LIMITS, isolated=isolated):
         return int(options.run(options))

@@ -171,6 +171,11 @@ def add_reading_options(group: Any) -> None:
         help="what a file may hold: points=N, faces=N, face_corners=N, nodes=N, depth=N, unpacked_bytes=N, cpu_s=S, "
         "memory_bytes=N, separated by commas",
     )
+    group.add_argument(
+        "--isolated",
+        action="store_true",
+        help="read model files in a process of its own, whose memory and time are limited (Linux)",
+    )
 
 
 def add_json(parser: argparse.ArgumentParser, content: str) -> None:

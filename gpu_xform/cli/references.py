@@ -26,21 +26,20 @@ def require_reference_options(options: Namespace) -> None:
 def require_match(reference: str, image: "Image", difference: str | None, options: Namespace) -> None:
     """Raise `MismatchError` if `image` does not match the PNG file `reference`, after writing `difference`."""
     from ..imaging.compare import DEFAULT_THRESHOLD, compare_images
-    from ..imaging.image import to_pixels
+    from ..imaging.image import find_size, to_pixels
 
     if not Path(reference).exists():
         raise ArgumentError(
             f"{reference}: the reference does not exist; to make it, give -o {reference} instead of --reference"
         )
-    expected = to_pixels(reference, "--reference")
-    height, width = expected.shape[:2]
+    width, height = find_size(reference, "--reference")
     if image.size != (width, height):
         raise MismatchError(
             f"{reference}: the reference is {width} x {height} pixels, the picture {image.width} x {image.height}"
         )
     threshold = DEFAULT_THRESHOLD if options.reference_threshold is None else options.reference_threshold
     allowed = options.reference_pixels or 0
-    found = compare_images(image, expected, threshold=threshold)
+    found = compare_images(image, to_pixels(reference, "--reference"), threshold=threshold)
     if found.n_pixels <= allowed:
         return
     if difference is not None:

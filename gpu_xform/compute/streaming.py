@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_square_matrix, require_callable
+from .._core.arguments import as_square_matrix, require_callable, require_flag
 from .._core.file_locks import is_at, try_lock
 from .._core.npy import read_header
 from .._core.public import public
@@ -77,9 +77,10 @@ def transform_file(
     """
     require_path(source, "source")
     target = find_target(destination, "destination")
+    require_callable(progress, "progress")
+    project, resume = require_flag(project, "project"), require_flag(resume, "resume")
     if target.is_stream and resume:
         raise ArgumentError.expecting("resume", "not be set for a stream", repr(os.fspath(destination)))
-    require_callable(progress, "progress")
     with Path(source).open("rb") as reader:
         shape, dtype = _read_header(reader, source)
         _require_rows(reader, source, shape, dtype)

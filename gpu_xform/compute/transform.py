@@ -22,7 +22,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import matrices
-from .._core.arguments import as_square_matrices, require_affine
+from .._core.arguments import as_square_matrices, require_affine, require_text
 from .._core.masked import Mask, find_hidden_rows, hide_rows
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
@@ -115,6 +115,8 @@ def transform_points(
     PrecisionWarning
         Once per process, if float32 is too coarse for the coordinates.
     """
+    require_text(precision, "precision")
+    require_text(order, "order")
     if index is None and weights is None and out is None and precision == "auto" and order == "input":
         few = transform_few(points, matrix, Epilogue.NONE, device)
         if few is not None:

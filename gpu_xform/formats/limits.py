@@ -149,6 +149,7 @@ class Budget:
 
 
 _default: ContextVar[FileLimits] = ContextVar("_default", default=NO_LIMITS)
+_default_isolated: ContextVar[bool] = ContextVar("_default_isolated", default=False)
 _current: ContextVar[Budget | None] = ContextVar("_current", default=None)
 
 
@@ -158,13 +159,19 @@ def budget() -> Budget:
 
 
 @contextmanager
-def use_limits(limits: FileLimits) -> Iterator[None]:
-    """Let files that are read in the block without limits of their own have these."""
-    token = _default.set(limits)
+def use_limits(limits: FileLimits, *, isolated: bool) -> Iterator[None]:
+    """Let files that are read in the block without limits of their own have these, and be read in isolation."""
+    token, isolated_token = _default.set(limits), _default_isolated.set(isolated)
     try:
         yield
     finally:
         _default.reset(token)
+        _default_isolated.reset(isolated_token)
+
+
+def is_isolated() -> bool:
+    """Return whether files are read in isolation by default."""
+    return _default_isolated.get()
 
 
 def as_limits(limits: FileLimits | None) -> FileLimits:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TypeAlias, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from .._core.arguments import require_flag, require_text
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_error, prefix_errors
 from .._core.public import public
@@ -23,7 +24,7 @@ from ..geometry.scene import Scene
 from ..surfaces.resolution import as_tolerance
 from ._losses import ListLosses, list_attributes, warn_of
 from ._warn import name_file
-from .limits import NO_LIMITS, FileLimits, as_limits, spend
+from .limits import NO_LIMITS, FileLimits, as_limits, is_isolated, spend
 
 if TYPE_CHECKING:
     from .gltf_document import Document
@@ -111,6 +112,7 @@ def load_mesh(
     file_type: str | None = None,
     tolerance: float | None = None,
     limits: FileLimits | None = None,
+    isolated: bool | None = None,
 ) -> Mesh:
     """Read a mesh from a model file; polygons are not split into triangles.
 
@@ -125,6 +127,9 @@ def load_mesh(
         stand for, in the file's unit; by default a thousandth of the diagonal of its points. Other files have none.
     limits : FileLimits, optional
         What the file may hold. By default it may hold what its bytes spell out, and expand to some multiple of it.
+    isolated : bool, optional
+        Read the file in a process of its own, whose memory and time the system limits (Linux only): whatever the file
+        does to a reader, a mesh comes back or a `MeshError`. False by default.
 
     Returns
     -------
@@ -137,8 +142,8 @@ def load_mesh(
     MissingExtraError
         If the extra that the format needs is not installed.
     ArgumentError
-        For a nameless file object without `file_type`, and a tolerance that is not positive or needs more than 2^24
-        faces.
+        For a nameless file object without `file_type`, a tolerance that is not positive or needs more than 2^24 faces,
+        and `isolated` where the system has no such limits.
     ArgumentTypeError
         If `source` is neither a path nor a binary file object.
     OSError
@@ -152,13 +157,29 @@ def load_mesh(
     name, kind = _identify(source, file_type, READERS)
     if tolerance is not None:
         tolerance = as_tolerance(tolerance)
-    reader = partial(_BESIDE[kind], folder=_get_folder(source)) if kind in _BESIDE else READERS[kind]
-    if kind == "obj":
-        reader = partial(_read_obj, folder=_get_folder(source), tolerance=tolerance)
-    mesh = _read(source, name, reader, as_limits(limits))
+    folder, limits = _get_folder(source), as_limits(limits)
+    if require_flag(isolated, "isolated", default=is_isolated()):
+        from .isolation import read_isolated
+
+        reader: Reader = partial(read_isolated, kind=kind, folder=folder, tolerance=tolerance, limits=limits)
+    else:
+        reader = _find_reader(kind, folder, tolerance)
+    mesh = _read(source, name, reader, limits)
     if mesh.n_points == 0:
         raise prefix_error(MeshError("the file holds no points"), name)
     return mesh
+
+
+def read_mesh_bytes(data: bytes, kind: str, folder: Path | None, tolerance: float | None, limits: FileLimits) -> Mesh:
+    """Return the mesh of a file of a known type, which has no name."""
+    with spend(len(data), limits):
+        return _find_reader(kind, folder, tolerance)(data)
+
+
+def _find_reader(kind: str, folder: Path | None, tolerance: float | None) -> Reader:
+    if kind == "obj":
+        return partial(_read_obj, folder=folder, tolerance=tolerance)
+    return partial(_BESIDE[kind], folder=folder) if kind in _BESIDE else READERS[kind]
 
 
 @public
@@ -353,6 +374,7 @@ def _get_folder(source: PathOrFile) -> Path | None:
 
 def _identify(source: PathOrFile, file_type: str | None, known: Collection[str]) -> tuple[str, str]:
     """Return the file's name for messages, and its type, a member of `known`."""
+    require_text(file_type, "file_type")
     path = source if isinstance(source, str | os.PathLike) else getattr(source, "name", None)
     name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
     if path is source:

@@ -1,5 +1,6 @@
 """Comparison of a picture with a reference, pixel by pixel."""
 
+import os
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -10,7 +11,7 @@ import numpy.typing as npt
 from .._core.arguments import as_float
 from .._core.public import public
 from ..errors import ArgumentError
-from .image import ImageLike, Pixels, premultiply, to_pillow, to_pixels
+from .image import ImageLike, Pixels, find_size, premultiply, to_pillow, to_pixels
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -125,13 +126,20 @@ def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float
     threshold = as_float(threshold, "threshold")
     if not 0.0 <= threshold <= 255.0:
         raise ArgumentError.expecting("threshold", "be from 0 to 255", f"{threshold:g}")
-    actual, expected = to_pixels(picture, "picture"), to_pixels(reference, "reference")
+    actual = to_pixels(picture, "picture")
     if actual.size == 0:
         raise ArgumentError.expecting("picture", "have pixels", "none")
-    if actual.shape != expected.shape:
-        sizes = [f"{shape[1]} x {shape[0]}" for shape in (actual.shape, expected.shape)]
-        raise ArgumentError.expecting("reference", f"have the size of the picture, {sizes[0]}", sizes[1])
+    if isinstance(reference, str | os.PathLike):
+        _require_size(actual, find_size(reference, "reference"))  # before a file is decoded, which may declare any
+    expected = to_pixels(reference, "reference")
+    _require_size(actual, (expected.shape[1], expected.shape[0]))
     return Difference(premultiply(actual), premultiply(expected), threshold)
+
+
+def _require_size(picture: Pixels, size: tuple[int, int]) -> None:
+    if picture.shape[1::-1] != size:
+        sizes = [f"{width} x {height}" for width, height in (picture.shape[1::-1], size)]
+        raise ArgumentError.expecting("reference", f"have the size of the picture, {sizes[0]}", sizes[1])
 
 
 def _compute_brightness_on_white(pixels: Pixels) -> npt.NDArray[np.float64]:

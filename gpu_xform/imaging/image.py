@@ -2,12 +2,15 @@
 
 import io
 import os
+import struct
+import zlib
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
+from .._core.targets import require_path
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 
@@ -16,6 +19,7 @@ if TYPE_CHECKING:
 
 Pixels = npt.NDArray[np.uint8]
 EIGHT_BIT_MODES = ("1", "L", "LA", "P", "PA", "RGB", "RGBA")  # Pillow clips the values of other modes at 255
+_PNG_ERRORS = (OSError, SyntaxError, ValueError, OverflowError, MemoryError, struct.error, zlib.error)
 ImageLike: TypeAlias = "Image | Pixels | StrPath"
 
 
@@ -62,16 +66,32 @@ def to_pixels(picture: ImageLike, name: str) -> Pixels:
     return array if array.shape[2] == 4 else np.pad(array, ((0, 0), (0, 0), (0, 1)), constant_values=255)
 
 
-def _decode_png(path: StrPath, name: str) -> Pixels:
-    from PIL.PngImagePlugin import PngImageFile  # Image.open refuses images as large as `render` makes them
+def find_size(picture: ImageLike, name: str) -> tuple[int, int]:
+    """Return (width, height) of what `to_pixels` takes, without decoding a PNG file, which may declare any size."""
+    if isinstance(picture, str | os.PathLike):
+        return _open_png(picture, name).size
+    width, height = getattr(picture, "size", (0, 0)) if hasattr(picture, "convert") else np.shape(picture)[1::-1]
+    return int(width), int(height)
 
-    data = Path(path).read_bytes()
+
+def _decode_png(path: StrPath, name: str) -> Pixels:
+    picture = _open_png(path, name)
     try:
-        picture = PngImageFile(io.BytesIO(data))
         picture.load()
-    except (OSError, SyntaxError, ValueError) as error:
+    except _PNG_ERRORS as error:
         raise ArgumentError.expecting(name, "be a PNG file", repr(os.fspath(path)), reason=error) from None
     return _pillow_to_pixels(picture, name)
+
+
+def _open_png(path: StrPath, name: str) -> "Image":
+    from PIL.PngImagePlugin import PngImageFile  # Image.open refuses images as large as `render` makes them
+
+    require_path(path, name)
+    data = Path(path).read_bytes()
+    try:
+        return PngImageFile(io.BytesIO(data))
+    except _PNG_ERRORS as error:
+        raise ArgumentError.expecting(name, "be a PNG file", repr(os.fspath(path)), reason=error) from None
 
 
 def _pillow_to_pixels(picture: "Image", name: str) -> Pixels:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_nonzero_vector, as_numbers, as_vector, describe_first_non_finite
+from .._core.arguments import as_nonzero_vector, as_numbers, as_vector, describe_first_non_finite, require_flag
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 
@@ -25,6 +25,8 @@ def compute_cos_sin(angle: npt.ArrayLike, *, degrees: bool) -> tuple[Any, Any]:
     converted to radians.
     """
     checked = as_numbers({"angle": angle})["angle"]
+    if type(degrees) is not bool:
+        degrees = require_flag(degrees, "degrees")
     if isinstance(checked, np.ndarray):
         return _compute_cos_sin_of_array(checked, degrees=degrees)
     if not degrees:

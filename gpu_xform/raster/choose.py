@@ -33,7 +33,7 @@ def rasterizer_for(
 
 def require_rasterizer(name: object, argument: str = "rasterizer") -> None:
     """Raise `ArgumentError` for a name that no rasteriser has."""
-    if name not in RASTERIZERS:
+    if not isinstance(name, str) or name not in RASTERIZERS:
         names = " or ".join([", ".join(map(repr, RASTERIZERS[:-1])), repr(RASTERIZERS[-1])])
         suggestion = did_you_mean(name.lower(), RASTERIZERS) if isinstance(name, str) else ""
         raise ArgumentError.expecting(argument, f"be {names}", f"{name!r}{suggestion}")

@@ -10,7 +10,7 @@ from typing import Literal, Self, Unpack
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_int, as_vector
+from .._core.arguments import as_int, as_vector, require_callable
 from .._core.public import public
 from .._core.types import BoolArray, Float64Array, IndexArray, Progress
 from ..compute.mesh_buffer import MeshBuffer
@@ -396,6 +396,7 @@ class Springs:
             move_pins=move_pins,
             obstacles=obstacles,
         )
+        require_callable(progress, "progress")
         if keep not in ("host", "device"):
             raise ArgumentError.expecting("keep", "be 'host' or 'device'", repr(keep))
         n_steps = self._choose_substeps(1.0 / fps, conditions, substeps, max_substeps)

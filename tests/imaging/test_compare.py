@@ -1,5 +1,7 @@
 """Pictures compared: small ones by hand, any by an oracle in float64, and drawn ones by what has changed in them."""
 
+import struct
+import zlib
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -13,6 +15,7 @@ from hypothesis.extra import numpy as hnp
 from PIL import Image
 
 import gpu_xform as gx
+from gpu_xform.errors import ArgumentError
 from gpu_xform.imaging.image import Pixels, premultiply
 
 WHITE, BLACK = (255, 255, 255, 255), (0, 0, 0, 255)
@@ -172,3 +175,18 @@ def test_the_arrays_are_left_as_they_were() -> None:
     translucent: npt.NDArray[np.uint8] = pixels([(200, 100, 50, 128)])
     gx.compare_images(translucent, translucent)
     assert translucent.tolist() == [[[200, 100, 50, 128]]]
+
+
+def test_the_size_of_a_file_is_compared_before_it_is_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file of a hundred bytes may declare a picture of gigabytes."""
+    path = tmp_path / "huge.png"
+    header = struct.pack(">II5B", 60_000, 60_000, 8, 6, 0, 0, 0)
+    chunk = b"IHDR" + header
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + struct.pack(">I", zlib.crc32(chunk)))
+
+    def load(_: object) -> None:
+        raise AssertionError("it is decoded")
+
+    monkeypatch.setattr("PIL.PngImagePlugin.PngImageFile.load", load)
+    with pytest.raises(ArgumentError, match="reference must have the size of the picture, 2 x 3, got 60000 x 60000"):
+        gx.compare_images(np.zeros((3, 2, 4), np.uint8), path)

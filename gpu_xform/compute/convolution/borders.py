@@ -6,6 +6,7 @@ from typing import Literal, get_args
 import numpy as np
 import numpy.typing as npt
 
+from ..._core.arguments import require_text
 from ..._core.suggestions import did_you_mean
 from ...errors import ArgumentError
 from ..kernels.convolution_job import Stencil
@@ -51,6 +52,7 @@ class Extension:
     """Where the pixels of an extended image come from."""
 
     def __init__(self, border: Border) -> None:
+        require_text(border, "border")
         if border not in get_args(Border):
             hint = did_you_mean(str(border), get_args(Border))
             expected = f"be one of {', '.join(get_args(Border))}"

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 import numpy as np
 import numpy.typing as npt
 
+from ..._core.arguments import require_flag, require_text
 from ..._core.public import public
 from ..._core.suggestions import did_you_mean
 from ...device import Device, resolve_device
@@ -286,6 +287,8 @@ def correlate(
 
 def _run(image: ImageLike, kernel: object, options: _Options, *, flips: bool) -> Any:
     """Check everything, and compute a result per kernel."""
+    require_flag(options.linear, "linear")
+    require_text(options.alpha, "alpha")
     images = read_images(image, stack=options.stack)
     kernels, is_list = read_kernels(kernel, options.origin)
     if flips:

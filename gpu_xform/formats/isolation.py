@@ -1,0 +1,227 @@
+"""Isolation: a model file is read in a process of its own, with limits of the system, and its arrays come back.
+
+Nothing that the child sends is trusted: no pickles, every array is checked against the shared memory, and the mesh is
+built, and so checked, here.
+"""
+
+import json
+import math
+import mmap
+import os
+import signal
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import ArgumentError, MeshError, MeshWarning, MissingExtraError
+from ..geometry.attributes import Attributes, RaggedArray
+from ..geometry.mesh import Mesh
+from .limits import FileLimits
+
+DEFAULT_CPU_S = 60.0
+DEFAULT_MEMORY_BYTES = 4 << 30
+_WAIT_S = 30.0  # beyond the time of a processor, for a busy machine
+_MAX_ANSWER_BYTES = 1 << 28
+_ALIGNMENT_BYTES = 16
+_KINDS = "biuf"
+_COMMAND = "from gpu_xform.formats.isolation import serve; serve()"
+
+
+def read_isolated(data: bytes, kind: str, folder: Path | None, tolerance: float | None, limits: FileLimits) -> Mesh:
+    """Return the mesh of a file of a type, read in a child; only MeshError and MissingExtraError are raised for it.
+
+    Raises ArgumentError where the system limits neither memory nor time.
+    """
+    if not sys.platform.startswith("linux"):
+        raise ArgumentError.expecting("isolated", "be False here", reason="only Linux limits a process's memory")
+    memory = os.memfd_create("gpu_xform")
+    request = {
+        "kind": kind,
+        "folder": None if folder is None else str(folder.absolute()),
+        "tolerance": tolerance,
+        "limits": asdict(limits),
+        "memory": memory,
+    }
+    cpu_s = limits.cpu_s or DEFAULT_CPU_S
+    try:
+        # The first line is the request, what follows the file.
+        child = subprocess.run(  # noqa: S603 - our own interpreter, with our own program
+            [sys.executable, "-c", _COMMAND],
+            input=json.dumps(request).encode() + b"\n" + data,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            pass_fds=[memory],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "OPENBLAS_NUM_THREADS": "1"},
+            timeout=2 * cpu_s + _WAIT_S,
+            check=False,
+        )
+        if child.returncode or len(child.stdout) > _MAX_ANSWER_BYTES:
+            raise MeshError(_describe_end(child.returncode, limits))
+        return _build(_parse_answer(child.stdout), memory)
+    except subprocess.TimeoutExpired:
+        raise MeshError(_describe_end(-signal.SIGXCPU, limits)) from None
+    finally:
+        os.close(memory)
+
+
+def _describe_end(code: int, limits: FileLimits) -> str:
+    if code in (-signal.SIGXCPU, -signal.SIGKILL):
+        cpu_s = limits.cpu_s or DEFAULT_CPU_S
+        return f"reading it takes more than {cpu_s:g} s of a processor, the limit FileLimits(cpu_s=...)"
+    return f"the process that read it ended with {code}"
+
+
+def _parse_answer(text: bytes) -> dict[str, Any]:
+    try:
+        answer = json.loads(text)
+    except (ValueError, RecursionError):
+        raise MeshError("the process that read it gave no answer") from None
+    if not isinstance(answer, dict):
+        raise MeshError("the process that read it gave no answer")
+    for message in answer.get("warnings", ()):
+        warnings.warn(str(message), MeshWarning, stacklevel=4)
+    if "error" in answer:
+        raise (MissingExtraError if answer.get("is_missing") is True else MeshError)(str(answer["error"]))
+    return answer
+
+
+def _build(answer: dict[str, Any], memory: int) -> Mesh:
+    """Return the mesh that an answer describes, with arrays of our own."""
+    n_bytes = os.fstat(memory).st_size
+    shared = mmap.mmap(memory, n_bytes, access=mmap.ACCESS_READ) if n_bytes else b""
+    try:
+        parts = _decode(answer["mesh"], shared)
+        positions, offsets, indices, tables, labels, material, metadata = parts
+        attributes = Attributes(**tables, labels=labels, material=material)
+        mesh = Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata or None)
+    except MeshError:
+        raise
+    except Exception as error:  # whatever a child that a file has taken over may answer
+        raise MeshError(f"the process that read it gave no mesh: {type(error).__name__}: {error}") from None
+    return mesh
+
+
+def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int]) -> Any:
+    """Return a value as JSON holds it; `append` puts an array into the shared memory, and returns where."""
+    if isinstance(value, np.ndarray):
+        if value.dtype.kind not in _KINDS:
+            raise MeshError(f"an attribute of dtype {value.dtype} cannot be carried out of isolation")
+        array = np.ascontiguousarray(value)
+        return {"array": [append(array), list(array.shape), array.dtype.str]}
+    if isinstance(value, RaggedArray):
+        return {"ragged": [_encode(value.values, append), _encode(value.offsets, append)]}
+    if isinstance(value, bytes | bytearray | memoryview):
+        return {"bytes": _encode(np.frombuffer(value, np.uint8), append)}
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, Mapping):
+        return {"map": [[_encode(key, append), _encode(each, append)] for key, each in value.items()]}
+    if isinstance(value, tuple):
+        return {"tuple": [_encode(each, append) for each in value]}
+    if isinstance(value, list):
+        return [_encode(each, append) for each in value]
+    if value is None or isinstance(value, bool | int | float | str):
+        return value
+    raise MeshError(f"{type(value).__name__} cannot be carried out of isolation")
+
+
+def _decode(value: Any, shared: Any) -> Any:
+    """Return what `_encode` was given, with arrays copied out of the shared memory."""
+    if isinstance(value, list):
+        return [_decode(each, shared) for each in value]
+    if not isinstance(value, dict):
+        return value
+    ((kind, content),) = value.items()
+    match kind:
+        case "array":
+            start, shape, text = content
+            dtype = np.dtype(str(text))
+            if dtype.kind not in _KINDS or not all(type(side) is int and side >= 0 for side in [start, *shape]):
+                raise ValueError("an array is malformed")
+            if start + math.prod(shape) * dtype.itemsize > len(shared):
+                raise ValueError("an array is outside of the shared memory")
+            return np.ndarray(shape, dtype, shared, start).copy() if math.prod(shape) else np.empty(shape, dtype)
+        case "ragged":
+            return RaggedArray(*(_decode(each, shared) for each in content))
+        case "bytes":
+            return _decode(content, shared).tobytes()
+        case "map":
+            return {_decode(key, shared): _decode(each, shared) for key, each in content}
+        case "tuple":
+            return tuple(_decode(each, shared) for each in content)
+    raise ValueError(f"unknown content {kind!r}")
+
+
+def serve() -> None:
+    """Read the file on standard input, in a child, and answer on standard output."""
+    source = sys.stdin.buffer
+    request = json.loads(source.readline())
+    data = source.read()
+    answer: dict[str, Any] = {}
+    limits = FileLimits(**request["limits"])
+    try:
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            answer["mesh"] = _read(data, request, limits)
+    except MeshError as error:
+        answer["error"] = str(error)
+    except MissingExtraError as error:
+        answer |= {"error": str(error), "is_missing": True}
+    except MemoryError:
+        memory_bytes = limits.memory_bytes or DEFAULT_MEMORY_BYTES
+        answer["error"] = f"reading it takes more than {memory_bytes:,} bytes, the limit FileLimits(memory_bytes=...)"
+    except Exception as error:  # whatever a damaged file brings a reader to
+        answer["error"] = f"it cannot be read: {type(error).__name__}: {error}"
+    answer["warnings"] = [str(each.message) for each in caught if issubclass(each.category, MeshWarning)]
+    sys.stdout.write(json.dumps(answer))
+    sys.stdout.flush()
+    os._exit(0)
+
+
+def _read(data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:
+    from .registry import read_mesh_bytes  # imported before memory is limited
+
+    _limit_process(limits)
+    folder = None if request["folder"] is None else Path(request["folder"])
+    mesh = read_mesh_bytes(data, request["kind"], folder, request["tolerance"], limits)
+    memory, end = request["memory"], 0
+
+    def append(array: npt.NDArray[Any]) -> int:
+        nonlocal end
+        start = -(-end // _ALIGNMENT_BYTES) * _ALIGNMENT_BYTES
+        rest, end = array.reshape(-1).view(np.uint8).data, start
+        while len(rest):
+            n_written = os.pwrite(memory, rest, end)
+            rest, end = rest[n_written:], end + n_written
+        return start
+
+    tables = {name: getattr(mesh.attributes, name) for name in ("point", "corner", "face")}
+    attributes = mesh.attributes
+    parts = [mesh.positions, mesh.offsets, mesh.indices, tables, attributes.labels, attributes.material, mesh.metadata]
+    return _encode(parts, append)
+
+
+def _limit_process(limits: FileLimits) -> None:
+    """Limit what this process may still take: memory, time, the size of files; it leaves no core behind."""
+    import resource
+
+    n_pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
+    memory_bytes = limits.memory_bytes or DEFAULT_MEMORY_BYTES
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    cpu_s = math.ceil(used.ru_utime + used.ru_stime + (limits.cpu_s or DEFAULT_CPU_S))
+    for kind, most in (
+        (resource.RLIMIT_AS, n_pages * mmap.PAGESIZE + memory_bytes),
+        (resource.RLIMIT_FSIZE, memory_bytes),
+        (resource.RLIMIT_CPU, cpu_s),
+        (resource.RLIMIT_CORE, 0),
+    ):
+        _, hard = resource.getrlimit(kind)
+        limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (limit, limit))

@@ -1,0 +1,57 @@
+"""Arguments of a wrong kind are typed errors that name them, before any work."""
+
+import io
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.errors import ArgumentError, ArgumentTypeError
+
+CUBE = gx.samples.cube()
+ARRAY: Any = np.ones(3)
+FIVE: Any = 5
+
+
+def obj() -> io.BytesIO:
+    return io.BytesIO(b"v 0 0 0\n")
+
+
+def image() -> Any:
+    return np.ones((3, 3), np.float32)
+
+
+WRONG: dict[str, tuple[Callable[[], object], str]] = {
+    "file_type": (lambda: gx.load_mesh(obj(), file_type=FIVE), "file_type must be a text, got int"),
+    "bytes as a type": (lambda: gx.load_scene(obj(), file_type=b"obj"), "file_type must be a text"),  # type: ignore[arg-type]
+    "the type to save": (lambda: gx.save_mesh(CUBE, obj(), file_type=FIVE), "file_type must be a text"),
+    "progress": (lambda: gx.turntable(CUBE, 2, "x.gif", progress=FIVE), "progress must be callable, got 5"),
+    "progress of save": (lambda: gx.animate(CUBE, [np.eye(4)]).save("x.gif", progress=FIVE), "progress must be call"),
+    "progress of a file": (lambda: gx.transform_file("a", "b", np.eye(4), progress=FIVE), "progress must be callable"),
+    "n_frames": (lambda: gx.turntable(CUBE, n_frames=3), "n_frames: turntable takes the number of its frames as"),
+    "degrees": (lambda: gx.rotate_x(1, degrees=ARRAY), "degrees must be True or False"),
+    "project": (lambda: gx.transform_file("a", "b", np.eye(4), project=ARRAY), "project must be True or False"),
+    "resume": (lambda: gx.transform_file("a", "b", np.eye(4), resume=ARRAY), "resume must be True or False"),
+    "linear": (lambda: gx.convolve(image(), image(), linear=ARRAY), "linear must be True or False"),
+    "alpha": (lambda: gx.convolve(image(), image(), alpha=ARRAY), "alpha must be a text"),
+    "border": (lambda: gx.convolve(image(), image(), border=ARRAY), "border must be a text"),
+    "precision": (lambda: gx.transform_points(np.ones((3, 3)), np.eye(4), precision=ARRAY), "precision must be a text"),
+    "order": (lambda: gx.transform_points(np.ones((3, 3)), np.eye(4), order=ARRAY), "order must be a text"),
+    "adapter": (lambda: gx.Device(FIVE), "adapter must be a text, got int"),
+    "the default adapter": (lambda: gx.default_device(ARRAY), "adapter must be a text"),
+    "limits": (lambda: gx.Device(limits=FIVE), "limits must be Limits"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_a_wrong_kind_is_named(name: str) -> None:
+    call, message = WRONG[name]
+    with pytest.raises(ArgumentTypeError, match=f"^{message}"):
+        call()
+
+
+def test_a_rasteriser_that_is_no_text_is_named() -> None:
+    with pytest.raises(ArgumentError, match="rasterizer must be"):
+        gx.render(CUBE, rasterizer=ARRAY)
