@@ -43,6 +43,18 @@ bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/animate.py
 	@$(BIN)/python benchmarks/springs.py
 
+SECONDS ?= 300
+MOMENTS ?= 200
+
+.PHONY: fuzz
+fuzz: .venv/tools ## give damaged files to every reader for SECONDS=300
+	@$(BIN)/python -m tests.fuzz.readers --seconds $(SECONDS)
+
+.PHONY: attack
+attack: .venv/tools driver ## interrupt and kill commands at MOMENTS=200 random moments
+	@GPU_XFORM_INTERRUPTIONS=$(MOMENTS) $(PYTEST) tests/gpu/test_interruptions.py
+	@$(BIN)/python -m tests.fuzz.attack --moments $(MOMENTS)
+
 .PHONY: wheel
 wheel: .venv/tools ## build dist/*.whl
 	@$(BIN)/pip --quiet wheel --no-deps --wheel-dir dist .

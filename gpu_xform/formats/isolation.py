@@ -31,7 +31,7 @@ _WAIT_S = 30.0  # beyond the time of a processor, for a busy machine
 _MAX_ANSWER_BYTES = 1 << 28
 _ALIGNMENT_BYTES = 16
 _KINDS = "biuf"
-_COMMAND = "from gpu_xform.formats.isolation import serve; serve()"
+_COMMAND = "from gpu_xform.formats import isolation, registry; isolation.serve(registry.read_mesh_bytes)"
 
 
 def read_isolated(data: bytes, kind: str, folder: Path | None, tolerance: float | None, limits: FileLimits) -> Mesh:
@@ -159,8 +159,8 @@ def _decode(value: Any, shared: Any) -> Any:
     raise ValueError(f"unknown content {kind!r}")
 
 
-def serve() -> None:
-    """Read the file on standard input, in a child, and answer on standard output."""
+def serve(read: Callable[..., Mesh]) -> None:
+    """Read the file on standard input by a function of the registry, in a child, and answer on standard output."""
     source = sys.stdin.buffer
     request = json.loads(source.readline())
     data = source.read()
@@ -169,7 +169,7 @@ def serve() -> None:
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            answer["mesh"] = _read(data, request, limits)
+            answer["mesh"] = _read(read, data, request, limits)
     except MeshError as error:
         answer["error"] = str(error)
     except MissingExtraError as error:
@@ -185,12 +185,10 @@ def serve() -> None:
     os._exit(0)
 
 
-def _read(data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:
-    from .registry import read_mesh_bytes  # imported before memory is limited
-
+def _read(read: Callable[..., Mesh], data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:
     _limit_process(limits)
     folder = None if request["folder"] is None else Path(request["folder"])
-    mesh = read_mesh_bytes(data, request["kind"], folder, request["tolerance"], limits)
+    mesh = read(data, request["kind"], folder, request["tolerance"], limits)
     memory, end = request["memory"], 0
 
     def append(array: npt.NDArray[Any]) -> int:

@@ -80,12 +80,7 @@ CRASHES = {
 def test_only_mesh_errors_escape(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     code, message = CRASHES[name]
     program = (
-        "import json, os\n"
-        "from gpu_xform.formats import isolation, registry\n"
-        "def read(*_):\n"
-        f"    {code}\n"
-        "registry.read_mesh_bytes = read\n"
-        "isolation.serve()\n"
+        f"import json, os\nfrom gpu_xform.formats import isolation\ndef read(*_):\n    {code}\nisolation.serve(read)\n"
     )
     monkeypatch.setattr(isolation, "_COMMAND", program)
     limits = gx.FileLimits(cpu_s=1, memory_bytes=100_000_000)

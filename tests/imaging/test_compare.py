@@ -180,9 +180,11 @@ def test_the_arrays_are_left_as_they_were() -> None:
 def test_the_size_of_a_file_is_compared_before_it_is_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A file of a hundred bytes may declare a picture of gigabytes."""
     path = tmp_path / "huge.png"
-    header = struct.pack(">II5B", 60_000, 60_000, 8, 6, 0, 0, 0)
-    chunk = b"IHDR" + header
-    path.write_bytes(b"\x89PNG\r\n\x1a\n" + struct.pack(">I", 13) + chunk + struct.pack(">I", zlib.crc32(chunk)))
+    header = b"IHDR" + struct.pack(">II5B", 60_000, 60_000, 8, 6, 0, 0, 0)
+    chunks = [
+        struct.pack(">I", len(chunk) - 4) + chunk + struct.pack(">I", zlib.crc32(chunk)) for chunk in (header, b"IDAT")
+    ]
+    path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
 
     def load(_: object) -> None:
         raise AssertionError("it is decoded")
