@@ -168,3 +168,26 @@ def test_frames_stay_on_the_host_but_are_not_drawn_there(host: Device) -> None:
     np.testing.assert_array_equal(path[-1], springs.positions)
     with pytest.raises(DeviceError, match="the host device draws no pictures"):
         gx.render(springs, device=host)
+
+
+def test_obstacles_do_the_same_to_points_everywhere(
+    device: GpuDevice, host: Device, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Points within and without each shape, which approach, part, slide slowly and fast."""
+    rng = np.random.default_rng(8)
+    points = rng.uniform((-0.3, -0.7, -0.2), (1.1, 0.2, 1.2), (6000, 3))
+    velocities = rng.normal(size=(6000, 3)) * 10.0 ** rng.uniform(-2, 1, (6000, 1))
+    rough = [gx.Sphere((0.6, 0.0, 0.3), 0.3, friction=1.5), gx.Box((0.2, 0.0, 0.9), (0.4, 0.2, 0.3), friction=3.0)]
+
+    def collide(on: Device) -> tuple[Any, Any]:
+        springs = gx.Springs(points, mass=1.0, velocities=velocities, device=on)
+        springs.step(2, 1e-3, obstacles=[*OBSTACLES, *rough])
+        return springs.positions, springs.velocities
+
+    (x, v), (x_host, v_host) = collide(device), collide(host)
+    assert np.abs(x_host - points - 2e-3 * velocities).max() > 0.1
+    is_close = (np.abs(x - x_host).max(axis=1) < 2e-6) & (np.abs(v - v_host).max(axis=1) < 2e-4)
+    assert is_close.mean() > 0.998  # a point on the brink of a surface, or between two, may go either way
+    monkeypatch.setattr(choose, "_has_failed", True)
+    for compiled, vectorized in zip((x_host, v_host), collide(host), strict=True):
+        assert compiled.tobytes() == vectorized.tobytes()
