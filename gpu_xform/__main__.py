@@ -1,14 +1,20 @@
 """The process of the command `gpu-xform`, or `python -m gpu_xform`: how it ends, from the first import on."""
 
+import _thread
 import signal
 import sys
+import time
+from typing import Any
 
-from ._core.interrupts import describe_interrupt, raise_terminated
+from ._core.interrupts import Terminated, describe_interrupt, raise_terminated
+
+MOMENT_S = 0.005  # long enough for a finalizer to end
 
 
 def main() -> int:
     """Run the command line of this process, and return the exit code; Ctrl+C and SIGTERM end it in one line."""
     try:
+        sys.unraisablehook = _raise_again
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, raise_terminated)
         from .cli import main as run
@@ -21,6 +27,21 @@ def main() -> int:
             sys.stderr.write(line)
     _ignore_signals()
     return code
+
+
+def _raise_again(unraisable: Any) -> None:
+    """Raise again an interrupt that came while a finalizer ran, out of which Python cannot raise it."""
+    if not issubclass(unraisable.exc_type, KeyboardInterrupt):
+        sys.__unraisablehook__(unraisable)
+        return
+    number = signal.SIGTERM if issubclass(unraisable.exc_type, Terminated) else signal.SIGINT
+    # By another thread, and later: at once, it would be raised in here, and forgotten again.
+    _thread.start_new_thread(_interrupt_main_later, (number,))
+
+
+def _interrupt_main_later(number: signal.Signals) -> None:
+    time.sleep(MOMENT_S)
+    _thread.interrupt_main(number)
 
 
 def _ignore_signals() -> None:

@@ -42,6 +42,24 @@ sys.exit(main())
 """
 
 
+RAISE_IN_FINALIZER = """
+import signal, sys, time, weakref
+from gpu_xform.cli import commands
+from gpu_xform.cli.commands import info
+class Owner: pass
+def interrupted(options):
+    owner = Owner()
+    reference = weakref.ref(owner, lambda _: signal.raise_signal(signal.{signal}))
+    del owner
+    for _ in range(500):
+        time.sleep(0.01)
+    return 0
+info.run = interrupted
+from gpu_xform.__main__ import main
+sys.exit(main())
+"""
+
+
 @pytest.fixture(autouse=True)
 def _files() -> None:
     save_mesh(samples.cube(), "cube.obj")
@@ -65,6 +83,13 @@ def ends_of(command: list[str], **options: object) -> tuple[int, bytes]:
 def test_a_signal_during_imports_ends_in_one_line(module: str, name: str, end: tuple[int, bytes]) -> None:
     code = RAISE_AT_IMPORT.format(name=module, signal=name)
     assert ends_of([sys.executable, "-c", code, "info", "cube.obj"], stdout=subprocess.DEVNULL) == end
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_while_a_finalizer_runs_is_not_lost(name: str, code: int) -> None:
+    command = [sys.executable, "-c", RAISE_IN_FINALIZER.format(signal=name), "info", "cube.obj"]
+    word = {130: b"interrupted", 143: b"terminated"}[code]
+    assert ends_of(command, stdout=subprocess.DEVNULL) == (code, b"gpu-xform: " + word + b"\n")
 
 
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
