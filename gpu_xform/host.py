@@ -2,6 +2,7 @@
 
 import os
 import sys
+from functools import cached_property
 
 from .device import HOST, Adapter, Device, Limits
 from .errors import ArgumentError, DeviceError
@@ -14,9 +15,18 @@ class HostDevice(Device):
 
     def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:  # noqa: ARG002
         self.limits = limits or Limits(sys.maxsize, sys.maxsize, sys.maxsize, 1)
-        self.adapter = Adapter(HOST, "CPU", HOST, _describe_loops(), self.limits, frozenset({"shader-f64"}))
         self._is_closed = False
         count_threads()  # raises
+
+    @cached_property
+    def adapter(self) -> Adapter:  # type: ignore[override]
+        """Describe the processors as an adapter, when first asked: metadata of packages take 20 ms to import."""
+        return Adapter(HOST, "CPU", HOST, _describe_loops(), self.limits, frozenset({"shader-f64"}))
+
+    @property
+    def name(self) -> str:
+        """The word `host`."""
+        return HOST
 
     @property
     def has_float64(self) -> bool:
