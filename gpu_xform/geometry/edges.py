@@ -54,7 +54,7 @@ class EdgeFaces(NamedTuple):
 def find_edge_faces(mesh: Mesh) -> EdgeFaces:
     """Return the edges of a mesh with the polygons that border on each.
 
-    Edges of one polygon whose points coincide, but for rounding, count as one edge: files of separate triangles, such as
+    Edges of one polygon whose points coincide, but for rounding, count as one edge: files of separate triangles, as
     STL, repeat their points, and so do seams of surfaces that close. The first of them in `mesh.edges` is kept. An edge
     that has two polygons already is left alone, so that adjacent solids stay separate.
 
