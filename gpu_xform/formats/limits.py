@@ -159,6 +159,16 @@ def budget() -> Budget:
 
 
 @contextmanager
+def spend_own(n_bytes: int) -> Iterator[None]:
+    """Give a file of so many bytes a budget, unless the block is within that of its own."""
+    if _current.get() is not None:
+        yield
+        return
+    with spend(n_bytes, NO_LIMITS):
+        yield
+
+
+@contextmanager
 def use_limits(limits: FileLimits, *, isolated: bool) -> Iterator[None]:
     """Let files that are read in the block without limits of their own have these, and be read in isolation."""
     token, isolated_token = _default.set(limits), _default_isolated.set(isolated)

@@ -24,7 +24,7 @@ from ..matrices import rotate
 from ._beside import find_beside
 from ._text import plain_text, quote
 from ._warn import warn
-from .limits import budget
+from .limits import budget, spend_own
 from .vrml_attributes import (
     Appearance,
     AttributeBuilder,
@@ -71,9 +71,10 @@ def read(data: bytes, folder: Path | None = None) -> Mesh:
     Raises MeshError with the line of malformed content, for text that unpacks to more than 100 times its bytes, and if
     USE multiplies the scene beyond the budget of the file. Warns of what holds geometry and is not shown.
     """
-    roots, is_vrml1 = _parse(data)
-    builder = _MeshBuilder()
-    _walk(roots, builder, _Inlines(folder), _State(np.eye(4), is_vrml1=is_vrml1, folder=folder))
+    with spend_own(len(data)):
+        roots, is_vrml1 = _parse(data)
+        builder = _MeshBuilder()
+        _walk(roots, builder, _Inlines(folder), _State(np.eye(4), is_vrml1=is_vrml1, folder=folder))
     mesh = builder.build()
     builder.warn_of_losses()
     return mesh
