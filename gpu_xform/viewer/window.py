@@ -1,4 +1,4 @@
-"""Window of the viewer; the only module that imports rendercanvas."""
+"""Window of the viewer, and its place in a notebook."""
 
 import asyncio
 import os
@@ -6,7 +6,6 @@ import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable
 from typing import Any, Unpack
 
 import numpy.typing as npt
@@ -22,11 +21,11 @@ from ..gpu.adapters import lend_runtime_dir
 from ..imaging.colors import ColorLike
 from ..raster.names import RasterizerName
 from ..simulation.conditions import ConditionOptions
+from .canvas import MAX_FPS, connect
+from .notebook import is_in_notebook, show_in_notebook
 from .session import Session
 
 DEFAULT_SIZE = (960, 720)
-MAX_FPS = 60.0
-EVENTS = ("pointer_down", "pointer_move", "pointer_up", "wheel", "key_down")
 
 
 @public
@@ -43,6 +42,8 @@ def view(
     **style: Unpack[Style],
 ) -> None:
     """Show models in an interactive window; return when it is closed.
+
+    In a notebook, the view is a widget below the cell, and the call returns at once; it needs no display.
 
     Drags rotate the models; with Shift, or with the right or the middle button, they move them; the wheel zooms at the
     pointer. E cycles through sets of edges, D through styles of hidden edges, F fills the faces, C gives each a colour
@@ -80,14 +81,18 @@ def view(
     DisplayError
         No window can be opened: "no display: DISPLAY and WAYLAND_DISPLAY are not set; ...".
     MissingExtraError
-        The extra `viewer` is not installed.
+        The extra `viewer` is not installed, or, in a notebook, the extra `notebook`.
     ArgumentError, ArgumentTypeError, MeshError, OSError
         As `render` raises them, before a window is opened.
     """
     width, height = parse_size(size)
     axis = None if up is None else as_unit_vector(up, "up", 3)
-    backend = _import_backend()
+    in_notebook = is_in_notebook()
+    backend: Any = None if in_notebook else _import_backend()
     session = Session(models, camera, axis, (width, height), background, device, rasterizer, style, conditions)
+    if in_notebook:
+        show_in_notebook(session, (width, height))
+        return
     with lend_runtime_dir():
         canvas = backend.RenderCanvas(size=(width, height), title=session.title, max_fps=MAX_FPS)
         failures = connect(canvas, session)
@@ -96,41 +101,6 @@ def view(
     session.close()
     if failures:
         raise failures[0]
-
-
-def connect(canvas: Any, session: Session) -> list[BaseException]:
-    """Let a canvas of rendercanvas show a session; return the list to which errors in drawing are added.
-
-    rendercanvas only logs errors of its callbacks; here they close the canvas.
-    """
-    context = canvas.get_bitmap_context()
-    failures: list[BaseException] = []
-    title = ""
-
-    def run_guarded(act: Callable[[], None]) -> None:
-        nonlocal title
-        try:
-            act()
-        except Exception as error:
-            failures.append(error)
-        if failures or session.is_closed:
-            canvas.close()
-        elif session.title != title:
-            title = session.title
-            canvas.set_title(title)
-
-    def handle(event: dict[str, Any]) -> None:
-        if session.handle(event, canvas.get_logical_size()):
-            canvas.request_draw()
-
-    def draw() -> None:
-        context.set_bitmap(session.draw(canvas.get_physical_size(), canvas.get_pixel_ratio()))
-        if session.is_moving:
-            canvas.request_draw()
-
-    canvas.add_event_handler(lambda event: run_guarded(lambda: handle(event)), *EVENTS)
-    canvas.request_draw(lambda: run_guarded(draw))
-    return failures
 
 
 def _handle_sigint(loop: Any, canvas: Any, failures: list[BaseException]) -> None:

@@ -14,8 +14,8 @@ from gpu_xform.drawing.layer import Style
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import require_gpu_device
 from gpu_xform.viewer import live_springs
+from gpu_xform.viewer.canvas import connect
 from gpu_xform.viewer.session import Session
-from gpu_xform.viewer.window import connect
 from tests.support.spring_models import make_cloth
 from tests.support.types import Array, Pixels
 from tests.support.xvfb import Screen

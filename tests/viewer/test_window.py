@@ -20,9 +20,9 @@ from gpu_xform.drawing.layer import Models, Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError, DisplayError, MeshError, MissingExtraError
 from gpu_xform.imaging.colors import ColorLike
 from gpu_xform.viewer import session as session_module
+from gpu_xform.viewer.canvas import connect
 from gpu_xform.viewer.orbit import BoundingSphere, Orbit
 from gpu_xform.viewer.session import Session
-from gpu_xform.viewer.window import connect
 from tests.support.types import Array, Pixels
 from tests.support.xvfb import Screen
 

@@ -1,0 +1,70 @@
+"""The viewer in a notebook: a widget that a real kernel draws, without a display."""
+
+from pathlib import Path
+from typing import Any
+
+import nbformat
+import pytest
+from nbclient import NotebookClient
+
+import gpu_xform as gx
+from gpu_xform import MissingExtraError
+from gpu_xform.viewer import notebook
+
+SHOW = """
+import gpu_xform as gx
+import numpy as np
+from rendercanvas.anywidget import RenderCanvas
+
+made = []
+whole = RenderCanvas.__init__
+
+def remember(self, *args, **kwargs):
+    whole(self, *args, **kwargs)
+    made.append(self)
+
+RenderCanvas.__init__ = remember
+frames = []
+RenderCanvas._rc_present_bitmap = lambda self, *, data, format, **_: frames.append(np.array(data))
+net = gx.Springs(gx.samples.cloth(6, 6), mass=0.1, stretch=100, shear=10, bend=1, pinned=[0, 6])
+gx.view(net, size=(200, 160))
+"""
+
+DRAG = """
+import asyncio
+
+[canvas] = made
+canvas._has_visible_views = True
+canvas._rfb_handle_msg(canvas, {"type": "resize", "pwidth": 200, "pheight": 160, "ratio": 1.0}, [])
+canvas.force_draw()
+canvas._rfb_handle_msg(canvas, {"type": "key_down", "timestamp": 1.0, "key": " ", "modifiers": []}, [])
+for _ in range(20):
+    await asyncio.sleep(0.05)
+    canvas.force_draw()
+shown = [frame for frame in frames if frame.shape == (160, 200, 4)]
+print(len(shown) > 2, bool((shown[0] != shown[-1]).any()), net.time > 0.0)
+"""
+
+
+def test_a_kernel_shows_a_widget_and_simulates_in_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    v4: Any = nbformat.v4
+    cells = [v4.new_code_cell(code) for code in (SHOW, DRAG)]
+    book = v4.new_notebook(cells=cells)
+    NotebookClient(book, timeout=120, resources={"metadata": {"path": str(tmp_path)}}).execute()
+    data = [output["data"] for output in book.cells[0].outputs if "data" in output]
+    assert any("application/vnd.jupyter.widget-view+json" in each for each in data)
+    printed = "".join(output["text"] for output in book.cells[1].outputs if output.get("name") == "stdout")
+    assert printed.split() == ["True", "True", "True"]
+
+
+def test_without_the_extra_the_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gpu_xform.viewer.window.is_in_notebook", lambda: True)
+    monkeypatch.setitem(__import__("sys").modules, "rendercanvas.anywidget", None)
+    with pytest.raises(MissingExtraError, match=r"anywidget: pip install 'gpu_xform\[notebook\]'"):
+        gx.view(gx.samples.cube())
+
+
+def test_a_script_is_no_notebook() -> None:
+    assert not notebook.is_in_notebook()
