@@ -472,12 +472,12 @@ def test_a_real_window_turns_zooms_changes_its_style_saves_and_closes(
     assert window.ended() == (0, "closed\n", "")
 
 
-def test_an_interrupt_closes_the_window_and_ends_quietly(shown: Callable[..., Shown]) -> None:
+def test_an_interrupt_closes_the_window_and_ends_in_one_line(shown: Callable[..., Shown]) -> None:
     save_mesh(HOUSE, "house.obj")
     window = shown(sys.executable, "-W", "error", "-m", "gpu_xform", "view", "house.obj", "--resolution", "200x150")
     window.wait_for(expected(size=(200, 150)))
     window.program.send_signal(signal.SIGINT)
-    assert window.ended() == (130, "", "")
+    assert window.ended() == (130, "", "gpu-xform: interrupted\n")
 
 
 def test_a_second_window_opens_after_the_first_and_a_lost_device_is_raised(
