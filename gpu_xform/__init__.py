@@ -16,7 +16,7 @@ _PUBLIC_NAMES = {
     "errors": (
         "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DeviceWarning DisplayError GpuXformError "
         "MeshError MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError "
-        "SimulationError SingularMatrixError SizeWarning"
+        "SimulationError SimulationWarning SingularMatrixError SizeWarning"
     ),
     "device": "Device default_device",
     "matrices": (
@@ -110,6 +110,7 @@ if TYPE_CHECKING:
     from .errors import PrecisionWarning as PrecisionWarning
     from .errors import ShaderError as ShaderError
     from .errors import SimulationError as SimulationError
+    from .errors import SimulationWarning as SimulationWarning
     from .errors import SingularMatrixError as SingularMatrixError
     from .errors import SizeWarning as SizeWarning
     from .formats import load_mesh as load_mesh

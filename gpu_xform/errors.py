@@ -83,6 +83,10 @@ class DeviceWarning(UserWarning):
     """A device computes in another way than it should, with the same results."""
 
 
+class SimulationWarning(UserWarning):
+    """A simulation starts from where it is likely to go astray; the message says why."""
+
+
 class SizeWarning(UserWarning):
     """A picture is padded to a size that its format can hold."""
 

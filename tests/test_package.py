@@ -31,7 +31,7 @@ DOCUMENTED = {
     *ERRORS,
     *("matrices", "planar", "samples", "Mesh", "load_mesh", "save_mesh", "Camera", "render", "render_array"),
     *("transform_points", "transform_vectors", "transform_normals", "project_points", "Device", "adapters"),
-    *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning"),
+    *("animate", "turntable", "Animation", "SizeWarning", "MeshWarning", "SimulationWarning"),
     *(
         "MeshBuffer",
         "PointBuffer",
@@ -86,7 +86,7 @@ def test_another_name_is_an_attribute_error() -> None:
         gpu_xform.transfrom_points  # type: ignore[attr-defined]  # noqa: B018
 
 
-WARNINGS = {"DeviceWarning", "MeshWarning", "PrecisionWarning", "SizeWarning"}
+WARNINGS = {"DeviceWarning", "MeshWarning", "PrecisionWarning", "SimulationWarning", "SizeWarning"}
 
 
 def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:

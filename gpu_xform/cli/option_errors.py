@@ -23,15 +23,19 @@ OPTIONS_OF_ARGUMENTS = {
     "friction": "--friction",
     "gap": "--gap",
     "mass": "--mass",
-    "max_substeps": "--fps",
+    "drag_rate": "--drag",
     "path": "-o",
     "pinned": "--pin",
     "scalars": "--scalars",
     "shear": "--shear-stiffness",
     "size": "--resolution",
     "stretch": "--stretch-stiffness",
+    "substeps": "--substeps",
+    "wind": "--wind",
     "vertex_colors": "--vertex-colors",
 }
+# Those that together need more steps than there may be: named as far as they were given.
+MATERIAL = ("--stretch-stiffness", "--shear-stiffness", "--bend-stiffness", "--mass")
 
 
 @contextlib.contextmanager
@@ -47,6 +51,9 @@ def name_options_in_errors(options: Namespace, paths: Sequence[str]) -> Iterator
             raise
         raise prefix_error(error, describe_files(paths)) from error.__cause__
     except (ArgumentError, ArgumentTypeError) as error:
-        if error.argument not in OPTIONS_OF_ARGUMENTS:
+        flag = OPTIONS_OF_ARGUMENTS.get(error.argument or "")
+        if error.argument == "max_substeps":
+            flag = ", ".join(name for name in MATERIAL if getattr(options, name[2:].replace("-", "_")) is not None)
+        if not flag:
             raise
-        raise prefix_error(error, OPTIONS_OF_ARGUMENTS[error.argument]) from error.__cause__
+        raise prefix_error(error, flag) from error.__cause__

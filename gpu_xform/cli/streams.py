@@ -10,10 +10,10 @@ from typing import Any, BinaryIO, TextIO
 
 from .._core.printable import escape_controls
 from .._core.whole_writes import as_whole_writer
-from ..errors import MeshError, MeshWarning, SizeWarning
+from ..errors import MeshError, MeshWarning, SimulationWarning, SizeWarning
 from .paths import STDIO
 
-PRINTED = (MeshWarning, SizeWarning)
+PRINTED = (MeshWarning, SimulationWarning, SizeWarning)
 
 
 def print_stdout(text: str) -> None:

@@ -111,6 +111,9 @@ class Strands:
         Core springs: H. Iben et al., "Artistic simulation of curly hair", Pixar, 2012; here between the points
         themselves, not along a smoothed curve.
         """
+        if core and self._turn == 0:
+            expected = "be 0 for strands without curls, which have no points_per_turn"
+            raise ArgumentError.expecting("core", expected, f"{as_float(core, 'core'):g}")
         if core and self._turn <= max(BEND_GAPS):
             expected = f"be 0 unless a turn has more than {max(BEND_GAPS)} points"
             raise ArgumentError.expecting("core", expected, f"{as_float(core, 'core'):g} with {self._turn}")

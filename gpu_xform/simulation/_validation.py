@@ -1,7 +1,7 @@
 """Validation of numbers that a simulation takes one of, or one per spring or point."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
@@ -9,6 +9,8 @@ import numpy.typing as npt
 from .._core.arguments import as_float, as_real_array
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
+
+Checked = TypeVar("Checked")
 
 
 def as_nonnegative_float(value: float, name: str) -> float:
@@ -69,10 +71,18 @@ def as_point_indices(value: npt.ArrayLike, name: str, n_points: int) -> IndexArr
     return np.unique(array.astype(np.int64))
 
 
-def call_at(function: Callable[..., Any], name: str, time: float, *arguments: object) -> Any:
-    """Return what a function of the time gives; an error that it raises names the function and the time."""
+def call_at(
+    function: Callable[..., Any], name: str, time: float, *arguments: object, check: Callable[[Any], Checked]
+) -> Checked:
+    """Return what `check` makes of what a function of the time gives; errors name the function and the time."""
     try:
-        return function(time, *arguments)
+        value = function(time, *arguments)
     except Exception as error:
         what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         raise ArgumentError(f"{name} raised at {time:g} s: {what}", argument=name) from error
+    if value is None:
+        raise ArgumentTypeError(f"{name} returned None at {time:g} s", argument=name)
+    try:
+        return check(value)
+    except (ArgumentError, ArgumentTypeError) as error:
+        raise type(error)(f"{error}, returned at {time:g} s", argument=name, expected=error.expected) from None

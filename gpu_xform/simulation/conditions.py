@@ -27,8 +27,8 @@ class ConditionOptions(TypedDict, total=False):
     """The keywords of `Springs.simulate` that say what acts on the points."""
 
     gravity: npt.ArrayLike
-    drag: float
-    drag_rate: float
+    drag: float | None
+    drag_rate: float | None
     wind: Wind | None
     force: Force | None
     move_pins: PinMotion | None
@@ -69,8 +69,8 @@ class Conditions:
         system: SpringSystem,
         *,
         gravity: npt.ArrayLike = GRAVITY,
-        drag: float = 0.0,
-        drag_rate: float = 0.0,
+        drag: float | None = None,
+        drag_rate: float | None = None,
         wind: Wind | None = None,
         force: Force | None = None,
         move_pins: PinMotion | None = None,
@@ -79,20 +79,32 @@ class Conditions:
         self._system = system
         self._pins: IndexArray = np.flatnonzero(system.pinned)
         self.gravity = as_vector(gravity, "gravity", 3)
-        self.drag = as_nonnegative_float(drag, "drag")
-        self.drag_rate = as_nonnegative_float(drag_rate, "drag_rate")
+        self.drag = as_nonnegative_float(0.0 if drag is None else drag, "drag")
+        self.drag_rate = as_nonnegative_float(0.0 if drag_rate is None else drag_rate, "drag_rate")
         self._wind = wind
         self.force = _as_function(force, "force")
         self.move_pins = _as_function(move_pins, "move_pins")
-        self._obstacles = as_obstacles(obstacles)
+        self.obstacles = as_obstacles(obstacles)
         if self.drag and len(system.triangles) == 0:
             raise ArgumentError.expecting("drag", "be 0 without faces; drag_rate acts on points", f"{self.drag:g}")
-        if wind is not None and not self.drag and not self.drag_rate:
+        if wind is not None and drag is None and drag_rate is None:
             raise ArgumentError.expecting("wind", "come with a drag or a drag_rate, through which it acts", "neither")
         if self.move_pins is not None and len(self._pins) == 0:
             raise ArgumentError("move_pins needs pinned points", argument="move_pins")
         if not callable(wind):
             self._wind_at(0.0)
+
+    @property
+    def face_drag_rate(self) -> float:
+        """A bound on the rate in 1/s at which faces lose speed that meet the air no faster than a constant wind blows.
+
+        A triangle of area A, across which air flows with speed u, gives each corner the third of drag 1.2 A u^2 / 2. It
+        moves with the mean velocity of its corners. By Gershgorin's theorem no motion decays faster than the largest of
+        drag 1.2 u (sum of A / 3 over the triangles of i) / m_i over all free points i.
+        """
+        if not self.drag or callable(self._wind):
+            return 0.0
+        return self.drag * AIR_DENSITY * float(np.linalg.norm(self._wind_at(0.0))) * self._system.max_area_per_mass
 
     def during(
         self,
@@ -112,7 +124,7 @@ class Conditions:
         step["drag_rate"] = self.drag_rate
         return FrameConditions(
             step,
-            pack_obstacles(self._obstacles, start_s, end_s),
+            pack_obstacles(self.obstacles, start_s, end_s),
             self._pins_during(start_s, end_s),
             self._forces_at(start_s, state),
         )
@@ -120,12 +132,15 @@ class Conditions:
     def _wind_at(self, time: float) -> Float64Array:
         if self._wind is None:
             return np.zeros(3)
-        return as_vector(call_at(self._wind, "wind", time) if callable(self._wind) else self._wind, "wind", 3)
+        if not callable(self._wind):
+            return as_vector(self._wind, "wind", 3)
+        return call_at(self._wind, "wind", time, check=lambda wind: as_vector(wind, "wind", 3))
 
     def _forces_at(self, time: float, state: Callable[[], tuple[Any, Any]]) -> Float64Array | None:
         if self.force is None:
             return None
-        return as_points(call_at(self.force, "force", time, *state()), "force", self._system.n_points)
+        n_points = self._system.n_points
+        return call_at(self.force, "force", time, *state(), check=lambda forces: as_points(forces, "force", n_points))
 
     def _pins_during(self, start_s: float, end_s: float) -> npt.NDArray[np.void]:
         pins = np.zeros(0 if self.move_pins is None else len(self._pins), PIN)
@@ -136,7 +151,10 @@ class Conditions:
 
     def _pin_positions(self, move_pins: PinMotion, time: float) -> Float64Array:
         """Return where the pinned points are (p, 3)."""
-        given = call_at(move_pins, "move_pins", time)
+        return call_at(move_pins, "move_pins", time, check=self._as_pin_positions)
+
+    def _as_pin_positions(self, given: Any) -> Float64Array:
+        """Return positions (p, 3), or what a matrix moves the pins' first positions to."""
         start = self._system.points[self._pins]
         if not hasattr(given, "as_matrix"):
             array = as_real_array(given, "move_pins")

@@ -24,7 +24,7 @@ from .obstacles import MAX_OBSTACLES
 from .point_state import POOL_OWNER, TEXEL_BYTES, TEXELS_PER_POINT, TEXELS_PER_ROW, PointState, create_table
 from .spring_system import SpringSystem
 
-MAX_STEPS_PER_SUBMISSION = 256  # so that Ctrl+C is heard in the middle of a long frame
+MAX_STEPS_PER_SUBMISSION = 256  # so that no driver takes a long frame for a hang
 GRID_WORKGROUP_SIZE = 8  # an invocation has much to do, and there are few
 MAX_STRIP_ROWS = {"CPU": 50}  # a few long strips, of which little is computed twice
 MAX_STRIP_ROWS_OF_GPU = 4  # many short ones, for thousands of threads

@@ -1,5 +1,6 @@
 """Obstacles: solid bodies that points cannot enter, placed or moved by matrices."""
 
+import warnings
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias
 
@@ -8,12 +9,13 @@ import numpy.typing as npt
 
 from .._core.arguments import as_square_matrix, as_unit_vector, as_vector, require_affine
 from .._core.public import public
-from .._core.types import Float64Array, MatrixLike
-from ..errors import ArgumentError, ArgumentTypeError
+from .._core.types import BoolArray, Float64Array, MatrixLike
+from ..errors import ArgumentError, ArgumentTypeError, SimulationWarning
 from ..gpu.layouts import OBSTACLE
 from ._validation import as_nonnegative_float, as_positive_float, call_at
 
 MAX_OBSTACLES = 32  # that one uniform holds
+MAX_DEPTH = 1e-4  # of the size of a system: points no deeper inside have come there by rounding
 MAX_ROUNDING = 1e-12  # of components of quaternions
 MAX_RIGIDITY_ERROR = 1e-5  # of the products of a rotation's columns
 
@@ -53,18 +55,27 @@ class Obstacle:
         """Return the rigid (4, 4) matrix from the obstacle's own frame to the world."""
         if self.transform is None:
             return self._placement
-        given: Any = call_at(self.transform, "transform", time) if callable(self.transform) else self.transform
-        matrix = as_square_matrix(given, "transform", 4)
-        require_affine(matrix, "transform")
-        linear = matrix[:3, :3]
-        error = np.abs(linear.T @ linear - np.eye(3)).max()
-        if error > MAX_RIGIDITY_ERROR or np.linalg.det(linear) < 0.0:
-            raise ArgumentError.expecting("transform", "only rotate and translate an obstacle", linear.tolist())
-        return matrix @ self._placement
+        if callable(self.transform):
+            return call_at(self.transform, "transform", time, check=_as_rigid) @ self._placement
+        return _as_rigid(self.transform) @ self._placement
+
+    def _distances_at(self, points: Float64Array, time: float) -> Float64Array:
+        """Return how far points (n, 3) are from the surface at a time (n,), in metres; negative inside."""
+        matrix = self._matrix_at(time)
+        local = (points - matrix[:3, 3]) @ matrix[:3, :3]
+        beyond = np.abs(local) - self._half_size
+        outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
+        distances: Float64Array = outside + np.minimum(beyond.max(axis=1), 0.0) - self._radius
+        return local[:, 1] if self._is_half_space else distances
+
+    def _describe(self) -> str:
+        """Return where it is, before the transform, and its size."""
+        raise NotImplementedError
 
     def __repr__(self) -> str:
-        moves = ", moved" if callable(self.transform) else ""
-        return f"<{type(self).__name__}: friction {self.friction:g}, gap {self.gap:g}{moves}>"
+        moves = "" if self.transform is None else ", moved" if callable(self.transform) else ", placed by a matrix"
+        surface = f"friction {self.friction:g}, gap {self.gap:g}"
+        return f"<{type(self).__name__}: {self._describe()}, {surface}{moves}>"
 
 
 @public
@@ -103,6 +114,9 @@ class Sphere(Obstacle):
         radius = as_positive_float(radius, "radius")
         super().__init__(placement, np.zeros(3), radius, friction=friction, gap=gap, transform=transform)
 
+    def _describe(self) -> str:
+        return f"center {_format(self._placement[:3, 3])}, radius {self._radius:g}"
+
 
 @public
 class HalfSpace(Obstacle):
@@ -136,6 +150,9 @@ class HalfSpace(Obstacle):
         super().__init__(
             placement, np.zeros(3), 0.0, friction=friction, gap=gap, transform=transform, is_half_space=True
         )
+
+    def _describe(self) -> str:
+        return f"point {_format(self._placement[:3, 3])}, normal {_format(self._placement[:3, 1])}"
 
 
 @public
@@ -177,6 +194,10 @@ class Capsule(Obstacle):
         radius = as_positive_float(radius, "radius")
         super().__init__(placement, half_size, radius, friction=friction, gap=gap, transform=transform)
 
+    def _describe(self) -> str:
+        center, half = self._placement[:3, 3], self._placement[:3, 1] * self._half_size[1]
+        return f"start {_format(center - half)}, end {_format(center + half)}, radius {self._radius:g}"
+
 
 @public
 class Box(Obstacle):
@@ -212,6 +233,9 @@ class Box(Obstacle):
         placement = _place(as_vector(center, "center", 3), np.eye(3))
         super().__init__(placement, sides / 2.0, 0.0, friction=friction, gap=gap, transform=transform)
 
+    def _describe(self) -> str:
+        return f"center {_format(self._placement[:3, 3])}, size {_format(2.0 * self._half_size)}"
+
 
 def as_obstacles(value: Obstacle | Sequence[Obstacle]) -> tuple[Obstacle, ...]:
     """Return one obstacle, or several, as a tuple."""
@@ -223,6 +247,27 @@ def as_obstacles(value: Obstacle | Sequence[Obstacle]) -> tuple[Obstacle, ...]:
     if len(obstacles) > MAX_OBSTACLES:
         raise ArgumentError.expecting("obstacles", f"be at most {MAX_OBSTACLES}", len(obstacles))
     return obstacles
+
+
+def warn_of_points_inside(
+    obstacles: Sequence[Obstacle], points: npt.NDArray[np.float32], is_free: BoolArray, time: float
+) -> None:
+    """Warn of each obstacle that holds free points (n, 3) deeper inside than its gap."""
+    free = points[is_free].astype(np.float64)
+    if len(free) == 0:
+        return
+    tolerance = MAX_DEPTH * float(np.ptp(free, axis=0).max())
+    for k, obstacle in enumerate(obstacles):
+        depths = -obstacle._distances_at(free, time)
+        n_inside = int(np.count_nonzero(depths > obstacle.gap + tolerance))
+        if n_inside:
+            what = "1 point starts" if n_inside == 1 else f"{n_inside:,} points start"
+            warnings.warn(
+                f"{what} inside obstacle {k}, {obstacle!r}, up to {depths.max():.3g} m deep: the first step puts "
+                "them on its surface, which may tear the springs apart. Move the model or the obstacle",
+                SimulationWarning,
+                stacklevel=3,  # the caller of `simulate`
+            )
 
 
 def pack_obstacles(obstacles: Sequence[Obstacle], start_s: float, end_s: float) -> npt.NDArray[np.void]:
@@ -243,6 +288,21 @@ def pack_obstacles(obstacles: Sequence[Obstacle], start_s: float, end_s: float) 
         struct["friction"], struct["gap"] = obstacle.friction, obstacle.gap
         struct["is_half_space"] = obstacle._is_half_space
     return structs
+
+
+def _as_rigid(given: Any) -> Float64Array:
+    """Return a (4, 4) matrix that only rotates and translates."""
+    matrix = as_square_matrix(given, "transform", 4)
+    require_affine(matrix, "transform")
+    linear = matrix[:3, :3]
+    error = np.abs(linear.T @ linear - np.eye(3)).max()
+    if error > MAX_RIGIDITY_ERROR or np.linalg.det(linear) < 0.0:
+        raise ArgumentError.expecting("transform", "only rotate and translate an obstacle", linear.tolist())
+    return matrix
+
+
+def _format(vector: Float64Array) -> str:
+    return f"({', '.join(f'{number + 0.0:.6g}' for number in vector)})"
 
 
 def _drop_tiny(vector: Float64Array) -> Float64Array:

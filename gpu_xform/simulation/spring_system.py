@@ -3,6 +3,7 @@
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -56,6 +57,28 @@ class SpringSystem:
     def inverse_masses(self) -> Float64Array:
         """One over each mass, 0 for pinned points: (n,), in 1/kg."""
         return np.where(self.pinned, 0.0, 1.0 / self.masses)
+
+    @cached_property
+    def max_area_per_mass(self) -> float:
+        """The largest area per mass of a free point, to which each triangle gives a third of its own, in m^2/kg."""
+        a, b, c = self.points[self.triangles].transpose(1, 0, 2)
+        thirds = np.linalg.norm(np.cross(b - a, c - a), axis=1) / 6.0
+        shares = np.bincount(self.triangles.ravel(), np.repeat(thirds, 3), self.n_points)
+        return float((shares * self.inverse_masses).max())
+
+    def describe_parts(self) -> dict[str, str]:
+        """Return a text of each part that another system, whose part differs, does not have."""
+        arrays = {
+            "points": self.points,
+            "springs": self.pairs,
+            "faces": self.triangles,
+            "masses": self.masses,
+            "pins": self.pinned,
+            "stiffness": self.stiffness,
+            "rest lengths": self.rest,
+        }
+        digests = {name: f"{len(each)} {hashlib.sha256(each.tobytes()).hexdigest()}" for name, each in arrays.items()}
+        return digests | {"damping": repr(self.damping_s)}
 
     def fingerprint(self) -> str:
         """Return a text that no other system has."""

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_int, as_vector, require_callable
+from .._core.interrupts import defer_interrupts
 from .._core.public import public
 from .._core.types import BoolArray, Float64Array, IndexArray, Progress
 from ..compute.mesh_buffer import MeshBuffer
@@ -22,14 +23,15 @@ from ..host import HostDevice
 from ._validation import as_points, as_positive_float
 from .conditions import GRAVITY, ConditionOptions, Conditions, Force, FrameConditions, PinMotion, Wind
 from .energy import Energy, Momentum, measure_energy, measure_momentum
-from .obstacles import Obstacle
+from .obstacles import Obstacle, warn_of_points_inside
 from .spring_system import SpringSystem, join_systems, make_system
-from .stability import SAFETY, StiffestPoint, find_largest_step, find_stiffest_point
+from .stability import SAFETY, count_steps, find_largest_step, find_stiffest_point
 from .stepper import make_stepper
 from .trajectory import Frames, Trajectory, strip_directions
 
 MAX_SUBSTEPS = 10_000  # per frame, unless more are allowed
 MAX_FPS = 1e6
+MAX_FRAMES = 1e15  # more than any memory holds, and few enough to be counted
 STATE_VERSION = 1
 
 
@@ -163,6 +165,7 @@ class Springs:
         self._stepper = make_stepper(resolve_device(device), system)
         self._last_trajectory: Trajectory | None = None
         self._held: dict[int, _Hold] = {}
+        self._inspected: tuple[Obstacle, ...] = ()
         self._topology = strip_directions(system.mesh)
         self.reset()
 
@@ -282,7 +285,10 @@ class Springs:
 
     @property
     def trajectory(self) -> Trajectory | None:
-        """The frames of the last `simulate`, as far as it came: after an error or Ctrl+C, those that are done."""
+        """The frames of the last `simulate`, as far as it came: after an error or Ctrl+C, those that are done.
+
+        After Ctrl+C, the system is left in the state of the last of them.
+        """
         return self._last_trajectory
 
     def energy(self, gravity: npt.ArrayLike = GRAVITY) -> Energy:
@@ -321,8 +327,8 @@ class Springs:
         fps: float = 30.0,
         *,
         gravity: npt.ArrayLike = GRAVITY,
-        drag: float = 0.0,
-        drag_rate: float = 0.0,
+        drag: float | None = None,
+        drag_rate: float | None = None,
         wind: Wind | None = None,
         force: Force | None = None,
         move_pins: PinMotion | None = None,
@@ -334,23 +340,26 @@ class Springs:
     ) -> Trajectory:
         """Let time go on, and return the positions at the start of it and after every frame.
 
-        Simulating in two parts gives the same positions as in one.
+        Simulating in two parts gives the same positions as in one. Ctrl+C is put off until the frame is whole, so that
+        what is simulated after it goes on as if there had been none.
 
         Parameters
         ----------
         duration : float
-            In seconds; rounded to whole frames.
+            In seconds; rounded to whole frames, at least one.
         fps : float
             Frames per second.
         gravity : (3,) numbers
             In m/s^2.
         drag : float
-            The drag coefficient of the faces, about 1 to 2 for cloth. A triangle of area A and unit normal n, past
-            which air flows with velocity u, feels the force drag 1.2 kg/m^3 A/2 (u.n)|u.n| n.
+            The drag coefficient of the faces, about 1 to 2 for cloth; 0 by default. A triangle of area A and unit
+            normal n, past which air flows with velocity u, feels the force drag 1.2 kg/m^3 A/2 (u.n)|u.n| n.
         drag_rate : float
             In 1/s: each point feels the acceleration drag_rate (wind - velocity). For hair, which has no faces.
+            0 by default.
         wind : (3,) numbers, or a function of the time in seconds that returns them, optional
-            The velocity of the air in m/s, constant during a frame. It acts through `drag` or `drag_rate`.
+            The velocity of the air in m/s, constant during a frame. It acts through `drag` or `drag_rate`, of which one
+            must be given; it does nothing if that is 0.
         force : function, optional
             Called at the start of each frame with the time in seconds, the positions and the velocities (n, 3); returns
             the forces (n, 3) in newtons that act on the points during the frame.
@@ -361,7 +370,9 @@ class Springs:
         obstacles : Sphere, HalfSpace, Capsule, Box, or a sequence of them
             What points cannot enter.
         substeps : int, optional
-            Steps per frame; by default as few as are stable.
+            Steps per frame; by default as few as are stable for points that meet the air no faster than a constant
+            `wind` blows. If faster motion or a changing wind in `drag` makes the positions not finite, more may help;
+            so may less wind or drag.
         max_substeps : int
             How many steps per frame are too many.
         keep : "host" or "device"
@@ -382,10 +393,14 @@ class Springs:
             named; or the system needs more than `max_substeps`: the stiffest point is named.
         SimulationError
             A position is not finite: the frame is named, and `trajectory` holds the frames before it.
+
+        Warns
+        -----
+        SimulationWarning
+            Free points start deeper inside an obstacle than its gap.
         """
         fps = _as_fps(fps)
         duration = as_positive_float(duration, "duration")
-        n_frames = max(1, round(duration * fps))
         conditions = Conditions(
             self._system,
             gravity=gravity,
@@ -400,18 +415,22 @@ class Springs:
         if keep not in ("host", "device"):
             raise ArgumentError.expecting("keep", "be 'host' or 'device'", repr(keep))
         n_steps = self._choose_substeps(1.0 / fps, conditions, substeps, max_substeps)
-        self._begin_frames(1.0 / fps)
-        first_frame = self._n_frames
         is_buffered = keep == "device" and not isinstance(self.device, HostDevice)
-        frames: Frames = [] if is_buffered else np.empty((n_frames + 1, self.n_points, 3), np.float32)
-        times = self._epoch + (first_frame + np.arange(n_frames + 1, dtype=np.float64)) * self._frame_s
+        frames, times = _allocate_frames(duration, fps, self.n_points, is_buffered=is_buffered)
+        n_frames = len(times) - 1
+        self._begin_frames(1.0 / fps)
+        times[:] = self._epoch + (self._n_frames + times) * self._frame_s
         self._keep_frame(frames, 0, times[0])
+        if conditions.obstacles != self._inspected:
+            warn_of_points_inside(conditions.obstacles, np.asarray(frames[0]), self._inverse_masses() > 0.0, times[0])
+            self._inspected = conditions.obstacles
         n_done = 1
         try:
             for k in range(1, n_frames + 1):
-                self._advance(times[k - 1], times[k], n_steps, conditions)
-                self._keep_frame(frames, k, times[k])
-                n_done = k + 1
+                with defer_interrupts():  # so that the state is always that of the last frame
+                    self._advance(times[k - 1], times[k], n_steps, conditions)
+                    self._keep_frame(frames, k, times[k])
+                    n_done = k + 1
                 if progress is not None:
                     progress(k, n_frames)
         finally:
@@ -505,12 +524,13 @@ class Springs:
         if dt is None:
             if math.isinf(largest):
                 raise ArgumentError.expecting("dt", "be given if there are no springs", "none")
-            dt = SAFETY * largest
+            dt = SAFETY * self._find_step(frame)
         dt = as_positive_float(dt, "dt")
         if dt > largest:
             raise ArgumentError.expecting("dt", f"be at most {largest:.6g} s, the largest stable step", f"{dt:.6g}")
-        self._begin_frames(n * dt)
-        self._advance(self.time, self.time + n * dt, n, frame, dt)
+        with defer_interrupts():
+            self._begin_frames(n * dt)
+            self._advance(self.time, self.time + n * dt, n, frame, dt)
 
     def state(self) -> bytes:
         """Return the present state, to be written to a file.
@@ -518,13 +538,24 @@ class Springs:
         Returns
         -------
         bytes
-            `restore` continues from it as if there had been no pause, to the byte on the same device.
+            `restore` continues from it as if there had been no pause, to the byte on the same device. It holds no
+            conditions: what acts on the points is to be given again.
+
+        Raises
+        ------
+        SimulationError
+            If a position or a velocity is not finite.
         """
         positions, velocities = self._stepper.read_state()
+        wrong = ~(np.isfinite(positions[:, :3]) & np.isfinite(velocities[:, :3])).all(axis=1)
+        if wrong.any():
+            message = f"point {int(np.argmax(wrong))} has no finite position and velocity, at {self.time:g} s"
+            raise SimulationError(f"{message}: restore an earlier state, or reset()", frame=self._n_frames)
         positions[:, 3] = self._system.inverse_masses  # who restores it holds no point
         arrays = {
             "version": np.array(STATE_VERSION),
             "system": np.array(self._system.fingerprint()),
+            "parts": np.array(list(self._system.describe_parts().items())),
             "positions": positions,
             "velocities": velocities,
             "clock": np.array([self._epoch, self._n_frames, self._frame_s, self._lag_s]),
@@ -549,7 +580,7 @@ class Springs:
         Raises
         ------
         ArgumentError
-            If it is the state of another system, or no state at all.
+            If it is the state of another system, of which the error says what differs, or no state at all.
         ArgumentTypeError
             If it is no bytes.
         """
@@ -559,18 +590,24 @@ class Springs:
             with np.load(io.BytesIO(state), allow_pickle=False) as file:
                 arrays = {name: file[name] for name in file.files}
             version, system = int(arrays["version"]), str(arrays["system"])
+            parts = dict(arrays.get("parts", np.empty((0, 2), np.str_)).tolist())
             positions, velocities, clock = arrays["positions"], arrays["velocities"], arrays["clock"]
             step = np.zeros((), SPRING_STEP)  # whose padding is zeros, unlike that of a copy
             for member in SPRING_STEP.names or ():
                 step[member] = arrays["step"][member]
-        except (ValueError, TypeError, OSError, EOFError, KeyError, zipfile.BadZipFile) as error:
-            raise ArgumentError.expecting("state", "be what state() returns", reason=error) from None
+        except (ValueError, TypeError, OSError, EOFError, KeyError, zipfile.BadZipFile):
+            got = f"{memoryview(state).nbytes:,} bytes that are something else, or damaged"
+            raise ArgumentError.expecting("state", "be what Springs.state() returned", got) from None
         if version != STATE_VERSION:
             raise ArgumentError.expecting("state", f"have version {STATE_VERSION}", version)
         if system != self._system.fingerprint():
-            raise ArgumentError.expecting("state", "be that of a system with the same points and springs", "another")
+            own = self._system.describe_parts()
+            raise ArgumentError.expecting(
+                "state", "be that of a system with the same points and springs", _describe_difference(own, parts)
+            )
         self.release()
         self._stepper.write(positions, velocities)
+        self._inspected = ()
         self._epoch, self._n_frames, self._frame_s = float(clock[0]), int(clock[1]), float(clock[2])
         self._lag_s = float(clock[3])
         self._last = FrameConditions(step)
@@ -583,6 +620,7 @@ class Springs:
             hold.position = hold.target = state[0, point, :3].astype(np.float64)
         state[1, :, :3] = np.where(self._system.pinned[:, np.newaxis], 0.0, velocities)
         self._stepper.write(*state)
+        self._inspected = ()  # the obstacles in which no point lies, or of which a warning was given
         self._lag_s = 0.0  # how far the device's velocities are behind its positions
         self._pins_move = False
 
@@ -663,9 +701,9 @@ class Springs:
             raise ArgumentError.expecting("max_substeps", "be at least 1", max_substeps)
         largest = find_largest_step(self._stiffest.frequency, self._system.damping_s, conditions.drag_rate)
         if substeps is None:
-            needed = max(1, math.ceil(frame_s / (SAFETY * largest)))
+            needed = count_steps(frame_s, self._find_step(conditions))
             if needed > max_substeps:
-                raise ArgumentError(_describe_stiffness(self._stiffest, needed, max_substeps), argument="max_substeps")
+                raise self._describe_cost(frame_s, needed, conditions, max_substeps)
             return needed
         n_steps = as_int(substeps, "substeps")
         if n_steps < 1:
@@ -676,12 +714,42 @@ class Springs:
             raise ArgumentError.expecting("substeps", expected, n_steps)
         return n_steps
 
+    def _find_step(self, conditions: Conditions) -> float:
+        """Return the longest step that is stable where points meet the air no faster than a constant wind blows."""
+        drag_rate = conditions.drag_rate + conditions.face_drag_rate
+        return find_largest_step(self._stiffest.frequency, self._system.damping_s, drag_rate)
+
+    def _describe_cost(self, frame_s: float, needed: int, conditions: Conditions, max_substeps: int) -> ArgumentError:
+        """Return the error about too many steps, which names what makes them so short."""
+        start = f"a frame needs {needed:,} steps, more than max_substeps, {max_substeps:,}: "
+        w, damping_s, drag_rate = self._stiffest.frequency, self._system.damping_s, conditions.drag_rate
+        face_drag_rate = conditions.face_drag_rate
+        causes = (
+            ("damping", damping_s, find_largest_step(w, 0.0, drag_rate + face_drag_rate), "damping"),
+            ("drag_rate", drag_rate, find_largest_step(w, damping_s, face_drag_rate), "drag_rate"),
+            ("drag", conditions.drag, find_largest_step(w, damping_s, drag_rate), "drag, or less wind,"),
+        )
+        for name, value, step_s, less in causes:
+            if value and count_steps(frame_s, step_s) <= max_substeps:
+                return ArgumentError(f"{start}{name} is {value:g}. Less {less} would need fewer", argument=name)
+        stiffest = self._stiffest
+        return ArgumentError(
+            f"{start}point {stiffest.point} has springs of {stiffest.stiffness:g} N/m in sum and a mass of "
+            f"{stiffest.mass:g} kg. Softer springs, more mass, more frames per second, or a coarser model would need "
+            "fewer",
+            argument="max_substeps",
+        )
+
     def _require_finite(self, positions: npt.NDArray[np.float32], time: float, frame: int, where: str) -> None:
         wrong = ~np.isfinite(positions).all(axis=1)
         if wrong.any():
             point = int(np.argmax(wrong))
+            has_drag = self._last.has_drag or self._last.drag_rate > 0.0
+            weaker = "less wind or drag" if has_drag else "weaker forces"
+            remedy = f"more substeps than {self._substeps:,}, or {weaker}, may help; " if frame else ""
             raise SimulationError(
-                f"point {point} is not at a finite position {where}, at {time:g} s: restore a state, or reset()",
+                f"point {point} is not at a finite position {where}, at {time:g} s: {remedy}restore a state, or "
+                "reset()",
                 frame=frame,
             )
 
@@ -696,9 +764,26 @@ def _as_fps(fps: float) -> float:
     return fps
 
 
-def _describe_stiffness(stiffest: StiffestPoint, needed: int, max_substeps: int) -> str:
-    return (
-        f"a frame needs {needed:,} steps, more than max_substeps, {max_substeps:,}: point {stiffest.point} has springs "
-        f"of {stiffest.stiffness:g} N/m in sum and a mass of {stiffest.mass:g} kg. Softer springs, more mass, more "
-        "frames per second, or a coarser model would need fewer"
-    )
+def _describe_difference(own: dict[str, str], others: dict[str, str]) -> str:
+    """Return what differs between two systems, by the texts of their parts: how many there are, if not as many."""
+    counts = [
+        f"{others[name].split()[0]} {name}, not {own[name].split()[0]}"
+        for name in ("points", "springs", "faces")
+        if name in others and others[name].split()[0] != own[name].split()[0]
+    ]
+    if counts:
+        return f"one of {'; '.join(counts)}"
+    names = [name for name in own if name in others and others[name] != own[name]]
+    return f"one with other {', '.join(names)}" if names else "another"
+
+
+def _allocate_frames(duration: float, fps: float, n_points: int, *, is_buffered: bool) -> tuple[Frames, Float64Array]:
+    """Return room for the frames of a run, and their numbers (frames,) float64."""
+    n_frames = max(1.0, float(np.rint(min(duration * fps, MAX_FRAMES)))) + 1.0
+    try:
+        numbers = np.arange(int(n_frames), dtype=np.float64)
+        return [] if is_buffered else np.empty((len(numbers), n_points, 3), np.float32), numbers
+    except (MemoryError, ValueError):
+        frame_bytes = 12.0 * n_points
+        expected = f"fit into memory, where its frames take {n_frames * frame_bytes:.3g} bytes"
+        raise ArgumentError.expecting("duration", expected, f"{duration:g} s at {fps:g} frames per second") from None

@@ -44,6 +44,11 @@ def find_stiffest_point(system: SpringSystem) -> StiffestPoint:
     )
 
 
+def count_steps(frame_s: float, largest_step_s: float) -> int:
+    """Return the fewest steps of a frame that stay below the largest by the margin of safety."""
+    return max(1, math.ceil(frame_s / (SAFETY * largest_step_s)))
+
+
 def find_largest_step(frequency: float, damping_s: float, drag_rate: float = 0.0) -> float:
     """Return the longest stable step in seconds: (2/w) (sqrt(1 + z^2) - z), infinite without springs and drag.
 

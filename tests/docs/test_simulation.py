@@ -2,14 +2,17 @@
 
 from pathlib import Path
 
+import pytest
+
 from tests.support.python_run import python_output
 
 PAGE = Path(__file__).parents[2] / "docs" / "simulation.md"
 
 
-def test_the_page_runs() -> None:
+def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)  # where it writes a state
     _, *blocks = PAGE.read_text("utf-8").split("\n```python\n")
-    assert len(blocks) == 3
+    assert len(blocks) == 5
     cloth, *others = (block.partition("\n```")[0] for block in blocks)
-    output = python_output("\n".join([cloth, "print(path.shape)", *others, "print(len(animation))"]))
-    assert output.split("\n")[:2] == ["(31, 441, 3)", "11"]
+    output = python_output("\n".join([cloth, "print(path.shape)", *others, "print(len(animation), len(together))"]))
+    assert output.split("\n")[:2] == ["(31, 441, 3)", "11 21"]

@@ -42,7 +42,14 @@ def test_springs_join_neighbours_the_next_and_the_next_but_one_and_turns() -> No
         (lambda: Strands(np.zeros((4, 1, 3))), r"p at least 2, got \(4, 1, 3\)"),
         (lambda: Strands(np.full((1, 2, 3), np.nan)), "points must be finite"),
         (lambda: Strands(TWO, points_per_turn=-1), "points_per_turn must not be negative, got -1"),
-        (lambda: Strands(TWO).springs(1, core=2), "core must be 0 unless a turn has more than 3 points, got 2 with 0"),
+        (
+            lambda: Strands(TWO).springs(1, core=2),
+            "core must be 0 for strands without curls, which have no points_per_turn, got 2",
+        ),
+        (
+            lambda: Strands(TWO, points_per_turn=3).springs(1, core=2),
+            "core must be 0 unless a turn has more than 3 points, got 2 with 3",
+        ),
         (lambda: Strands(TWO).springs(float("inf")), "stretch must be finite"),
         (lambda: samples.hair(0, 2), "strands must be at least 1, got 0"),
         (lambda: samples.hair(1, 1), "points must be at least 2, got 1"),

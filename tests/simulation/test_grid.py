@@ -80,6 +80,7 @@ def test_a_grid_moves_as_its_springs_in_float64_do(name: str, damping: float) ->
     np.testing.assert_allclose(springs.velocities, reference.velocities, atol=2e-3)
 
 
+@pytest.mark.filterwarnings("ignore:.* inside obstacle")
 @pytest.mark.parametrize("name", ["wide", "strands", "columns"])
 def test_a_grid_meets_obstacles_pins_and_air_as_any_springs_do(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     options: dict[str, Any] = {
@@ -113,6 +114,7 @@ def test_a_grid_is_the_same_to_the_byte_in_parts_and_after_a_state() -> None:
     assert np.concatenate([first, second[1:]]).tobytes() == np.asarray(whole).tobytes()
 
 
+@pytest.mark.filterwarnings("ignore:.* inside obstacle")
 @pytest.mark.parametrize("rows", [1, 4, 7, 100])
 def test_strips_of_any_length_give_the_same_bytes(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
     options: dict[str, Any] = {"obstacles": gx.Sphere((0.0, -0.01, 0.3), 0.1)}

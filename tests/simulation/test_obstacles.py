@@ -1,6 +1,8 @@
 """Obstacles: what enters is put outside, nothing gains energy, and friction holds below its angle."""
 
 import math
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -159,3 +161,56 @@ def test_what_is_no_obstacle_and_too_many_are_errors() -> None:
         springs.step(1, 0.1, obstacles=(MAX_OBSTACLES + 1) * [gx.HalfSpace()])
     with pytest.raises(gx.ArgumentError, match=r"^transform raised at 0 s: ZeroDivisionError"):
         springs.step(1, 0.1, obstacles=gx.HalfSpace(transform=lambda t: gx.translate(1 / t, 0, 0)))
+
+
+@pytest.mark.parametrize(
+    ("obstacle", "shown"),
+    [
+        (gx.Sphere((0, -0.4, 0), 0.2), "<Sphere: center (0, -0.4, 0), radius 0.2, friction 0, gap 0>"),
+        (gx.HalfSpace((0, 1, 0), (0, 0, 2)), "<HalfSpace: point (0, 1, 0), normal (0, 0, 1), friction 0, gap 0>"),
+        (
+            gx.Capsule((1, 0, 0), (3, 0, 0), 0.5, friction=0.3, transform=np.eye(4)),
+            "<Capsule: start (1, 0, 0), end (3, 0, 0), radius 0.5, friction 0.3, gap 0, placed by a matrix>",
+        ),
+        (
+            gx.Box((1, 2, 3), (4, 5, 6), gap=0.01, transform=lambda _: np.eye(4)),
+            "<Box: center (1, 2, 3), size (4, 5, 6), friction 0, gap 0.01, moved>",
+        ),
+    ],
+)
+def test_an_obstacle_shows_where_it_is_and_how_large(obstacle: Any, shown: str) -> None:
+    assert repr(obstacle) == shown
+
+
+@pytest.mark.parametrize(
+    ("make", "n_inside"),
+    [
+        (lambda gap: gx.Sphere((0.5, 0.0, 0.5), 0.3, gap=gap), 5),  # of a grid of points 0.25 m apart
+        (lambda gap: gx.HalfSpace((0.3, 0, 0), (1, 0, 0), gap=gap, transform=gx.translate(0.0, 0.0, 1.0)), 10),
+        (lambda gap: gx.Capsule((0.25, 0, 0), (0.25, 0, 1), 0.1, gap=gap), 5),
+        (lambda gap: gx.Box((0, 0, 0), (0.6, 1, 0.6), gap=gap, transform=lambda _: gx.translate(1, 0, 1)), 4),
+    ],
+)
+@pytest.mark.parametrize("keep", ["host", "device"])
+def test_points_that_start_inside_an_obstacle_are_warned_of(make: Any, n_inside: int, keep: Any) -> None:
+    cloth, obstacle = make_cloth(5), make(0.0)
+    around = [gx.HalfSpace((0, -3, 0)), obstacle]
+    message = rf"^{n_inside} points start inside obstacle 1, <{type(obstacle).__name__}: .*, up to .* m deep"
+    with pytest.warns(gx.SimulationWarning, match=message) as caught:
+        cloth.simulate(0.01, 100.0, obstacles=around, keep=keep)
+    assert [Path(each.filename).name for each in caught] == ["test_obstacles.py"]
+    cloth.simulate(0.01, 100.0, obstacles=around, keep=keep)  # which was said already
+    cloth.reset()
+    with pytest.warns(gx.SimulationWarning, match=message):
+        cloth.simulate(0.01, 100.0, obstacles=around)
+
+
+def test_points_that_are_pinned_inside_or_within_the_gap_are_not_warned_of() -> None:
+    sphere = gx.Sphere((0.5, -0.3, 0.5), 0.301)
+    make_cloth(5, pinned=[12]).simulate(0.01, 100.0, obstacles=sphere)
+    held = make_cloth(5)
+    held.hold(12)
+    held.simulate(0.01, 100.0, obstacles=sphere)
+    make_cloth(5).simulate(0.01, 100.0, obstacles=gx.Sphere((0.5, -0.3, 0.5), 0.301, gap=0.002))
+    with pytest.warns(gx.SimulationWarning, match=r"^1 point starts inside obstacle 0, .*, up to 0.001 m deep"):
+        make_cloth(5).simulate(0.01, 100.0, obstacles=sphere)

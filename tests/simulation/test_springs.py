@@ -10,8 +10,6 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.geometry.scene_animation import Channel, Placement, SceneAnimation
-from gpu_xform.gpu.dispatch import dispatch
-from gpu_xform.simulation import leapfrog
 from gpu_xform.simulation import springs as springs_module
 from tests.support.spring_models import cloth_mesh, make_chain, make_cloth
 
@@ -105,9 +103,9 @@ def test_a_wrong_type_is_an_error(options: dict[str, Any], message: str) -> None
         ({"drag": 1.0}, r"^drag must be 0 without faces; drag_rate acts on points, got 1$"),
         ({"drag_rate": -1.0}, r"^drag_rate must not be negative, got -1$"),
         ({"wind": (1, 0, 0)}, r"^wind must come with a drag or a drag_rate, through which it acts, got neither$"),
-        ({"wind": lambda t: (t, 0), "drag_rate": 1.0}, r"^wind must have shape \(3,\), got \(2,\)$"),
+        ({"wind": lambda t: (t, 0), "drag_rate": 1.0}, r"^wind must have shape \(3,\), got \(2,\), returned at 0 s$"),
         ({"move_pins": lambda _: np.eye(4)}, r"^move_pins needs pinned points$"),
-        ({"force": lambda *_: np.zeros(3)}, r"^force must have shape \(2, 3\), got \(3,\)$"),
+        ({"force": lambda *_: np.zeros(3)}, r"^force must have shape \(2, 3\), got \(3,\), returned at 0 s$"),
         ({"force": lambda *_: 1 / 0}, r"^force raised at 0 s: ZeroDivisionError: division by zero$"),
         ({"substeps": 0}, r"^substeps must be at least 1, got 0$"),
         ({"max_substeps": 0}, r"^max_substeps must be at least 1, got 0$"),
@@ -201,27 +199,139 @@ def test_ctrl_c_keeps_what_is_done() -> None:
     np.testing.assert_array_equal(rest.positions[-1], expected.positions[-1])
 
 
-@pytest.mark.usefixtures("device")
-def test_ctrl_c_within_a_frame_leaves_a_state_to_go_on_from(monkeypatch: pytest.MonkeyPatch) -> None:
-    springs = make_cloth(6)
-    step_s = 0.9 * springs.largest_step
-    n_dispatches = 0
+@pytest.mark.parametrize("moment", ["step", "read"])
+def test_ctrl_c_within_a_frame_leaves_the_state_of_the_last_that_is_kept(
+    moment: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    springs, whole = (make_cloth(6, pinned=[0, 5], damping=1e-5) for _ in range(2))
+    step, read = springs._stepper.step, springs._stepper.read_positions
+    n_parts = n_reads = 0
+
+    def interrupt(n_steps: int, step_s: float, conditions: Any, count: Any) -> None:
+        def count_and_interrupt(n: int) -> None:
+            nonlocal n_parts
+            n_parts += 1
+            if n_parts == 5:  # of three per frame
+                signal.raise_signal(signal.SIGINT)
+            count(n)
+
+        step(n_steps, step_s, conditions, count_and_interrupt)
+
+    def interrupt_read() -> Any:
+        nonlocal n_reads
+        n_reads += 1
+        if n_reads == 3:
+            signal.raise_signal(signal.SIGINT)
+        return read()
+
+    options: dict[str, Any] = {"fps": 20.0, "substeps": 600}
+    with monkeypatch.context() as patch:
+        if moment == "step":
+            patch.setattr(springs._stepper, "step", interrupt)
+        else:
+            patch.setattr(springs._stepper, "read_positions", interrupt_read)
+        with pytest.raises(KeyboardInterrupt):
+            springs.simulate(0.25, **options)
+    path = springs.trajectory
+    assert path is not None
+    assert len(path) == 3
+    assert springs.time == path.times[-1] == pytest.approx(0.1)
+    assert springs.positions.tobytes() == path[-1].tobytes()
+    expected = whole.simulate(0.25, **options)
+    rest = springs.simulate(0.15, **options)
+    assert rest.positions.tobytes() == expected.positions[2:].tobytes()
+    assert springs.state() == whole.state()
+
+
+def test_ctrl_c_within_steps_is_raised_after_the_last(monkeypatch: pytest.MonkeyPatch) -> None:
+    springs, whole = make_cloth(6), make_cloth(6)
+    step = springs._stepper.step
 
     def interrupt(*arguments: Any) -> None:
-        nonlocal n_dispatches
-        n_dispatches += 1
-        if n_dispatches == 700:
-            signal.raise_signal(signal.SIGINT)
-        dispatch(*arguments)
+        signal.raise_signal(signal.SIGINT)
+        step(*arguments)
 
-    with monkeypatch.context() as patch:
-        patch.setattr(leapfrog, "dispatch", interrupt)
-        with pytest.raises(KeyboardInterrupt):
-            springs.simulate(3000 * step_s, 1.0 / (3000 * step_s), substeps=3000)
-    assert springs.time == pytest.approx(3 * leapfrog.MAX_STEPS_PER_SUBMISSION * step_s)
-    assert springs.positions[:, 1].mean() == pytest.approx(-9.81 / 2.0 * springs.time**2, rel=1e-4)
-    springs.simulate(0.1, 10.0)
-    assert springs.positions[:, 1].mean() == pytest.approx(-9.81 / 2.0 * springs.time**2, rel=1e-4)
+    monkeypatch.setattr(springs._stepper, "step", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        springs.step(7)
+    whole.step(7)
+    assert springs.state() == whole.state()
+
+
+def test_steps_are_short_enough_for_a_strong_wind() -> None:
+    flag = gx.Springs(gx.samples.cloth(12, 12), mass=0.1, stretch=300, shear=30, bend=1, damping=2e-4, pinned=range(13))
+    blow: dict[str, Any] = {"drag": 1.5, "wind": (0, 100, 100)}
+    calm = flag.count_substeps()
+    area_per_mass = (1 / 144) / (0.1 / 169)
+    rate = 1.5 * 1.2 * math.hypot(100, 100) * area_per_mass
+    w = (
+        2.0
+        / gx.Springs(gx.samples.cloth(12, 12), mass=0.1, stretch=300, shear=30, bend=1, pinned=range(13)).largest_step
+    )
+    half_decay = (2e-4 * w * w + rate) / 2.0
+    largest = 2.0 / (math.hypot(w, half_decay) + half_decay)
+    assert flag.count_substeps(**blow) == math.ceil(1 / 30 / (0.98 * largest)) > 1.5 * calm
+    assert flag.count_substeps(drag=1.5, wind=lambda _: (0, 100, 100)) == calm  # not known beforehand
+    assert np.isfinite(flag.simulate(0.3, 30, **blow)).all()
+    flag.reset()
+    message = r"^point \d+ is not at .* in frame \d, at .*: more substeps than \d+, or less wind or drag, may help"
+    with pytest.raises(gx.SimulationError, match=message):
+        flag.simulate(0.3, 30, substeps=calm, **blow)
+
+
+def test_wind_does_nothing_where_the_drag_is_given_as_0() -> None:
+    calm, blown = make_cloth(4), make_cloth(4)
+    expected = calm.simulate(0.1)
+    still: list[dict[str, Any]] = [{"drag": 0.0}, {"drag_rate": 0}]
+    for options in still:
+        blown.reset()
+        np.testing.assert_array_equal(blown.simulate(0.1, wind=(5, 0, 1), **options), expected)
+
+
+@pytest.mark.parametrize(
+    ("options", "argument", "words"),
+    [
+        ({"damping": 1e3}, "damping", r"damping is 1000\. Less damping would need fewer$"),
+        ({"drag_rate": 1e9}, "drag_rate", r"drag_rate is 1e\+09\. Less drag_rate would need fewer$"),
+        ({"drag": 1.0, "wind": (0, 1e9, 0)}, "drag", r"drag is 1\. Less drag, or less wind, would need fewer$"),
+    ],
+)
+def test_too_many_substeps_are_blamed_on_what_asks_for_them(options: dict[str, Any], argument: str, words: str) -> None:
+    springs = make_cloth(4, damping=options.get("damping", 0.0))
+    options = {name: value for name, value in options.items() if name != "damping"}
+    with pytest.raises(gx.ArgumentError, match=words) as caught:
+        springs.simulate(0.1, **options)
+    assert caught.value.argument == argument
+
+
+@pytest.mark.parametrize("name", ["wind", "force", "move_pins"])
+@pytest.mark.parametrize(("value", "words"), [(None, "returned None at 0.05 s"), (NAN, "nan .*, returned at 0.05 s")])
+def test_what_a_function_should_not_return_is_an_error_that_names_it_and_the_time(
+    name: str, value: float | None, words: str
+) -> None:
+    springs = make_cloth(3, pinned=[0])
+    good = {"wind": np.zeros(3), "force": np.zeros((9, 3)), "move_pins": np.eye(4)}[name]
+
+    def function(time: float, *_: Any) -> Any:
+        return good if time < 0.02 else None if value is None else good * value
+
+    options: dict[str, Any] = {name: function, "drag": 1.0}
+    with pytest.raises((gx.ArgumentError, gx.ArgumentTypeError), match=rf"^{name} .*{words}$") as caught:
+        springs.simulate(0.2, 20.0, **options)
+    assert caught.value.argument == name
+
+
+@pytest.mark.parametrize("duration", [1e12, 1e300])
+def test_a_run_that_no_memory_holds_is_an_error_that_names_the_duration(duration: float) -> None:
+    springs = make_cloth(4)
+    message = r"^duration must fit into memory, where its frames take .* bytes, got 1e\+\d+ s at 30 frames per second$"
+    with pytest.raises(gx.ArgumentError, match=message):
+        springs.simulate(duration)
+    assert springs.time == 0.0
+
+
+def test_a_run_shorter_than_half_a_frame_is_one_frame() -> None:
+    assert len(make_cloth(4).simulate(1e-4, 30.0)) == 2
 
 
 def test_a_state_in_a_file_continues_to_the_byte(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -245,15 +355,31 @@ def test_a_state_in_a_file_continues_to_the_byte(tmp_path: Path, monkeypatch: py
 
 def test_a_state_of_another_system_and_no_state_are_errors() -> None:
     springs = make_cloth(4)
-    for other in (make_cloth(5), make_cloth(4, damping=1e-5), make_cloth(4, pinned=[3]), make_cloth(4, mass=0.3)):
-        with pytest.raises(gx.ArgumentError, match=r"^state must be that of a system with the same points and springs"):
+    for other, difference in (
+        (make_cloth(5), "one of 25 points, not 16; 102 springs, not 58; 32 faces, not 18"),
+        (make_cloth(4, bend=0.0), "one of 42 springs, not 58"),
+        (make_cloth(4, damping=1e-5), "one with other damping"),
+        (make_cloth(4, pinned=[3], stretch=2.0), "one with other pins, stiffness"),
+        (make_cloth(4, mass=0.3), "one with other masses"),
+    ):
+        message = r"^state must be that of a system with the same points and springs, got "
+        with pytest.raises(gx.ArgumentError, match=f"{message}{difference}$"):
             springs.restore(other.state())
     state = springs.state()
     for damage in (b"", b"PK", state[: len(state) // 2], b"\x93NUMPY" + state[6:]):
-        with pytest.raises(gx.ArgumentError, match=r"^state must be what state\(\) returns"):
+        message = rf"^state must be what Springs.state\(\) returned, got {len(damage):,} bytes that are something else"
+        with pytest.raises(gx.ArgumentError, match=message):
             springs.restore(damage)
     with pytest.raises(gx.ArgumentTypeError, match=r"^state must be the bytes that state\(\) returns, got str$"):
         springs.restore("cloth.state")  # type: ignore[arg-type]
+
+
+def test_a_state_that_is_not_finite_is_an_error() -> None:
+    springs = pair(stiffness=0.0)
+    with pytest.raises(gx.SimulationError):
+        springs.simulate(2.0, 1.0, force=lambda *_: np.full((2, 3), 3e38))
+    with pytest.raises(gx.SimulationError, match=r"^point 0 has no finite position and velocity, at \d s: restore an"):
+        springs.state()
 
 
 def test_pins_follow_a_matrix_of_the_time() -> None:
@@ -273,7 +399,8 @@ def test_pins_follow_positions_and_pull_the_rest_along() -> None:
     springs.simulate(4.0, 10.0, gravity=(0, 0, 0), drag_rate=5.0, move_pins=lambda t: [[min(t, 1.0), 0.0, 0.0]])
     assert np.linalg.norm(springs.positions - [1.0, 0.0, 0.0], axis=1).max() < 0.31
     with pytest.raises(
-        gx.ArgumentError, match=r"^move_pins must return a \(4, 4\) matrix or \(1, 3\) points, got \(2, 3\)$"
+        gx.ArgumentError,
+        match=r"^move_pins must return a \(4, 4\) matrix or \(1, 3\) points, got \(2, 3\), returned at 4 s$",
     ):
         springs.step(1, move_pins=lambda _: np.zeros((2, 3)))
 

@@ -56,6 +56,7 @@ COLORS = ("color", "edge_colors", "face_colors", "vertex_colors")
 HAIR_STYLE: dict[str, Any] = {"line_width": 0.8, "hidden": "remove"}
 HEAD_SCALE = 0.98  # below the roots
 HEAD_STYLE: dict[str, Any] = {"edges": "silhouette", "hidden": "remove", "fill": "#f3e3d3", "color": "#a08060"}
+FLOOR_RATIO = 1.5  # of the size of the model: the side of the square that is drawn
 OBSTACLE_STYLE: dict[str, Any] = {"edges": "silhouette", "hidden": "remove", "color": "#9aa0a6", "line_width": 1.0}
 
 USAGE = "MODEL -o OUT [options]"
@@ -106,10 +107,20 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     _add_surroundings(parser)
     group = parser.add_argument_group("time")
     group.add_argument(
-        "--duration", metavar="S", type=types.parse_number, default="2", help="seconds (default: %(default)s)"
+        "--duration",
+        metavar="S",
+        type=types.parse_number,
+        default="2",
+        help="seconds (default: %(default)s); at least one frame is simulated",
     )
     group.add_argument(
         "--fps", metavar="N", type=types.parse_frame_rate, default="25", help="frames per second (default: %(default)s)"
+    )
+    group.add_argument(
+        "--substeps",
+        metavar="N",
+        type=types.parse_count,
+        help="steps per frame (default: as few as are stable in a wind as given); more may help if points fly off",
     )
     groups.add_drawing_options(parser, resolution="640,480")
     groups.add_general_options(parser, adapter=True, rasterizer=True)
@@ -227,6 +238,7 @@ def run(options: argparse.Namespace) -> int:
                 options.fps,
                 gravity=options.gravity,
                 wind=options.wind,
+                substeps=options.substeps,
                 progress=progress,
                 **simulation.conditions,
             )
@@ -266,9 +278,9 @@ def _prepare_cloth(options: argparse.Namespace, style: dict[str, Any], device: "
     from ...simulation.springs import Springs
 
     mesh = _make_mesh(options).transformed(compose_transforms(options))
-    obstacles, bodies = _make_obstacles(options, GAP_M)
+    obstacles, bodies = _make_obstacles(options, GAP_M, mesh.positions)
     drag = DRAG if options.drag is None else options.drag
-    conditions = {"drag": drag if len(mesh.faces) else 0.0, "obstacles": obstacles}
+    conditions = {"drag": drag if len(mesh.faces) else options.drag, "obstacles": obstacles}
     springs = Springs(mesh, **_collect_material(options, mesh), device=device)
     return _Simulation(springs, conditions, bodies, lambda path: [(path.meshes(), style)])
 
@@ -301,7 +313,7 @@ def _prepare_hair(options: argparse.Namespace, style: dict[str, Any], device: "D
     model_from_world = inverse(world_from_model)
     gap = HAIR_GAP_M if options.gap is None else options.gap
     head = Sphere((0.0, 0.0, 0.0), HEAD_RADIUS_M, friction=options.friction, gap=gap, transform=world_from_head)
-    obstacles, bodies = _make_obstacles(options, HAIR_GAP_M)
+    obstacles, bodies = _make_obstacles(options, HAIR_GAP_M, placed.reshape(-1, 3))
     skull = samples.icosphere(4).transformed(world_from_model @ scale(HEAD_SCALE * HEAD_RADIUS_M))
     conditions = {
         "drag_rate": HAIR_DRAG_PER_S if options.drag is None else options.drag,
@@ -405,7 +417,7 @@ def _find_pins(points: Float64Array, pins: Sequence[int | str]) -> list[int]:
 
 
 def _make_obstacles(
-    options: argparse.Namespace, gap_m: float
+    options: argparse.Namespace, gap_m: float, points: Float64Array
 ) -> tuple[list["Obstacle"], list[tuple[Mesh, dict[str, Any]]]]:
     """Return the obstacles, and meshes of those that are drawn, with their style."""
     from ... import samples
@@ -421,5 +433,17 @@ def _make_obstacles(
     for center, sides in options.box:
         obstacles.append(Box(center, sides, **surface))
         bodies.append(samples.cube().transformed(chain(scale(*(sides / 2.0)), translate(*center))))
-    obstacles += [HalfSpace((0.0, height, 0.0), **surface) for height in options.floor]
+    for height in options.floor:
+        obstacles.append(HalfSpace((0.0, height, 0.0), **surface))
+        bodies.append(_make_floor(points, height))
     return obstacles, [(body, OBSTACLE_STYLE) for body in bodies]
+
+
+def _make_floor(points: Float64Array, height: float) -> Mesh:
+    """Return a square below a model, as lines: a face would hide what is seen from below."""
+    low, high = (points.min(axis=0), points.max(axis=0)) if len(points) else (np.zeros(3), np.ones(3))
+    x, _, z = (low + high) / 2.0
+    half = FLOOR_RATIO * float((high - low).max()) / 2.0
+    corners = [(x - half, height, z - half), (x + half, height, z - half)]
+    corners += [(x + half, height, z + half), (x - half, height, z + half)]
+    return Mesh(corners, [[0, 1], [1, 2], [2, 3], [3, 0]])

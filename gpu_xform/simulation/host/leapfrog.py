@@ -18,7 +18,7 @@ from ..spring_system import SpringSystem
 from . import constants, vectorized
 from .springs_by_slot import ShiftedSprings, arrange_springs
 
-MAX_STEPS_PER_CALL = 256  # so that Ctrl+C is heard in the middle of a long frame
+MAX_STEPS_PER_CALL = 256  # after which it is counted what is done of a long frame
 
 
 class HostLeapfrog:

@@ -68,9 +68,13 @@ def test_cloth_falls_over_what_is_below() -> None:
     block = samples.cube().transformed(
         matrices.chain(matrices.scale(0.05, 0.1, 0.15), matrices.translate(0.3, -0.1, 0.2))
     )
+    floor = Mesh(
+        [[-0.75, -0.1, -0.75], [0.75, -0.1, -0.75], [0.75, -0.1, 0.75], [-0.75, -0.1, 0.75]],
+        [[0, 1], [1, 2], [2, 3], [3, 0]],
+    )
     assert len(frames) == 5
     assert not np.array_equal(frames[0], frames[-1])
-    assert np.array_equal(frames, expected(samples.cloth(5, 4), {}, (ball, block), obstacles=obstacles))
+    assert np.array_equal(frames, expected(samples.cloth(5, 4), {}, (ball, block, floor), obstacles=obstacles))
 
 
 def test_a_curtain_hangs_in_the_wind() -> None:
@@ -129,7 +133,11 @@ def test_pins_have_names(pins: str, found: list[int], monkeypatch: pytest.Monkey
         (["cloth", "-o", "out.gif", "--pin", "top"], "--pin: pinned must leave a point free, got all 1681"),
         (["cloth", "-o", "out.gif", "--mass", "0"], "--mass: mass must be positive"),
         (["cloth", "-o", "out.gif", "--stretch-stiffness", "-1"], "--stretch-stiffness: stretch must not be negative"),
-        (["cloth", "-o", "out.gif", "--stretch-stiffness", "1e12"], "--fps: a frame needs"),
+        (["cloth", "-o", "out.gif", "--stretch-stiffness", "1e12"], "--stretch-stiffness: a frame needs"),
+        (["cloth", "-o", "out.gif", "--fps", "1e-3"], "gpu-xform: error: a frame needs"),
+        (["cloth", "-o", "out.gif", "--damping", "1e6"], "--damping: a frame needs"),
+        (["cloth", "-o", "out.gif", "--substeps", "1"], "--substeps: substeps must be at least"),
+        (["cloth", "-o", "out.gif", "--duration", "1e12"], "--duration: duration must fit into memory"),
         (["cloth", "-o", "out.gif", "--sphere", "0,0,0,0"], "--sphere: expected a positive radius"),
         (["cloth", "-o", "out.gif", "--box", "0,0,0,1,1,-1"], "--box: expected positive lengths"),
         (["cloth", "-o", "out.gif", "--duration", "0"], "--duration: duration must be positive"),
@@ -191,8 +199,13 @@ def test_hair_swings_on_a_head_that_shakes() -> None:
     strands: dict[str, Any] = {"hidden": "remove", "line_width": 0.8, "color": "navy", "antialias": False}
     children = ChildStrands(hair, 20, clump=0.5).meshes(path)
     assert len(frames) == len(path) == 17
+    square = 0.75 * np.ptp(hair.points.reshape(-1, 3), axis=0).max()
+    x, _, z = (hair.points.reshape(-1, 3).min(axis=0) + hair.points.reshape(-1, 3).max(axis=0)) / 2
+    corners = [(x + i * square, -0.1, z + k * square) for i, k in ((-1, -1), (1, -1), (1, 1), (-1, 1))]
+    grey: dict[str, Any] = {"edges": "silhouette", "hidden": "remove", "color": "#9aa0a6", "line_width": 1}
+    floor = Layer(Mesh(corners, [[0, 1], [1, 2], [2, 3], [3, 0]]), **grey)
     for k in (0, 8, 16):
-        layers = [head, Layer(children[k], **strands), Layer(path.meshes()[k], **strands)]
+        layers = [head, floor, Layer(children[k], **strands), Layer(path.meshes()[k], **strands)]
         drawn = render_array(layers, size=(60, 40), camera=Camera.look_at((0, 0, 4), (0, 0, 0)))
         assert np.array_equal(frames[k], drawn), k
     assert not np.array_equal(frames[8], frames[16])
@@ -231,3 +244,19 @@ def test_the_host_draws_no_frames_and_says_so_before_they_are_made(
     monkeypatch.setattr(Springs, "simulate", None)
     message = error_of(["simulate", "cloth", "-o", "out.gif", "--adapter", "host"], capsys, code=1)
     assert "the host device draws no pictures" in message
+
+
+def test_a_floor_is_drawn_and_more_steps_are_taken_on_request(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    simulate = Springs.simulate
+
+    def note(springs: Springs, *arguments: Any, **options: Any) -> Any:
+        path = simulate(springs, *arguments, **options)
+        asked.append(springs.substeps)
+        return path
+
+    monkeypatch.setattr(Springs, "simulate", note)
+    above = run_simulate("cloth", "--quads", "3,3", "--pin", "back", "--substeps", "333")
+    on_floor = run_simulate("cloth", "--quads", "3,3", "--pin", "back", "--floor", "-0.9", "--substeps", "333")
+    assert asked == [333, 333]
+    assert not np.array_equal(above[0], on_floor[0])

@@ -1,6 +1,5 @@
 """Leapfrog on the host: the twin of the shaders, with and without numba, on any number of threads."""
 
-import signal
 from collections.abc import Callable
 from typing import Any
 
@@ -123,26 +122,6 @@ def test_a_run_is_that_of_the_same_steps_in_float64(name: str, host: Device) -> 
     springs.step(200, dt)
     reference.run(200, dt)
     np.testing.assert_allclose(springs.positions, reference.positions, atol=2e-6)
-
-
-def test_ctrl_c_within_a_frame_leaves_a_state_to_go_on_from(host: Device, monkeypatch: pytest.MonkeyPatch) -> None:
-    springs = make_cloth(6, device=host)
-    step_s = 0.9 * springs.largest_step
-    n_calls = 0
-
-    def interrupt(*arguments: Any) -> bool:
-        nonlocal n_calls
-        n_calls += 1
-        if n_calls == 4:  # of which the first is the kick back by half a step
-            signal.raise_signal(signal.SIGINT)
-        return choose.run_compiled(*arguments)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(leapfrog, "run_compiled", interrupt)
-        with pytest.raises(KeyboardInterrupt):
-            springs.simulate(3000 * step_s, 1.0 / (3000 * step_s), substeps=3000)
-    assert springs.time == pytest.approx(2 * leapfrog.MAX_STEPS_PER_CALL * step_s)
-    assert springs.positions[:, 1].mean() == pytest.approx(-9.81 / 2.0 * springs.time**2, rel=1e-4)
 
 
 def test_a_state_of_one_device_goes_on_on_another(device: GpuDevice, host: Device) -> None:
