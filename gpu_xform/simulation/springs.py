@@ -506,7 +506,7 @@ class Springs:
         n : int
             The number of steps.
         dt : float, optional
-            The length of each in seconds; by default 0.98 of the largest.
+            The length of each in seconds; by default 0.98 of the largest, or less in a constant wind, as in `simulate`.
         **conditions
             gravity, drag, drag_rate, wind, force, move_pins and obstacles, as `simulate` takes them; the steps together
             count as one frame.
