@@ -198,7 +198,7 @@ class Layer:
             object.__setattr__(self, "fill", list(self.fill))  # it is read several times
         line_width: object = self.line_width
         if isinstance(line_width, str) and line_width != AUTO:
-            raise ArgumentError.expecting("line_width", "be a number of pixels or 'auto'", repr(line_width))
+            raise ArgumentTypeError.expecting("line_width", "be a number of pixels or 'auto'", repr(line_width))
         if not isinstance(self.line_width, str):
             _require_width(self.line_width, "line_width")
         if self.point_size is not None:

@@ -47,7 +47,7 @@ class CloudStage:
         self._dots = pool.scratch(POOL_OWNER, "dots", DOTS_BYTES * n_pixels)
         self._dots_before = pool.scratch(POOL_OWNER, "dots before", DOTS_BYTES * (n_pixels if is_repeated else 1))
         self._dot_colors = pool.scratch(POOL_OWNER, "dot colours", COLORS_BYTES * n_pixels)
-        n_blocks = (extent[0] // BLOCK_SIDE_PX + 1) * (extent[1] // BLOCK_SIDE_PX + 1)
+        n_blocks = (extent[0] // BLOCK_SIDE_PX + 1) * (extent[1] // BLOCK_SIDE_PX + 1) if clouds else 1
         self._block_depths = pool.scratch(POOL_OWNER, "block depths", 4 * n_blocks)
         n_listed = max((min(len(cloud.points), max_part_points(device)) for cloud in clouds), default=0)
         self._list = pool.scratch(POOL_OWNER, "listed points", LIST_HEAD_BYTES + 4 * max(n_listed, 1))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
-from gpu_xform import ArgumentError, Camera, Layer, samples
+from gpu_xform import ArgumentTypeError, Camera, Layer, samples
 from gpu_xform.drawing.edge_sample import DEFAULT_LINE_WIDTH_PX, fit_line_width, project_sample
 
 SIZE = (128, 96)
@@ -58,5 +58,5 @@ def test_svg_has_the_same_width() -> None:
 
 @pytest.mark.parametrize("width", ["Auto", "wide", ""])
 def test_another_word_is_an_error(width: str) -> None:
-    with pytest.raises(ArgumentError, match="line_width must be a number of pixels or 'auto'"):
+    with pytest.raises(ArgumentTypeError, match="line_width must be a number of pixels or 'auto'"):
         Layer(samples.cube(), line_width=width)  # type: ignore[arg-type]

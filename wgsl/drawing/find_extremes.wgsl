@@ -26,21 +26,22 @@ override workgroup_size: u32;
 override n_groups: u32; // 1 to 3
 override only_positive: bool; // points count at which the first function is positive
 
-var<private> found: array<Extremes, 3>;
+var<private> found_0: Extremes; // of the first group
+var<private> found_1: Extremes;
+var<private> found_2: Extremes;
 var<private> n_bad: u32;
 
 fn is_finite(p: vec3<f32>) -> bool { // by bits: WGSL lets a compiler take it for granted that no number is infinite
     return all((bitcast<vec3<u32>>(p) & vec3(0x7f800000u)) != vec3(0x7f800000u));
 }
 
-fn visit_group(group: u32, index: u32, p: vec3<f32>) {
-    let value = query.groups[group] * p;
-    let is_lower = value < found[group].lowest;
-    found[group].lowest = select(found[group].lowest, value, is_lower);
-    found[group].lowest_at = select(found[group].lowest_at, vec4(index), is_lower);
-    let is_higher = value > found[group].highest;
-    found[group].highest = select(found[group].highest, value, is_higher);
-    found[group].highest_at = select(found[group].highest_at, vec4(index), is_higher);
+fn visit_group(found: ptr<private, Extremes>, index: u32, value: vec4<f32>) {
+    let is_lower = value < (*found).lowest;
+    (*found).lowest = select((*found).lowest, value, is_lower);
+    (*found).lowest_at = select((*found).lowest_at, vec4(index), is_lower);
+    let is_higher = value > (*found).highest;
+    (*found).highest = select((*found).highest, value, is_higher);
+    (*found).highest_at = select((*found).highest_at, vec4(index), is_higher);
 }
 
 fn visit(index: u32, p: vec3<f32>) {
@@ -54,20 +55,20 @@ fn visit(index: u32, p: vec3<f32>) {
     if only_positive && (query.groups[0] * p).x + query.offset <= 0.0 {
         return;
     }
-    visit_group(0u, index, p);
+    visit_group(&found_0, index, query.groups[0] * p);
     if n_groups > 1u {
-        visit_group(1u, index, p);
+        visit_group(&found_1, index, query.groups[1] * p);
     }
     if n_groups > 2u {
-        visit_group(2u, index, p);
+        visit_group(&found_2, index, query.groups[2] * p);
     }
 }
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
-    for (var group = 0u; group < n_groups; group++) {
-        found[group] = Extremes(vec4(LARGEST), vec4(-LARGEST), vec4(NOT_FOUND), vec4(NOT_FOUND));
-    }
+    found_0 = Extremes(vec4(LARGEST), vec4(-LARGEST), vec4(NOT_FOUND), vec4(NOT_FOUND));
+    found_1 = found_0;
+    found_2 = found_0;
     for (var i = invocation.x; 4u * i < query.n_points; i += n_workgroups.x * workgroup_size) {
         let a = points[3u * i];
         let b = points[3u * i + 1u];
@@ -77,8 +78,13 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workg
         visit(4u * i + 2u, vec3(b.zw, c.x));
         visit(4u * i + 3u, c.yzw);
     }
-    for (var group = 0u; group < n_groups; group++) {
-        extremes[n_groups * invocation.x + group] = found[group];
+    let first = n_groups * invocation.x;
+    extremes[first] = found_0;
+    if n_groups > 1u {
+        extremes[first + 1u] = found_1;
+    }
+    if n_groups > 2u {
+        extremes[first + 2u] = found_2;
     }
     if n_bad > 0u {
         atomicAdd(&n_non_finite, n_bad);

@@ -1,5 +1,6 @@
 // The points of a batch whose dots may be seen, a packet of four points per invocation: of a dense cloud most dots are
-// behind others. Blocks of pixels tell how deep they are, as in Greene et al., "Hierarchical Z-buffer visibility", 1993.
+// behind others. Blocks of pixels tell how deep they are, as in Greene et al.,
+// "Hierarchical Z-buffer visibility", 1993.
 #import dot
 #import splat
 #import tile

@@ -11,13 +11,13 @@
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var<uniform> splat: Splat;
 @group(0) @binding(2) var<storage, read> points: array<f32>; // packed
-@group(0) @binding(3) var<storage, read> values: array<u32>; // per point: bits of a float, or a colour, as coloring says
+@group(0) @binding(3) var<storage, read> values: array<u32>; // per point: a float, or a colour, as coloring says
 @group(0) @binding(4) var<storage, read> colormap: array<u32>; // straight alpha
 @group(0) @binding(5) var<storage, read> face_depths: array<u32>; // bits of floats, which order as the floats do
 @group(0) @binding(6) var<storage, read> block_depths: array<u32>; // from reduce_block_depths.wgsl
 @group(0) @binding(7) var<storage, read> list: PointList; // from cull_points.wgsl
 @group(0) @binding(8) var<storage, read_write> dots: array<atomic<u32>>; // of each pixel, as PixelDots has them
-@group(0) @binding(9) var<storage, read_write> dot_colors: array<atomic<u32>>; // two per pixel; alpha is coverage as well
+@group(0) @binding(9) var<storage, read_write> dot_colors: array<atomic<u32>>; // two per pixel; alpha is coverage too
 
 override workgroup_size: u32;
 override coloring: u32; // one of COLORING_*

@@ -18,7 +18,7 @@ fn project(point: vec4<f32>) -> Dot {
     dot.center = clip_to_pixels(clip, tile.size);
     dot.depth = clip.z / clip.w;
     dot.w = clip.w;
-    let margin = 1.0 + 4.0 * (splat.radius + 1.0) / tile.size; // beyond it, pixels might not be whole numbers of 32 bits
+    let margin = 1.0 + 4.0 * (splat.radius + 1.0) / tile.size; // beyond it, pixels might not fit 32 bits
     let is_inside = clip.w > 0.0 && clip.z >= 0.0 && clip.z <= clip.w && all(abs(clip.xy) <= margin * clip.w);
     dot.first = max(vec2<i32>(floor(dot.center - splat.radius)), tile.origin);
     dot.last = min(vec2<i32>(floor(dot.center + splat.radius)), tile.origin + tile.extent - 1);

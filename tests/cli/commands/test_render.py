@@ -223,7 +223,11 @@ def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.Capt
 def test_the_help_names_the_library_s_defaults() -> None:
     defaults = {field.name: field.default for field in dataclasses.fields(Layer)}
     in_words = {"edges": "all", "hidden": "show, with --fill remove", "fill": "no fill"}
-    in_words |= {"clim": "the smallest and the largest", "point_size": "none; 2 for models without edges"}
+    in_words |= {
+        "clim": "the smallest and the largest",
+        "max_points": "all",
+        "point_size": "none; 2 for models without edges",
+    }
     for flag, _, _, text in STYLE:
         name = flag.removeprefix("--").replace("-", "_")
         said = re.search(r"\(default: (.*)\)", text)

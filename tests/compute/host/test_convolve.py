@@ -33,7 +33,7 @@ def some_image(shape: tuple[int, ...], dtype: npt.DTypeLike, seed: int) -> Array
 def some_kernel(shape: tuple[int, int], seed: int) -> Array:
     """A kernel without symmetry, of a positive sum."""
     kernel = np.random.default_rng(seed).normal(size=shape)
-    return np.asarray(kernel / max(np.abs(kernel).sum(), 1e-3) + 1.0 / kernel.size)
+    return np.asarray(kernel / max(np.abs(kernel).sum(), 1e-3) + 2.0 / kernel.size)
 
 
 @pytest.fixture
