@@ -122,27 +122,38 @@ def movie_warp(peer: Peer, n_steps: int, edges: npt.NDArray[np.int64], path: Pat
 
 
 def movie(rounds: int, folder: Path) -> list[Row]:
-    """Time the movie, and compare its pictures."""
+    """Time the movie on the device and on the host, which draws on the device; compare the pictures."""
     springs = make_cloth(MOVIE_POINTS)
+    on_host = make_cloth(MOVIE_POINTS, device=gx.Device("host"))
     n_steps = springs.count_substeps(MOVIE_FPS)
     problem = problem_of(springs, 1.0 / MOVIE_FPS / n_steps)
-    paths = folder / "ours.gif", folder / "warp.gif"
+    ours, host, theirs = (folder / f"{name}.gif" for name in ("ours", "host", "warp"))
     edges = springs.mesh.edges
-    seconds: list[list[float]] = [[], []]
+    seconds: dict[Path, list[float]] = {ours: [], host: [], theirs: []}
     for turn in range(rounds + 1):
         springs.reset()
+        on_host.reset()
         peer = warp_kernels(problem)
         peer.run(0)
-        makers = partial(movie_here, springs, paths[0]), partial(movie_warp, peer, n_steps, edges, paths[1])
-        for k, make in enumerate(makers):
+        makers = {
+            ours: partial(movie_here, springs, ours),
+            host: partial(movie_here, on_host, host),
+            theirs: partial(movie_warp, peer, n_steps, edges, theirs),
+        }
+        for path, make in makers.items():
             taken = _time(make)
             if turn:  # the first round compiles
-                seconds[k].append(taken)
-    _compare_movies(*paths)
+                seconds[path].append(taken)
+    _compare_movies(ours, theirs)
+    _compare_movies(host, theirs)
     _compare_states(problem, n_steps)
-    ours, theirs = (statistics.median(values) for values in seconds)
+    medians = {path: statistics.median(values) for path, values in seconds.items()}
     what = f"a GIF of {MOVIE_FRAMES} frames, cloth of {MOVIE_POINTS} x {MOVIE_POINTS}"
-    return [Row(what, "Warp and pyvista", ours, theirs, 0.5)]
+    against = "Warp and pyvista"
+    return [
+        Row(what, against, medians[ours], medians[theirs], 0.5),
+        Row(f"{what}, simulated on the host", against, medians[host], medians[theirs], 0.5),
+    ]
 
 
 def _compare_states(problem: Problem, n_steps: int) -> None:

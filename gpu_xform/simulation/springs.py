@@ -5,7 +5,7 @@ import math
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal, Self, Unpack
+from typing import Literal, Self, SupportsIndex, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,7 @@ from .trajectory import Frames, Trajectory, strip_directions
 MAX_SUBSTEPS = 10_000  # per frame, unless more are allowed
 MAX_FPS = 1e6
 MAX_FRAMES = 1e15  # more than any memory holds, and few enough to be counted
+MAX_STEPS = 10_000_000  # of one call: nothing interrupts a frame
 STATE_VERSION = 1
 
 
@@ -412,7 +413,8 @@ class Springs:
             obstacles=obstacles,
         )
         require_callable(progress, "progress")
-        if keep not in ("host", "device"):
+        place: object = keep
+        if not (isinstance(place, str) and place in ("host", "device")):
             raise ArgumentError.expecting("keep", "be 'host' or 'device'", repr(keep))
         n_steps = self._choose_substeps(1.0 / fps, conditions, substeps, max_substeps)
         is_buffered = keep == "device" and not isinstance(self.device, HostDevice)
@@ -516,9 +518,7 @@ class Springs:
         ArgumentError
             If an argument has an impossible value, or `dt` is above the largest stable step.
         """
-        n = as_int(n, "n")
-        if n < 1:
-            raise ArgumentError.expecting("n", "be at least 1", n)
+        n = _as_step_count(n, "n")
         frame = Conditions(self._system, **conditions)
         largest = find_largest_step(self._stiffest.frequency, self._system.damping_s, frame.drag_rate)
         if dt is None:
@@ -696,18 +696,14 @@ class Springs:
 
     def _choose_substeps(self, frame_s: float, conditions: Conditions, substeps: int | None, max_substeps: int) -> int:
         """Return the number of steps of a frame."""
-        max_substeps = as_int(max_substeps, "max_substeps")
-        if max_substeps < 1:
-            raise ArgumentError.expecting("max_substeps", "be at least 1", max_substeps)
+        max_substeps = _as_step_count(max_substeps, "max_substeps")
         largest = find_largest_step(self._stiffest.frequency, self._system.damping_s, conditions.drag_rate)
         if substeps is None:
             needed = count_steps(frame_s, self._find_step(conditions))
             if needed > max_substeps:
                 raise self._describe_cost(frame_s, needed, conditions, max_substeps)
             return needed
-        n_steps = as_int(substeps, "substeps")
-        if n_steps < 1:
-            raise ArgumentError.expecting("substeps", "be at least 1", n_steps)
+        n_steps = _as_step_count(substeps, "substeps")
         if frame_s / n_steps > largest:
             least = math.ceil(frame_s / largest)
             expected = f"be at least {least}, for steps of at most {largest:.6g} s, the largest stable one"
@@ -787,3 +783,13 @@ def _allocate_frames(duration: float, fps: float, n_points: int, *, is_buffered:
         frame_bytes = 12.0 * n_points
         expected = f"fit into memory, where its frames take {n_frames * frame_bytes:.3g} bytes"
         raise ArgumentError.expecting("duration", expected, f"{duration:g} s at {fps:g} frames per second") from None
+
+
+def _as_step_count(value: SupportsIndex, name: str) -> int:
+    """Return a number of steps, checked."""
+    n = as_int(value, name)
+    if n < 1:
+        raise ArgumentError.expecting(name, "be at least 1", n)
+    if n > MAX_STEPS:
+        raise ArgumentError.expecting(name, f"be at most {MAX_STEPS:,}", n)
+    return n

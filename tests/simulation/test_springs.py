@@ -108,6 +108,9 @@ def test_a_wrong_type_is_an_error(options: dict[str, Any], message: str) -> None
         ({"force": lambda *_: np.zeros(3)}, r"^force must have shape \(2, 3\), got \(3,\), returned at 0 s$"),
         ({"force": lambda *_: 1 / 0}, r"^force raised at 0 s: ZeroDivisionError: division by zero$"),
         ({"substeps": 0}, r"^substeps must be at least 1, got 0$"),
+        ({"substeps": 10**30}, r"^substeps must be at most 10,000,000, got 10+$"),
+        ({"keep": np.zeros(3)}, r"^keep must be "),
+        ({"max_substeps": 10**30}, r"^max_substeps must be at most 10,000,000, got 10+$"),
         ({"max_substeps": 0}, r"^max_substeps must be at least 1, got 0$"),
     ],
 )
