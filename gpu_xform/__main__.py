@@ -11,9 +11,14 @@ from ._core.interrupts import Terminated, describe_interrupt, raise_terminated
 MOMENT_S = 0.005  # long enough for a finalizer to end
 
 
-def main() -> int:
-    """Run the command line of this process, and return the exit code; Ctrl+C and SIGTERM end it in one line."""
+def main(interrupt_handler: Any = None) -> int:
+    """Run the command line of this process, and return the exit code; Ctrl+C and SIGTERM end it in one line.
+
+    interrupt_handler : of SIGINT, set from here on, where one that ends the process at once has guarded the imports
+    """
     try:
+        if interrupt_handler is not None:
+            signal.signal(signal.SIGINT, interrupt_handler)
         sys.unraisablehook = _raise_again
         if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, raise_terminated)

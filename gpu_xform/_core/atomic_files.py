@@ -1,6 +1,7 @@
 """Atomic writes: a file appears complete or not at all."""
 
 import errno
+import hashlib
 import os
 import shutil
 import stat
@@ -10,9 +11,13 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
+from ..errors import ArgumentError
+from .file_locks import hold_lock_file
 from .interrupts import defer_interrupts
 from .targets import find_target
 from .types import StrPath
+
+_LOCK = ".lock"
 
 
 @contextmanager
@@ -59,35 +64,54 @@ def atomic_seekable_write(path: StrPath) -> Iterator[BinaryIO]:
 
 
 @contextmanager
-def atomic_folder(path: StrPath, names: Iterable[str]) -> Iterator[Path]:
+def atomic_folder(path: StrPath, names: Iterable[str], series: str) -> Iterator[Path]:
     """Yield an empty folder; its files move into the folder `path` at the end of the block, or none if one cannot.
 
     `path` is created if it does not exist, but not its parents; its other files stay. If the block raises, the new
-    files are deleted. Errors of the system name `path`.
+    files are deleted. One run at a time writes files of a series there; another is refused by an `ArgumentError` that
+    says who is at it. Errors of the system name `path`.
 
     names : the names of the files to come, none of which may be that of a folder
+    series : what is common to names that could be the same
     """
     target = Path(path)
     if os.path.lexists(target) and not target.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), os.fspath(path))
     for name in names:
         _require_no_folder(target / name)
-    temporary = (target if target.is_dir() else target.parent) / _make_temporary_name()
+    is_new = False
+    with suppress(FileExistsError):
+        target.mkdir()
+        is_new = True
+    temporary = target / _make_temporary_name()
     try:
-        temporary.mkdir()
-        yield temporary
-        if target.is_dir():
+        with hold_lock_file(target / _make_lock_name(series), _refuse_second_run):
+            temporary.mkdir()
+            yield temporary
             with defer_interrupts():
                 _move_all(temporary, target)
                 temporary.rmdir()
-        else:
-            temporary.rename(target)
     except BaseException as error:
         shutil.rmtree(temporary, ignore_errors=True)
-        if isinstance(error, OSError) and error.filename and Path(error.filename).is_relative_to(temporary):
-            named = target / Path(error.filename).relative_to(temporary)
-            raise OSError(error.errno, error.strerror, str(named)) from None
+        if is_new:
+            with suppress(OSError):  # others may have put something there
+                target.rmdir()
+        if isinstance(error, OSError) and error.filename:
+            failed = Path(error.filename)
+            if failed.is_relative_to(temporary):
+                raise OSError(error.errno, error.strerror, str(target / failed.relative_to(temporary))) from None
+            if failed.suffix == _LOCK:
+                raise OSError(error.errno, error.strerror, os.fspath(path)) from None
         raise
+
+
+def _make_lock_name(series: str) -> str:
+    """Return the name of the file that stands for a series; short enough for any system."""
+    return f".{hashlib.sha256(series.encode('utf-8', 'surrogateescape')).hexdigest()[:16]}{_LOCK}"
+
+
+def _refuse_second_run(holder: str) -> Exception:
+    return ArgumentError.expecting("path", "be written by one run at a time", f"{holder} is at it")
 
 
 def _move_all(source: Path, target: Path) -> None:

@@ -1,7 +1,11 @@
 """Exclusive locks of open files, which the system takes away when a process ends, however it does."""
 
 import os
+import socket
 import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 from typing import BinaryIO
 
 if sys.platform == "win32":
@@ -38,6 +42,42 @@ def try_lock(file: BinaryIO) -> bool:
     except OSError:
         return True
     return True
+
+
+def describe_process() -> str:
+    """Return what a lock's holder is told by: this process and its machine."""
+    return f"process {os.getpid()} on {socket.gethostname()}"
+
+
+@contextmanager
+def hold_lock_file(path: Path, describe_refusal: Callable[[str], Exception]) -> Iterator[None]:
+    """Hold a file at a path that stands for something else, which one run at a time may write, and delete it then.
+
+    describe_refusal : makes the error, of who else holds it
+    """
+    file = _open_locked(path, describe_refusal)
+    with file:
+        try:
+            file.truncate(0)
+            file.write(describe_process().encode())
+            file.flush()
+            yield
+        finally:
+            if sys.platform == "win32":  # where no open file is deleted
+                file.close()
+            path.unlink(missing_ok=True)
+
+
+def _open_locked(path: Path, describe_refusal: Callable[[str], Exception]) -> BinaryIO:
+    while True:
+        file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
+        if not try_lock(file):
+            with file:
+                holder = file.read().decode("utf-8", "replace")
+            raise describe_refusal(holder or "another run")
+        if is_at(file, path):
+            return file
+        file.close()  # the run that held it has deleted it meanwhile
 
 
 def is_at(file: BinaryIO, path: os.PathLike[str]) -> bool:

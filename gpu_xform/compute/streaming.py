@@ -3,7 +3,6 @@
 import hashlib
 import json
 import os
-import socket
 import sys
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -15,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_square_matrix, require_callable, require_flag
-from .._core.file_locks import is_at, try_lock
+from .._core.file_locks import describe_process, is_at, try_lock
 from .._core.npy import read_header
 from .._core.public import public
 from .._core.targets import find_target, require_path
@@ -233,7 +232,7 @@ class _PartialFile(_Output):
                 with self._name_destination():
                     if not resume:
                         self._file.truncate(0)
-                    self._note.write_text(f"{self._work}\nprocess {os.getpid()} on {socket.gethostname()}\n", "utf-8")
+                    self._note.write_text(f"{self._work}\n{describe_process()}\n", "utf-8")
                     self._n_points = self._keep_whole_chunks(chunk)
                 yield self._n_points
                 with self._name_destination():

@@ -5,6 +5,7 @@ import errno
 import io
 import os
 import signal
+import socket
 import stat
 import subprocess
 import sys
@@ -471,6 +472,51 @@ def contents(folder: Path) -> dict[str, bytes | str]:
         path.name: str(path.readlink()) if path.is_symlink() else b"" if path.is_dir() else path.read_bytes()
         for path in folder.iterdir()
     }
+
+
+@pytest.mark.parametrize("is_there", [True, False], ids=["a folder that is there", "a new folder"])
+def test_one_run_at_a_time_writes_the_frames_of_a_folder(tmp_path: Path, is_there: bool) -> None:
+    folder = tmp_path / "frames"
+    if is_there:
+        folder.mkdir()
+    first, second = pictures(3), pictures(3, transparent=True)
+    told: list[str] = []
+
+    def frames() -> Iterator[Pixels]:
+        yield first[0]
+        for name in ("{frame}.png", "{frame:02}.png"):
+            with pytest.raises(ArgumentError) as caught:
+                save(folder / name, second)
+            told.append(str(caught.value))
+        save(folder / "other{frame}.png", second)
+        with pytest.raises(ArgumentError, match="is at it"):
+            save(folder / "{frame}.png", second)
+        yield from first[1:]
+
+    sequence = FrameSequence((WIDTH, HEIGHT), 3, 20.0, frames(), partial(map, first.__getitem__), True)
+    make_writer(folder / "{frame}.png")(sequence)
+    assert (
+        told
+        == [f"path must be written by one run at a time, got process {os.getpid()} on {socket.gethostname()} is at it"]
+        * 2
+    )
+    assert sorted(contents(folder)) == [f"{prefix}{k}.png" for prefix in ("", "other") for k in range(3)]
+    for k, picture in enumerate(first):
+        with Image.open(folder / f"{k}.png") as image:
+            assert np.array_equal(np.asarray(image), picture)
+    assert os.listdir(tmp_path) == ["frames"]  # noqa: PTH208
+
+
+def test_a_lock_that_a_killed_run_left_hinders_nobody(tmp_path: Path) -> None:
+    for killed in (True, False):
+        program = (
+            "import os, signal, sys\n"
+            "from gpu_xform._core.atomic_files import atomic_folder\n"
+            "with atomic_folder(sys.argv[1], ['0.png'], '{frame}.png') as folder:\n"
+            f"    {'os.kill(os.getpid(), signal.SIGKILL)' if killed else 'pass'}\n"
+        )
+        subprocess.run([sys.executable, "-c", program, tmp_path], check=not killed, timeout=60)
+        assert bool(list(tmp_path.glob(".*.lock"))) == killed
 
 
 def test_a_folder_where_a_frame_should_be_is_said_before_anything_is_drawn(tmp_path: Path) -> None:

@@ -26,7 +26,7 @@ class Finder:
         if name == {name!r}:
             signal.raise_signal(signal.{signal})
 sys.meta_path.insert(0, Finder())
-from gpu_xform.__main__ import main
+from gpu_xform_command import main
 sys.exit(main())
 """
 RAISE_IN_ENCODER = """
@@ -75,6 +75,8 @@ def ends_of(command: list[str], **options: object) -> tuple[int, bytes]:
 @pytest.mark.parametrize(
     ("module", "name", "end"),
     [
+        ("gpu_xform", "SIGINT", (130, b"gpu-xform: interrupted\n")),
+        ("gpu_xform._core.interrupts", "SIGINT", (130, b"gpu-xform: interrupted\n")),
         ("gpu_xform.cli", "SIGINT", (130, b"gpu-xform: interrupted\n")),
         ("argparse", "SIGTERM", (143, b"gpu-xform: terminated\n")),
         ("numpy", "SIGINT", (130, b"gpu-xform: interrupted\n")),

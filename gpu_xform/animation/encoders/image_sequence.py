@@ -31,6 +31,10 @@ def write(template: Path, sequence: FrameSequence) -> None:
     """Write a PNG for each frame, numbered from 0; all of them, or none."""
     name = parse_template(template.name)
     names = map(name, range(sequence.n_frames))
-    with atomic_folder(template.parent, names) as folder, encode_parallel(sequence.frames, encode_png) as images:
+    series = PLACEHOLDER.sub("{frame}", template.name)  # of any number of digits
+    with (
+        atomic_folder(template.parent, names, series) as folder,
+        encode_parallel(sequence.frames, encode_png) as images,
+    ):
         for k, encoded in enumerate(images):
             (folder / name(k)).write_bytes(encoded)
