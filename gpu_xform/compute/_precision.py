@@ -18,6 +18,8 @@ Precision = Literal["auto", "float32", "float64", "rebased"]
 # Fewer steps than this across a model show in a picture of it, and in most measurements.
 MIN_STEPS_PER_EXTENT = 4096
 MAX_SAMPLED_POINTS = 1024
+# What they are of a coordinate: float32 resolves at most 2^-23 of it; twice that is on the safe side of a sum.
+MIN_EXTENT_PER_COORDINATE = MIN_STEPS_PER_EXTENT * 2.0**-22
 
 SINGLE: np.dtype[Any] = np.dtype(np.float32)
 DOUBLE: np.dtype[Any] = np.dtype(np.float64)
@@ -104,8 +106,7 @@ def may_be_coarse(first: list[float], last: list[float]) -> bool:
     largest = 0.0
     for a in first:  # plain loops: `max` and `any` take twice as long, which shows in calls on few points
         largest = abs(a) if not abs(a) <= largest else largest
-    # float32 resolves at most 2^-23 of a coordinate; twice that is on the safe side of the sum.
-    limit = largest * (MIN_STEPS_PER_EXTENT * 2.0**-22)
+    limit = largest * MIN_EXTENT_PER_COORDINATE
     for a, b in zip(first, last):  # noqa: B905, SIM110
         if abs(a - b) > limit:
             return False

@@ -1,5 +1,6 @@
 """The short way of few points through the host device: the usual call, checked once, without what it does not need."""
 
+from math import hypot
 from typing import Any
 
 import numpy as np
@@ -7,14 +8,13 @@ import numpy.typing as npt
 
 from ..device import Device, opened_device
 from ..host import HostDevice
-from ._precision import DOUBLE, SINGLE, may_be_coarse
+from ._precision import DOUBLE, MIN_EXTENT_PER_COORDINATE, SINGLE
 from .host.choose import MIN_COMPILED_PRODUCTS
 from .host.vectorized import transform
 from .kernels.job import Epilogue
 
-# The sum of the absolute entries of a matrix that float32 holds, and that is finite.
-_MAX_SUM = float(np.finfo(np.float32).max)
-_AFFINE_ROW = [0.0, 0.0, 0.0, 1.0]
+# No entry of a matrix of a smaller norm is infinite, or beyond what float32 holds.
+_MAX_NORM = float(np.finfo(np.float32).max)
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -35,13 +35,16 @@ def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device |
     if type(chosen) is not HostDevice or chosen.is_closed:
         return None
     entries = matrix.ravel().tolist()
-    if epilogue is Epilogue.NONE and entries[12:] != _AFFINE_ROW:
+    if not hypot(*entries) < _MAX_NORM:  # true for NaN
         return None
-    if not sum(map(abs, entries)) < _MAX_SUM:  # true for NaN
+    if epilogue is Epilogue.NONE and (entries[12] or entries[13] or entries[14] or entries[15] != 1.0):
         return None
     if dtype is SINGLE:
-        if shape[0] > 1 and may_be_coarse(points[0].tolist(), points[-1].tolist()):
-            return None
+        if shape[0] > 1:  # as `may_be_coarse`, with all in one line; a call takes a tenth of the time
+            (x, y, z), (a, b, c) = points[0].tolist(), points[-1].tolist()
+            limit = (abs(x) + abs(y) + abs(z)) * MIN_EXTENT_PER_COORDINATE
+            if not (abs(x - a) > limit or abs(y - b) > limit or abs(z - c) > limit):
+                return None
         matrix = matrix.astype(dtype)
     out = np.empty(shape, dtype)
     transform(points, matrix, out, epilogue)

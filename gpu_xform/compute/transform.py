@@ -46,6 +46,10 @@ from .kernels.job import Epilogue, Job, SkinningJob
 
 Order: TypeAlias = Literal["input", "morton"]
 
+# What is left out is known by its identity, which takes less time than a comparison, and cannot fail.
+AUTO: Precision = "auto"
+INPUT: Order = "input"
+
 
 @dataclass(frozen=True)
 class _Options:
@@ -66,8 +70,8 @@ def transform_points(
     *,
     index: npt.ArrayLike | None = None,
     weights: npt.ArrayLike | None = None,
-    precision: Precision = "auto",
-    order: Order = "input",
+    precision: Precision = AUTO,
+    order: Order = INPUT,
     out: npt.NDArray[Any] | None = None,
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
@@ -115,12 +119,12 @@ def transform_points(
     PrecisionWarning
         Once per process, if float32 is too coarse for the coordinates.
     """
-    require_text(precision, "precision")
-    require_text(order, "order")
-    if index is None and weights is None and out is None and precision == "auto" and order == "input":
+    if index is None and weights is None and out is None and precision is AUTO and order is INPUT:
         few = transform_few(points, matrix, Epilogue.NONE, device)
         if few is not None:
             return few
+    require_text(precision, "precision")
+    require_text(order, "order")
     if index is not None and weights is None and precision == "auto" and order == "input":
         many = transform_by_own_matrices(points, matrix, index, Epilogue.NONE, out, device)
         if many is not None:
@@ -142,7 +146,7 @@ def transform_vectors(
     normalize: bool = False,
     index: npt.ArrayLike | None = None,
     weights: npt.ArrayLike | None = None,
-    precision: Precision = "auto",
+    precision: Precision = AUTO,
     out: npt.NDArray[Any] | None = None,
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
@@ -196,7 +200,7 @@ def transform_normals(
     normalize: bool = False,
     index: npt.ArrayLike | None = None,
     weights: npt.ArrayLike | None = None,
-    precision: Precision = "auto",
+    precision: Precision = AUTO,
     out: npt.NDArray[Any] | None = None,
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
@@ -255,8 +259,8 @@ def project_points(
     *,
     index: npt.ArrayLike | None = None,
     weights: npt.ArrayLike | None = None,
-    precision: Precision = "auto",
-    order: Order = "input",
+    precision: Precision = AUTO,
+    order: Order = INPUT,
     out: npt.NDArray[Any] | None = None,
     device: Device | None = None,
 ) -> npt.NDArray[Any]:
@@ -298,7 +302,7 @@ def project_points(
     PrecisionWarning
         Once per process, if float32 is too coarse for the coordinates.
     """
-    if index is None and weights is None and out is None and precision == "auto" and order == "input":
+    if index is None and weights is None and out is None and precision is AUTO and order is INPUT:
         few = transform_few(points, matrix, Epilogue.PERSPECTIVE_DIVIDE, device)
         if few is not None:
             return few

@@ -134,49 +134,88 @@ def transform_by_index(
                 out[i, 2] = last
 
 
+@compile_function
+def find_too_large(words: Array, mask: Any, addend: Any, signs: Any) -> bool:
+    """Say whether a float among `words`, of one or two each, is not finite or too large, as `WordCheck` tells."""
+    seen = np.uint64(0)
+    for word in words:
+        seen |= (word & mask) + addend
+    return bool((seen & signs) != 0)
+
+
+@compile_function
+def is_own(indices: Array, first: int, end: int) -> bool:
+    """Say whether each of the indices from `first` to `end` is its own place."""
+    difference = np.int64(0)
+    for i in range(first, end):
+        difference |= indices[i] ^ i
+    return bool(difference == 0)
+
+
+@compile_function
+def is_not_affine(m: Array) -> Any:
+    """Say whether the last row of `m` (4, 4) is not (0, 0, 0, 1)."""
+    return (m[3, 0] != 0) | (m[3, 1] != 0) | (m[3, 2] != 0) | (m[3, 3] != 1)
+
+
 @compile_loop
 def transform_each(
     points: Array,
     indices: Array,
     matrices: Array,
+    words: Array,
     out: Array,
     starts: Array,
     epilogue: int,
-    largest: Any,
-    is_affine: bool,
+    mask: Any,
+    addend: Any,
+    signs: Any,
     is_wrong: Array,
 ) -> None:
     """Write each of the points (n, 3), through the one of `matrices` (k, 4, 4) that it names, into `out`.
 
     Each block looks through its share of all matrices as well, which are often those that its points name, and says in
-    `is_wrong` whether an entry is beyond `largest` or not finite, a matrix not affine that should be, or an index not
-    among them. Matrices may have another number type than points have.
+    `is_wrong` whether an entry is not finite or too large, a matrix not affine though nothing is divided, or an index
+    not among them. Matrices may have another number type than points have; `words` are theirs as 64-bit integers.
     """
-    n_blocks, n_matrices = len(starts) - 1, len(matrices)
+    n_blocks, n_points, n_matrices = len(starts) - 1, len(points), len(matrices)
+    n_words = len(words) // n_matrices
     number = out.dtype.type
-    entries = matrices.reshape(-1)
     for block in numba.prange(n_blocks):
-        share, end = block * n_matrices // n_blocks, (block + 1) * n_matrices // n_blocks
-        n_wrong = 0
-        for entry in entries[16 * share : 16 * end]:
-            n_wrong += not abs(entry) <= largest
-        if is_affine:
-            for k in range(share, end):
-                m = matrices[k]
-                n_wrong += (m[3, 0] != 0) | (m[3, 1] != 0) | (m[3, 2] != 0) | (m[3, 3] != 1)
-        wrong = n_wrong > 0
-        for i in range(starts[block], starts[block + 1]):
-            index = indices[i]
-            if index < 0 or index >= n_matrices:
-                wrong = True
-                continue
-            m = matrices[index]
-            x, y, z = points[i, 0], points[i, 1], points[i, 2]
-            hx = number(m[0, 0]) * x + number(m[0, 1]) * y + number(m[0, 2]) * z + number(m[0, 3])
-            hy = number(m[1, 0]) * x + number(m[1, 1]) * y + number(m[1, 2]) * z + number(m[1, 3])
-            hz = number(m[2, 0]) * x + number(m[2, 1]) * y + number(m[2, 2]) * z + number(m[2, 3])
-            hw = number(m[3, 0]) * x + number(m[3, 1]) * y + number(m[3, 2]) * z + number(m[3, 3])
-            out[i, 0], out[i, 1], out[i, 2] = finish(hx, hy, hz, hw, epilogue)
+        first, end = starts[block], starts[block + 1]
+        wrong = False
+        if epilogue == NONE and n_matrices == n_points and is_own(indices, first, end):
+            # In steps whose matrices stay in a processor's nearest cache from the check to the use.
+            for low in range(first, end, 64):
+                high = min(low + 64, end)
+                wrong |= find_too_large(words[n_words * low : n_words * high], mask, addend, signs)
+                for i in range(low, high):
+                    m = matrices[i]
+                    wrong |= is_not_affine(m)
+                    x, y, z = points[i, 0], points[i, 1], points[i, 2]
+                    out[i, 0] = number(m[0, 0]) * x + number(m[0, 1]) * y + number(m[0, 2]) * z + number(m[0, 3])
+                    out[i, 1] = number(m[1, 0]) * x + number(m[1, 1]) * y + number(m[1, 2]) * z + number(m[1, 3])
+                    out[i, 2] = number(m[2, 0]) * x + number(m[2, 1]) * y + number(m[2, 2]) * z + number(m[2, 3])
+        else:
+            low, high = first, end
+            if n_matrices != n_points:
+                low, high = block * n_matrices // n_blocks, (block + 1) * n_matrices // n_blocks
+            wrong |= find_too_large(words[n_words * low : n_words * high], mask, addend, signs)
+            if epilogue != PERSPECTIVE_DIVIDE:
+                for k in range(low, high):
+                    wrong |= is_not_affine(matrices[k])
+            for i in range(first, end):
+                index = indices[i]
+                if index < 0 or index >= n_matrices:
+                    wrong = True
+                    continue
+                m = matrices[index]
+                x, y, z = points[i, 0], points[i, 1], points[i, 2]
+                hx = number(m[0, 0]) * x + number(m[0, 1]) * y + number(m[0, 2]) * z + number(m[0, 3])
+                hy = number(m[1, 0]) * x + number(m[1, 1]) * y + number(m[1, 2]) * z + number(m[1, 3])
+                hz = number(m[2, 0]) * x + number(m[2, 1]) * y + number(m[2, 2]) * z + number(m[2, 3])
+                hw = number(m[3, 0]) * x + number(m[3, 1]) * y + number(m[3, 2]) * z + number(m[3, 3])
+                out[i, 0], out[i, 1], out[i, 2] = finish(hx, hy, hz, hw, epilogue)
         is_wrong[block] = wrong
 
 

@@ -13,24 +13,44 @@ from ..kernels.job import Epilogue
 
 Array = npt.NDArray[Any]
 
-MIN_COPIED_POINTS = 200  # whose coordinates are read fast enough one after the other to pay for a copy
+# From so many points on a copy of the coordinates, axis by axis, pays for itself; and from so many on their products
+# outgrow a processor's nearest cache, so that those of one axis are better added before the next ones are made.
+MIN_COPIED_POINTS = 200
+MIN_POINTS_BY_AXIS = 2048
 
 
 def transform(points: Array, m: Array, out: Array, epilogue: Epilogue) -> None:
     """Write `m` (4, 4) applied to points (n, 2 or 3), and the epilogue, into `out` (n, 2 or 3)."""
-    n_components = points.shape[1]
+    n_points, n_components = points.shape
+    if n_points < MIN_COPIED_POINTS and n_components == 3 and epilogue is Epilogue.NONE:
+        transform_few(points, m, out)
+        return
     n_rows = 4 if epilogue is Epilogue.PERSPECTIVE_DIVIDE else n_components
     columns = m.T[:, :n_rows, None]
-    coordinates = points.T if len(points) < MIN_COPIED_POINTS else points.T.copy()
-    result = columns[0] * coordinates[0]
-    result += columns[1] * coordinates[1]
-    if n_components == 3:
-        result += columns[2] * coordinates[2]
+    coordinates = points.T.copy()
+    if n_points < MIN_POINTS_BY_AXIS:
+        result = np.add.reduce(coordinates[:, None] * columns[:n_components], 0)
+    else:
+        result = columns[0] * coordinates[0]
+        result += columns[1] * coordinates[1]
+        if n_components == 3:
+            result += columns[2] * coordinates[2]
     if epilogue is Epilogue.NONE:
-        np.add(result, columns[3], out=out.T)
+        np.add(result, columns[3], out.T)
         return
     result += columns[3]
     _finish(result, out, epilogue)
+
+
+def transform_few(points: Array, m: Array, out: Array) -> None:
+    """Write `m` (4, 4), affine, applied to points (n, 3), into `out` (n, 3), by as few calls as can be.
+
+    Calls take most of the time of few points. Along its first axis NumPy adds one after the other.
+    """
+    homogeneous = np.empty((4, 1, len(points)), m.dtype)
+    homogeneous[:3, 0] = points.T
+    homogeneous[3] = 1
+    np.add.reduce(homogeneous * m.T[:, :3, None], 0, out=out.T)
 
 
 def transform_by_index(points: Array, indices: Array, matrices: Array, out: Array, epilogue: Epilogue) -> None:

@@ -9,6 +9,7 @@ import gpu_xform as gx
 from gpu_xform.compute import _own_matrices as own_matrices
 from gpu_xform.compute import transform as transform_module
 from gpu_xform.compute.host.choose import MIN_COMPILED_POINTS
+from gpu_xform.compute.host.own_matrices import WordCheck
 from gpu_xform.device import Device
 from gpu_xform.errors import ArgumentError
 from tests.support.types import Array
@@ -57,8 +58,12 @@ def test_it_has_the_bytes_of_the_long_way(
     out = points.copy()
     assert function(out, matrices, index=index, out=out, device=host) is out
     assert out.tobytes() == expected.tobytes()
+    in_order = function(points, matrices, index=np.arange(N), device=host)
+    assert long_way[-1] is in_order
+    assert in_order[index].tobytes() == function(points[index], matrices, index=index, device=host).tobytes()
 
 
+@pytest.mark.parametrize("is_in_order", [False, True])
 @pytest.mark.parametrize(
     ("place", "value", "message"),
     [
@@ -69,14 +74,33 @@ def test_it_has_the_bytes_of_the_long_way(
     ],
 )
 def test_wrong_matrices_are_refused_and_nothing_is_written(
-    host: Device, place: tuple[int, int, int], value: float, message: str
+    host: Device, place: tuple[int, int, int], value: float, message: str, is_in_order: bool
 ) -> None:
     points, matrices, _ = make_case(np.float32, np.float64)
     matrices[place] = value
     out = np.full_like(points, 7)
+    index = np.arange(N) if is_in_order else np.zeros(N, np.int64)
     with pytest.raises(ArgumentError, match=f"^{message}"):
-        gx.transform_points(points, matrices, index=np.zeros(N, np.int64), out=out, device=host)
+        gx.transform_points(points, matrices, index=index, out=out, device=host)
     assert (out == 7).all()
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+@pytest.mark.parametrize("largest", [float(np.finfo(np.float32).max), 7.25])
+def test_words_tell_what_is_too_large_as_floats_do(dtype: Any, largest: float) -> None:
+    limit = dtype(largest)
+    with np.errstate(over="ignore"):
+        above = np.nextafter(limit, dtype(np.inf))
+    edges = [0, -0.0, limit, np.nextafter(limit, dtype(0)), above, np.inf, np.nan, 5e-324]
+    values = np.array([*edges, *(-np.array(edges)), 1, -7], dtype)
+    check = WordCheck.of(np.dtype(dtype), largest)
+    for value in values:
+        for lane in range(64 // np.finfo(dtype).bits):
+            pair = np.full(64 // np.finfo(dtype).bits, limit)
+            pair[lane] = value
+            (word,) = pair.view(np.uint64)
+            found = ((word & check.mask) + check.addend) & check.signs != 0
+            assert found == (not abs(value) <= limit), (value, lane)
 
 
 @pytest.mark.parametrize("bad", [-1, N])

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 import gpu_xform as gx
 from gpu_xform.compute.host import choose
-from gpu_xform.compute.host.choose import MIN_COMPILED_PRODUCTS
+from gpu_xform.compute.host.choose import MIN_COMPILED_POINTS, MIN_COMPILED_PRODUCTS
+from gpu_xform.compute.host.vectorized import MIN_COPIED_POINTS, MIN_POINTS_BY_AXIS
 from gpu_xform.device import Device
 from tests.support.reference_transform import AFFINE, PLANAR, PLANAR_PROJECTIVE, PROJECTIVE
 from tests.support.types import Array
@@ -73,6 +74,16 @@ def test_few_points_have_the_bytes_of_many(
         assert np.array_equal(np.isnan(result), np.isnan(kept))  # NaN has many bytes
         is_number = ~np.isnan(kept)
         assert np.where(is_number, result, 0).tobytes() == np.where(is_number, kept, 0).tobytes(), function
+
+
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_no_number_of_points_at_which_the_way_changes_shows(host: Device, dtype: npt.DTypeLike) -> None:
+    points = np.random.default_rng(6).normal(scale=9.0, size=(MIN_COMPILED_PRODUCTS, 3)).astype(dtype)
+    for function, matrix in ((gx.transform_points, AFFINE), (gx.project_points, PROJECTIVE)):
+        expected = function(points, matrix, device=host)  # by the compiled loop
+        for least in (2, MIN_COPIED_POINTS, MIN_POINTS_BY_AXIS, MIN_COMPILED_POINTS):
+            for n in (least - 1, least):
+                assert function(points[:n], matrix, device=host).tobytes() == expected[:n].tobytes(), n
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
