@@ -61,7 +61,7 @@ STYLE = (
         "HOW",
         types.parse_hidden,
         f"how to draw edges behind faces: {', '.join(HIDDEN_STYLES[:-1])} or {HIDDEN_STYLES[-1]} "
-        "(default: show, with --fill remove)",
+        "(default: show, but behind opaque faces of another layer or with --fill remove)",
     ),
     ValueOption(
         "--line-width",

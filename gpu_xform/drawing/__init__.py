@@ -2,5 +2,5 @@
 
 Reading order: enums, camera, depth, view, edge_sample, attribute_colors, point_array, layer, layer_colors,
 point_colors, cloud_points, draw_list, limits, silhouettes, dash_chains, shading, boxes, geometry_source,
-cloud_source, framing, thin, build_draw_list, load_models, prepare.
+cloud_source, framing, thin, covers, build_draw_list, load_models, prepare.
 """

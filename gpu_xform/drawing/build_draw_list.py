@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.error_context import prefix_errors
-from .._core.types import Float64Array, IndexArray
+from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, MeshError
 from ..geometry.edges import list_edge_parts
 from ..gpu.buffers import Buffer
@@ -18,6 +18,7 @@ from ..gpu.layouts import CANDIDATE
 from ..imaging.colors import pack_rgba8
 from .boxes import box_corners
 from .cloud_source import CloudSource, Source
+from .covers import find_covered, find_covers
 from .dash_chains import pack_chains
 from .depth import DepthCue, eye
 from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Cloud, Drawable, DrawList, Faces, Lines
@@ -55,20 +56,27 @@ def build_draw_list(
     layer_indices: list[int] = []
     palette: list[npt.NDArray[np.uint32]] = []
     clouds: list[Cloud] = []
+    covers: list[Drawable] = []
+    opaque = find_covers(layers, sources) if len(layers) > 1 else []
+    is_covered = find_covered(layers, opaque)
     for i, (layer, source, depth_cue) in enumerate(zip(layers, sources, depth_cues, strict=True)):
         first_color = sum(map(len, palette))
         with prefix_errors(source.name or f"models[{i}]") if len(layers) > 1 else contextlib.nullcontext():
             if isinstance(source, CloudSource):
-                clouds.append(_build_cloud(layer, source, len(drawables), clip_from_world, depth_cue))
+                cloud = _build_cloud(layer, source, len(drawables), clip_from_world, depth_cue)
+                clouds.append(replace(cloud, hidden=Hidden.REMOVE, is_covered=True) if is_covered[i] else cloud)
                 continue
-            builder = _LayerBuilder(layer, source, device, stack, size)
+            builder = _LayerBuilder(layer, source, device, stack, size, is_covered=is_covered[i])
             if layer.fill is not None:
                 palette.append(builder.fill_palette(clip_from_world))
             built = builder.build(clip_from_world, depth_cue, first_color)
         drawables += built
+        if any(is_covered) and opaque[i].any():
+            covers += builder.build_covers(built, opaque[i])
         layer_indices += [i] * len(built)
     colors = np.concatenate(palette) if palette else np.empty(0, np.uint32)
-    return DrawList(drawables, layer_indices, colors, clouds)
+    has_others = any(drawable.faces and not drawable.faces.is_opaque for drawable in drawables)
+    return DrawList(drawables, layer_indices, colors, clouds, covers if covers and has_others else None)
 
 
 def normalize_w(matrices: Float64Array) -> Float64Array:
@@ -140,8 +148,11 @@ class _LayerBuilder:
         device: GpuDevice,
         stack: contextlib.ExitStack,
         size: tuple[int, int],
+        *,
+        is_covered: bool,
     ) -> None:
         self._layer = layer
+        self._is_covered = is_covered
         self._source = source
         self._device = device
         self._stack = stack
@@ -172,8 +183,9 @@ class _LayerBuilder:
             edges=edges,
             n_edges=n_edges,
             line_width=self._line_width(n_edges, clip_from_points) if layer.antialias else None,
-            hidden=hidden_mode(layer),
+            hidden=Hidden.REMOVE if self._is_covered else hidden_mode(layer),
             opacity=layer.alpha,
+            is_covered=self._is_covered,
             depth_cue=depth_cue,
         )
         colors = line_colors(layer, source.n_points, source.n_faces, edge_source.n_colors)
@@ -202,6 +214,16 @@ class _LayerBuilder:
         if dots:
             drawables.append(Drawable(points, clip_from_points, None, dots))
         return drawables
+
+    def build_covers(self, built: Sequence[Drawable], opaque: BoolArray) -> list[Drawable]:
+        """Return the faces of drawables that are opaque, as `opaque` says: (n_faces,), or (1,) for all."""
+        with_faces = [drawable for drawable in built if drawable.faces]
+        if opaque.all():
+            return [replace(drawable, lines=()) for drawable in with_faces]
+        corners, faces = self._source.triangles()
+        triangles = self._on_device(None, lambda: corners[opaque[faces]].astype(np.uint32))
+        cover = Faces(triangles, int(opaque[faces].sum()))
+        return [replace(drawable, faces=cover, lines=()) for drawable in with_faces] if cover.n_triangles else []
 
     def _line_width(self, n_edges: int, clip_from_points: Float64Array) -> float:
         if not isinstance(self._layer.line_width, str):
@@ -314,7 +336,10 @@ class _LayerBuilder:
             color_indices = self._on_device("one colour", lambda: np.zeros(1, np.uint32))
             if len(fill_colors(layer, source.n_faces)) > 1 or layer.shading != "none":
                 color_indices = self._on_device("triangles' faces", lambda: source.triangles()[1].astype(np.uint32))
-        return Faces(triangles, n_triangles, color_indices, first_color, depth_cue)
+        is_opaque = layer.fill is not None and layer.alpha >= 1.0
+        if is_opaque:
+            is_opaque = bool((fill_colors(layer, source.n_faces)[:, 3] >= 1.0).all())
+        return Faces(triangles, n_triangles, color_indices, first_color, depth_cue, is_opaque=is_opaque)
 
     def _on_device(self, key: Hashable | None, array: Callable[[], npt.NDArray[Any]]) -> Buffer:
         """Return the array on the device: kept from picture to picture if it has a key, else for this picture."""

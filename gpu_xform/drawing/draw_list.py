@@ -25,6 +25,7 @@ class Faces:
     triangles : (n_triangles, 3) uint32, indices of points
     color_indices : (n_triangles,) or (1,) uint32, the index of each triangle's colour in the palette of the draw list,
         counted from `first_color`; None for triangles that only hide
+    is_opaque : all are filled, with opaque colours
     """
 
     triangles: Buffer
@@ -32,6 +33,7 @@ class Faces:
     color_indices: Buffer | None = None
     first_color: int = 0
     depth_cue: DepthCue = NO_DEPTH_CUE
+    is_opaque: bool = False
 
 
 @dataclass(frozen=True)
@@ -47,6 +49,7 @@ class Lines:
     are_points : the edges join points to themselves
     are_silhouettes : faces turn away from the eye along them
     chains : `layouts.CHAIN_EDGE` (n_edges,), along which dashes run on from edge to edge; None without dashes
+    is_covered : only opaque filled faces hide these lines, those of `DrawList.covers`
     depth_cue : also orders lines of several colours by depth: nearer ones lie over farther ones
     """
 
@@ -62,6 +65,7 @@ class Lines:
     are_points: bool = False
     are_silhouettes: bool = False
     chains: Buffer | None = None
+    is_covered: bool = False
     depth_cue: DepthCue = NO_DEPTH_CUE
 
 
@@ -89,6 +93,7 @@ class Cloud:
     clip_from_points : (k, 4, 4), reversed-Z
     diameter : pixels
     scalar_row : (4,), times (offset, 1) the coordinate that goes through the colormap: 0 to 1 between its ends
+    is_covered : as that of `Lines`
     """
 
     position: int
@@ -101,6 +106,7 @@ class Cloud:
     hidden: Hidden
     opacity: float
     depth_cue: DepthCue
+    is_covered: bool = False
 
 
 @dataclass(frozen=True)
@@ -110,9 +116,11 @@ class DrawList:
     layer_indices : which layer each of the drawables comes from
     palette : (c,) packed, the colours of filled faces; c may be 0
     clouds : in the order in which they are drawn
+    covers : the opaque filled faces once more, without colours; None if there are no others, or nothing is covered
     """
 
     drawables: list[Drawable]
     layer_indices: list[int]
     palette: npt.NDArray[np.uint32]
     clouds: list[Cloud] = field(default_factory=list)
+    covers: list[Drawable] | None = None

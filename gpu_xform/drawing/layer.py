@@ -83,7 +83,8 @@ class Layer:
     hidden : "show", "remove", "dash" or "fade", optional
         What is done with edges behind faces, of this model or another. Dashes run on from edge to edge where the line
         turns by at most 50 degrees. The default is "show", or "remove" if `fill` is given. The faces of a layer hide
-        others unless the layer shows all its edges.
+        others unless the layer shows all its edges; by default only opaque filled faces of other layers hide the lines
+        and dots of one that is not filled.
     line_width : float or "auto"
         The width of lines in pixels, positive and at most 1e6. "auto" is 1.5, or less where the lines of a dense mesh
         would cover more than half of the pixels that it takes up, so that it does not become a blot.

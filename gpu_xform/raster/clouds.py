@@ -19,6 +19,7 @@ from ..gpu.dispatch import Bindable, Binding, dispatch
 from ..gpu.shaders import ComputePipeline
 from .line_stage import ABSORBANCE_STEPS_PER_E, MIN_TRANSMITTANCE
 from .render_target import POOL_OWNER, RenderTarget
+from .triangles import Hiders
 
 HIDDEN_FADE_ALPHA = 0.25  # of the opacity of hidden points that fade; as in the shaders
 DOTS_BYTES = layouts.PIXEL_DOTS.itemsize
@@ -34,13 +35,10 @@ FIRST_BATCH_PACKETS = 1 << 13
 class CloudStage:
     """The clouds of one picture, drawn tile by tile of at most `extent` = (width, height) pixels."""
 
-    def __init__(
-        self, device: GpuDevice, clouds: Sequence[Cloud], extent: tuple[int, int], face_depths: Buffer, *, hides: bool
-    ) -> None:
+    def __init__(self, device: GpuDevice, clouds: Sequence[Cloud], extent: tuple[int, int], hiders: Hiders) -> None:
         self._device = device
         self._clouds = clouds
-        self._face_depths = face_depths
-        self._hides = hides
+        self._hiders = hiders
         pool = device.pool
         n_pixels = extent[0] * extent[1] if clouds else 1
         is_repeated = any(map(self._is_repeated, clouds))
@@ -98,14 +96,15 @@ class CloudStage:
         is_small = cloud.diameter <= BLOCK_SIDE_PX - 1
         pipeline = self._splat_pipeline(cloud, is_small=is_small)
         kept = [self._dots, self._dot_colors, self._block_depths, self._dots_before, self._list]
-        used = [part.points, values, self._colormaps[number], self._face_depths, *target.buffers, *kept]
+        face_depths = self._hiders.of(cloud).face_depths
+        used = [part.points, values, self._colormaps[number], face_depths, *target.buffers, *kept]
         with device.encode_commands(*used, structs[0].buffer, label="cloud") as encoder:
             bindings: dict[str, Bindable] = {
                 "tile": tile,
                 "points": part.points,
                 "values": values,
                 "colormap": self._colormaps[number],
-                "face_depths": self._face_depths,
+                "face_depths": face_depths,
                 "block_depths": self._block_depths,
                 "list": self._list,
                 "dots": self._dots,
@@ -131,7 +130,7 @@ class CloudStage:
             coloring=cloud.colors.coloring,
             has_transparency=cloud.colors.has_transparency,
             has_order=_has_order(cloud),
-            hides=self._hides and cloud.hidden is not Hidden.SHOW,
+            hides=cloud.hidden is not Hidden.SHOW and not self._hiders.of(cloud).is_empty,
             hidden_alpha=HIDDEN_FADE_ALPHA if cloud.hidden is Hidden.FADE else 0.0,
             is_small=is_small,
             absorbance_steps_per_e=ABSORBANCE_STEPS_PER_E[0],

@@ -27,7 +27,7 @@ from .line_batches import (
     split_batches,
 )
 from .render_target import POOL_OWNER, RenderTarget
-from .triangles import TriangleStage
+from .triangles import Hiders
 from .vertex_stage import ProjectedDrawable
 
 # If the sum of all edges could be more than 32 bits hold, which must be watched, coarser steps are tried first: they
@@ -54,7 +54,7 @@ class LineStage(ABC):
         self,
         device: GpuDevice,
         projected: Sequence[ProjectedDrawable],
-        triangles: TriangleStage,
+        hiders: Hiders,
         extent: tuple[int, int],
     ) -> None:
         self._device = device
@@ -62,8 +62,12 @@ class LineStage(ABC):
         structs = [make_line_style(batch) for batch in self._batches]
         self._styles = uniforms.upload(device, POOL_OWNER, "line styles", structs)
         self._dashes = DashStage(device, self._batches, self._styles)
-        self._opacities = [opacity_constants(batch, nothing_hides=triangles.is_empty) for batch in self._batches]
-        self._face_depths = triangles.face_depths
+        stages = [hiders.of(batch.lines) for batch in self._batches]
+        self._opacities = [
+            opacity_constants(batch, nothing_hides=stage.is_empty)
+            for batch, stage in zip(self._batches, stages, strict=True)
+        ]
+        self._face_depths = [stage.face_depths for stage in stages]
         n_pixels = extent[0] * extent[1]
         k = max((_k_buffer_depth(batch) for batch in self._batches if _has_k_buffer(batch.lines)), default=0)
         pool = device.pool
@@ -73,7 +77,7 @@ class LineStage(ABC):
     @property
     def buffers(self) -> list[Buffer]:
         """All that a submission of these stages uses."""
-        own = [self._face_depths, self._k_buffer, self._no_colors]
+        own = [*self._face_depths, self._k_buffer, self._no_colors]
         own += [part.buffer for part in self._styles] + self._dashes.buffers
         for batch in self._batches:
             own += [batch.projected.clip_positions, batch.edges.buffer]
@@ -184,9 +188,11 @@ class LineStage(ABC):
         return batch.colors or Binding(self._no_colors, 0, COLOR_BYTES)
 
     def _parts(self, tile: Binding) -> Iterator[LinePart]:
-        per_batch = zip(self._batches, self._styles, self._opacities, self._dashes.starts, strict=True)
-        for batch, style, opacity, dash_starts in per_batch:
-            yield LinePart(batch, make_line_bindings(batch, tile, style, self._face_depths, dash_starts), opacity)
+        per_batch = zip(
+            self._batches, self._styles, self._opacities, self._face_depths, self._dashes.starts, strict=True
+        )
+        for batch, style, opacity, face_depths, dash_starts in per_batch:
+            yield LinePart(batch, make_line_bindings(batch, tile, style, face_depths, dash_starts), opacity)
 
 
 def _choose_absorbance_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:
@@ -213,9 +219,7 @@ def _k_buffer_depth(batch: LineBatch) -> int:
     return 4 if batch.n_instance_edges <= MAX_EDGES_FOR_DEEP_K_BUFFER else 2
 
 
-LineStageFactory: TypeAlias = Callable[
-    [GpuDevice, Sequence[ProjectedDrawable], TriangleStage, tuple[int, int]], LineStage
-]
+LineStageFactory: TypeAlias = Callable[[GpuDevice, Sequence[ProjectedDrawable], Hiders, tuple[int, int]], LineStage]
 
 
 def is_wide(lines: Lines) -> bool:

@@ -25,7 +25,7 @@ from .render_target import POOL_OWNER, RenderTarget
 from .screen_bounds import screen_bounds
 from .tile_struct import Tile, make_tile_struct
 from .tiles import TILE_SIDE_PX, Region, split_into_tiles
-from .triangles import TriangleStage
+from .triangles import Hiders, TriangleStage
 from .vertex_stage import VertexStage
 
 MAX_DEPTH_MARGIN_PX = 256
@@ -120,17 +120,17 @@ class _Stages:
             palette.upload(draw_list.palette)
         parts = [list(split_to_binding_limits(device, drawable)) for drawable in draw_list.drawables]
         n_depths = max(math.prod(tile.depth_region.extent) for tile in tiles)
-        self._vertices = VertexStage(device, list(chain.from_iterable(parts)))
-        projected = self._vertices.projected
-        self._triangles = TriangleStage(device, projected, n_depths, palette)
-        self._lines = line_stage(device, projected, self._triangles, tiles[0].region.extent)
-        self._clouds = CloudStage(
-            device,
-            draw_list.clouds,
-            tiles[0].region.extent,
-            self._triangles.face_depths,
-            hides=not self._triangles.is_empty,
-        )
+        drawn = list(chain.from_iterable(parts))
+        covers = [split_to_binding_limits(device, drawable) for drawable in draw_list.covers or ()]
+        self._vertices = VertexStage(device, [*drawn, *chain.from_iterable(covers)])
+        projected = self._vertices.projected[: len(drawn)]
+        self._projected = projected
+        self._triangles = self._covers = TriangleStage(device, projected, n_depths, palette)
+        if draw_list.covers is not None:
+            self._covers = TriangleStage(device, self._vertices.projected[len(drawn) :], n_depths, name="covers")
+        hiders = Hiders(self._triangles, self._covers)
+        self._lines = line_stage(device, projected, hiders, tiles[0].region.extent)
+        self._clouds = CloudStage(device, draw_list.clouds, tiles[0].region.extent, hiders)
         # Drawables are split: how many parts there are before each cloud, and in all.
         n_parts = [0, *accumulate(map(len, parts))]
         self._n_parts_before = [n_parts[cloud.position] for cloud in draw_list.clouds] + [n_parts[-1]]
@@ -143,19 +143,21 @@ class _Stages:
         )
         target = RenderTarget(self._device, tile.region.extent, struct, self._clear_color)
         unread.callback(_cancel, target)
-        stages = (self._vertices, self._triangles, self._lines, self._clouds)
+        stages = (self._vertices, self._triangles, self._covers, self._lines, self._clouds)
         used = [*target.buffers, *(buffer for stage in stages for buffer in stage.buffers)]
         with self._device.encode_commands(*used, label="raster tile") as encoder:
             if tile is self._first_tile:
                 self._vertices.record(encoder)
                 self._lines.measure_dashes(encoder, struct)
             self._triangles.depth_prepass(encoder, struct)
+            if self._covers is not self._triangles:
+                self._covers.depth_prepass(encoder, struct)
             self._triangles.composite(encoder, target, struct)
             first = 0
             for number, end in enumerate(self._n_parts_before):
                 if number > 0:
                     self._clouds.draw(encoder, target, struct, number - 1)
-                self._lines.draw(encoder, target, struct, self._vertices.projected[first:end])
+                self._lines.draw(encoder, target, struct, self._projected[first:end])
                 first = end
             target.resolve(encoder)
             wait()

@@ -4,12 +4,13 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import accumulate
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..drawing.depth import DepthCue
-from ..drawing.draw_list import TRIANGLE_BYTES
+from ..drawing.draw_list import TRIANGLE_BYTES, Cloud, Lines
 from ..errors import ArgumentError
 from ..gpu import layouts, uniforms
 from ..gpu.buffers import INDIRECT, Buffer
@@ -52,6 +53,7 @@ class TriangleStage:
 
     palette : the colours of filled faces
     write_ids : whether the visibility buffer tells which triangles are the nearest, and not in which colours
+    name : that of its buffers, if a picture has several stages of faces
     face_depths : the bits of a float per pixel of the tile and the margin around it; 0 if there is no face
     """
 
@@ -63,6 +65,7 @@ class TriangleStage:
         palette: Buffer | None = None,
         *,
         write_ids: bool = False,
+        name: str = "faces",
     ) -> None:
         self._device = device
         self._batches = [batch for each in projected for batch in _split(device, each)]
@@ -81,15 +84,15 @@ class TriangleStage:
             )
         self._n_depths = n_depths
         pool = device.pool
-        self.face_depths: Buffer = pool.scratch(POOL_OWNER, "face depths", 4 * n_depths if self._batches else 4)
-        self._visibility = pool.scratch(POOL_OWNER, "visibility", 4 * n_depths if self._has_visibility else 4)
-        self._no_color_indices = pool.scratch(POOL_OWNER, "no colour indices", INDEX_BYTES)
+        self.face_depths: Buffer = pool.scratch(POOL_OWNER, f"{name}: depths", 4 * n_depths if self._batches else 4)
+        self._visibility = pool.scratch(POOL_OWNER, f"{name}: visibility", 4 * n_depths if self._has_visibility else 4)
+        self._no_color_indices = pool.scratch(POOL_OWNER, f"{name}: no colour indices", INDEX_BYTES)
         max_triangles = max((math.prod(batch.shape) for batch in self._batches), default=0)
         n_large_bytes = HEAD_BYTES + INDEX_BYTES * max_triangles
-        self._large_triangles = pool.scratch(POOL_OWNER, "large triangles", n_large_bytes, INDIRECT)
+        self._large_triangles = pool.scratch(POOL_OWNER, f"{name}: large triangles", n_large_bytes, INDIRECT)
         passes = (False, True)
         structs = [batch.struct(writes_visibility=visibility) for visibility in passes for batch in self._batches]
-        self._structs = uniforms.upload(device, POOL_OWNER, "faces", structs)
+        self._structs = uniforms.upload(device, POOL_OWNER, name, structs)
 
     @property
     def is_empty(self) -> bool:
@@ -166,6 +169,17 @@ class TriangleStage:
             grid = count_workgroups(self._device, batch.n_triangles), batch.projected.n_instances
             dispatch(encoder, small, bind(small, **bindings), *grid)
             dispatch(encoder, large, bind(large, **bindings), self._large_triangles)
+
+
+class Hiders(NamedTuple):
+    """The faces that hide lines and dots: all that are there, and those that hide what is covered."""
+
+    faces: TriangleStage
+    covers: TriangleStage
+
+    def of(self, lines: Lines | Cloud) -> TriangleStage:
+        """Return the faces that may hide some lines or dots."""
+        return self.covers if lines.is_covered else self.faces
 
 
 def _with_consecutive_ids(batches: Sequence[_TriangleBatch]) -> list[_TriangleBatch]:

@@ -36,7 +36,7 @@ def render(
     models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
         What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
         one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
-        over earlier ones.
+        over earlier ones, but where opaque filled faces of another hide them.
     camera : Camera or dict, optional
         By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
         {"direction": (0, 0, -1)}.
@@ -94,7 +94,7 @@ def render_array(
     models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
         What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
         one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
-        over earlier ones.
+        over earlier ones, but where opaque filled faces of another hide them.
     camera : Camera or dict, optional
         By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
         {"direction": (0, 0, -1)}.

@@ -23,7 +23,12 @@ def build_layers(prepared: PreparedFrame) -> list[VectorLayer]:
     """Return a vector layer per layer; before them one with all filled faces, unless they belong to the first layer."""
     draw_list, background = prepared.draw_list, prepared.background
     splits, is_visible = split_edges_by_visibility(
-        prepared.device, draw_list.drawables, prepared.view, _max_span_px, find_visible=len(draw_list.palette) > 0
+        prepared.device,
+        draw_list.drawables,
+        prepared.view,
+        _max_span_px,
+        find_visible=len(draw_list.palette) > 0,
+        covers=draw_list.covers,
     )
     layer_of: dict[int, int] = {}
     visible_triangles: dict[int, list[BoolArray]] = {}

@@ -29,7 +29,7 @@ from ..raster.line_batches import (
 )
 from ..raster.tile_struct import Tile, make_tile_struct
 from ..raster.tiles import Region
-from ..raster.triangles import TriangleStage
+from ..raster.triangles import Hiders, TriangleStage
 from ..raster.vertex_stage import VertexStage
 
 MARGIN_PX = 2  # around the picture, for which depths are known
@@ -58,39 +58,50 @@ def split_edges_by_visibility(
     max_span_px: Callable[[Lines], float],
     *,
     find_visible: bool,
+    covers: Sequence[Drawable] | None = None,
 ) -> tuple[list[SplitEdges], list[BoolArray]]:
     """Split the edges of each batch of lines, and tell which triangles of each drawable are the nearest in some pixel.
 
     max_span_px : returns the length that a span of lines may have along its major axis
     find_visible : whether to tell which triangles are the nearest; else none are
+    covers : as those of `DrawList`
 
     Returns the split batches, and per drawable (n_instances, n_triangles), or (n_instances, 0) if it has no faces.
     """
     tile = Tile(Region((0, 0), view.size), MARGIN_PX)
     with device.lock:
         parts = [list(split_to_binding_limits(device, drawable)) for drawable in drawables]
-        vertices = VertexStage(device, [part for own_parts in parts for part in own_parts])
+        drawn = [part for own_parts in parts for part in own_parts]
+        cover_parts = [part for drawable in covers or () for part in split_to_binding_limits(device, drawable)]
+        vertices = VertexStage(device, drawn + cover_parts)
+        projected = vertices.projected[: len(drawn)]
         n_depths = math.prod(tile.depth_region.extent)
-        triangles = TriangleStage(device, vertices.projected, n_depths, write_ids=find_visible)
-        line_batches = split_batches(device, vertices.projected)
+        triangles = cover_triangles = TriangleStage(device, projected, n_depths, write_ids=find_visible)
+        if covers is not None:
+            cover_triangles = TriangleStage(device, vertices.projected[len(drawn) :], n_depths, name="covers")
+        hiders = Hiders(triangles, cover_triangles)
+        line_batches = split_batches(device, projected)
         (tile_part,) = uniforms.upload(device, POOL_OWNER, "tile", [make_tile_struct(tile, view)])
         styles = uniforms.upload(device, POOL_OWNER, "styles", [make_line_style(batch) for batch in line_batches])
         dashes = DashStage(device, line_batches, styles)
-        used = tile_part.buffer, *vertices.buffers, *triangles.buffers, *dashes.buffers
+        used = tile_part.buffer, *vertices.buffers, *triangles.buffers, *cover_triangles.buffers, *dashes.buffers
         used = *used, *(part.buffer for part in styles), *(batch.edges.buffer for batch in line_batches)
         with device.encode_commands(*used, label="depth prepass") as encoder:
             vertices.record(encoder)
             triangles.depth_prepass(encoder, tile_part)
+            if cover_triangles is not triangles:
+                cover_triangles.depth_prepass(encoder, tile_part)
             dashes.record(encoder, tile_part)
         results = []
         for batch, style, dash_starts in zip(line_batches, styles, dashes.starts, strict=True):
-            buffers = make_line_bindings(batch, tile_part, style, triangles.face_depths, dash_starts)
-            constants = opacity_constants(batch, nothing_hides=triangles.is_empty)
+            hider = hiders.of(batch.lines)
+            buffers = make_line_bindings(batch, tile_part, style, hider.face_depths, dash_starts)
+            constants = opacity_constants(batch, nothing_hides=hider.is_empty)
             constants["max_span_px"] = max_span_px(batch.lines)
             spans = _find_spans(device, batch, buffers, constants)
             colors = _read_back(batch.colors) if batch.colors else np.empty(0, np.uint32)
             results.append(SplitEdges(batch, spans, _read_back(batch.edges).reshape(-1, 2), colors))
-        is_visible = iter(triangles.visible_triangles(vertices.projected))
+        is_visible = iter(triangles.visible_triangles(projected))
         return results, [np.vstack(list(islice(is_visible, len(own_parts)))) for own_parts in parts]
 
 

@@ -15,7 +15,7 @@ from ..line_batches import Bindings
 from ..line_stage import LinePart, LineStage, is_wide
 from ..quads import draw_listed_quads, draw_quads
 from ..render_target import PIXEL_FORMAT, POOL_OWNER, RenderTarget
-from ..triangles import TriangleStage
+from ..triangles import Hiders
 from ..vertex_stage import ProjectedDrawable
 from .edge_lists import LISTS, EdgeLists, is_listable
 
@@ -35,10 +35,10 @@ class HardwareLineStage(LineStage):
         self,
         device: GpuDevice,
         projected: Sequence[ProjectedDrawable],
-        triangles: TriangleStage,
+        hiders: Hiders,
         extent: tuple[int, int],
     ) -> None:
-        super().__init__(device, projected, triangles, extent)
+        super().__init__(device, projected, hiders, extent)
         self._lists = EdgeLists(device, self._batches, self._opacities)
 
     @property

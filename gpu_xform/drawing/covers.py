@@ -1,0 +1,27 @@
+"""Covers: the opaque filled faces, which hide the lines and dots of other layers unless these say otherwise."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .._core.types import BoolArray
+from .cloud_source import CloudSource, Source
+from .layer import Layer
+from .layer_colors import fill_colors
+
+
+def find_covers(layers: Sequence[Layer], sources: Sequence[Source]) -> list[BoolArray]:
+    """Return which faces of each layer are filled with an opaque colour: (n_faces,), or (1,) for all."""
+    return [_find_opaque(layer, source) for layer, source in zip(layers, sources, strict=True)]
+
+
+def find_covered(layers: Sequence[Layer], covers: Sequence[BoolArray]) -> list[bool]:
+    """Return which layers leave it open what is done with lines behind faces, where another layer has covers."""
+    return [layer.hidden is None and layer.fill is None and any(cover.any() for cover in covers) for layer in layers]
+
+
+def _find_opaque(layer: Layer, source: Source) -> BoolArray:
+    if layer.fill is None or layer.alpha < 1.0 or isinstance(source, CloudSource):
+        return np.zeros(1, np.bool_)
+    opaque: BoolArray = fill_colors(layer, source.n_faces)[:, 3] >= 1.0
+    return opaque
