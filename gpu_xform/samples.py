@@ -23,6 +23,7 @@ from .surfaces.patches import bezier
 
 _PHI = (1.0 + math.sqrt(5.0)) / 2.0
 _MAX_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
+_MAX_SPRING_POINTS = 1 << 27  # of a cloth or of hair: 3 GB
 
 
 def cube() -> Mesh:
@@ -142,6 +143,7 @@ def cloth(n: int, m: int, width: float = 1.0, depth: float = 1.0) -> Mesh:
         "n must be at least 1, got 0", "width must be positive, got -1".
     """
     n, m = _as_count(n, "n", 1), _as_count(m, "m", 1)
+    _require_room((n + 1) * (m + 1), "n")
     width, depth = _as_length(width, "width"), _as_length(depth, "depth")
     z, x = np.meshgrid(_spread(m, depth), _spread(n, width), indexing="ij")
     return _join_rows(np.stack([x, np.zeros_like(x), z], axis=-1), is_downwards=True)
@@ -181,6 +183,7 @@ def curtain(
     """
     pleats = _as_count(pleats, "pleats", 0)
     n, m = _as_count(n, "n", max(1, 4 * pleats)), _as_count(m, "m", 1)
+    _require_room((n + 1) * (m + 1), "n")
     width, height = _as_length(width, "width"), _as_length(height, "height")
     pleat_depth = _as_length(pleat_depth, "pleat_depth")
     y, x = np.meshgrid(np.linspace(0.0, -height, m + 1), _spread(n, width), indexing="ij")
@@ -232,6 +235,7 @@ def hair(
     2006.
     """
     strands, points = _as_count(strands, "strands", 1), _as_count(points, "points", 2)
+    _require_room(strands * points, "strands")
     radius, length, curl_radius = (
         _as_length(value, name)
         for value, name in ((radius, "radius"), (length, "length"), (curl_radius, "curl_radius"))
@@ -533,6 +537,12 @@ def _as_count(value: SupportsIndex, name: str, minimum: int, maximum: int | None
         bounds = f"at least {minimum}" if maximum is None else f"in {minimum}..{maximum}"
         raise ArgumentError.expecting(name, f"be {bounds}", count)
     return count
+
+
+def _require_room(n_points: int, name: str) -> None:
+    """Raise ArgumentError for more points than a model to simulate can have."""
+    if n_points > _MAX_SPRING_POINTS:
+        raise ArgumentError.expecting(name, f"make at most {_MAX_SPRING_POINTS:,} points", f"{n_points:,}")
 
 
 def _generate_icosahedral_rotations() -> Float64Array:

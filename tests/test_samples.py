@@ -162,6 +162,9 @@ def test_torus_lies_around_the_z_axis() -> None:
         (lambda: samples.cloth(1, 1, width=-1), "width must be positive, got -1"),
         (lambda: samples.cloth(1, 1, 1, float("nan")), "depth must be finite, got nan"),
         (lambda: samples.curtain(31, 1), "n must be at least 32, got 31"),
+        (lambda: samples.curtain(10**6, 10**6), "n must make at most 134,217,728 points, got 1,000,002,000,001"),
+        (lambda: samples.cloth(10**6, 10**6), "n must make at most 134,217,728 points, got 1,000,002,000,001"),
+        (lambda: samples.hair(10**9, 10**3), "strands must make at most 134,217,728 points, got 1,000,000,000,000"),
         (lambda: samples.curtain(8, 1, pleats=-1), "pleats must be at least 0, got -1"),
     ],
 )

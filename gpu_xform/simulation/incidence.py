@@ -7,11 +7,14 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
+from ..errors import ArgumentError
+from ..geometry.mesh import pack_pairs, unpack_pairs
 from ..gpu.layouts import SLOT_PACKET
 from .spring_system import SpringSystem
 
 SLOTS_PER_PACKET = 4
 MAX_PACKETS = 8  # of slots that are alike for all points
+MAX_LIST_BYTES = 1 << 30  # each point has as many slots as that with most springs
 MAX_REST_SPREAD = 2.0**-22  # of rest lengths that count as one, relative: float32 has no more than two between them
 LISTED_COST, ALIKE_COST, SHIFTED_COST = 1.2, 1.1, 1.0  # of a slot: lists take memory; lavapipe's times differ by less
 
@@ -91,10 +94,32 @@ def pack_fans(triangles: IndexArray, n_points: int) -> npt.NDArray[np.uint32]:
 
 def _sort_ends(system: SpringSystem) -> _Ends:
     """Return the ends of the springs; rest lengths that differ by less than float32 can say are made equal."""
-    points, others = system.pairs.T.ravel(), system.pairs[:, ::-1].T.ravel()
+    pairs, stiffness, rest = _merge_parallel(system)
+    points, others = pairs.T.ravel(), pairs[:, ::-1].T.ravel()
     order = np.lexsort((others, points))
-    spring = np.tile(np.arange(len(system.pairs)), 2)[order]
-    return _Ends(points[order], others[order], _merge_close(system.rest)[spring], system.stiffness[spring])
+    spring = np.tile(np.arange(len(pairs)), 2)[order]
+    return _Ends(points[order], others[order], _merge_close(rest)[spring], stiffness[spring])
+
+
+def _merge_parallel(system: SpringSystem) -> tuple[IndexArray, Float64Array, Float64Array]:
+    """Return the ends (s, 2), stiffness and rest length (s,) of springs of which no two join the same points.
+
+    Parallel springs act as one: the sum of k (l - r) is K (l - R), with K the sum of k and R that of k r / K.
+    """
+    keys = pack_pairs(*system.pairs.T)
+    distinct, spring = np.unique(keys, return_inverse=True)
+    if len(distinct) == len(keys):
+        return system.pairs, system.stiffness, system.rest
+    spring = spring.ravel()
+    counts = np.bincount(spring)
+    stiffness = np.bincount(spring, system.stiffness)
+    is_stiff = stiffness > 0.0
+    shares = np.where(
+        is_stiff[spring], system.stiffness / np.where(is_stiff, stiffness, 1.0)[spring], 1.0 / counts[spring]
+    )
+    rest = np.bincount(spring, shares * system.rest)
+    rest[spring[counts[spring] == 1]] = system.rest[counts[spring] == 1]  # without rounding
+    return unpack_pairs(distinct), stiffness, rest
 
 
 def _merge_close(lengths: Float64Array) -> Float64Array:
@@ -116,6 +141,12 @@ def _merge_close(lengths: Float64Array) -> Float64Array:
 
 
 def _pack_listed(n_points: int, ends: _Ends, n_slots: int) -> SpringSlots:
+    n_bytes = 12 * n_points * _pad(n_slots)
+    if n_bytes > MAX_LIST_BYTES:
+        most = MAX_LIST_BYTES // (12 * n_points * SLOTS_PER_PACKET) * SLOTS_PER_PACKET
+        point = int(np.argmax(np.bincount(ends.points)))
+        expected = f"be at most {most:,} per point, as {n_points:,} points have room for as many each"
+        raise ArgumentError.expecting("springs", expected, f"{n_slots:,} for point {point}")
     slots = np.zeros((n_points, 3, _pad(n_slots)), np.uint32)
     slots[:, 0] = np.arange(n_points, dtype=np.uint32)[:, np.newaxis]
     slot = _number_within(ends.points, n_points)

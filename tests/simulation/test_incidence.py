@@ -1,8 +1,10 @@
 """Springs in slots: each kind of slots holds every spring once at either end, and moves the points alike."""
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
@@ -121,3 +123,27 @@ def test_fans_hold_every_corner_of_every_triangle() -> None:
     assert fans.shape == (3, 6, 2)
     found = {(i, *fan) for fan_row in fans.tolist() for i, fan in enumerate(fan_row) if fan != [i, i]}
     assert found == {tuple(np.roll(t, -k).tolist()) for t in triangles for k in range(3)}
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.5])
+def test_springs_that_join_the_same_points_all_count(spread: float) -> None:
+    def pull(pairs: list[list[int]], **options: Any) -> npt.NDArray[np.float32]:
+        springs = gx.Springs([[0, 0, 0], [1, 0, 0]], springs=pairs, mass=1.0, damping=0.1, **options)
+        return springs.simulate(0.3, gravity=(0, 0, 0), substeps=20)[-1]
+
+    part = np.linspace(1.0 - spread, 1.0 + spread, 70_000)  # more than some drivers let a loop run
+    alone = pull([[0, 1]], stiffness=6.0, rest=0.5)
+    np.testing.assert_allclose(pull([[0, 1], [1, 0]], stiffness=3.0, rest=0.5), alone, rtol=1e-6)
+    np.testing.assert_allclose(pull([[0, 1]] * 3, stiffness=[1, 2, 3], rest=[0.3, 0.4, 1.9 / 3]), alone, rtol=1e-6)
+    np.testing.assert_allclose(pull([[0, 1]] * 2, stiffness=0.0, rest=0.5), [[0, 0, 0], [1, 0, 0]])
+    many = pull([[0, 1]] * len(part), stiffness=6.0 / len(part), rest=0.5 * part)
+    np.testing.assert_allclose(many, alone, rtol=1e-6)
+
+
+def test_a_point_with_more_springs_than_there_is_room_for_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(incidence, "MAX_LIST_BYTES", 12 * 40 * 32)
+    points = np.random.default_rng(0).random((40, 3))
+    spokes = np.stack([np.full(39, 7), np.delete(np.arange(40), 7)], axis=1)
+    message = r"^springs must be at most 32 per point, as 40 points have room for as many each, got 39 for point 7$"
+    with pytest.raises(gx.ArgumentError, match=message):
+        gx.Springs(points, springs=spokes, stiffness=np.arange(1.0, 40.0), mass=1.0)
