@@ -1,30 +1,30 @@
-"""Streaming: a `.npy` file of points of any size to another, one chunk at a time."""
+"""Streaming: a file of points of any size to another, one part at a time."""
 
 import hashlib
 import json
 import os
-import sys
-from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
-from io import BufferedReader
-from pathlib import Path
-from typing import Any, BinaryIO
+from collections.abc import Callable, Iterator
+from typing import Literal, TypeAlias, get_args
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_square_matrix, require_callable, require_flag
-from .._core.file_locks import describe_process, is_at, try_lock
-from .._core.npy import read_header
+from .._core.arguments import as_real_array, as_square_matrix, as_vector, require_callable, require_flag
 from .._core.public import public
 from .._core.targets import find_target, require_path
-from .._core.types import MatrixLike, Progress, StrPath
+from .._core.types import Float64Array, MatrixLike, Progress, StrPath
+from ..chunked.npy import NpySource
+from ..chunked.protocol import Encoded, PointSource
+from ..chunked.registry import find_type, make_sink, open_source
 from ..device import Device
 from ..errors import ArgumentError, ArgumentTypeError
+from ..formats._warn import warn
 from ._precision import Precision
+from .parts import PartJob, PartWorker, fold_matrices
 from .transform import project_points, transform_points
 
 CHUNK_BYTES = 32 << 20
+Normals: TypeAlias = Literal["auto", "keep"]
 
 
 @public
@@ -35,244 +35,195 @@ def transform_file(
     *,
     project: bool = False,
     precision: Precision = "auto",
+    scale: npt.ArrayLike | None = None,
+    offset: npt.ArrayLike | None = None,
+    normals: Normals = "auto",
     resume: bool = False,
+    skip_bad_chunks: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
     progress: Progress | None = None,
     device: Device | None = None,
 ) -> None:
-    """Transform the points of one `.npy` file into another, holding two chunks of 32 MiB in memory.
+    """Transform the points of one file into another, of the same format or not, holding parts of 32 MiB in memory.
 
     The result grows in `<destination>.partial` and is renamed when it is complete. An interrupted run leaves that file,
-    and `resume` goes on with it. Only one run at a time writes it. If the destination is a symbolic link, all that is
-    beside its target; into a FIFO or a device the result is written as it comes, and nothing is resumed.
+    and `resume` goes on with it, to the same bytes. Only one run at a time writes it. If the destination is a symbolic
+    link, all that is beside its target; into a FIFO or a device a `.npy` or `.ply` is written as it comes, and nothing
+    is resumed.
+
+    In LAS and LAZ the integers of the source become those of the destination by one float64 matrix, into which scales
+    and offsets are folded, and are rounded once: at most half a unit of the new scale is lost. All other fields stay
+    byte for byte, but for normals and the vectors of waveforms. Header bounds are computed again; records before and
+    behind the points stay.
 
     Parameters
     ----------
     source : path
-        A `.npy` file of an array (n, 3) or (n, 2), float32 or float64, C-ordered.
+        By the end of its name: `.las`, `.laz`, `.copc.laz` (extra `las`), point formats 0 to 10; `.zarr` (extra
+        `zarr`), an array (n, 3) or (n, 2), float32 or float64, in a folder; `.ply`, binary, points alone. Else a `.npy`
+        file of an array (n, 3) or (n, 2), float32 or float64, C-ordered.
     destination : path
-        The `.npy` file to write: same shape, same type, in the machine's byte order.
+        The file to write, in the format of the end of its name. What it cannot hold is named in a warning. `.npy` and
+        `.zarr` have the shape and the type of the source, float64 from LAS and PLY, in the machine's byte order.
     matrix : (4, 4) for points of space, (3, 3) for points of the plane, or an object with `as_matrix()`
         Affine, unless `project` is set.
     project : bool
-        Apply any matrix and divide by w, as `project_points` does.
+        Apply any matrix and divide by w, as `project_points` does. Directions are not changed.
     precision : {"auto", "float32", "float64", "rebased"}
-        The number type on the device, as in `transform_points`.
+        The number type on the device, as in `transform_points`. LAS takes "auto" and "float64"; where the device lacks
+        double precision, the host computes it.
+    scale, offset : number or (3,), optional
+        The grid of a LAS or LAZ destination, in world units. By default the scale of the source (0.001 from other
+        formats), ten times wider while 32-bit integers overflow, and the centre of the moved bounding box.
+    normals : {"auto", "keep"}
+        "auto" turns normals (extra bytes NormalX or nx and so on in LAS, nx, ny, nz in PLY) by the inverse transpose,
+        with their lengths kept, and vectors of waveforms by the linear part; "keep" leaves them.
     resume : bool
-        Go on after the last whole chunk of an interrupted run of the same work.
+        Go on after the last whole part of an interrupted run of the same work.
+    skip_bad_chunks : bool
+        Leave a chunk that cannot be decompressed as it was, with a warning, from LAZ into LAZ and from Zarr into Zarr.
+    workers : int, optional
+        Run so many processes on this machine (extra `dask`).
+    scheduler : str, optional
+        The address of a running Dask scheduler, such as "tcp://host:8786", whose workers see the same files.
     progress : callable, optional
-        Called with the points done and the points in all, after each chunk.
+        Called with the points done and the points in all, after each part.
     device : Device, optional
-        By default the process's own.
+        By default the process's own; with `workers` or `scheduler`, each worker has its own.
 
     Raises
     ------
     ArgumentError, ArgumentTypeError
-        If the source is not such an array, if a file to resume belongs to other work, or if another run is writing the
-        destination; otherwise as `transform_points` does.
+        If the source is not such a file, if a chunk of it cannot be read, if 32-bit integers cannot hold a point, if
+        a file to resume belongs to other work, or if another run is writing the destination; otherwise as
+        `transform_points` does.
+    MeshError
+        If the header of a LAS or PLY file cannot be true.
+    MissingExtraError
+        If an optional library is not installed.
     PrecisionError
         As `transform_points` does.
     OSError
         What the system refuses, such as a full disk.
+
+    Warns
+    -----
+    MeshWarning
+        If the destination cannot hold all, if a coordinate system is named that the matrix may have made untrue, if an
+        index of COPC is left out, or if a bad chunk is left as it was.
     """
     require_path(source, "source")
-    target = find_target(destination, "destination")
     require_callable(progress, "progress")
     project, resume = require_flag(project, "project"), require_flag(resume, "resume")
-    if target.is_stream and resume:
+    skip_bad_chunks = require_flag(skip_bad_chunks, "skip_bad_chunks")
+    if normals not in get_args(Normals):
+        raise ArgumentError.expecting("normals", "be 'auto' or 'keep'", repr(normals))
+    if (workers is not None or scheduler is not None) and device is not None:
+        raise ArgumentError("device is the process's own; each worker has one of its own", argument="device")
+    if find_type(destination) != "zarr" and find_target(destination, "destination").is_stream and resume:
         raise ArgumentError.expecting("resume", "not be set for a stream", repr(os.fspath(destination)))
-    with Path(source).open("rb") as reader:
-        shape, dtype = _read_header(reader, source)
-        _require_rows(reader, source, shape, dtype)
-        checked = as_square_matrix(matrix, "matrix", shape[1] + 1)
-        run = project_points if project else transform_points
-        run(np.empty((0, shape[1]), dtype), checked, precision=precision, device=device)  # raises before any work
-        work = _fingerprint(reader, shape, dtype, checked, project, precision)
-        kind = _Stream if target.is_stream else _PartialFile
-        partial = kind(destination, target.path, shape, dtype, work)
-        n_points, point_bytes = shape[0], shape[1] * dtype.itemsize
-        chunk = max(1, CHUNK_BYTES // point_bytes)
-        points = np.empty((min(chunk, n_points), shape[1]), dtype)
-        result = np.empty(points.shape, dtype.newbyteorder("="))
-        with partial.open(resume, chunk) as done:
-            reader.seek(done * point_bytes, os.SEEK_CUR)
-            while done < n_points:
-                count = min(chunk, n_points - done)
-                if reader.readinto(points[:count].view(np.uint8).data) != count * point_bytes:
-                    raise ArgumentError.expecting("source", "not shrink meanwhile", repr(os.fspath(source)))
-                run(points[:count], checked, precision=precision, out=result[:count], device=device)
-                partial.append(result[:count])
-                done += count
+    grid = _as_triple(scale, "scale"), _as_triple(offset, "offset")
+    opened = open_source(source)
+    try:
+        job = _plan(
+            opened, destination, matrix, project, precision, normals, skip_bad_chunks, *grid, device, workers is None
+        )
+        step = _choose_step(opened, job)
+        facts = [opened.describe_state(), job.matrix.tolist(), job.stored_matrix.tolist(), project, precision, step]
+        facts += [normals, skip_bad_chunks, find_type(source), find_type(destination)]
+        work = hashlib.sha256(json.dumps(facts).encode()).hexdigest()
+        runner = _choose_runner(job, opened, device, workers, scheduler)
+        with job.sink.open(resume, step, work) as done:
+            ranges = [(start, min(start + step, opened.n_points)) for start in range(done, opened.n_points, step)]
+            for part in runner(ranges):
+                if part.body is not None:
+                    job.sink.append(part)
+                else:
+                    job.sink.record(part)
+                if "skipped" in part.facts:
+                    warn(f"{part.facts['skipped']}; it is left as it was")
+                done += part.n_points
                 if progress is not None:
-                    progress(done, n_points)
+                    progress(done, opened.n_points)
+    finally:
+        opened.close()
 
 
 def count_columns(source: StrPath) -> int | None:
-    """Return 2 or 3 if `source` is a file that `transform_file` takes, as far as its header says; else None."""
-    with Path(source).open("rb") as reader:
-        try:
-            shape, _ = _read_header(reader, source)
-        except (ArgumentError, ArgumentTypeError):
-            return None
-    return shape[1]
-
-
-def _read_header(reader: BufferedReader, source: StrPath) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Return 2 or 3 if `source` is a `.npy` file that `transform_file` takes, as far as its header says; else None."""
     try:
-        shape, is_fortran, dtype = read_header(reader)
-    except ValueError as error:
-        raise ArgumentError.expecting("source", "be a .npy file", repr(os.fspath(source)), reason=error) from None
-    if dtype.kind != "f" or dtype.itemsize not in {4, 8}:
-        raise ArgumentTypeError.expecting("source", "hold float32 or float64", f"{dtype} in {os.fspath(source)!r}")
-    if len(shape) != 2 or shape[1] not in {2, 3}:
-        raise ArgumentError.expecting("source", "have shape (n, 3) or (n, 2)", f"{shape} in {os.fspath(source)!r}")
-    if is_fortran and min(shape) > 1:
-        raise ArgumentError.expecting("source", "be C-ordered", f"a Fortran-ordered array in {os.fspath(source)!r}")
-    return shape, dtype
+        opened = NpySource(source, is_checked=False)
+    except (ArgumentError, ArgumentTypeError):
+        return None
+    opened.close()
+    return opened.n_columns
 
 
-def _require_rows(reader: BufferedReader, source: StrPath, shape: tuple[int, ...], dtype: np.dtype[Any]) -> None:
-    expected = shape[0] * shape[1] * dtype.itemsize
-    held = os.fstat(reader.fileno()).st_size - reader.tell()
-    if held != expected:
-        raise ArgumentError.expecting(
-            "source", f"hold {expected:,} bytes of points", f"{held:,} in {os.fspath(source)!r}"
-        )
-
-
-def _fingerprint(
-    reader: BufferedReader,
-    shape: tuple[int, ...],
-    dtype: np.dtype[Any],
-    matrix: npt.NDArray[np.float64],
+def _plan(
+    source: PointSource,
+    destination: StrPath,
+    matrix: MatrixLike,
     project: bool,
-    precision: str,
-) -> str:
-    """Return what tells one piece of work from another: the state of the source, and what is done to it."""
-    status = os.fstat(reader.fileno())
-    facts = [status.st_size, status.st_mtime_ns, shape, dtype.str, matrix.tolist(), project, precision, CHUNK_BYTES]
-    return hashlib.sha256(json.dumps(facts).encode()).hexdigest()
+    precision: Precision,
+    normals: Normals,
+    skip_bad_chunks: bool,
+    scale: Float64Array | None,
+    offset: Float64Array | None,
+    device: Device | None,
+    has_device: bool,
+) -> PartJob:
+    """Check all arguments, before any work, and return what is done to each part."""
+    checked = as_square_matrix(matrix, "matrix", source.n_columns + 1)
+    file_types = {source.file_type, find_type(destination)}
+    is_grid, is_exact = bool(file_types & {"las", "laz"}), bool(file_types & {"las", "laz", "ply"})
+    dtype = np.dtype(np.float64) if is_exact else source.dtype
+    if is_grid and precision not in ("auto", "float64"):
+        raise ArgumentError.expecting("precision", "be 'auto' or 'float64' for LAS", repr(precision))
+    if has_device:
+        run = project_points if project else transform_points
+        empty = np.empty((0, source.n_columns), dtype)
+        run(empty, checked, precision="auto" if is_grid else precision, device=device)  # raises before any work
+    is_turned = project or not np.array_equal(checked[:-1, :-1], np.identity(source.n_columns))
+    directions = tuple(source.directions) if normals == "auto" and is_turned else ()
+    if project and directions:
+        names = ", ".join(name for each in directions for name in each.fields)
+        warn(f"{source.path}: a projection bends {names}, which are left as they were")
+        directions = ()
+    sink = make_sink(source, destination, checked, project=project, scale=scale, offset=offset)
+    stored = fold_matrices(sink.world_from_stored, checked, source.world_from_stored) if is_grid else checked
+    return PartJob(
+        *(source.path, sink, checked, stored, dtype, is_grid, project, precision, directions, skip_bad_chunks)
+    )
 
 
-class _Output:
-    """The result, as it is written: chunk by chunk, and named as `destination` in what the system refuses."""
-
-    def __init__(
-        self, destination: StrPath, path: Path, shape: tuple[int, ...], dtype: np.dtype[Any], work: str
-    ) -> None:
-        self._destination = os.fspath(destination)
-        self._path = path
-        self._header = {"descr": dtype.newbyteorder("=").str, "fortran_order": False, "shape": shape}
-        self._point_bytes = shape[1] * dtype.itemsize
-        self._work = work
-        self._n_points = 0
-        self._file: BinaryIO
-
-    def open(self, resume: bool, chunk: int) -> AbstractContextManager[int]:
-        """Open the file, lend how many points its whole chunks hold, and finish it at the end of the block."""
-        raise NotImplementedError
-
-    def append(self, points: npt.NDArray[Any]) -> None:
-        """Write a chunk, and hand it to the system."""
-        with self._name_destination():
-            self._file.write(points.data)
-            self._file.flush()
-        self._n_points += len(points)
-
-    def _write_header(self) -> None:
-        np.lib.format.write_array_header_2_0(self._file, self._header)
-        self._file.flush()
-
-    @contextmanager
-    def _name_destination(self) -> Iterator[None]:
-        """Name the destination in what the system refuses: Python does not say which file a full disk is about."""
-        try:
-            yield
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, self._destination) from None
+def _choose_step(source: PointSource, job: PartJob) -> int:
+    """Return how many points a part holds: whole chunks of both sides, about CHUNK_BYTES."""
+    chunk = max(source.chunk_points, job.sink.chunk_points)
+    if chunk % source.chunk_points or chunk % job.sink.chunk_points:
+        chunk = job.sink.chunk_points
+    point_bytes = max(source.point_bytes, source.n_columns * source.dtype.itemsize)
+    return max(CHUNK_BYTES // point_bytes // chunk, 1) * chunk
 
 
-class _Stream(_Output):
-    """A FIFO or a device, which takes the result as it comes."""
+def _choose_runner(
+    job: PartJob, source: PointSource, device: Device | None, workers: int | None, scheduler: str | None
+) -> Callable[[list[tuple[int, int]]], Iterator[Encoded]]:
+    if workers is not None or scheduler is not None:
+        from .cluster import choose_cluster
 
-    @contextmanager
-    def open(self, resume: bool, chunk: int) -> Iterator[int]:  # noqa: ARG002
-        """Open the stream, and lend 0."""
-        with self._path.open("wb") as self._file:
-            with self._name_destination():
-                self._write_header()
-            yield 0
+        return choose_cluster(job, workers, scheduler)
+    worker = PartWorker(job, source, device)
+    return lambda ranges: (part for start, stop in ranges for part in worker.run(start, stop))
 
 
-class _PartialFile(_Output):
-    """The unfinished result beside its destination, and a note of which work it belongs to, and who is at it."""
-
-    @property
-    def _partial(self) -> Path:
-        return self._path.with_name(self._path.name + ".partial")
-
-    @property
-    def _note(self) -> Path:
-        return self._path.with_name(self._path.name + ".partial.work")
-
-    @contextmanager
-    def open(self, resume: bool, chunk: int) -> Iterator[int]:
-        """Open and lock the file, lend how many points its whole chunks hold, and rename it at the end of the block.
-
-        If the block raises, the file stays if it holds at least one chunk.
-        """
-        with self._name_destination():
-            self._file = self._open_locked()
-        with self._file:
-            held = os.fstat(self._file.fileno()).st_size
-            if resume and held and self._read_note()[0] != self._work:
-                raise ArgumentError(
-                    f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
-                )
-            try:
-                with self._name_destination():
-                    if not resume:
-                        self._file.truncate(0)
-                    self._note.write_text(f"{self._work}\n{describe_process()}\n", "utf-8")
-                    self._n_points = self._keep_whole_chunks(chunk)
-                yield self._n_points
-                with self._name_destination():
-                    os.fsync(self._file.fileno())
-                    if sys.platform == "win32":  # where no open file is renamed
-                        self._file.close()
-                    self._partial.replace(self._path)
-                    self._note.unlink(missing_ok=True)
-            except BaseException:
-                if self._n_points == 0:
-                    self._partial.unlink(missing_ok=True)
-                    self._note.unlink(missing_ok=True)
-                raise
-
-    def _open_locked(self) -> BinaryIO:
-        """Open the unfinished file, or make it; raise `ArgumentError` if another run holds it."""
-        while True:
-            file = os.fdopen(os.open(self._partial, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
-            if not try_lock(file):
-                file.close()
-                holder = self._read_note()[1] or "another run"
-                raise ArgumentError.expecting("destination", "be written by one run at a time", f"{holder} is at it")
-            if is_at(file, self._partial):
-                return file
-            file.close()  # another run has finished meanwhile
-
-    def _read_note(self) -> tuple[str, str]:
-        """Return which work the file belongs to, and who is at it or was."""
-        try:
-            work, _, holder = self._note.read_text("utf-8").partition("\n")
-        except (OSError, ValueError):
-            return "", ""
-        return work, holder.strip()
-
-    def _keep_whole_chunks(self, chunk: int) -> int:
-        """Write the header, cut off what is not a whole chunk, and return how many points are kept."""
-        self._write_header()
-        start = self._file.tell()
-        held = max(os.fstat(self._file.fileno()).st_size - start, 0) // self._point_bytes
-        whole = held - held % chunk
-        self._file.seek(start + whole * self._point_bytes)
-        self._file.truncate()
-        return whole
+def _as_triple(value: npt.ArrayLike | None, name: str) -> Float64Array | None:
+    """Return a number per axis, positive if it is a scale."""
+    if value is None:
+        return None
+    array = (
+        np.broadcast_to(as_real_array(value, name), (3,)).copy() if np.ndim(value) == 0 else as_vector(value, name, 3)
+    )
+    if name == "scale" and not (array > 0).all():
+        raise ArgumentError.expecting(name, "be positive", array.tolist())
+    return array

@@ -1,0 +1,66 @@
+"""The fields of a LAS point that a transform changes, and extra bytes."""
+
+import struct
+from typing import Any
+
+import numpy as np
+
+from .las_header import EXTRA_BYTES_VLR, POINT_BYTES, WAVE_PACKET_OFFSETS, LasHeader
+from .protocol import Directions
+
+_EXTRA_TYPES = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<u8", 8: "<i8", 9: "<f4", 10: "<f8"}
+_EXTRA_RECORD_BYTES = 192
+_WAVE_VECTOR_OFFSET = 17
+_NORMALS = {"x": {"nx", "normalx"}, "y": {"ny", "normaly"}, "z": {"nz", "normalz"}}
+_WAVE_VECTOR = ("wave x", "wave y", "wave z")
+
+
+def describe_record(header: LasHeader) -> tuple[np.dtype[Any], list[Directions]]:
+    """Return the type of a whole point, with the fields alone that a transform may change, and its directions."""
+    fields: dict[str, tuple[str, int]] = {"X": ("<i4", 0), "Y": ("<i4", 4), "Z": ("<i4", 8)}
+    directions = []
+    packet = WAVE_PACKET_OFFSETS.get(header.point_format)
+    if packet is not None:
+        for i, name in enumerate(_WAVE_VECTOR):
+            fields[name] = ("<f4", packet + _WAVE_VECTOR_OFFSET + 4 * i)
+        directions.append(Directions(_WAVE_VECTOR, False))
+    extra = list_extra_fields(header)
+    normals = []
+    for spellings in _NORMALS.values():
+        found = [name for name in extra if name.lower().replace("_", "").replace(" ", "") in spellings]
+        normals.append(found[0] if found and extra[found[0]][0] in ("<f4", "<f8") else None)
+    x, y, z = normals
+    if x is not None and y is not None and z is not None:
+        fields |= {name: extra[name] for name in (x, y, z)}
+        directions.append(Directions((x, y, z), True))
+    names = list(fields)
+    dtype = np.dtype(
+        {
+            "names": names,
+            "formats": [fields[name][0] for name in names],
+            "offsets": [fields[name][1] for name in names],
+            "itemsize": header.record_bytes,
+        }
+    )
+    return dtype, directions
+
+
+def list_extra_fields(header: LasHeader) -> dict[str, tuple[str, int]]:
+    """Return type and offset in a point of each described scalar of the extra bytes."""
+    vlr = header.find_vlr(EXTRA_BYTES_VLR)
+    start, found = POINT_BYTES[header.point_format], {}
+    body = vlr.body if vlr is not None else b""
+    for at in range(0, len(body) - _EXTRA_RECORD_BYTES + 1, _EXTRA_RECORD_BYTES):
+        kind, options, name = struct.unpack_from("<BB32s", body, at + 2)
+        if kind == 0:
+            start += options
+            continue
+        n_columns, scalar = 1 + (kind - 1) // 10, 1 + (kind - 1) % 10
+        if n_columns > 3:
+            break
+        if n_columns == 1:
+            found[name.partition(b"\0")[0].decode("latin-1")] = (_EXTRA_TYPES[kind], start)
+        start += n_columns * np.dtype(_EXTRA_TYPES[scalar]).itemsize
+    return {
+        name: (kind, at) for name, (kind, at) in found.items() if at + np.dtype(kind).itemsize <= header.record_bytes
+    }

@@ -1,0 +1,200 @@
+"""PLY files of points without faces, binary, as chunked points; other PLY files are meshes, read whole."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.types import StrPath
+from ..errors import ArgumentError, MeshError
+from ..formats.ply_header import NAMES_OF_TYPES, Header, parse_header
+from .npy import scan_bounds
+from .partial_files import FileSink
+from .protocol import Block, Bounds, ChunkError, Directions, Encoded, PointSource, describe_file
+
+AXES = ("x", "y", "z")
+_MAX_HEADER_BYTES = 1 << 20
+_NORMAL = Directions(("nx", "ny", "nz"), True)
+
+
+def is_cloud(path: StrPath) -> bool:
+    """Return whether a file is a PLY that can be streamed: binary, points without lists, and no faces."""
+    try:
+        with Path(path).open("rb") as file:
+            return _is_cloud(parse_header(file.read(_MAX_HEADER_BYTES)))
+    except (MeshError, OSError):
+        return False
+
+
+def _is_cloud(header: Header) -> bool:
+    elements = [element for element in header.elements if element.count]
+    names = {element.name for element in header.elements}
+    if header.encoding == "ascii" or [element.name for element in elements] != ["vertex"] or names - {"vertex", "face"}:
+        return False
+    properties = {p.name: p for p in elements[0].properties}
+    return properties.keys() >= {*AXES} and all(
+        p.count_dtype is None and (p.name not in AXES or p.dtype.kind == "f") for p in properties.values()
+    )
+
+
+class PlySource:
+    """A binary PLY file of points alone."""
+
+    file_type = "ply"
+    n_columns = 3
+    dtype = np.dtype(np.float64)
+    chunk_points = 1
+
+    def __init__(self, path: StrPath) -> None:
+        self.path = os.fspath(path)
+        self._file = Path(path).open("rb")  # noqa: SIM115 - closed by `close`
+        try:
+            self.head = self._file.read(_MAX_HEADER_BYTES)
+            header = parse_header(self.head)
+            if not _is_cloud(header):
+                raise ArgumentError.expecting(
+                    "source", "be a binary PLY file of points, without faces and lists", repr(self.path)
+                )
+            self.head = self.head[: header.end]
+            self.header = header
+            (vertex,) = (element for element in header.elements if element.count)
+            self.record_dtype = np.dtype([(p.name, p.dtype) for p in vertex.properties])
+            self.n_points, self.point_bytes = vertex.count, self.record_dtype.itemsize
+            held = os.fstat(self._file.fileno()).st_size - header.end
+            if held < self.n_points * self.point_bytes:
+                n_held = held // self.point_bytes
+                raise MeshError(f"vertex {n_held}: the file ends within this row, of {self.n_points} declared")
+        except MeshError as error:
+            self._file.close()
+            raise MeshError(f"{self.path}: {error}") from None
+        except BaseException:
+            self._file.close()
+            raise
+        names = self.record_dtype.names or ()
+        self.attributes: Sequence[str] = [name for name in names if name not in AXES]
+        is_turned = {*_NORMAL.fields} <= {*names} and len({self.record_dtype[name] for name in _NORMAL.fields}) == 1
+        self.directions: Sequence[Directions] = [_NORMAL] if is_turned else []
+        self.world_from_stored = np.identity(4)
+        self._buffer = bytearray()
+
+    def read(self, start: int, stop: int) -> Block:
+        """Return whole points, in memory that the next call uses again."""
+        n_bytes = (stop - start) * self.point_bytes
+        if len(self._buffer) < n_bytes:
+            self._buffer = bytearray(n_bytes)
+        self._file.seek(self.header.end + start * self.point_bytes)
+        if self._file.readinto(memoryview(self._buffer)[:n_bytes]) != n_bytes:
+            raise ArgumentError.expecting("source", "not shrink meanwhile", repr(self.path))
+        records = np.frombuffer(self._buffer, self.record_dtype, stop - start)
+        positions = np.empty((len(records), 3))
+        for i, axis in enumerate(AXES):
+            positions[:, i] = records[axis]
+        if not np.isfinite(positions.sum()) and not np.isfinite(positions).all():
+            row = int(np.argmin(np.isfinite(positions).all(axis=1)))
+            where = f"{self.path}: vertex {start + row}"
+            raise MeshError(f"{where}: coordinates must be finite, got {positions[row].tolist()}")
+        return Block(start, positions, records)
+
+    def read_raw(self, start: int, stop: int) -> Block:
+        """Raise: nothing here is compressed."""
+        raise ChunkError(f"{self.path}: not compressed", start, stop)
+
+    def read_bounds(self) -> Bounds:
+        """Return the corners of the box of all points, which are read for it."""
+        return scan_bounds(self)
+
+    def read_columns(self, block: Block) -> Mapping[str, npt.NDArray[Any]]:
+        """Return all properties but x, y and z."""
+        assert block.records is not None  # noqa: S101
+        return {name: block.records[name] for name in self.attributes}
+
+    def describe_state(self) -> list[Any]:
+        """Return size and time."""
+        return describe_file(self.path)
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+class PlySink(FileSink):
+    """A binary PLY file of points that grows: as its source if that is one, else little-endian."""
+
+    chunk_points = 1
+
+    def __init__(
+        self,
+        destination: StrPath,
+        path: Path,
+        is_stream: bool,
+        n_points: int,
+        dtype: np.dtype[Any],
+        columns: Mapping[str, np.dtype[Any]],
+    ) -> None:
+        super().__init__(destination, path, is_stream)
+        axis = np.dtype(f"<f{dtype.itemsize}")
+        kept = {name: kind.newbyteorder("<") for name, kind in columns.items() if can_hold(kind)}
+        self._record_dtype = np.dtype([*((name, axis) for name in AXES), *kept.items()])
+        self.point_bytes = self._record_dtype.itemsize
+        self.world_from_stored = np.identity(4)
+        self.head = "".join(
+            [
+                f"ply\nformat binary_little_endian 1.0\nelement vertex {n_points}\n",
+                *(f"property {NAMES_OF_TYPES[self._record_dtype[name].str[1:]]} {name}\n" for name in _names(self)),
+                "end_header\n",
+            ]
+        ).encode("latin-1", "replace")
+
+    def encode(self, block: Block, positions: npt.NDArray[Any], source: PointSource) -> Encoded:
+        """Return whole points; raise MeshError for a coordinate that is not finite."""
+        records = np.empty(len(positions), self._record_dtype)
+        columns = source.read_columns(block)
+        for name in _names(self)[3:]:
+            records[name] = columns[name]
+        return _put_positions(records, positions, block, source)
+
+
+def _names(sink: PlySink) -> tuple[str, ...]:
+    return sink._record_dtype.names or ()
+
+
+class SamePlySink(FileSink):
+    """A PLY file with the header of its source."""
+
+    chunk_points = 1
+
+    def __init__(self, destination: StrPath, path: Path, is_stream: bool, source: PlySource) -> None:
+        super().__init__(destination, path, is_stream)
+        self.point_bytes = source.point_bytes
+        self.world_from_stored = np.identity(4)
+        self.head = source.head
+
+    def encode(self, block: Block, positions: npt.NDArray[Any], source: PointSource) -> Encoded:
+        """Return whole points; raise MeshError for a coordinate that is not finite."""
+        assert block.records is not None  # noqa: S101
+        return _put_positions(block.records, positions, block, source)
+
+
+def can_hold(dtype: np.dtype[Any]) -> bool:
+    """Return whether PLY has a type for a column."""
+    return dtype.str[1:] in NAMES_OF_TYPES
+
+
+def _put_positions(
+    records: npt.NDArray[Any], positions: npt.NDArray[Any], block: Block, source: PointSource
+) -> Encoded:
+    if not np.isfinite(positions.sum()) and not np.isfinite(positions).all():
+        row = int(np.argmin(np.isfinite(positions).all(axis=1)))
+        where = f"{source.path}, transformed"
+        raise MeshError(
+            f"{where}: point {block.start + row}: coordinates must be finite, got {positions[row].tolist()}"
+        )
+    for i, axis in enumerate(AXES):
+        with np.errstate(over="ignore"):
+            records[axis] = positions[:, i]
+        if records.dtype[axis].itemsize == 4 and np.isinf(records[axis].max(initial=0) - records[axis].min(initial=0)):
+            raise MeshError(f"{source.path}, transformed: coordinates overflow the float of {axis}")
+    return Encoded(block.start, len(records), records.view(np.uint8).data)

@@ -1,0 +1,133 @@
+"""Sources and sinks by the type of a file."""
+
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._core.targets import find_target
+from .._core.types import Float64Array, StrPath
+from ..errors import ArgumentError, MeshError
+from ..formats._warn import warn
+from .las import (
+    DEFAULT_SCALE,
+    LasSink,
+    LasSource,
+    NewLasSink,
+    choose_las_grid,
+    list_las_losses,
+)
+from .losses import warn_of_losses
+from .npy import NpySink, NpySource
+from .ply import PlySink, PlySource, SamePlySink, can_hold
+from .protocol import PointSink, PointSource
+from .zarr import ZarrSink, ZarrSource
+
+SOURCES: dict[str, Any] = {"las": LasSource, "laz": LasSource, "npy": NpySource, "ply": PlySource, "zarr": ZarrSource}
+CHUNKED_TYPES = tuple(SOURCES)
+
+
+def find_type(path: StrPath) -> str:
+    """Return the type of a file by the end of its name; "npy" for all that are not known, as streams are."""
+    suffix = Path(os.fsdecode(path)).suffix.lower().lstrip(".")
+    return suffix if suffix in SOURCES else "npy"
+
+
+def open_source(path: StrPath) -> PointSource:
+    """Open a file of points by the end of its name."""
+    return SOURCES[find_type(path)](path)  # type: ignore[no-any-return]
+
+
+def make_sink(
+    source: PointSource,
+    destination: StrPath,
+    matrix: Float64Array,
+    *,
+    project: bool,
+    scale: Any,
+    offset: Any,
+) -> PointSink:
+    """Return the sink for a destination, and warn of what it cannot hold; nothing is written yet."""
+    file_type = find_type(destination)
+    if file_type in ("las", "laz"):
+        return _make_las_sink(source, destination, matrix, file_type, project, scale, offset)
+    if scale is not None or offset is not None:
+        name = "scale" if scale is not None else "offset"
+        raise ArgumentError(f"{name} is for .las and .laz files, got {os.fspath(destination)!r}", argument=name)
+    shape = (source.n_points, source.n_columns)
+    if file_type == "zarr":
+        warn_of_losses(os.fspath(destination), file_type, source.attributes)
+        return ZarrSink(destination, shape, source.dtype, getattr(source, "array", None))
+    target = find_target(destination, "destination")
+    if file_type == "npy":
+        warn_of_losses(os.fspath(destination), file_type, source.attributes)
+        return NpySink(destination, *target, shape, source.dtype)
+    _require_space(source, destination)
+    if isinstance(source, PlySource):
+        return SamePlySink(destination, *target, source)
+    columns = _describe_columns(source)
+    warn_of_losses(os.fspath(destination), file_type, [name for name, kind in columns.items() if not can_hold(kind)])
+    return PlySink(destination, *target, source.n_points, source.dtype, columns)
+
+
+def _make_las_sink(
+    source: PointSource,
+    destination: StrPath,
+    matrix: Float64Array,
+    file_type: str,
+    project: bool,
+    scale: Any,
+    offset: Any,
+) -> PointSink:
+    _require_space(source, destination)
+    target = find_target(destination, "destination")
+    if target.is_stream:
+        raise ArgumentError.expecting("destination", "be a file for this type", repr(os.fspath(destination)))
+    is_las = isinstance(source, LasSource)
+    try:
+        if is_las and scale is None and offset is None and np.array_equal(matrix, np.identity(4)):
+            grid = source.header.scales, source.header.offsets  # type: ignore[attr-defined]
+        else:
+            scales = source.header.scales if is_las else [DEFAULT_SCALE] * 3  # type: ignore[attr-defined]
+            grid = choose_las_grid(source.read_bounds(), matrix, scales, scale, offset, project)
+    except MeshError as error:
+        raise MeshError(f"{source.path}: {error}") from None
+    is_compressed = file_type == "laz"
+    if not isinstance(source, LasSource):
+        columns = _describe_columns(source)
+        lost = list_las_losses(columns)
+        warn_of_losses(os.fspath(destination), file_type, lost)
+        kept = {name: kind for name, kind in columns.items() if name not in lost}
+        return NewLasSink(destination, *target, source.n_points, kept, grid, is_compressed)
+    if source.is_copc:
+        warn(f"{source.path}: its COPC index is left out: {file_type.upper()} with points in their order is written")
+    if source.header.has_crs:
+        _warn_of_crs(source, matrix, project)
+    sink = LasSink(destination, *target, source.header, grid, is_compressed)
+    sink.keep_tail_of(source)
+    return sink
+
+
+def _warn_of_crs(source: LasSource, matrix: Float64Array, project: bool) -> None:
+    """Warn if the matrix moves points by more than a unit, after which the named coordinate system is hardly theirs."""
+    low, high = source.read_bounds()
+    corners = np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T
+    moved = float(np.abs(corners @ matrix[:3, :3].T + matrix[:3, 3] - corners).max())
+    if project or not moved <= 1.0:
+        warn(
+            f"{source.path}: the coordinate system that it names is kept, and the matrix moves points by up to "
+            f"{moved:.4g}: is it still true?"
+        )
+
+
+def _require_space(source: PointSource, destination: StrPath) -> None:
+    if source.n_columns != 3:
+        raise ArgumentError.expecting("source", f"have shape (n, 3) for {os.fspath(destination)!r}", "(n, 2)")
+
+
+def _describe_columns(source: PointSource) -> dict[str, np.dtype[Any]]:
+    """Return the type of each attribute."""
+    if not source.attributes:
+        return {}
+    return {name: column.dtype for name, column in source.read_columns(source.read(0, 0)).items()}

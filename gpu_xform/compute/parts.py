@@ -1,0 +1,138 @@
+"""Parts of chunked points: read, transformed and encoded, in this process or in another."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .._core.types import Float64Array
+from ..chunked.protocol import ChunkError, Directions, Encoded, PointSink, PointSource
+from ..chunked.registry import open_source
+from ..device import HOST, Device, resolve_device
+from ..geometry.attributes import transform_normals
+from ._precision import Precision
+from .transform import project_points, transform_points, transform_vectors
+
+
+@dataclass(frozen=True)
+class PartJob:
+    """What is done to each part of a file; it can be pickled, and holds no open file.
+
+    matrix : from world to world
+    stored_matrix : from the numbers that the source stores to those that the sink stores
+    dtype : of the positions that are computed
+    needs_float64 : whether single precision would not do, as for the grids of LAS
+    directions : those of the source that the matrix turns as well
+    """
+
+    path: str
+    sink: PointSink
+    matrix: Float64Array
+    stored_matrix: Float64Array
+    dtype: np.dtype[Any]
+    needs_float64: bool
+    project: bool
+    precision: Precision
+    directions: tuple[Directions, ...]
+    skip_bad_chunks: bool
+
+
+class PartWorker:
+    """Runs parts of one job one after another, in memory that it keeps."""
+
+    def __init__(self, job: PartJob, source: PointSource, device: Device | None) -> None:
+        self._job, self._source = job, source
+        self._device = choose_part_device(job, device)
+        self._numbers: npt.NDArray[Any] = np.empty((0, source.n_columns), job.dtype)
+        self._result: npt.NDArray[Any] = np.empty((0, source.n_columns), job.dtype.newbyteorder("="))
+
+    def run(self, start: int, stop: int) -> Iterator[Encoded]:
+        """Yield the points from `start` up to `stop` as the sink stores them: one part, or more around bad chunks."""
+        while start < stop:
+            try:
+                yield self._transform(start, stop)
+            except ChunkError as error:
+                if not self._job.skip_bad_chunks or error.stop <= error.start:
+                    raise
+                if start < error.start:
+                    yield self._transform(start, error.start)
+                raw = self._source.read_raw(error.start, error.stop)
+                part = self._job.sink.encode(raw, raw.positions, self._source)
+                part.facts["skipped"] = str(error)
+                yield part
+                start = error.stop
+            else:
+                return
+
+    def _transform(self, start: int, stop: int) -> Encoded:
+        job, source = self._job, self._source
+        block = source.read(start, stop)
+        n = stop - start
+        if len(self._result) < n:
+            self._result = np.empty((n, source.n_columns), self._result.dtype)
+        numbers, result = block.positions, self._result[:n]
+        if numbers.dtype != job.dtype:
+            if len(self._numbers) < n:
+                self._numbers = np.empty((n, source.n_columns), job.dtype)
+            numbers = self._numbers[:n]
+            for i in range(source.n_columns):
+                numbers[:, i] = block.positions[:, i]
+        run = project_points if job.project else transform_points
+        run(numbers, job.stored_matrix, precision=job.precision, out=result, device=self._device)
+        if block.records is not None and n:
+            for directions in job.directions:
+                self._turn(block.records, directions)
+        return job.sink.encode(block, result, source)
+
+    def _turn(self, records: npt.NDArray[Any], directions: Directions) -> None:
+        """Transform three fields of points: normals stay as long as they were."""
+        rows = np.stack([records[name] for name in directions.fields], axis=1).astype(np.float64)
+        if directions.is_normal:
+            turned = transform_normals(rows, self._job.matrix[:3, :3])
+        else:
+            turned = transform_vectors(rows, self._job.matrix, device=self._device)
+        for i, name in enumerate(directions.fields):
+            records[name] = turned[:, i]
+
+
+def run_part(job: PartJob, start: int, stop: int, device: Device | None = None) -> list[Encoded]:
+    """Run one part in a process of its own; a sink that any process may write gets it at once."""
+    source = open_source(job.path)
+    try:
+        parts = list(PartWorker(job, source, device).run(start, stop))
+        if job.sink.is_parallel:
+            for part in parts:
+                job.sink.append(part)
+                part.body = None
+        else:
+            for part in parts:
+                part.body = bytes(part.body)
+        return parts
+    finally:
+        source.close()
+
+
+def choose_part_device(job: PartJob, device: Device | None) -> Device:
+    """Return the device for parts; integers of a grid need double precision, which the host has if another lacks it."""
+    chosen = resolve_device(device)
+    return chosen if chosen.has_float64 or not job.needs_float64 else Device(HOST)
+
+
+def fold_matrices(sink_grid: Float64Array, matrix: Float64Array, source_grid: Float64Array) -> Float64Array:
+    """Return inverse(sink_grid) @ matrix @ source_grid, rounded once; both grids scale and shift alone.
+
+    The shifts of a grid are large beside what is left of them: products in float64 would lose digits.
+    """
+    n = len(matrix)
+    if not np.isfinite(matrix).all():
+        return matrix
+    exact = [[[Fraction(float(x)) for x in row] for row in each] for each in (sink_grid, matrix, source_grid)]
+    sink, middle, source = exact
+    product = [[sum((middle[i][k] * source[k][j] for k in range(n)), Fraction(0)) for j in range(n)] for i in range(n)]
+    for i in range(n - 1):
+        for j in range(n):
+            product[i][j] = (product[i][j] - sink[i][n - 1] * product[n - 1][j]) / sink[i][i]
+    return np.array([[float(x) for x in row] for row in product])

@@ -1,0 +1,249 @@
+"""LAS files, transformed a part at a time, against laspy."""
+
+import shutil
+import struct
+import warnings
+from pathlib import Path
+from typing import Any
+
+import laspy
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.compute import streaming
+from tests.support.las_files import NORMALS, WAVE_VECTOR, make_las, stack, world
+
+MATRIX = gx.chain(gx.scale(1.0, 1.1, 0.9), gx.rotate([0.3, -0.2, 1.0], np.radians(41)), gx.translate(3.3, -170, 1e4))
+REFLECTION = gx.chain(gx.shear(xy=0.4), gx.reflect([1, 0, 0]))
+CRS = laspy.VLR(user_id="LASF_Projection", record_id=2112, description="WKT", record_data=b'PROJCS["here"]\0')
+OTHER = laspy.VLR(user_id="someone", record_id=7, description="theirs", record_data=bytes(range(77)))
+
+
+@pytest.fixture(autouse=True)
+def _small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 9000)
+
+
+def require_moved(before: Any, after: Any, matrix: Any) -> None:
+    """Check that points are where a matrix puts them, within half a unit, and that nothing else has changed."""
+    expected = world(before) @ np.longdouble(matrix[:3, :3]).T + np.longdouble(matrix[:3, 3])
+    assert (np.abs(world(after) - expected) / np.longdouble(after.header.scales)).max() <= 0.5 + 1e-5
+    names = list(before.point_format.dimension_names)
+    assert list(after.point_format.dimension_names) == names
+    for name in set(names) - {*"XYZ", *NORMALS, *WAVE_VECTOR}:
+        assert np.asarray(after[name]).tobytes() == np.asarray(before[name]).tobytes(), name
+    assert np.allclose(after.header.mins, after.xyz.min(axis=0), rtol=0, atol=1e-9)
+    assert np.allclose(after.header.maxs, after.xyz.max(axis=0), rtol=0, atol=1e-9)
+    assert after.header.point_count == before.header.point_count
+    assert np.array_equal(after.header.number_of_points_by_return, before.header.number_of_points_by_return)
+
+
+@pytest.mark.parametrize("point_format", range(11))
+def test_points_move_within_half_a_unit_and_all_other_fields_stay(tmp_path: Path, point_format: int) -> None:
+    before = make_las(tmp_path / "in.las", point_format=point_format)
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", MATRIX)
+    after = laspy.read(tmp_path / "out.las")
+    require_moved(before, after, MATRIX)
+    assert after.header.point_format == before.header.point_format
+    assert np.array_equal(after.header.scales, before.header.scales)
+    old = stack(before, NORMALS)
+    turned = old @ np.linalg.inv(MATRIX[:3, :3])
+    turned *= np.linalg.norm(old, axis=1, keepdims=True) / np.linalg.norm(turned, axis=1, keepdims=True)
+    assert np.abs(stack(after, NORMALS) - turned).max() < 1e-6
+    if point_format in (4, 5, 9, 10):
+        assert np.abs(stack(after, WAVE_VECTOR) - stack(before, WAVE_VECTOR) @ MATRIX[:3, :3].T).max() < 1e-6
+
+
+@pytest.mark.parametrize("matrix", [REFLECTION, gx.translate(0.0004, 0, 0), gx.scale(1e-3)], ids=["reflect", "", "mm"])
+def test_the_new_offset_is_the_centre_of_the_moved_box(tmp_path: Path, matrix: Any) -> None:
+    before = make_las(tmp_path / "in.las")
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", matrix)
+    after = laspy.read(tmp_path / "out.las")
+    require_moved(before, after, matrix)
+    moved = np.float64(world(before) @ np.longdouble(matrix[:3, :3]).T + np.longdouble(matrix[:3, 3]))
+    size = np.ptp(moved, axis=0) + after.header.scales
+    assert (np.abs(after.header.offsets - moved.mean(axis=0)) < 0.3 * size).all()
+
+
+def test_the_scale_widens_only_where_integers_would_overflow(tmp_path: Path) -> None:
+    before = make_las(tmp_path / "in.las")
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", gx.scale(1, 1e4, 1e7))
+    after = laspy.read(tmp_path / "out.las")
+    assert after.header.scales.tolist() == [0.001, 0.02, 50.0]
+    require_moved(before, after, gx.scale(1, 1e4, 1e7))
+    with pytest.raises(gx.MeshError, match=r"in\.las: a scale of 0\.001 cannot hold coordinates .* need at least"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "no.las", gx.scale(1e6), scale=0.001)
+    with pytest.raises(gx.MeshError, match="beyond the largest numbers"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "no.las", gx.scale(1e306))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.las", "out.las"]
+
+
+def test_scale_and_offset_may_be_given(tmp_path: Path) -> None:
+    before = make_las(tmp_path / "in.las")
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", np.eye(4), scale=[0.01, 0.1, 1], offset=[1e5, 5e6, 7])
+    after = laspy.read(tmp_path / "out.las")
+    assert (after.header.scales.tolist(), after.header.offsets.tolist()) == ([0.01, 0.1, 1], [1e5, 5e6, 7])
+    require_moved(before, after, np.eye(4))
+    for scale in (0, -1, [1, 2], "wide"):
+        with pytest.raises((gx.ArgumentError, gx.ArgumentTypeError), match="scale"):
+            gx.transform_file(tmp_path / "in.las", tmp_path / "no.las", np.eye(4), scale=scale)
+    with pytest.raises(gx.ArgumentError, match=r"scale is for \.las and \.laz files"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "no.npy", np.eye(4), scale=1)
+
+
+def test_the_identity_gives_the_same_file(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.las", vlrs=[CRS, OTHER])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", np.eye(4))
+    assert (tmp_path / "out.las").read_bytes() == (tmp_path / "in.las").read_bytes()
+
+
+@pytest.mark.parametrize("suffix", ["las", "laz"])
+def test_records_before_and_behind_the_points_stay(tmp_path: Path, suffix: str) -> None:
+    make_las(tmp_path / "in.las", vlrs=[CRS, OTHER], evlrs=[OTHER])
+    out = tmp_path / f"out.{suffix}"
+    with pytest.warns(
+        gx.MeshWarning, match=r"in\.las: the coordinate system that it names is kept.*moves points by up"
+    ):
+        gx.transform_file(tmp_path / "in.las", out, MATRIX)
+    before, after = laspy.read(tmp_path / "in.las"), laspy.read(out)
+    for old, new in ((before.vlrs, after.vlrs), (before.evlrs, after.evlrs)):
+        kept = [(vlr.user_id, vlr.record_id, vlr.description, vlr.record_data_bytes()) for vlr in new]
+        expected = [(vlr.user_id, vlr.record_id, vlr.description, vlr.record_data_bytes()) for vlr in old]
+        assert [vlr for vlr in kept if vlr[0] != "laszip encoded"] == expected
+    require_moved(before, after, MATRIX)
+
+
+def test_waveforms_behind_the_points_are_found_where_they_have_gone(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.las", point_format=4)
+    data = bytearray((tmp_path / "in.las").read_bytes())
+    data[25] = 3  # LAS 1.3 has one pointer to them, and no list of records
+    head = data[:235]
+    struct.pack_into("<HI", head, 94, 235, struct.unpack_from("<I", data, 96)[0] - 140)
+    struct.pack_into("<I5I", head, 107, 400, *(80,) * 5)
+    struct.pack_into("<Q", head, 227, len(data) - 140)
+    (tmp_path / "in.las").write_bytes(bytes(head) + bytes(data[375:]) + b"waveforms")
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.laz", MATRIX)
+    moved = (tmp_path / "out.laz").read_bytes()
+    (start,) = struct.unpack_from("<Q", moved, 227)
+    assert moved[start:] == b"waveforms"
+    require_moved(laspy.read(tmp_path / "in.las"), laspy.read(tmp_path / "out.laz"), MATRIX)
+
+
+def test_normals_may_be_kept(tmp_path: Path) -> None:
+    before = make_las(tmp_path / "in.las")
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", MATRIX, normals="keep")
+    assert np.array_equal(stack(laspy.read(tmp_path / "out.las"), NORMALS), stack(before, NORMALS))
+    with pytest.raises(gx.ArgumentError, match="normals must be 'auto' or 'keep', got 'yes'"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "no.las", MATRIX, normals="yes")  # type: ignore[arg-type]
+
+
+def test_a_projection_divides_and_says_that_it_leaves_directions(tmp_path: Path) -> None:
+    before = make_las(tmp_path / "in.las")
+    matrix = gx.translate(-431_000, -5_123_000, -9000).copy()
+    matrix = gx.perspective_from_eye(4000) @ matrix
+    matrix[2] = [0, 0, 1, -9000]
+    with pytest.warns(gx.MeshWarning, match="a projection bends NormalX, NormalY, NormalZ"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", matrix, project=True, scale=1e-4)
+    after = laspy.read(tmp_path / "out.las")
+    expected = gx.project_points(np.float64(world(before)), matrix)
+    assert (np.abs(after.xyz - expected) / after.header.scales).max() < 0.51
+    matrix[3] = [0, 0, 1, -211]
+    with (
+        pytest.warns(gx.MeshWarning, match="bends"),
+        pytest.raises(gx.MeshError, match=r"in\.las: w is zero within the bounds"),
+    ):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "no.las", matrix, project=True)
+
+
+LIES = {
+    "count": (247, "<Q", 401, "the header says 401 points of .* bytes, there is room for 400"),
+    "place of the points": (96, "<I", 1 << 30, "points begin at byte"),
+    "record": (105, "<H", 12, "a point of format 7 takes 36 bytes, the header says 12"),
+    "format": (104, "<B", 11, "point format 11 is not known"),
+    "version": (25, "<B", 7, "LAS version 1.7 is not known"),
+    "header": (94, "<H", 227, "a header of LAS 1.4 takes 375 bytes, it says 227"),
+    "number of records": (100, "<I", 9, "record 1 of 9 before the points does not fit"),
+    "scale": (131, "<d", 0.0, "scales must be positive"),
+    "offset": (155, "<d", np.nan, "offsets and bounds finite"),
+    "bounds": (179, "<d", np.inf, "offsets and bounds finite"),
+    "magic": (0, "4s", b"OBJ ", "not a LAS file"),
+    "places of records": (235, "<QI", (1 << 40, 1), "record 0 of 1 behind the points begins at byte"),
+}
+
+
+@pytest.mark.parametrize("lie", LIES)
+def test_a_header_that_lies_is_an_error_that_names_the_file(tmp_path: Path, lie: str) -> None:
+    make_las(tmp_path / "in.las")
+    data = bytearray((tmp_path / "in.las").read_bytes())
+    place, code, value, message = LIES[lie]
+    struct.pack_into(code, data, place, *(value if isinstance(value, tuple) else (value,)))
+    (tmp_path / "in.las").write_bytes(data)
+    with pytest.raises(gx.MeshError, match=rf"in\.las: .*{message}"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", MATRIX)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.las"]
+
+
+def test_points_far_outside_the_bounds_of_the_header_are_an_error(tmp_path: Path) -> None:
+    las = make_las(tmp_path / "in.las")
+    las.X[37] = 2**31 - 1
+    las.write(tmp_path / "in.las")
+    data = bytearray((tmp_path / "in.las").read_bytes())
+    struct.pack_into("<2d", data, 179, 431_001, 431_000)
+    (tmp_path / "in.las").write_bytes(data)
+    with pytest.raises(gx.ArgumentError, match=r"in\.las: point 37 comes to .*its header tells other bounds"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", gx.scale(-1.1, 1, 1), scale=0.001)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.las"]
+
+
+def test_a_matrix_that_is_not_finite_is_refused(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.las")
+    with pytest.raises(gx.ArgumentError, match="matrix"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", np.full((4, 4), np.nan))
+    with pytest.raises(gx.ArgumentError, match="precision must be 'auto' or 'float64' for LAS"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", np.eye(4), precision="float32")
+    assert [path.name for path in tmp_path.iterdir()] == ["in.las"]
+
+
+def test_an_empty_tile_stays_empty(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.las", 0)
+    for name in ("out.las", "out.laz", "out.npy", "out.ply"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", gx.MeshWarning)
+            gx.transform_file(tmp_path / "in.las", tmp_path / name, MATRIX)
+    assert len(laspy.read(tmp_path / "out.laz")) == len(laspy.read(tmp_path / "out.las")) == 0
+    assert np.load(tmp_path / "out.npy").shape == (0, 3)
+
+
+def test_a_resumed_run_gives_the_same_file(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.las", evlrs=[OTHER])
+    gx.transform_file(tmp_path / "in.las", tmp_path / "whole.las", MATRIX)
+
+    def stop(done: int, _: int) -> None:
+        if done > 200:
+            raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", MATRIX, progress=stop)
+    with (tmp_path / "out.las.partial").open("ab") as file:
+        file.write(b"torn" * 500)
+    told: list[int] = []
+    gx.transform_file(
+        *(tmp_path / "in.las", tmp_path / "out.las", MATRIX), resume=True, progress=lambda done, _: told.append(done)
+    )
+    assert told[0] > 250
+    assert (tmp_path / "out.las").read_bytes() == (tmp_path / "whole.las").read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["in.las", "out.las", "whole.las"]
+
+
+def test_a_missing_library_is_named_with_its_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make_las(tmp_path / "in.las")
+    shutil.copy(tmp_path / "in.las", tmp_path / "copy.las")
+    monkeypatch.setitem(__import__("sys").modules, "lazrs", None)
+    with pytest.raises(gx.MissingExtraError, match=r"LAZ needs lazrs: pip install 'gpu_xform\[las\]'"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.laz", MATRIX)
+    monkeypatch.setitem(__import__("sys").modules, "laspy", None)
+    with pytest.raises(gx.MissingExtraError, match=r"LAS needs laspy: pip install 'gpu_xform\[las\]'"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.npy", MATRIX)

@@ -1,0 +1,96 @@
+"""PLY files of points, streamed, against the reader of whole files and plyfile."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import plyfile
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.chunked.ply import is_cloud
+from gpu_xform.compute import streaming
+from gpu_xform.geometry.mesh import move
+from tests.support.reference_transform import AFFINE, some_points
+
+
+@pytest.fixture(autouse=True)
+def _small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 3000)
+
+
+def write_cloud(path: Path, order: str = "<", kind: str = "f4", *, faces: bool = False, n: int = 250) -> Path:
+    random = np.random.default_rng(n)
+    fields = [*((axis, kind) for axis in "xyz"), *((name, "f4") for name in ("nx", "ny", "nz"))]
+    fields += [("red", "u1"), ("intensity", "u2"), ("time", "f8")]
+    rows: Any = np.zeros(n, fields)
+    for i, axis in enumerate("xyz"):
+        rows[axis] = some_points(n, "f8")[:, i]
+        rows[f"n{axis}"] = random.normal(size=n)
+    rows["red"], rows["intensity"], rows["time"] = random.integers(0, 256, n), random.integers(0, 60000, n), 1.5
+    elements = [plyfile.PlyElement.describe(rows, "vertex")]
+    if faces:
+        corners = np.array([([0, 1, 2],)], [("vertex_indices", "i4", (3,))])
+        elements.append(plyfile.PlyElement.describe(corners, "face"))
+    plyfile.PlyData(elements, byte_order=order, comments=["by a scanner"]).write(path)
+    return path
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize("kind", ["f4", "f8"])
+@pytest.mark.parametrize("matrix", [AFFINE, np.eye(4), gx.reflect([1, 2, 3])], ids=["affine", "identity", "mirror"])
+def test_the_stream_is_the_file_of_the_whole_mesh(tmp_path: Path, order: str, kind: str, matrix: Any) -> None:
+    source = write_cloud(tmp_path / "in.ply", order, kind)
+    assert is_cloud(source)
+    gx.transform_file(source, tmp_path / "out.ply", matrix)
+    mesh = gx.load_mesh(source)
+    gx.save_mesh(move(mesh, gx.transform_points(mesh.positions, matrix), matrix), tmp_path / "whole.ply")
+    streamed, whole = (plyfile.PlyData.read(tmp_path / name) for name in ("out.ply", "whole.ply"))
+    assert streamed.header == whole.header
+    for name in whole["vertex"].data.dtype.names:
+        if name.startswith("n"):  # NumPy's products are rounded by the shape of their factors
+            assert np.abs(streamed["vertex"][name] - whole["vertex"][name]).max() < 1e-6
+        else:
+            assert np.array_equal(streamed["vertex"][name], whole["vertex"][name]), name
+
+
+def test_what_has_faces_or_text_is_no_cloud(tmp_path: Path) -> None:
+    source = write_cloud(tmp_path / "in.ply", faces=True)
+    assert not is_cloud(source)
+    with pytest.raises(gx.ArgumentError, match="source must be a binary PLY file of points, without faces"):
+        gx.transform_file(source, tmp_path / "out.ply", AFFINE)
+    plyfile.PlyData(plyfile.PlyData.read(source).elements, text=True).write(tmp_path / "text.ply")
+    assert not is_cloud(tmp_path / "text.ply")
+    assert not is_cloud(tmp_path / "none.ply")
+
+
+@pytest.mark.parametrize("bad", ["cut", "nan", "overflow"])
+def test_bad_points_are_named_and_nothing_is_left(tmp_path: Path, bad: str) -> None:
+    source = write_cloud(tmp_path / "in.ply", kind="f4")
+    data = bytearray(source.read_bytes())
+    start = data.index(b"end_header\n") + 11
+    size = (len(data) - start) // 250
+    messages = {
+        "cut": r"in\.ply: vertex 249: the file ends within this row, of 250 declared",
+        "nan": r"in\.ply: vertex 7: coordinates must be finite, got \[nan",
+        "overflow": "transformed: coordinates overflow the float of x",
+    }
+    if bad == "cut":
+        del data[-1]
+    elif bad == "nan":
+        data[start + 7 * size : start + 7 * size + 4] = np.float32(np.nan).tobytes()
+    source.write_bytes(data)
+    with pytest.raises(gx.MeshError, match=messages[bad]):
+        gx.transform_file(source, tmp_path / "out.ply", gx.scale(1e38) if bad == "overflow" else AFFINE)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.ply"]
+
+
+def test_properties_become_fields_of_las_and_come_back(tmp_path: Path) -> None:
+    source = write_cloud(tmp_path / "in.ply", kind="f8")
+    gx.transform_file(source, tmp_path / "out.laz", np.eye(4), scale=1e-6)
+    gx.transform_file(tmp_path / "out.laz", tmp_path / "back.ply", np.eye(4))
+    before, after = (plyfile.PlyData.read(path)["vertex"] for path in (source, tmp_path / "back.ply"))
+    assert np.array_equal(after["red"], before["red"] * np.uint16(257))
+    for name in ("nx", "ny", "nz", "intensity", "time"):
+        assert np.array_equal(after[name], before[name]), name
+    assert np.abs(after["x"] - before["x"]).max() <= 0.5001e-6
