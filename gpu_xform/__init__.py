@@ -16,7 +16,7 @@ _PUBLIC_NAMES = {
     "errors": (
         "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DeviceWarning DisplayError GpuXformError "
         "MeshError MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError "
-        "SimulationError SimulationWarning SingularMatrixError SizeWarning"
+        "SimulationError SimulationWarning SingularMatrixError SizeWarning TextWarning"
     ),
     "device": "Device default_device",
     "matrices": (
@@ -113,6 +113,7 @@ if TYPE_CHECKING:
     from .errors import SimulationWarning as SimulationWarning
     from .errors import SingularMatrixError as SingularMatrixError
     from .errors import SizeWarning as SizeWarning
+    from .errors import TextWarning as TextWarning
     from .formats import load_mesh as load_mesh
     from .formats import load_scene as load_scene
     from .formats import save_mesh as save_mesh

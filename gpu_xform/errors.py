@@ -87,6 +87,10 @@ class SimulationWarning(UserWarning):
     """A simulation starts from where it is likely to go astray; the message says why."""
 
 
+class TextWarning(UserWarning):
+    """Some labels found no room in a picture; the message says how many."""
+
+
 class SizeWarning(UserWarning):
     """A picture is padded to a size that its format can hold."""
 

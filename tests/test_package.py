@@ -86,7 +86,7 @@ def test_another_name_is_an_attribute_error() -> None:
         gpu_xform.transfrom_points  # type: ignore[attr-defined]  # noqa: B018
 
 
-WARNINGS = {"DeviceWarning", "MeshWarning", "PrecisionWarning", "SimulationWarning", "SizeWarning"}
+WARNINGS = {"DeviceWarning", "MeshWarning", "PrecisionWarning", "SimulationWarning", "SizeWarning", "TextWarning"}
 
 
 def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:

@@ -17,6 +17,7 @@ from .._core.error_context import prefix_errors
 from .._core.progress import show_progress
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
+from ..annotation.options import NO_OPTIONS, AnnotationOptions
 from ..device import Device
 from ..drawing.camera import Camera, CameraLike, extreme_points, fit_options, require_in_range
 from ..drawing.framing import framing_points
@@ -60,6 +61,8 @@ def animate(
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
     progress: Progress | None = None,
+    font: StrPath | None = None,
+    font_size: float | None = None,
     **style: Unpack[Style],
 ) -> "Animation":
     """Return an animation of models; nothing is drawn until a frame or a file is requested.
@@ -96,6 +99,8 @@ def animate(
     progress : function, optional
         Called with the number of frames drawn and the number of all frames while the file is written. By default a
         progress bar appears after a second, on a terminal only.
+    font, font_size : optional
+        The font and the size of texts, as `render` takes them.
     **style
         Keywords of `Layer`, as `render` takes them. The matrix of a frame applies after `transform`.
 
@@ -118,7 +123,8 @@ def animate(
     """
     require_style(style, inspect.signature(animate).parameters)
     motion = make_motion(frames, fps, n_frames, duration)
-    animation = Animation(load_models(models), motion, size, camera, background, device, rasterizer, style)
+    annotations = AnnotationOptions(font, font_size)
+    animation = Animation(load_models(models), motion, size, camera, background, device, rasterizer, style, annotations)
     if path is not None:
         animation.save(path, progress=progress)
     return animation
@@ -203,6 +209,7 @@ class Animation:
         device: Device | None,
         rasterizer: RasterizerName,
         style: Style,
+        annotations: AnnotationOptions = NO_OPTIONS,
     ) -> None:
         self._models = models
         self._motion = motion
@@ -211,6 +218,7 @@ class Animation:
         self._device = device
         self._rasterizer = rasterizer
         self._style = style
+        self._annotations = annotations
         require_rasterizer(rasterizer)
         apply_pose(models, np.eye(4), style)
         self._is_opaque = background is not None and to_rgba(background, "background")[3] == 1.0
@@ -343,7 +351,7 @@ class Animation:
                     unread.cancel()
 
     def _begin(self, k: int, overlap_with: PendingImage | None = None) -> PendingImage:
-        frame = Frame(self.camera, self.size, self._background, self._device)
+        frame = Frame(self.camera, self.size, self._background, self._device, self._annotations)
         layers = self._layers(k)
         return begin_render(layers, frame, {}, rasterizer=self._rasterizer, overlap_with=overlap_with)
 

@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 Value = TypeVar("Value")
 
 AXES = ("x", "y", "z")
+LABEL_SETS = ("names", "indices")
+LABEL_FILES = ("txt", "csv")
 PIN_SIDES = ("left", "right", "bottom", "top", "back", "front")  # low and high along each axis
 PIN_NAMES = (*PIN_SIDES, "corners")
 
@@ -181,6 +183,23 @@ def parse_line_width(text: str) -> float | str:
 def parse_point_size(text: str) -> float:
     """Parse a positive number of pixels."""
     return _parse_pixels(text)
+
+
+@argument_type
+def parse_font_size(text: str) -> float:
+    """Parse a positive number of pixels."""
+    return _parse_pixels(text)
+
+
+@argument_type
+def parse_labels(text: str) -> str | Template:
+    """Parse `names`, `indices`, or the name of a file of texts."""
+    if text in LABEL_SETS:
+        return text
+    if file_type(text) not in LABEL_FILES:
+        hint = did_you_mean(text, LABEL_SETS)
+        raise ValueError(f"expected {' or '.join(LABEL_SETS)}, or a .txt or .csv file, got {quote(text)}{hint}")
+    return Template(text)
 
 
 def _parse_pixels(text: str) -> float:

@@ -50,4 +50,6 @@ def collect_picture_arguments(options: Namespace, layers: Sequence["Layer"], dev
         "size": options.resolution,
         "background": options.background,
         "device": device,
+        "font": options.font,
+        "font_size": options.font_size,
     }

@@ -1,6 +1,7 @@
 """Reading and writing of meshes, arrays, matrices and pictures, from files or through standard streams."""
 
 import contextlib
+import csv
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
@@ -99,6 +100,31 @@ def read_table(path: str) -> npt.NDArray[Any]:
         raise ArgumentError(f"expected rows of numbers or a file of them, got {path!r} ({error.strerror})") from None
     except ValueError:
         raise ArgumentError(f"{path}: expected a text of rows of as many numbers, or an .npy file") from None
+
+
+def read_labels(path: str) -> "list[str] | dict[int | tuple[float, float, float], str]":
+    """Read the labels of a model: a text per line of a .txt file, or the rows INDEX,TEXT or X,Y,Z,TEXT of a .csv."""
+    try:
+        text = Path(path).read_text("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ArgumentError(f"{path}: expected text in UTF-8: {error}") from None
+    if file_type(path) == "txt":
+        return text.splitlines()
+    labels: dict[int | tuple[float, float, float], str] = {}
+    for number, row in enumerate(csv.reader(text.splitlines()), 1):
+        if not row:
+            continue
+        *key, label = row
+        try:
+            if len(key) == 1:
+                labels[int(key[0])] = label
+            else:
+                x, y, z = map(float, key)
+                labels[x, y, z] = label
+        except ValueError:
+            expected = "INDEX,TEXT or X,Y,Z,TEXT"
+            raise ArgumentError(f"{path}: line {number}: expected {expected}, got {','.join(row)!r}") from None
+    return labels
 
 
 def write_picture(picture: "Image | str | bytes", path: str, *, make_folders: bool) -> None:

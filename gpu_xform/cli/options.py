@@ -128,6 +128,13 @@ STYLE = (
         "scalar values mapped to the ends of the colormap (default: the smallest and the largest)",
     ),
     ValueOption("--alpha", "A", types.parse_fraction, "opacity, 0 to 1 (default: 1)"),
+    ValueOption(
+        "--labels",
+        "WHAT",
+        types.parse_labels,
+        "texts beside points: names for the name of each model over its centre, indices for the index of each point, "
+        "or a file: a .txt with a line per point, or a .csv with rows INDEX,TEXT or X,Y,Z,TEXT",
+    ),
     ValueOption("--depth-cue", "D", types.parse_fraction, "opacity lost by the farthest point, 0 to 1 (default: 0)"),
 )
 LINE_COLOR_FLAGS = ("--color", "--scalars", "--face-colors", "--edge-colors", "--vertex-colors")
@@ -221,6 +228,20 @@ def add_picture(parser: argparse.ArgumentParser, resolution: str) -> None:
     )
 
 
+def add_annotations(parser: argparse.ArgumentParser) -> None:
+    """Add what is written into a picture beside its models."""
+    group = parser.add_argument_group("text (with --labels in the style of a model)")
+    group.add_argument(
+        "--font", metavar="FONT", help="font of texts: a .ttf or .otf file, or the name of an installed font"
+    )
+    group.add_argument(
+        "--font-size",
+        metavar="PIXELS",
+        type=types.parse_font_size,
+        help="size of texts (default: 10 in a picture of 256 pixels, 20 in one of 1024)",
+    )
+
+
 def add_style(parser: argparse.ArgumentParser) -> None:
     """Add the style of models; options that are not typed are not in the namespace: the library has the defaults."""
     group = parser.add_argument_group("style")
@@ -289,6 +310,7 @@ def add_drawing_options(parser: argparse.ArgumentParser, resolution: str) -> Non
     add_transforms(parser)
     add_picture(parser, resolution)
     add_style(parser)
+    add_annotations(parser)
     add_camera(parser)
 
 

@@ -36,7 +36,7 @@ def read_style(options: Namespace, path: str, use: str) -> dict[str, Any]:
     for name in ("scalars", "instances"):
         if name in typed:
             raise ArgumentError(f"--{name} is not for {use}")
-    return {name: _read_value(value, path) for name, value in typed.items()}
+    return {name: _read_value(name, value, path) for name, value in typed.items()}
 
 
 def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
@@ -47,7 +47,8 @@ def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Flo
     typed = collect_style_arguments(options)
     source, instances = typed.pop("scalars", None), typed.pop("instances", None)
     styles = [
-        {name: _read_value(value, path) for name, value in typed.items()} | {"name": Path(path).stem} for path in paths
+        {name: _read_value(name, value, path) for name, value in typed.items()} | {"name": Path(path).stem}
+        for path in paths
     ]
     for style, path in zip(styles, paths, strict=True):
         style["transform"] = (
@@ -72,8 +73,10 @@ def _read_instances(template: Template, path: str) -> Float64Array:
     return as_square_matrices(stack, array_path, 4)
 
 
-def _read_value(value: Any, path: str) -> Any:
-    """Return a style value, with the arrays of the .npy files for the model file `path` in place of templates."""
+def _read_value(name: str, value: Any, path: str) -> Any:
+    """Return a style value, with what the files for the model file `path` hold in place of templates."""
+    if isinstance(value, Template) and name == "labels":
+        return files.read_labels(value.path_for(path))
     if isinstance(value, Template):
         return files.read_array(value.path_for(path))
     return [_read_edge_set(part, path) for part in value] if isinstance(value, list) else value

@@ -10,10 +10,10 @@ from typing import Any, BinaryIO, TextIO
 
 from .._core.printable import escape_controls
 from .._core.whole_writes import as_whole_writer
-from ..errors import MeshError, MeshWarning, SimulationWarning, SizeWarning
+from ..errors import MeshError, MeshWarning, SimulationWarning, SizeWarning, TextWarning
 from .paths import STDIO
 
-PRINTED = (MeshWarning, SimulationWarning, SizeWarning)
+PRINTED = (MeshWarning, SimulationWarning, SizeWarning, TextWarning)
 
 
 def print_stdout(text: str) -> None:

@@ -24,6 +24,7 @@ from ..geometry.scene import Instances, Scene, SupportsAsModel
 from ..imaging.colors import ColorLike
 from .attribute_colors import AXES, FILE, resolve_fill, resolve_line_colors, resolve_scalars
 from .enums import HIDDEN_STYLES, SHADE, SHADINGS, HiddenStyle, Shading
+from .label_options import NAMES, InstanceNames, LabelsLike, check_labels
 from .point_array import PointArray, as_point_array
 
 Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | SupportsAsModel | StrPath | PointArray
@@ -57,6 +58,7 @@ class Style(TypedDict, total=False):
     shading: Shading
     point_size: float | None
     max_points: int | None
+    labels: LabelsLike | None
 
 
 @public
@@ -125,6 +127,12 @@ class Layer:
     max_points : int, optional
         Of points that nothing joins, draw at most so many, for a quick look: of as many runs of points of equal length,
         in their order, one point at random, the same each time. Models with faces are drawn whole.
+    labels : "names", "indices", n texts, or dict from points to texts, optional
+        Texts beside points. "names" writes the name of the model over its centre, and in a scene the name of each node;
+        "indices" the index of each point at the point; a sequence holds a text per point, "" or None for none; the keys
+        of a dict are indices of points, or points (x, y, z) of the model's frame. No two texts overlap: the nearest
+        point chooses first, and if some find no room, a `TextWarning` says how many. Of hidden points, labels are left
+        out if `hidden` is "remove", and faded if it is "dash" or "fade"; names are always shown.
 
     Raises
     ------
@@ -161,6 +169,7 @@ class Layer:
     shading: Shading = "none"
     point_size: float | None = None
     max_points: int | None = None
+    labels: LabelsLike | None = None
 
     def __new__(cls, *_: object, **given: object) -> Self:
         """Return a layer to be filled; raise ArgumentTypeError for an unknown keyword, with a suggestion."""
@@ -206,6 +215,7 @@ class Layer:
             _require_width(self.point_size, "point_size")
         if self.max_points is not None and as_int(self.max_points, "max_points") < 1:
             raise ArgumentError.expecting("max_points", "be at least 1", self.max_points)
+        object.__setattr__(self, "labels", check_labels(self.labels))
         for name in ("alpha", "depth_cue"):
             if not 0.0 <= as_float(getattr(self, name), name) <= 1.0:
                 raise ArgumentError.expecting(name, "lie in [0, 1]", f"{getattr(self, name):g}")
@@ -340,7 +350,11 @@ def _layer_of_instances(shown: Instances, style: Style) -> Layer:
         )
     with prefix_errors(repr(shown.node)):
         layer = Layer(shown.model, **{"name": shown.node, **style, **shown.style})
-    return replace(layer, transform=(layer.world_from_model[:, np.newaxis] @ shown.transform).reshape(-1, 4, 4))
+    worlds = (layer.world_from_model[:, np.newaxis] @ shown.transform).reshape(-1, 4, 4)
+    labels = layer.labels
+    if isinstance(labels, str) and labels == NAMES:
+        labels = InstanceNames(shown.nodes * len(layer.world_from_model))
+    return replace(layer, transform=worlds, labels=labels)
 
 
 def _require_width(value: float, name: str) -> None:

@@ -6,6 +6,8 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, TypeAlias
 
+from ..annotation.options import NO_OPTIONS, AnnotationOptions
+from ..annotation.text_style import TextStyle, make_text_style
 from ..compute.point_buffer import PointBuffer
 from ..device import Device
 from ..errors import ArgumentError, MeshError
@@ -39,6 +41,7 @@ class Frame:
     size: Size = (1024, 1024)
     background: ColorLike | None = "white"
     device: Device | None = None
+    annotations: AnnotationOptions = NO_OPTIONS
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,7 @@ class PreparedFrame:
 
     background : straight alpha
     sources, depth_cues : one per layer
+    text_style : how texts look; opens the font
     """
 
     device: GpuDevice
@@ -56,6 +60,7 @@ class PreparedFrame:
     layers: Sequence[Layer]
     sources: Sequence[Source]
     depth_cues: Sequence[DepthCue]
+    text_style: Callable[[], TextStyle]
 
 
 @contextlib.contextmanager
@@ -66,6 +71,10 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
     """
     background = parse_background(frame.background)
     width, height = parse_size(frame.size)
+    asked = frame.annotations
+    text_style = cache(lambda: make_text_style(asked.font, asked.font_size, (width, height), background))
+    if asked != NO_OPTIONS:
+        text_style()  # raises now, whether or not there are texts
     layers = [thin_layer(at_present(layer)) for layer in as_layers(models, style)]
     open_device = cache(lambda: resolve_gpu_device(_own_device(layers) if frame.device is None else frame.device))
     sources: list[Source] = [
@@ -96,7 +105,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
         device.resource_cache.trim()
         draw_list = build_draw_list(layers, sources, clip_from_world, depth_cues, device, stack, (width, height))
         view = View((width, height), clip_from_world)
-        yield PreparedFrame(device, view, background, draw_list, layers, sources, depth_cues)
+        yield PreparedFrame(device, view, background, draw_list, layers, sources, depth_cues, text_style)
 
 
 def _resolve_attributes(layer: Layer, source: Source) -> Layer:

@@ -62,12 +62,14 @@ class Instances(NamedTuple):
     node : the name of the first node that shows the model
     style : keywords of `render`
     transform : (k, 4, 4), from the model to the world, one per instance
+    nodes : the name of the node that shows each instance, (k,)
     """
 
     node: str
     model: Any
     style: Mapping[str, Any]
     transform: Float64Array
+    nodes: tuple[str, ...] = ()
 
 
 class Node:
@@ -478,8 +480,8 @@ class Scene:
         Returns
         -------
         list of Instances
-            Each with the name of the first `node`, the `model`, its `style`, and `transform` (k, 4, 4), from the model
-            to the world, one matrix per instance.
+            Each with the name of the first `node`, the `model`, its `style`, `transform` (k, 4, 4), from the model
+            to the world, one matrix per instance, and `nodes`, the names of all k.
 
         Raises
         ------
@@ -489,7 +491,7 @@ class Scene:
         require_one_pose(self)
         worlds: dict[str | None, Float64Array] = {None: np.eye(4)}
         hidden: set[str | None] = set()
-        found: dict[Any, tuple[Node, Shown, list[Float64Array]]] = {}
+        found: dict[Any, tuple[Shown, list[Float64Array], list[str]]] = {}
         with np.errstate(over="ignore", invalid="ignore"):
             for node in self:
                 worlds[node.name] = worlds[node.parent] @ node.transform
@@ -500,11 +502,12 @@ class Scene:
                     continue
                 for shown in node.models:
                     placed, copies = _place(shown, node, worlds)
-                    *_, places = found.setdefault(_make_key(placed), (node, placed, []))
+                    _, places, nodes = found.setdefault(_make_key(placed), (placed, [], []))
                     places += [_require_finite_world(copy_matrix, node) for copy_matrix in copies]
+                    nodes += [node.name] * (len(places) - len(nodes))
         return [
-            Instances(node.name, shown.model, shown.style, np.stack(places))
-            for node, shown, places in found.values()
+            Instances(nodes[0], shown.model, shown.style, np.stack(places), tuple(nodes))
+            for shown, places, nodes in found.values()
             if places
         ]
 

@@ -3,16 +3,22 @@
 from typing import TYPE_CHECKING, Unpack
 
 from .._core.public import public
+from .._core.types import StrPath
+from ..annotation.items import Annotation
+from ..annotation.options import AnnotationOptions
+from ..annotation.paint import draw_annotation
 from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Frame, Size, prepare_frame
+from ..gpu.device import GpuDevice
 from ..imaging import image as images
 from ..imaging.colors import ColorLike
 from ..raster.base import PendingImage
 from ..raster.choose import rasterizer_for, require_rasterizer
 from ..raster.names import RasterizerName
 from ..raster.workload import estimate_workload
+from .annotate import make_annotation
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -27,6 +33,8 @@ def render(
     background: ColorLike | None = "white",
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
+    font: StrPath | None = None,
+    font_size: float | None = None,
     **style: Unpack[Style],
 ) -> "Image":
     """Draw models as lines, points and filled faces; return a Pillow image.
@@ -50,10 +58,15 @@ def render(
         How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
         2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
         CPUs, "render" on GPUs, unless `gpu-xform doctor --tune` has measured otherwise there.
+    font : path or str, optional
+        The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
+        "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
+    font_size : float, optional
+        The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading, point_size and max_points. `help(gpu_xform.Layer)` describes them.
+        depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
@@ -71,9 +84,8 @@ def render(
     OSError
         A model file cannot be read.
     """
-    return images.to_pillow(
-        begin_render(models, Frame(camera, size, background, device), style, rasterizer=rasterizer).result()
-    )
+    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
+    return images.to_pillow(begin_render(models, frame, style, rasterizer=rasterizer).result())
 
 
 @public
@@ -85,6 +97,8 @@ def render_array(
     background: ColorLike | None = "white",
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
+    font: StrPath | None = None,
+    font_size: float | None = None,
     **style: Unpack[Style],
 ) -> images.Pixels:
     """Draw models as `render` does; return the pixels as an array.
@@ -108,10 +122,15 @@ def render_array(
         How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
         2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
         CPUs, "render" on GPUs, unless `gpu-xform doctor --tune` has measured otherwise there.
+    font : path or str, optional
+        The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
+        "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
+    font_size : float, optional
+        The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading, point_size and max_points. `help(gpu_xform.Layer)` describes them.
+        depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
@@ -129,7 +148,8 @@ def render_array(
     OSError
         A model file cannot be read.
     """
-    return begin_render(models, Frame(camera, size, background, device), style, rasterizer=rasterizer).result()
+    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
+    return begin_render(models, frame, style, rasterizer=rasterizer).result()
 
 
 def begin_render(
@@ -148,4 +168,35 @@ def begin_render(
     with prepare_frame(models, frame, style, draws_clouds=True) as prepared:
         drawables, size = prepared.draw_list.drawables, prepared.view.size
         chosen = rasterizer_for(prepared.device, rasterizer, lambda: estimate_workload(drawables, size))
-        return chosen.draw(prepared.draw_list, prepared.view, prepared.background, overlap_with=overlap_with)
+        annotation = make_annotation(prepared)
+        image = chosen.draw(prepared.draw_list, prepared.view, prepared.background, overlap_with=overlap_with)
+        return image if annotation.is_empty else _AnnotatedImage(image, annotation)
+
+
+class _AnnotatedImage:
+    """A picture that may still be being drawn, and what is drawn over it."""
+
+    def __init__(self, image: PendingImage, annotation: Annotation) -> None:
+        self._image = image
+        self._annotation: Annotation | None = annotation
+
+    @property
+    def device(self) -> GpuDevice:
+        """The device that draws the picture."""
+        return self._image.device
+
+    def result(self) -> images.Pixels:
+        """Return the picture (height, width, 4) with its annotation, straight alpha."""
+        pixels = self._image.result()
+        if self._annotation is not None:
+            draw_annotation(pixels, self._annotation)
+            self._annotation = None
+        return pixels
+
+    def cancel(self) -> None:
+        """Give the memory on the device back if the result has not been taken, and will not be."""
+        self._image.cancel()
+
+    def wait(self) -> None:
+        """Wait until the device has drawn all."""
+        self._image.wait()

@@ -3,6 +3,9 @@
 from typing import Unpack
 
 from .._core.public import public
+from .._core.types import StrPath
+from ..annotation.items import Annotation
+from ..annotation.options import AnnotationOptions
 from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
@@ -12,6 +15,7 @@ from ..imaging.colors import ColorLike, Rgba
 from ..vector import VectorLayer, format_pdf, format_svg
 from ..vector.build_layers import build_layers
 from ..vector.edge_visibility import MARGIN_PX
+from .annotate import make_annotation
 
 
 @public
@@ -22,6 +26,8 @@ def render_svg(
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
+    font: StrPath | None = None,
+    font_size: float | None = None,
     **style: Unpack[Style],
 ) -> str:
     """Draw models as `render` does; return an SVG document with a group per model.
@@ -41,10 +47,15 @@ def render_svg(
         The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
     device : Device, optional
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    font : path or str, optional
+        The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
+        "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
+    font_size : float, optional
+        The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading, point_size and max_points. `help(gpu_xform.Layer)` describes them.
+        depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
@@ -74,8 +85,12 @@ def render_svg(
     Without an opaque background, faces that fade let others show through, and faces that are not filled hide no other
     faces. An edge that is not opaque has one colour, that of its middle. Lines that are not anti-aliased become lines
     of one pixel.
+
+    Texts are text, in the family of the font, fitted to the widths that the font has here: viewers without it show
+    another one of the same widths.
     """
-    return format_svg(*_draw(models, Frame(camera, size, background, device), style))
+    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
+    return format_svg(*_draw(models, frame, style))
 
 
 @public
@@ -86,6 +101,8 @@ def render_pdf(
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
+    font: StrPath | None = None,
+    font_size: float | None = None,
     **style: Unpack[Style],
 ) -> bytes:
     """Draw models as `render_svg` does; return a PDF document of one page.
@@ -105,15 +122,20 @@ def render_pdf(
         The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
     device : Device, optional
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    font : path or str, optional
+        The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
+        "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
+    font_size : float, optional
+        The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading, point_size and max_points. `help(gpu_xform.Layer)` describes them.
+        depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
     bytes
-        The document; a pixel of `size` is 1/96 inch.
+        The document; a pixel of `size` is 1/96 inch. Texts are text, and what of their fonts they need is embedded.
 
     Raises
     ------
@@ -128,14 +150,15 @@ def render_pdf(
     MissingExtraError
         The extra `pdf` is not installed.
     """
-    return format_pdf(*_draw(models, Frame(camera, size, background, device), style))
+    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
+    return format_pdf(*_draw(models, frame, style))
 
 
-def _draw(models: Models, frame: Frame, style: Style) -> tuple[tuple[int, int], Rgba, list[VectorLayer]]:
-    """Return the size, the background and the layers of a picture, as the writers take them."""
+def _draw(models: Models, frame: Frame, style: Style) -> tuple[tuple[int, int], Rgba, list[VectorLayer], Annotation]:
+    """Return the size, the background, the layers and the annotation of a picture, as the writers take them."""
     with prepare_frame(models, frame, style) as prepared:
         _require_depths_fit(prepared)
-        return prepared.view.size, prepared.background, build_layers(prepared)
+        return prepared.view.size, prepared.background, build_layers(prepared), make_annotation(prepared)
 
 
 def _require_depths_fit(prepared: PreparedFrame) -> None:

@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..annotation.items import NO_ANNOTATION, Annotation
 from ..errors import MissingExtraError
 from ..imaging.colors import Rgba
+from .annotation_pdf import AnnotationWriter
 from .decimal_text import Bytes, format_rows, to_fixed_point
 from .layer import Points, VectorLayer, dash_pattern
 from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
@@ -27,7 +29,9 @@ _CIRCLE = (
 _CIRCLE_VERBS = (b" m\n", *(b" ", b" ", b" c\n") * 3, b" ", b" ", b" c f\n")
 
 
-def format_pdf(size: tuple[int, int], background: Rgba, layers: Sequence[VectorLayer]) -> bytes:
+def format_pdf(
+    size: tuple[int, int], background: Rgba, layers: Sequence[VectorLayer], annotation: Annotation = NO_ANNOTATION
+) -> bytes:
     """Return a PDF document of one page that shows each layer over those before it; the same bytes every time.
 
     A pixel of `size` = (width, height) is 1/96 inch. Each model is a layer of the document with the model's name, which
@@ -43,6 +47,7 @@ def format_pdf(size: tuple[int, int], background: Rgba, layers: Sequence[VectorL
         page.fill(background)
     for layer in layers:
         page.draw(layer)
+    page.annotate(annotation)
     return page.document()
 
 
@@ -56,6 +61,7 @@ class _Page:
         self._alphas: dict[str, Any] = {}
         self._groups: dict[str, Any] = {}
         self._models: dict[str, Any] = {}
+        self._writer = AnnotationWriter(pydyf, self._pdf, self._opacity)
         self._content = [b"%f 0 0 %f 0 %f cm" % (POINTS_PER_PIXEL, -POINTS_PER_PIXEL, POINTS_PER_PIXEL * size[1])]
 
     def fill(self, background: Rgba) -> None:
@@ -72,11 +78,17 @@ class _Page:
         self._models[name] = model.reference
         self._content.extend([b"/OC /%b BDC" % name.encode(), *self._draw_model(layer), b"EMC"])
 
+    def annotate(self, annotation: Annotation) -> None:
+        """Draw an annotation over what is there."""
+        self._content.extend(self._writer.draw(annotation))
+
     def document(self) -> bytes:
         """Return the whole document."""
         pydyf, pdf = self._pydyf, self._pdf
         content = self._add_stream(self._content)
         resources = {"ExtGState": self._alphas, "XObject": self._groups, "Properties": self._models}
+        if self._writer.fonts:
+            resources["Font"] = self._writer.fonts
         page = {
             "Type": "/Page",
             "Parent": pdf.pages.reference,

@@ -1,24 +1,28 @@
 """SVG documents: one group per model, for browsers and drawing programs."""
 
-import html
 import re
 import unicodedata
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from ..annotation.items import NO_ANNOTATION, Annotation
 from ..imaging.colors import Rgba
+from .annotation_svg import escape_text, format_annotation
 from .decimal_text import Bytes, format_rows, to_fixed_point
 from .layer import Points, VectorLayer, dash_pattern
 from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
 
 
-def format_svg(size: tuple[int, int], background: Rgba, layers: Sequence[VectorLayer]) -> str:
+def format_svg(
+    size: tuple[int, int], background: Rgba, layers: Sequence[VectorLayer], annotation: Annotation = NO_ANNOTATION
+) -> str:
     """Return an SVG document of `size` = (width, height) pixels that shows each layer over those before it.
 
     Each model is a group. Its id is derived from the model's name, its title is the name, and it holds groups of class
     "faces", "hidden", "visible" and "points", as far as the model has such. Colours, widths and dashes are attributes
-    of these groups, and of a path only if it differs. Coordinates are rounded to hundredths of a pixel.
+    of these groups, and of a path only if it differs. Coordinates are rounded to hundredths of a pixel. The annotation
+    is a group "annotation" over all models.
     """
     width, height = size
     parts = [
@@ -31,22 +35,17 @@ def format_svg(size: tuple[int, int], background: Rgba, layers: Sequence[VectorL
     for layer, identifier in zip(layers, _identifiers(names), strict=True):
         parts.append(f'<g id="{identifier}">\n')
         if layer.name:
-            parts.append(f"<title>{_escape(layer.name)}</title>\n")
+            parts.append(f"<title>{escape_text(layer.name)}</title>\n")
         parts.extend(_format_model(layer))
         parts.append("</g>\n")
+    parts.extend(format_annotation(annotation))
     parts.append("</svg>\n")
     return "".join(parts)
 
 
-def _escape(text: str) -> str:
-    """Return `text` as XML text; characters that XML cannot even escape become U+FFFD."""
-    allowed = re.sub("[^\t\n\r\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]", "\ufffd", text)
-    return html.escape(allowed, quote=False)
-
-
 def _identifiers(names: Sequence[str]) -> Iterator[str]:
     """Yield a unique id for each name: its ASCII letters and digits, and a number if another model has that id."""
-    used, counts = {"background"}, dict[str, int]()
+    used, counts = {"background", "annotation", "annotation-text"}, dict[str, int]()
     for name in names:
         plain = unicodedata.normalize("NFKD", name).encode("ascii", "ignore").decode()
         base = re.sub(r"[^A-Za-z0-9_]+", "-", plain).strip("-")

@@ -12,6 +12,7 @@ import numpy as np
 
 from .._core.atomic_files import atomic_write
 from .._core.types import Float64Array
+from ..annotation.options import NO_OPTIONS, AnnotationOptions, scale_font
 from ..device import Device
 from ..drawing.camera import Camera, CameraLike, fit_options
 from ..drawing.framing import framing_points
@@ -50,6 +51,7 @@ class Session:
         rasterizer: RasterizerName,
         style: Style,
         conditions: ConditionOptions | None = None,
+        annotations: AnnotationOptions = NO_OPTIONS,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self._layers = as_layers(load_models(models, is_live=True), style)
@@ -60,12 +62,19 @@ class Session:
         self._background = background
         self._device = device
         self._rasterizer = rasterizer
+        self._annotations = annotations
         self._size, self._pixel_ratio = size, 1.0
         if not isinstance(camera, Camera):
             camera = ({} if up is None else {"up": up}) | fit_options(camera)
         # What cannot be drawn raises here, before there is a window.
         render_array(
-            self._layers, camera=camera, size=size, background=background, device=device, rasterizer=rasterizer
+            self._layers,
+            camera=camera,
+            size=size,
+            background=background,
+            device=device,
+            rasterizer=rasterizer,
+            **vars(annotations),
         )
         points = framing_points(self._layers)
         if not isinstance(camera, Camera):
@@ -137,6 +146,7 @@ class Session:
                 background=background,
                 device=self._device,
                 rasterizer=self._rasterizer,
+                **vars(scale_font(self._annotations, self._pixel_ratio)),
             )
         except DRAWING_ERRORS as error:
             self._problem = str(error)

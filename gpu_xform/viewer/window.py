@@ -12,6 +12,8 @@ import numpy.typing as npt
 
 from .._core.arguments import as_unit_vector
 from .._core.public import public
+from .._core.types import StrPath
+from ..annotation.options import AnnotationOptions
 from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
@@ -39,6 +41,8 @@ def view(
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
     conditions: ConditionOptions | None = None,
+    font: StrPath | None = None,
+    font_size: float | None = None,
     **style: Unpack[Style],
 ) -> None:
     """Show models in an interactive window; return when it is closed.
@@ -73,6 +77,8 @@ def view(
     conditions : dict, optional
         What acts on springs: keywords of `Springs.simulate`, such as {"obstacles": ball, "drag": 1.0}; by default
         gravity alone.
+    font, font_size : optional
+        The font of texts and their size in logical pixels, as `render` takes them.
     **style
         Keywords of `Layer`, as `render` takes them.
 
@@ -89,7 +95,10 @@ def view(
     axis = None if up is None else as_unit_vector(up, "up", 3)
     in_notebook = is_in_notebook()
     backend: Any = None if in_notebook else _import_backend()
-    session = Session(models, camera, axis, (width, height), background, device, rasterizer, style, conditions)
+    annotations = AnnotationOptions(font, font_size)
+    session = Session(
+        models, camera, axis, (width, height), background, device, rasterizer, style, conditions, annotations
+    )
     if in_notebook:
         show_in_notebook(session, (width, height))
         return

@@ -1,0 +1,58 @@
+"""`gpu-xform render` with text: labels from words and files, and their font."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gpu_xform import render_array, samples, save_mesh
+from gpu_xform.cli import main
+from tests.support.cli import read_png
+
+SIZE = ("--resolution", "120,80")
+HOUSE = samples.house()
+
+
+@pytest.fixture(autouse=True)
+def _files() -> None:
+    save_mesh(HOUSE, "house.obj")
+    Path("corners.txt").write_text("first\n\nthird\n" + "\n" * 7, "utf-8")
+    Path("some.csv").write_text('2,"ridge, left"\n\n0.5,0,1,Tür\n'.replace("ü", "u"), "utf-8")
+
+
+@pytest.mark.parametrize(
+    ("options", "arguments"),
+    [
+        (["--labels", "names"], {"labels": "names", "name": "house"}),
+        (["--labels", "indices", "--font-size", "9"], {"labels": "indices", "font_size": 9}),
+        (["--labels", "corners.txt"], {"labels": ["first", None, "third", *[None] * 7]}),
+        (["--labels", "some.csv"], {"labels": {2: "ridge, left", (0.5, 0, 1): "Tur"}}),
+    ],
+)
+def test_texts_are_what_the_library_draws(options: list[str], arguments: dict[str, Any]) -> None:
+    assert main(["render", "house.obj", "-o", "out.png", *SIZE, *options]) == 0
+    picture = render_array(HOUSE, size=(120, 80), **arguments)
+    assert np.array_equal(read_png("out.png"), picture)
+    assert not np.array_equal(render_array(HOUSE, size=(120, 80)), picture)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--labels", "name"], "--labels: expected names or indices, or a .txt or .csv file, got 'name'; did you mean"),
+        (["--labels", "none.txt"], "none.txt: No such file"),
+        (["--labels", "short.txt"], "labels must have one text for each of the 10 points, got 1"),
+        (["--labels", "wrong.csv"], "wrong.csv: line 2: expected INDEX,TEXT or X,Y,Z,TEXT, got '1,2,both'"),
+        (["--labels", "latin.txt"], "latin.txt: expected text in UTF-8"),
+        (["--font", "nonesuch"], "font must be the path or the name of a font, got 'nonesuch'"),
+        (["--font-size", "0"], "--font-size: expected a positive number of pixels"),
+    ],
+)
+def test_texts_that_cannot_be(options: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("short.txt").write_text("one\n", "utf-8")
+    Path("wrong.csv").write_text("0,one\n1,2,both\n", "utf-8")
+    Path("latin.txt").write_bytes(b"\xfc\n")
+    assert main(["render", "house.obj", "-o", "out.png", *SIZE, *options]) == 2
+    assert words in capsys.readouterr().err
+    assert not Path("out.png").exists()
