@@ -58,7 +58,7 @@ def make_annotation(prepared: PreparedFrame) -> Annotation:
         with prefix_errors(layer.name or f"models[{i}]") if several else ExitStack():
             labels = layer_labels(layer)
         if labels is not None:
-            shown.append(_in_picture(labels, prepared.view))
+            shown.append(_locate_labels(labels, prepared.view))
     shown = _name_nodes_once(shown)
     if not any(part.rows for part in shown):
         return fixed
@@ -77,7 +77,7 @@ def make_annotation(prepared: PreparedFrame) -> Annotation:
     return fixed + labels_of_points
 
 
-def _in_picture(labels: LayerLabels, view: View) -> _Shown:
+def _locate_labels(labels: LayerLabels, view: View) -> _Shown:
     """Return the labels whose points lie in the picture, between the near and the far plane."""
     clip = labels.points @ view.clip_from_world[:, :3].T + view.clip_from_world[:, 3]
     w = clip[:, 3]

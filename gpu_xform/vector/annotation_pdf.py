@@ -46,9 +46,9 @@ class AnnotationWriter:
 
     def _draw_shape(self, shape: Shape) -> bytes:
         if isinstance(shape, Line):
-            dash = f"[{' '.join(map(_number, shape.dash))}] 0 d " if shape.dash else ""
+            dash = f"[{' '.join(map(_format_number, shape.dash))}] 0 d " if shape.dash else ""
             ends = f"{_numbers(shape.x0, shape.y0)} m {_numbers(shape.x1, shape.y1)} l S"
-            return f"q {self._color(shape.color, 'RG')} {_number(shape.width)} w {dash}{ends} Q".encode()
+            return f"q {self._color(shape.color, 'RG')} {_format_number(shape.width)} w {dash}{ends} Q".encode()
         if isinstance(shape, Rectangle):
             left, top, right, bottom = shape.box
             box = _numbers(left, top, right - left, bottom - top)
@@ -60,12 +60,12 @@ class AnnotationWriter:
             return b""
         scale = text.font.size / font.units_per_em
         stretch = font.stretch(text)
-        outlines = font.outline(text.text, text.x, text.y, scale * stretch, scale)
-        style = f"{self._color(text.halo, 'RG')} {_number(2.0 * HALO_WIDTH * text.font.size)} w 1 j 1 J"
+        outlines = font.glyph_path(text.text, text.x, text.y, scale * stretch, scale)
+        style = f"{self._color(text.halo, 'RG')} {_format_number(2.0 * HALO_WIDTH * text.font.size)} w 1 j 1 J"
         return f"q {style} {outlines} S Q".encode()
 
     def _draw_text(self, text: Text, font: "_EmbeddedFont") -> bytes:
-        size = f"/{font.resource} {_number(text.font.size)} Tf {_number(100.0 * font.stretch(text))} Tz"
+        size = f"/{font.resource} {_format_number(text.font.size)} Tf {_format_number(100.0 * font.stretch(text))} Tz"
         at = f"1 0 0 -1 {_numbers(text.x, text.y)} Tm"  # the page's y points down, a letter's up
         codes = "".join(f"{font.glyph_id(character):04x}" for character in text.text)
         return f"q {self._color(text.color, 'rg')} BT {size} {at} <{codes}> Tj ET Q".encode()
@@ -109,7 +109,7 @@ class _EmbeddedFont:
         own = sum(map(self.advance, text.text)) * text.font.size / self.units_per_em
         return text.width / own if own > 0.0 else 1.0
 
-    def outline(self, text: str, x: float, y: float, x_scale: float, y_scale: float) -> str:
+    def glyph_path(self, text: str, x: float, y: float, x_scale: float, y_scale: float) -> str:
         """Return the path of the outlines of a text that begins at (x, y)."""
         from fontTools.pens.transformPen import TransformPen
 
@@ -242,8 +242,8 @@ def _circle(disc: Disc) -> str:
 
 
 def _numbers(*values: float) -> str:
-    return " ".join(map(_number, values))
+    return " ".join(map(_format_number, values))
 
 
-def _number(value: float) -> str:
+def _format_number(value: float) -> str:
     return f"{round(value, 3):.10g}"

@@ -31,7 +31,7 @@ def format_annotation(annotation: Annotation) -> Iterator[str]:
     if annotation.texts:
         halo, first = annotation.texts[0].halo, annotation.texts[0].font
         if halo is not None:
-            width = f'stroke-width="{_number(2.0 * HALO_WIDTH * first.size)}" stroke-linejoin="round"'
+            width = f'stroke-width="{_to_text(2.0 * HALO_WIDTH * first.size)}" stroke-linejoin="round"'
             color = f"{_color('fill', halo)}{_color('stroke', halo)}"
             yield f'<use xmlns:xlink="{XLINK}" xlink:href="#annotation-text"{color} {width}/>\n'
         yield from _format_texts(annotation.texts)
@@ -44,28 +44,30 @@ def _format_texts(texts: Sequence[Text]) -> Iterator[str]:
     for text in texts:
         color = "" if text.color == texts[0].color else _color("fill", text.color)
         family = html.escape(f"'{text.font.family}', {ANY_FAMILY}")
-        fitted = f' textLength="{_number(text.width)}" lengthAdjust="spacingAndGlyphs"' if len(text.text) > 1 else ""
-        at = f'x="{_number(text.x)}" y="{_number(text.y)}"'
-        font = f'font-family="{family}" font-size="{_number(text.font.size)}"'
+        fitted = f' textLength="{_to_text(text.width)}" lengthAdjust="spacingAndGlyphs"' if len(text.text) > 1 else ""
+        at = f'x="{_to_text(text.x)}" y="{_to_text(text.y)}"'
+        font = f'font-family="{family}" font-size="{_to_text(text.font.size)}"'
         yield f"<text {at} {font}{fitted}{color}>{escape_text(text.text)}</text>\n"
     yield "</g>\n</g>\n"
 
 
 def _format_shape(shape: Shape) -> str:
     if isinstance(shape, Disc):
-        radius = _number(0.5 * shape.diameter)
-        return f'<circle cx="{_number(shape.x)}" cy="{_number(shape.y)}" r="{radius}"{_color("fill", shape.color)}/>\n'
+        radius = _to_text(0.5 * shape.diameter)
+        return (
+            f'<circle cx="{_to_text(shape.x)}" cy="{_to_text(shape.y)}" r="{radius}"{_color("fill", shape.color)}/>\n'
+        )
     if isinstance(shape, Rectangle):
         left, top, right, bottom = shape.box
-        sides = f'width="{_number(right - left)}" height="{_number(bottom - top)}"'
-        return f'<rect x="{_number(left)}" y="{_number(top)}" {sides}{_color("fill", shape.color)}/>\n'
+        sides = f'width="{_to_text(right - left)}" height="{_to_text(bottom - top)}"'
+        return f'<rect x="{_to_text(left)}" y="{_to_text(top)}" {sides}{_color("fill", shape.color)}/>\n'
     return _format_line(shape)
 
 
 def _format_line(line: Line) -> str:
-    start, end = (f'x{i}="{_number(x)}" y{i}="{_number(y)}"' for i, x, y in _ends(line))
-    dash = f' stroke-dasharray="{" ".join(map(_number, line.dash))}"' if line.dash else ""
-    return f'<line {start} {end}{_color("stroke", line.color)} stroke-width="{_number(line.width)}"{dash}/>\n'
+    start, end = (f'x{i}="{_to_text(x)}" y{i}="{_to_text(y)}"' for i, x, y in _ends(line))
+    dash = f' stroke-dasharray="{" ".join(map(_to_text, line.dash))}"' if line.dash else ""
+    return f'<line {start} {end}{_color("stroke", line.color)} stroke-width="{_to_text(line.width)}"{dash}/>\n'
 
 
 def _ends(line: Line) -> tuple[tuple[int, float, float], tuple[int, float, float]]:
@@ -74,9 +76,9 @@ def _ends(line: Line) -> tuple[tuple[int, float, float], tuple[int, float, float
 
 def _color(kind: str, color: Rgba) -> str:
     red, green, blue, alpha = (round(255 * part) for part in color)
-    opacity = "" if alpha == 255 else f' {kind}-opacity="{_number(alpha / 255)}"'
+    opacity = "" if alpha == 255 else f' {kind}-opacity="{_to_text(alpha / 255)}"'
     return f' {kind}="#{red:02x}{green:02x}{blue:02x}"{opacity}'
 
 
-def _number(value: float) -> str:
+def _to_text(value: float) -> str:
     return f"{round(value, 2):.10g}"
