@@ -1,5 +1,7 @@
 """Animations of models: `animate` and `turntable` make them, `Animation` draws and saves their frames."""
 
+from __future__ import annotations
+
 import contextlib
 import copy
 import inspect
@@ -24,6 +26,7 @@ from ..drawing.framing import framing_points
 from ..drawing.layer import Layer, Models, Style, require_style
 from ..drawing.load_models import load_models
 from ..drawing.prepare import Frame, Size, parse_size
+from ..drawing.style_signature import show_keywords_of, show_style_keywords
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..imaging import image as images
 from ..imaging.colors import ColorLike, to_rgba
@@ -47,6 +50,7 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @public
+@show_style_keywords
 def animate(
     models: Models,
     frames: PosesLike,
@@ -64,7 +68,7 @@ def animate(
     font: StrPath | None = None,
     font_size: float | None = None,
     **style: Unpack[Style],
-) -> "Animation":
+) -> Animation:
     """Return an animation of models; nothing is drawn until a frame or a file is requested.
 
     Parameters
@@ -131,6 +135,7 @@ def animate(
 
 
 @public
+@show_keywords_of(animate, but="n_frames")
 def turntable(
     models: Models,
     frames: int = 100,
@@ -139,7 +144,7 @@ def turntable(
     axis: str | npt.ArrayLike = "y",
     transform: MatrixLike | None = None,
     **options: Any,
-) -> "Animation":
+) -> Animation:
     """Return an animation of models that rotate once about an axis through the centre of their bounds.
 
     Parameters
@@ -247,7 +252,7 @@ class Animation:
             extreme = extreme_points(np.concatenate([extreme, self._framing_points(k)]), aspect, **self._fit)
         return Camera.fit(extreme, **self._fit)
 
-    def frame(self, i: int) -> "Image":
+    def frame(self, i: int) -> Image:
         """Draw one frame.
 
         Parameters
@@ -372,10 +377,10 @@ class Animation:
         return self._motion.n_frames
 
     @overload
-    def __getitem__(self, frames: int) -> "Image": ...
+    def __getitem__(self, frames: int) -> Image: ...
     @overload
-    def __getitem__(self, frames: slice) -> "Animation": ...
-    def __getitem__(self, frames: int | slice) -> "Image | Animation":
+    def __getitem__(self, frames: slice) -> Animation: ...
+    def __getitem__(self, frames: int | slice) -> Image | Animation:
         if not isinstance(frames, slice):
             i = as_int(frames, "frames")
             if not -len(self) <= i < len(self):
@@ -389,7 +394,7 @@ class Animation:
         part._motion = Motion(len(chosen), self.fps, lambda k: pose_at(chosen[k]))
         return part
 
-    def __iter__(self) -> "Iterator[Image]":
+    def __iter__(self) -> Iterator[Image]:
         return map(self.frame, range(len(self)))
 
     def __repr__(self) -> str:

@@ -1,5 +1,7 @@
 """Mesh buffers: meshes whose points stay on the device."""
 
+from __future__ import annotations
+
 from typing import Any, Self
 
 import numpy as np

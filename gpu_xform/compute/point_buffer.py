@@ -1,5 +1,7 @@
 """Point buffers: points that stay on the device between one transform and the next."""
 
+from __future__ import annotations
+
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Self
 
@@ -187,7 +189,7 @@ class PointBuffer:
         reduction = self._reduce()
         return reduction.total / reduction.n_points
 
-    def device_points(self) -> "DevicePoints":
+    def device_points(self) -> DevicePoints:
         """Return the points as they lie on the device, without what is pending, for a stage that draws them there."""
         return self._store.device_points()
 

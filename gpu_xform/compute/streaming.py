@@ -1,5 +1,7 @@
 """Streaming: a file of points of any size to another, one part at a time."""
 
+from __future__ import annotations
+
 import hashlib
 import json
 import os

@@ -13,6 +13,8 @@ Accuracy, with u = 2^-24 for float32 and 2^-53 for float64: every transformed co
 of the exact one, as long as no entry of the matrix, no coordinate and no product leaves the normal range of the type.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial

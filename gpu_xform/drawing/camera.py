@@ -1,5 +1,7 @@
 """Cameras: the map from the world to clip space, for pictures of any aspect."""
 
+from __future__ import annotations
+
 import inspect
 import math
 from collections.abc import Callable, Mapping
@@ -40,7 +42,7 @@ class Camera:
         self,
         clip_from_world: Callable[[float], Float64Array],
         description: str,
-        fit_planes: "Callable[[Float64Array], Camera] | None" = None,
+        fit_planes: Callable[[Float64Array], Camera] | None = None,
     ) -> None:
         self._clip_from_world = clip_from_world
         self._description = description
@@ -62,7 +64,7 @@ class Camera:
         """
         return self._clip_from_world(aspect)
 
-    def with_planes_around(self, points: Callable[[], Float64Array]) -> "Camera":
+    def with_planes_around(self, points: Callable[[], Float64Array]) -> Camera:
         """Return the camera that a picture of `points` (n, 3) is drawn by: planes that were not given hold all of them.
 
         Parameters
@@ -90,7 +92,7 @@ class Camera:
         near: float | None = None,
         far: float | None = None,
         orthographic: bool = False,
-    ) -> "Camera":
+    ) -> Camera:
         """Return a camera that stands at `eye` and looks at `target`.
 
         Parameters
@@ -149,7 +151,7 @@ class Camera:
         return camera
 
     @classmethod
-    def window(cls, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
+    def window(cls, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Camera:
         """Return a camera that looks along -z at a window of the xy-plane: it keeps x and y, and drops z.
 
         A picture of another aspect than the window shows more of the plane, never a stretched plane. It is the view of
@@ -177,7 +179,7 @@ class Camera:
         return cls(clip_from_world, f"window(xlim={xlim!r}, ylim={ylim!r})")
 
     @classmethod
-    def eye_on_z(cls, d: float, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> "Camera":
+    def eye_on_z(cls, d: float, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Camera:
         """Return a camera that looks from the eye (0, 0, d) at a window of the xy-plane: the lecture's perspective.
 
         Points are projected onto the xy-plane as `matrices.perspective_from_eye` does. What lies at the eye or behind
@@ -225,7 +227,7 @@ class Camera:
         margin: float = DEFAULT_MARGIN,
         fov_y: float = DEFAULT_FOV_Y,
         orthographic: bool = False,
-    ) -> "Camera":
+    ) -> Camera:
         """Return a camera that looks along `direction` from just far enough away to hold all points of `model`.
 
         Parameters

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
+from inspect import Parameter, Signature
 from typing import Any, Literal, Self, TypeAlias, TypedDict, TypeGuard
 
 import numpy as np
@@ -283,6 +284,18 @@ def at_present(layer: Layer) -> Layer:
 
 
 Models: TypeAlias = Model | Layer | Scene | Sequence[Model | Layer | Scene]
+
+
+def style_parameters() -> list[Parameter]:
+    """Return the style keywords and their defaults, as signatures show them."""
+    _, *styles = fields(Layer)
+    return [Parameter(each.name, Parameter.KEYWORD_ONLY, default=each.default) for each in styles]
+
+
+# `inspect` would show the parameters of `__new__`, which takes anything.
+Layer.__signature__ = Signature(  # type: ignore[attr-defined]
+    [Parameter("model", Parameter.POSITIONAL_OR_KEYWORD), *style_parameters()]
+)
 
 _COLOR_ARRAYS = ("face_colors", "edge_colors", "vertex_colors", "scalars")
 _STYLE_NAMES = frozenset(field.name for field in fields(Layer)) - {"model"}

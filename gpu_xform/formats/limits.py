@@ -1,5 +1,7 @@
 """Limits of what a model file may hold, and the budget of what it may expand to, counted before it is allocated."""
 
+from __future__ import annotations
+
 import operator
 from collections.abc import Iterator
 from contextlib import contextmanager

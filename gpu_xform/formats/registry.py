@@ -1,5 +1,7 @@
 """The registry of file formats: the reader or writer for a file's suffix."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Callable, Collection
 from functools import partial
@@ -260,7 +262,7 @@ def transform_document(
         _write(target, partial(gltf_document.WRITERS[target_type], moved))
 
 
-def _read_document(data: bytes, kind: str, folder: Path | None) -> "Document":
+def _read_document(data: bytes, kind: str, folder: Path | None) -> Document:
     """Return a document that can also be read as a mesh, whatever it shows."""
     from . import gltf, gltf_document
 

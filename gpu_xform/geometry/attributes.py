@@ -1,5 +1,7 @@
 """Attributes: named arrays per point, per corner and per face of a mesh."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from types import MappingProxyType
@@ -157,7 +159,7 @@ class Attributes:
         """What the file says of materials and textures, as it came; read-only."""
         return self._material
 
-    def updated(self, other: "Attributes") -> "Attributes":
+    def updated(self, other: Attributes) -> Attributes:
         """Return these attributes and those of `other`, which take the place of those of their names."""
         point, corner, face = ({**own, **new} for own, new in zip(self._tables(), other._tables(), strict=True))
         labels, material = {**self._labels, **other._labels}, {**self._material, **other._material}
@@ -183,7 +185,7 @@ class Attributes:
         return Attributes._restore, (*tables, dict(self._labels), thaw_value(self._material))
 
     @classmethod
-    def _restore(cls, point: Any, corner: Any, face: Any, labels: Any, material: Any) -> "Attributes":
+    def _restore(cls, point: Any, corner: Any, face: Any, labels: Any, material: Any) -> Attributes:
         """Return the attributes that a pickle holds."""
         return cls(point, corner, face, labels=labels, material=material)
 

@@ -1,5 +1,7 @@
 """Polygon meshes: positions, and faces of any size in flat arrays."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import chain
@@ -84,7 +86,7 @@ class Mesh:
         *,
         attributes: AttributesLike | None = None,
         metadata: Mapping[str, Any] | None = None,
-    ) -> "Mesh":
+    ) -> Mesh:
         """Return the mesh whose face i has the corners `indices[offsets[i]:offsets[i + 1]]`.
 
         Parameters
@@ -117,7 +119,7 @@ class Mesh:
         return mesh
 
     @classmethod
-    def from_trimesh(cls, mesh: Any) -> "Mesh":
+    def from_trimesh(cls, mesh: Any) -> Mesh:
         """Return a mesh of the vertices and triangles of a `trimesh.Trimesh`.
 
         Parameters
@@ -277,7 +279,7 @@ class Mesh:
 
     def with_attributes(
         self, attributes: AttributesLike | None, *, keep: bool = False, metadata: Mapping[str, Any] | None = None
-    ) -> "Mesh":
+    ) -> Mesh:
         """Return the mesh of the same points and faces with other attributes.
 
         Parameters
@@ -305,7 +307,7 @@ class Mesh:
         mesh._set_attributes(attributes, self._metadata if metadata is None else metadata)
         return mesh
 
-    def reversed(self) -> "Mesh":
+    def reversed(self) -> Mesh:
         """Return the mesh with every face reversed: its first corner stays first, the others come backwards.
 
         Attributes per corner go along. Segments stay as they are, and so do normals.
@@ -324,7 +326,7 @@ class Mesh:
         mesh._attributes, mesh._metadata = reorder_corners(self._attributes, order), self._metadata
         return mesh
 
-    def transformed(self, matrix: MatrixLike, *, flip: Flip = "auto") -> "Mesh":
+    def transformed(self, matrix: MatrixLike, *, flip: Flip = "auto") -> Mesh:
         """Return the mesh with every point p at `matrix @ (p, 1)`.
 
         Attributes named "normal" move by the inverse transpose of the matrix and keep their length; those named
@@ -393,7 +395,7 @@ class Mesh:
         indices: npt.ArrayLike,
         attributes: Attributes,
         metadata: Mapping[str, Any],
-    ) -> "Mesh":
+    ) -> Mesh:
         """Return the mesh that a pickle holds."""
         return cls.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata)
 

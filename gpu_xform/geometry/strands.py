@@ -1,5 +1,7 @@
 """Strands: curves of equally many points each, such as hair, and the springs that hold them in shape."""
 
+from __future__ import annotations
+
 from functools import cached_property
 from typing import TypedDict
 

@@ -4,6 +4,8 @@ OpenGL is left out on purpose: if Vulkan has no driver, wgpu may fall back to it
 slower and less tested.
 """
 
+from __future__ import annotations
+
 import contextlib
 import os
 import sys

@@ -1,5 +1,7 @@
 """Comparison of a picture with a reference, pixel by pixel."""
 
+from __future__ import annotations
+
 import os
 from dataclasses import dataclass
 from functools import cached_property
@@ -69,7 +71,7 @@ class Difference:
         y, x = np.unravel_index(self.by_pixel.argmax(), self.by_pixel.shape)
         return int(x), int(y)
 
-    def image(self) -> "Image":
+    def image(self) -> Image:
         """Return the reference, faded, with the pixels that differ by more than the threshold in colour.
 
         A pixel is red if the picture is darker than the reference, both composited on white, and blue otherwise.

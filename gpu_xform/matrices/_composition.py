@@ -1,5 +1,7 @@
 """Products, inverses and the decomposition of matrices."""
 
+from __future__ import annotations
+
 from math import isfinite
 from typing import NamedTuple, cast
 

@@ -1,5 +1,7 @@
 """Elementary affine matrices of R^3: scaling, translation, rotation, reflection, shear, projection."""
 
+from __future__ import annotations
+
 import numpy as np
 import numpy.typing as npt
 

@@ -1,5 +1,7 @@
 """A composition of matrices explained as text, for people who learn linear algebra."""
 
+from __future__ import annotations
+
 import re
 from collections.abc import Iterable
 

@@ -1,5 +1,7 @@
 """Viewing and projection matrices: the perspective onto a plane, and WebGPU's clip space."""
 
+from __future__ import annotations
+
 import math
 
 import numpy as np

@@ -1,5 +1,7 @@
 """Pictures as pixels: `render`, `render_array`, and `begin_render`, which does not wait for them."""
 
+from __future__ import annotations
+
 from typing import TYPE_CHECKING, Unpack
 
 from .._core.public import public
@@ -11,6 +13,7 @@ from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Frame, Size, prepare_frame
+from ..drawing.style_signature import show_style_keywords
 from ..gpu.device import GpuDevice
 from ..imaging import image as images
 from ..imaging.colors import ColorLike
@@ -25,6 +28,7 @@ if TYPE_CHECKING:
 
 
 @public
+@show_style_keywords
 def render(
     models: Models,
     *,
@@ -36,7 +40,7 @@ def render(
     font: StrPath | None = None,
     font_size: float | None = None,
     **style: Unpack[Style],
-) -> "Image":
+) -> Image:
     """Draw models as lines, points and filled faces; return a Pillow image.
 
     Parameters
@@ -89,6 +93,7 @@ def render(
 
 
 @public
+@show_style_keywords
 def render_array(
     models: Models,
     *,

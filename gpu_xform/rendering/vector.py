@@ -1,5 +1,7 @@
 """Pictures as vectors: `render_svg` and `render_pdf`, of the same models and styles as pixels."""
 
+from __future__ import annotations
+
 from typing import Unpack
 
 from .._core.public import public
@@ -10,6 +12,7 @@ from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Frame, PreparedFrame, Size, prepare_frame
+from ..drawing.style_signature import show_style_keywords
 from ..errors import ArgumentError
 from ..imaging.colors import ColorLike, Rgba
 from ..vector import VectorLayer, format_pdf, format_svg
@@ -19,6 +22,7 @@ from .annotate import make_annotation
 
 
 @public
+@show_style_keywords
 def render_svg(
     models: Models,
     *,
@@ -94,6 +98,7 @@ def render_svg(
 
 
 @public
+@show_style_keywords
 def render_pdf(
     models: Models,
     *,

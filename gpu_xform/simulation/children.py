@@ -1,5 +1,7 @@
 """Child strands: many strands for a picture, interpolated on the device between a few that are simulated."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import overload
 
@@ -186,8 +188,8 @@ class _Meshes(Sequence[Mesh]):
     @overload
     def __getitem__(self, frame: int) -> Mesh: ...
     @overload
-    def __getitem__(self, frame: slice) -> "_Meshes": ...
-    def __getitem__(self, frame: int | slice) -> "Mesh | _Meshes":
+    def __getitem__(self, frame: slice) -> _Meshes: ...
+    def __getitem__(self, frame: int | slice) -> Mesh | _Meshes:
         if isinstance(frame, slice):
             return _Meshes(self._children, self._frames[frame])
         return self._children._at(self._frames[frame])

@@ -1,5 +1,7 @@
 """Obstacles: solid bodies that points cannot enter, placed or moved by matrices."""
 
+from __future__ import annotations
+
 import warnings
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeAlias

@@ -1,5 +1,7 @@
 """Springs: the public face of a simulation."""
 
+from __future__ import annotations
+
 import io
 import math
 import zipfile
@@ -125,7 +127,7 @@ class Springs:
         self._compose(system, velocities, device)
 
     @classmethod
-    def join(cls, parts: Sequence["Springs"], *, device: Device | None = None) -> Self:
+    def join(cls, parts: Sequence[Springs], *, device: Device | None = None) -> Self:
         """Return one system of several bodies, at their present positions and velocities.
 
         The bodies do not touch one another. Their points follow one another in the order of the parts.

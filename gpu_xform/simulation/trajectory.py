@@ -1,5 +1,7 @@
 """Trajectories: the positions of all points in every frame of a simulation."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator, Sequence
 from functools import cached_property
 from typing import Any, TypeAlias, overload
@@ -87,8 +89,8 @@ class Trajectory(Sequence[npt.NDArray[np.float32]]):
     @overload
     def __getitem__(self, frame: int) -> npt.NDArray[np.float32]: ...
     @overload
-    def __getitem__(self, frame: slice) -> "Trajectory": ...
-    def __getitem__(self, frame: int | slice) -> "npt.NDArray[np.float32] | Trajectory":
+    def __getitem__(self, frame: slice) -> Trajectory: ...
+    def __getitem__(self, frame: int | slice) -> npt.NDArray[np.float32] | Trajectory:
         if isinstance(frame, slice):
             return Trajectory(self._frames[frame], self._times[frame], self._mesh)
         positions: npt.NDArray[np.float32] = np.asarray(self._frames[frame])
@@ -129,8 +131,8 @@ class _Meshes(Sequence[Mesh]):
     @overload
     def __getitem__(self, frame: int) -> Mesh: ...
     @overload
-    def __getitem__(self, frame: slice) -> "_Meshes": ...
-    def __getitem__(self, frame: int | slice) -> "Mesh | _Meshes":
+    def __getitem__(self, frame: slice) -> _Meshes: ...
+    def __getitem__(self, frame: int | slice) -> Mesh | _Meshes:
         if isinstance(frame, slice):
             return _Meshes(self._frames[frame], self._mesh)
         return move(self._mesh, self._frames[frame], IDENTITY)

@@ -1,5 +1,7 @@
 """B-splines to Bézier curves and patches, by knot insertion."""
 
+from __future__ import annotations
+
 import numpy as np
 import numpy.typing as npt
 

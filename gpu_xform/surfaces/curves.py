@@ -1,5 +1,7 @@
 """Bézier curves to polylines."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from typing import SupportsIndex
 

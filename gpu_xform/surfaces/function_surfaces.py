@@ -1,5 +1,7 @@
 """Surfaces given by a function of two parameters, sampled on a grid; seams and poles are welded where points agree."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Callable, Sequence
 from typing import Any, SupportsIndex, TypeAlias

@@ -1,5 +1,7 @@
 """Bézier patches to meshes of quads, as two matrix products."""
 
+from __future__ import annotations
+
 from functools import lru_cache
 from typing import NamedTuple, SupportsIndex
 

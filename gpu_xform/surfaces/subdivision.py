@@ -1,5 +1,7 @@
 """Subdivision surfaces: a mesh refined level by level, and the matrix that does the same to a deformed cage."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from functools import cached_property
 from typing import Any, Literal, SupportsIndex, TypeAlias

@@ -1,5 +1,7 @@
 """Window of the viewer, and its place in a notebook."""
 
+from __future__ import annotations
+
 import asyncio
 import os
 import signal
@@ -18,6 +20,7 @@ from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.prepare import Size, parse_size
+from ..drawing.style_signature import show_style_keywords
 from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import lend_runtime_dir
 from ..imaging.colors import ColorLike
@@ -31,6 +34,7 @@ DEFAULT_SIZE = (960, 720)
 
 
 @public
+@show_style_keywords
 def view(
     models: Models,
     *,

@@ -5,6 +5,8 @@ within 1e-15 s. Integers are the exact results, rounded to the nearest, ties to 
 50,000 is off by 1, which then lies next to the middle of two integers.
 """
 
+from __future__ import annotations
+
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, get_args, overload
 
@@ -47,7 +49,7 @@ class _Options:
 # A list of arrays or pairs is also array-like, and means several kernels.
 @overload
 def convolve(
-    image: "Image",
+    image: Image,
     kernel: list[SomeKernel],
     *,
     border: Border = "reflect",
@@ -57,12 +59,12 @@ def convolve(
     linear: bool = False,
     out: None = None,
     device: Device | None = None,
-) -> "list[Image]": ...
+) -> list[Image]: ...
 
 
 @overload
 def convolve(
-    image: "Image",
+    image: Image,
     kernel: OneKernel,
     *,
     border: Border = "reflect",
@@ -72,7 +74,7 @@ def convolve(
     linear: bool = False,
     out: None = None,
     device: Device | None = None,
-) -> "Image": ...
+) -> Image: ...
 
 
 @overload
@@ -176,7 +178,7 @@ def convolve(
 
 @overload
 def correlate(
-    image: "Image",
+    image: Image,
     kernel: list[SomeKernel],
     *,
     border: Border = "reflect",
@@ -186,12 +188,12 @@ def correlate(
     linear: bool = False,
     out: None = None,
     device: Device | None = None,
-) -> "list[Image]": ...
+) -> list[Image]: ...
 
 
 @overload
 def correlate(
-    image: "Image",
+    image: Image,
     kernel: OneKernel,
     *,
     border: Border = "reflect",
@@ -201,7 +203,7 @@ def correlate(
     linear: bool = False,
     out: None = None,
     device: Device | None = None,
-) -> "Image": ...
+) -> Image: ...
 
 
 @overload

@@ -1,5 +1,7 @@
 """Kernels to convolve with: Gaussian, mean, Sobel, and a few more by name."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from typing import Literal, SupportsIndex, TypeAlias, get_args
 

@@ -1,0 +1,35 @@
+"""Signatures that name the style keywords, for completion and help; Python knows them as `**style` alone."""
+
+import inspect
+from collections.abc import Callable
+from inspect import Parameter
+from typing import Any, TypeVar
+
+from .layer import style_parameters
+
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def show_style_keywords(function: _Function) -> _Function:
+    """Show the style keywords and their defaults in the signature of a function, in place of its `**style`."""
+    return _replace_last(function, style_parameters())
+
+
+def show_keywords_of(source: Callable[..., Any], *, but: str) -> Callable[[_Function], _Function]:
+    """Return what shows the keywords of `source`, all `but` one, in place of a function's `**options`."""
+
+    def show(function: _Function) -> _Function:
+        keywords = inspect.signature(source).parameters.values()
+        return _replace_last(
+            function, [each for each in keywords if each.kind is each.KEYWORD_ONLY and each.name != but]
+        )
+
+    return show
+
+
+def _replace_last(function: _Function, keywords: list[Parameter]) -> _Function:
+    signature = inspect.signature(function)
+    *own, _ = signature.parameters.values()
+    own += [keyword for keyword in keywords if keyword.name not in signature.parameters]
+    function.__signature__ = signature.replace(parameters=own)  # type: ignore[attr-defined]
+    return function

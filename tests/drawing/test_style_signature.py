@@ -1,0 +1,51 @@
+"""What completion and help show of the functions that take a style."""
+
+import inspect
+from typing import Any, get_type_hints
+
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.drawing.layer import Style
+
+TAKE_A_STYLE = ("render", "render_array", "render_svg", "render_pdf", "animate", "turntable", "view")
+PLAIN = gx.Layer(gx.samples.cube())
+
+
+@pytest.mark.parametrize("name", TAKE_A_STYLE)
+def test_signatures_show_every_style_keyword_with_its_default(name: str) -> None:
+    shown = inspect.signature(getattr(gx, name)).parameters
+    for keyword in Style.__annotations__:
+        assert shown[keyword].kind is inspect.Parameter.KEYWORD_ONLY
+        assert shown[keyword].default == getattr(PLAIN, keyword)
+    assert not any(parameter.kind is inspect.Parameter.VAR_KEYWORD for parameter in shown.values())
+
+
+def test_a_turntable_shows_what_animations_take_but_the_number_of_frames_twice() -> None:
+    shown = inspect.signature(gx.turntable).parameters
+    assert {"frames", "axis", "fps", "camera", "line_width"} <= shown.keys()
+    assert "n_frames" not in shown
+
+
+@pytest.mark.parametrize("name", [name for name in gx.__all__ if inspect.isfunction(getattr(gx, name))])
+def test_signatures_show_names_of_types_not_what_they_stand_for(name: str) -> None:
+    shown = str(inspect.signature(getattr(gx, name)))
+    assert len(shown) < 1500
+    assert "numpy._typing" not in shown
+
+
+@pytest.mark.parametrize("name", gx.__all__)
+def test_annotations_of_public_names_are_found(name: str) -> None:
+    value = getattr(gx, name)
+    if inspect.isclass(value):
+        get_type_hints(value)
+
+
+@pytest.mark.parametrize("use_jedi", [False, True])
+@pytest.mark.parametrize("call", ["gx.render(mesh, line_w", "gx.animate(mesh, poses, line_w", "gx.Layer(mesh, line_w"])
+def test_ipython_completes_style_keywords(call: str, use_jedi: bool) -> None:
+    completer: Any = pytest.importorskip("IPython.core.completer")
+    own = completer.IPCompleter(namespace={"gx": gx}, use_jedi=use_jedi)
+    with completer.provisionalcompleter():
+        found = [completion.text for completion in own.completions(call, len(call))]
+    assert any(text.startswith("line_width") for text in found)
