@@ -137,6 +137,10 @@ class Device:
         """Whether its driver has given it up, as far as is known; it takes no more work then."""
         return False
 
+    def __reduce__(self) -> Any:
+        """Raise ArgumentTypeError: what is on a device is there alone."""
+        raise ArgumentTypeError(f"the device {self.name!r}, and what is on it, cannot be copied or pickled")
+
     def __enter__(self) -> Self:
         return self
 

@@ -6,26 +6,56 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_float, as_real_array
+from .._core.arguments import as_float, as_real_array, as_vector
+from .._core.masked import require_unmasked
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
 
 Checked = TypeVar("Checked")
 
+MAX_NUMBER = 3.4e38  # that float32 holds
+MAX_SQUARED = 1e18  # of what is squared as float32: coordinates and speeds
 
-def as_nonnegative_float(value: float, name: str) -> float:
+
+def require_at_most(array: npt.ArrayLike, name: str, most: float = MAX_NUMBER) -> None:
+    """Raise ArgumentError if a number is larger than `most`, or smaller than its negative."""
+    size = np.abs(np.asarray(array, np.float64))
+    if size.size and size.max() > most:
+        expected = f"be at most {most:g}" if size.ndim == 0 else f"hold numbers of at most {most:g} in size"
+        raise ArgumentError.expecting(name, expected, f"{np.ravel(array)[size.argmax()]:g}")
+
+
+def as_small_vector(value: npt.ArrayLike, name: str) -> Float64Array:
+    """Return a point, a velocity or an acceleration as (3,) float64."""
+    vector = as_vector(value, name, 3)
+    require_at_most(vector, name, MAX_SQUARED)
+    return vector
+
+
+def as_index_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
+    """Return what should hold indices as an array."""
+    require_unmasked(value, name)
+    try:
+        return np.asarray(value)
+    except ValueError as error:  # a ragged list
+        raise ArgumentError.expecting(name, "be a rectangular array of indices", reason=error) from None
+
+
+def as_nonnegative_float(value: float, name: str, most: float = MAX_NUMBER) -> float:
     """Return `value` as a finite float that is not negative."""
     number = as_float(value, name)
     if number < 0.0:
         raise ArgumentError.expecting(name, "not be negative", f"{number:g}")
+    require_at_most(number, name, most)
     return number
 
 
-def as_positive_float(value: float, name: str) -> float:
+def as_positive_float(value: float, name: str, most: float = MAX_NUMBER) -> float:
     """Return `value` as a finite float above 0."""
     number = as_float(value, name)
     if number <= 0.0:
         raise ArgumentError.expecting(name, "be positive", f"{number:g}")
+    require_at_most(number, name, most)
     return number
 
 
@@ -34,6 +64,7 @@ def as_column(value: npt.ArrayLike, name: str, n: int, of: str) -> Float64Array:
     array = as_real_array(value, name)
     if array.shape not in ((), (n,)):
         raise ArgumentError.expecting(name, f"be one number or have shape ({n},), one per {of}", array.shape)
+    require_at_most(array, name)
     return np.broadcast_to(array, (n,)).copy()
 
 
@@ -44,17 +75,18 @@ def require_each(good: BoolArray, name: str, expected: str, values: npt.NDArray[
         raise ArgumentError.expecting(name, expected, f"{values[first]:g} for {of} {first}")
 
 
-def as_points(value: npt.ArrayLike, name: str, n: int | None = None) -> Float64Array:
+def as_points(value: npt.ArrayLike, name: str, n: int | None = None, most: float = MAX_SQUARED) -> Float64Array:
     """Return finite points or vectors as (n, 3) float64."""
     array = as_real_array(value, name)
     if array.ndim != 2 or array.shape[1] != 3 or (n is not None and len(array) != n):
         raise ArgumentError.expecting(name, f"have shape ({'n' if n is None else n}, 3)", array.shape)
+    require_at_most(array, name, most)
     return array
 
 
 def as_point_indices(value: npt.ArrayLike, name: str, n_points: int) -> IndexArray:
     """Return indices of points (k,), each once and in order; a mask of the points (n,) bool stands for those it has."""
-    array = np.asarray(value)
+    array = as_index_array(value, name)
     if array.dtype == np.bool_:
         if array.shape != (n_points,):
             raise ArgumentError.expecting(name, f"be a mask of shape ({n_points},), or indices", array.shape)

@@ -12,7 +12,7 @@ from .._core.arguments import as_float, as_int
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray
 from ..device import Device
-from ..errors import ArgumentError
+from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.mesh import Mesh, move
 from ..geometry.strands import Strands
 from ..gpu.chunking import choose_workgroup_size
@@ -64,6 +64,8 @@ class ChildStrands:
         seed: int = 0,
         device: Device | None = None,
     ) -> None:
+        if not isinstance(guides, Strands):
+            raise ArgumentTypeError.expecting("guides", "be Strands", type(guides).__name__)
         if guides.n_strands < 3:
             raise ArgumentError.expecting("guides", "be at least 3", guides.n_strands)
         self._device = resolve_gpu_device(device)
@@ -74,6 +76,9 @@ class ChildStrands:
         if not 1 <= n <= room // guides.n_points:
             raise ArgumentError.expecting("n", f"lie in 1..{room // guides.n_points}", n)
         clump, min_length = _as_part(clump, "clump"), _as_part(min_length, "min_length")
+        seed = as_int(seed, "seed")
+        if seed < 0:
+            raise ArgumentError.expecting("seed", "not be negative", seed)
         rng = np.random.default_rng(seed)
         self._guides = _choose_guides(guides.points[:, 0], n, rng)
         self._weights = _choose_weights(n, rng)

@@ -1,17 +1,26 @@
 """Conditions: what acts on the points from outside, over a run and during one frame of it."""
 
-from collections.abc import Callable, Sequence
+import difflib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_real_array, as_square_matrix, as_vector, require_affine
+from .._core.arguments import as_real_array, as_square_matrix, require_affine
 from .._core.types import Float64Array, IndexArray, MatrixLike
 from ..errors import ArgumentError, ArgumentTypeError
 from ..gpu.layouts import OBSTACLE, PIN, SPRING_STEP
-from ._validation import as_nonnegative_float, as_points, call_at
+from ._validation import (
+    MAX_NUMBER,
+    MAX_SQUARED,
+    as_nonnegative_float,
+    as_points,
+    as_small_vector,
+    call_at,
+    require_at_most,
+)
 from .obstacles import Obstacle, as_obstacles, pack_obstacles
 from .spring_system import SpringSystem
 
@@ -33,6 +42,15 @@ class ConditionOptions(TypedDict, total=False):
     force: Force | None
     move_pins: PinMotion | None
     obstacles: Obstacle | Sequence[Obstacle]
+
+
+def require_condition_names(given: Mapping[str, object]) -> None:
+    """Raise ArgumentTypeError for a keyword that is none of `ConditionOptions`."""
+    for name in given:
+        if name not in ConditionOptions.__annotations__:
+            close = difflib.get_close_matches(name, ConditionOptions.__annotations__, 1)
+            hint = f"; did you mean {close[0]!r}?" if close else ""
+            raise ArgumentTypeError(f"unexpected keyword argument {name!r}{hint}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,7 +96,7 @@ class Conditions:
     ) -> None:
         self._system = system
         self._pins: IndexArray = np.flatnonzero(system.pinned)
-        self.gravity = as_vector(gravity, "gravity", 3)
+        self.gravity = as_small_vector(gravity, "gravity")
         self.drag = as_nonnegative_float(0.0 if drag is None else drag, "drag")
         self.drag_rate = as_nonnegative_float(0.0 if drag_rate is None else drag_rate, "drag_rate")
         self._wind = wind
@@ -133,14 +151,18 @@ class Conditions:
         if self._wind is None:
             return np.zeros(3)
         if not callable(self._wind):
-            return as_vector(self._wind, "wind", 3)
-        return call_at(self._wind, "wind", time, check=lambda wind: as_vector(wind, "wind", 3))
+            return as_small_vector(self._wind, "wind")
+        return call_at(self._wind, "wind", time, check=lambda wind: as_small_vector(wind, "wind"))
 
     def _forces_at(self, time: float, state: Callable[[], tuple[Any, Any]]) -> Float64Array | None:
         if self.force is None:
             return None
         n_points = self._system.n_points
-        return call_at(self.force, "force", time, *state(), check=lambda forces: as_points(forces, "force", n_points))
+
+        def check(forces: Any) -> Float64Array:
+            return as_points(forces, "force", n_points, MAX_NUMBER)
+
+        return call_at(self.force, "force", time, *state(), check=check)
 
     def _pins_during(self, start_s: float, end_s: float) -> npt.NDArray[np.void]:
         pins = np.zeros(0 if self.move_pins is None else len(self._pins), PIN)
@@ -159,14 +181,15 @@ class Conditions:
         if not hasattr(given, "as_matrix"):
             array = as_real_array(given, "move_pins")
             if array.shape == start.shape:
-                return array
+                return as_points(array, "move_pins")
             if array.shape != (4, 4):
                 raise ArgumentError.expecting(
                     "move_pins", f"return a (4, 4) matrix or {start.shape} points", array.shape
                 )
         matrix = as_square_matrix(given, "move_pins", 4)
         require_affine(matrix, "move_pins")
-        return start @ matrix[:3, :3].T + matrix[:3, 3]
+        require_at_most(matrix, "move_pins", MAX_SQUARED)
+        return as_points(start @ matrix[:3, :3].T + matrix[:3, 3], "move_pins")
 
 
 def _as_function(value: Any, name: str) -> Any:

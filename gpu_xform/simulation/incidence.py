@@ -111,14 +111,11 @@ def _merge_parallel(system: SpringSystem) -> tuple[IndexArray, Float64Array, Flo
     if len(distinct) == len(keys):
         return system.pairs, system.stiffness, system.rest
     spring = spring.ravel()
-    counts = np.bincount(spring)
-    stiffness = np.bincount(spring, system.stiffness)
-    is_stiff = stiffness > 0.0
-    shares = np.where(
-        is_stiff[spring], system.stiffness / np.where(is_stiff, stiffness, 1.0)[spring], 1.0 / counts[spring]
-    )
-    rest = np.bincount(spring, shares * system.rest)
-    rest[spring[counts[spring] == 1]] = system.rest[counts[spring] == 1]  # without rounding
+    stiffness = np.bincount(spring, system.stiffness).astype(np.float64)
+    divisors = np.where(stiffness > 0.0, stiffness, 1.0)
+    rest = np.bincount(spring, system.stiffness / divisors[spring] * system.rest).astype(np.float64)
+    is_plain = (np.bincount(spring) == 1) | (stiffness == 0.0)
+    rest[spring[is_plain[spring]]] = system.rest[is_plain[spring]]  # without rounding
     return unpack_pairs(distinct), stiffness, rest
 
 

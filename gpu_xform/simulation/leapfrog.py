@@ -174,15 +174,10 @@ class Leapfrog:
         count: Callable[[int], object] = lambda _: None,
     ) -> None:
         """Submit steps; `begin` says whether the first is the first of its frame, None that it is no step of one."""
-        step = conditions.step.copy()
-        step["kick_s"], step["drift_s"], step["frame_part"] = kick_s, drift_s, frame_part
-        first_step = step.copy()
-        first_step["is_first"] = begin is not False
         with self.device.lock:
             pipeline = self._pipeline(conditions)
-            structs = uniforms.upload(self.device, POOL_OWNER, "steps", [first_step, step])
-            [obstacles] = uniforms.upload(
-                self.device, POOL_OWNER, "obstacles", [_fill(MAX_OBSTACLES, OBSTACLE, conditions.obstacles)]
+            structs, obstacles = self._upload_conditions(
+                conditions, kick_s, drift_s, frame_part, is_first=begin is not False
             )
             [packets] = uniforms.upload(
                 self.device, POOL_OWNER, "packets", [_fill(MAX_PACKETS, SLOT_PACKET, self._slots.packets)]
@@ -214,24 +209,31 @@ class Leapfrog:
                 self._state.swap(n_steps)
                 count(n_steps)
 
+    def _upload_conditions(
+        self, conditions: FrameConditions, kick_s: float, drift_s: float, frame_part: float, *, is_first: bool
+    ) -> tuple[list[Binding], Binding]:
+        """Upload what acts during steps: a struct for the first of them and one for the others, and the obstacles."""
+        step = conditions.step.copy()
+        step["kick_s"], step["drift_s"], step["frame_part"] = kick_s, drift_s, frame_part
+        first_step = step.copy()
+        first_step["is_first"] = is_first
+        structs = uniforms.upload(self.device, POOL_OWNER, "steps", [first_step, step])
+        [obstacles] = uniforms.upload(
+            self.device, POOL_OWNER, "obstacles", [_fill(MAX_OBSTACLES, OBSTACLE, conditions.obstacles)]
+        )
+        return structs, obstacles
+
     def _step_grid(
         self, grid: Grid, n_steps: int, step_s: float, conditions: FrameConditions, count: Callable[[int], object]
     ) -> None:
         """Take the steps of a frame in blocks of columns, and put the result back."""
-        step = conditions.step.copy()
-        step["kick_s"], step["drift_s"], step["frame_part"] = step_s, step_s, 1.0 / n_steps
-        first_step = step.copy()
-        first_step["is_first"] = 1
         pipelines = self.device.pipelines
         with self.device.lock:
             if self._grid_state is None:
                 self._grid_state = _GridState(self, grid)
             state = self._grid_state
-            structs = uniforms.upload(self.device, POOL_OWNER, "steps", [first_step, step])
+            structs, obstacles = self._upload_conditions(conditions, step_s, step_s, 1.0 / n_steps, is_first=True)
             [layout] = uniforms.upload(self.device, POOL_OWNER, "grid", [grid.struct()])
-            [obstacles] = uniforms.upload(
-                self.device, POOL_OWNER, "obstacles", [_fill(MAX_OBSTACLES, OBSTACLE, conditions.obstacles)]
-            )
             pipeline = pipelines.compute(
                 "step_grid",
                 workgroup_size=GRID_WORKGROUP_SIZE,
@@ -274,17 +276,10 @@ class Leapfrog:
         self, grid: Grid, n_steps: int, step_s: float, conditions: FrameConditions, count: Callable[[int], object]
     ) -> None:
         """Take the steps of a frame, several in each dispatch."""
-        step = conditions.step.copy()
-        step["kick_s"], step["drift_s"], step["frame_part"] = step_s, step_s, 1.0 / n_steps
-        first_step = step.copy()
-        first_step["is_first"] = 1
         pipelines = self.device.pipelines
         with self.device.lock:
-            structs = uniforms.upload(self.device, POOL_OWNER, "steps", [first_step, step])
+            structs, obstacles = self._upload_conditions(conditions, step_s, step_s, 1.0 / n_steps, is_first=True)
             [layout] = uniforms.upload(self.device, POOL_OWNER, "grid", [grid.struct()])
-            [obstacles] = uniforms.upload(
-                self.device, POOL_OWNER, "obstacles", [_fill(MAX_OBSTACLES, OBSTACLE, conditions.obstacles)]
-            )
             n_workgroups = -(-grid.n_columns // STRANDS_PER_WORKGROUP)
             for first in range(0, n_steps, MAX_STEPS_PER_SUBMISSION):
                 n = min(MAX_STEPS_PER_SUBMISSION, n_steps - first)

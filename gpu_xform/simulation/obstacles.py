@@ -9,12 +9,19 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_square_matrix, as_unit_vector, as_vector, require_affine
+from .._core.arguments import as_square_matrix, as_unit_vector, require_affine
 from .._core.public import public
 from .._core.types import BoolArray, Float64Array, MatrixLike
 from ..errors import ArgumentError, ArgumentTypeError, SimulationWarning
 from ..gpu.layouts import OBSTACLE
-from ._validation import as_nonnegative_float, as_positive_float, call_at
+from ._validation import (
+    MAX_SQUARED,
+    as_nonnegative_float,
+    as_positive_float,
+    as_small_vector,
+    call_at,
+    require_at_most,
+)
 
 MAX_OBSTACLES = 32  # that one uniform holds
 MAX_DEPTH = 1e-4  # of the size of a system: points no deeper inside have come there by rounding
@@ -48,7 +55,7 @@ class Obstacle:
         self._radius = radius
         self._is_half_space = is_half_space
         self.friction = as_nonnegative_float(friction, "friction")
-        self.gap = as_nonnegative_float(gap, "gap")
+        self.gap = as_nonnegative_float(gap, "gap", MAX_SQUARED)
         self.transform = transform
         if not callable(transform):
             self._matrix_at(0.0)
@@ -112,8 +119,8 @@ class Sphere(Obstacle):
         gap: float = 0.0,
         transform: Transform | None = None,
     ) -> None:
-        placement = _place(as_vector(center, "center", 3), np.eye(3))
-        radius = as_positive_float(radius, "radius")
+        placement = _place(as_small_vector(center, "center"), np.eye(3))
+        radius = as_positive_float(radius, "radius", MAX_SQUARED)
         super().__init__(placement, np.zeros(3), radius, friction=friction, gap=gap, transform=transform)
 
     def _describe(self) -> str:
@@ -148,7 +155,7 @@ class HalfSpace(Obstacle):
         gap: float = 0.0,
         transform: Transform | None = None,
     ) -> None:
-        placement = _place(as_vector(point, "point", 3), _turn_y_to(as_unit_vector(normal, "normal", 3)))
+        placement = _place(as_small_vector(point, "point"), _turn_y_to(as_unit_vector(normal, "normal", 3)))
         super().__init__(
             placement, np.zeros(3), 0.0, friction=friction, gap=gap, transform=transform, is_half_space=True
         )
@@ -186,14 +193,14 @@ class Capsule(Obstacle):
         gap: float = 0.0,
         transform: Transform | None = None,
     ) -> None:
-        first, last = as_vector(start, "start", 3), as_vector(end, "end", 3)
+        first, last = as_small_vector(start, "start"), as_small_vector(end, "end")
         axis = last - first
         length = float(np.linalg.norm(axis))
         if length == 0.0:
             raise ArgumentError.expecting("end", "differ from start", last.tolist())
         placement = _place((first + last) / 2.0, _turn_y_to(axis / length))
         half_size = (0.0, length / 2.0, 0.0)
-        radius = as_positive_float(radius, "radius")
+        radius = as_positive_float(radius, "radius", MAX_SQUARED)
         super().__init__(placement, half_size, radius, friction=friction, gap=gap, transform=transform)
 
     def _describe(self) -> str:
@@ -229,10 +236,10 @@ class Box(Obstacle):
         gap: float = 0.0,
         transform: Transform | None = None,
     ) -> None:
-        sides = as_vector(size, "size", 3)
+        sides = as_small_vector(size, "size")
         if (sides <= 0.0).any():
             raise ArgumentError.expecting("size", "be positive", sides.tolist())
-        placement = _place(as_vector(center, "center", 3), np.eye(3))
+        placement = _place(as_small_vector(center, "center"), np.eye(3))
         super().__init__(placement, sides / 2.0, 0.0, friction=friction, gap=gap, transform=transform)
 
     def _describe(self) -> str:
@@ -296,6 +303,7 @@ def _as_rigid(given: Any) -> Float64Array:
     """Return a (4, 4) matrix that only rotates and translates."""
     matrix = as_square_matrix(given, "transform", 4)
     require_affine(matrix, "transform")
+    require_at_most(matrix, "transform", MAX_SQUARED)
     linear = matrix[:3, :3]
     error = np.abs(linear.T @ linear - np.eye(3)).max()
     if error > MAX_RIGIDITY_ERROR or np.linalg.det(linear) < 0.0:

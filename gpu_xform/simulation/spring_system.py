@@ -1,6 +1,7 @@
 """The spring system: points with masses, and the springs between them, validated; nothing of it changes."""
 
 import hashlib
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,10 +11,11 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import BoolArray, Float64Array, IndexArray
-from ..errors import ArgumentError, ArgumentTypeError
+from ..errors import ArgumentError, ArgumentTypeError, SimulationWarning
 from ..geometry.mesh import Mesh
 from ._validation import (
     as_column,
+    as_index_array,
     as_nonnegative_float,
     as_point_indices,
     as_points,
@@ -21,6 +23,9 @@ from ._validation import (
     require_each,
 )
 from .mesh_springs import list_mesh_springs, list_triangles, share_areas
+
+MIN_MASS_KG = 1e-38
+MAX_ROUNDING_STRAIN = 0.01  # of springs, by the rounding of positions to float32
 
 
 @dataclass(frozen=True, eq=False)
@@ -205,30 +210,40 @@ def _list_of_mesh(mesh: Mesh, stretch: float | None, shear: float, bend: float, 
 def _measure(points: Float64Array, pairs: IndexArray, name: str) -> Float64Array:
     """Return the length of each spring (s,); raise ArgumentError if one has none."""
     lengths: Float64Array = np.linalg.norm(points[pairs[:, 0]] - points[pairs[:, 1]], axis=1)
-    if (lengths == 0.0).any():
-        pair = tuple(pairs[int(np.argmin(lengths))].tolist())
-        raise ArgumentError.expecting(
-            name, "join points that lie apart", f"points {pair[0]} and {pair[1]} in one place"
+    rounded = points.astype(np.float32).astype(np.float64)  # as the device holds them
+    kept = np.linalg.norm(rounded[pairs[:, 0]] - rounded[pairs[:, 1]], axis=1)
+    if (kept == 0.0).any():
+        a, b = pairs[int(np.argmin(np.minimum(lengths, kept)))].tolist()
+        where = f" as float32, near {points[a].tolist()}" if (lengths > 0.0).all() else ""
+        raise ArgumentError.expecting(name, "join points that lie apart", f"points {a} and {b} in one place{where}")
+    strains = np.abs(kept - lengths) / lengths
+    if strains.max(initial=0.0) > MAX_ROUNDING_STRAIN:
+        a, b = pairs[int(np.argmax(strains))].tolist()
+        warnings.warn(
+            f"float32, in which the device holds positions, changes the distance of points {a} and {b} by "
+            f"{100.0 * strains.max():.2g} %, as they are far from the origin: move the model nearer to it",
+            SimulationWarning,
+            stacklevel=5,  # the caller of `Springs`
         )
     return lengths
 
 
 def _as_pairs(springs: npt.ArrayLike, n_points: int) -> IndexArray:
     """Return pairs of different points (s, 2)."""
-    array = np.asarray(springs)
+    array = as_index_array(springs, "springs")
     if array.size == 0:
         return np.empty((0, 2), np.int64)
     if array.ndim != 2 or array.shape[1] != 2:
         raise ArgumentError.expecting("springs", "have shape (s, 2)", array.shape)
     if array.dtype.kind not in "iu":
         raise ArgumentTypeError.expecting("springs", "hold indices of points", f"dtype {array.dtype}")
-    pairs = array.astype(np.int64)
-    outside = ((pairs < 0) | (pairs >= n_points)).any(axis=1)
+    outside = ((array < 0) | (array >= n_points)).any(axis=1)
     if outside.any():
         row = int(np.argmax(outside))
         raise ArgumentError.expecting(
-            "springs", f"name points in 0..{n_points - 1}", f"{tuple(pairs[row].tolist())} for spring {row}"
+            "springs", f"name points in 0..{n_points - 1}", f"{tuple(array[row].tolist())} for spring {row}"
         )
+    pairs = array.astype(np.int64)
     loops = pairs[:, 0] == pairs[:, 1]
     if loops.any():
         row = int(np.argmax(loops))
@@ -249,15 +264,22 @@ def _as_masses(
         )
     if mass is not None:
         if np.ndim(mass) == 0:
-            return np.full(n_points, as_positive_float(mass, "mass") / n_points)  # type: ignore[arg-type]
+            masses = np.full(n_points, as_positive_float(mass, "mass") / n_points)  # type: ignore[arg-type]
+            return _require_heavy(masses, "mass")
         masses = as_column(mass, "mass", n_points, "point")
         require_each(masses > 0.0, "mass", "be positive", masses, "point")
-        return masses
+        return _require_heavy(masses, "mass")
     if mesh is None:
         raise ArgumentError("area_density needs a mesh, whose faces have areas", argument="area_density")
     density = as_positive_float(area_density, "area_density")  # type: ignore[arg-type]  # one of the two is given
     masses = density * share_areas(mesh)
     require_each(masses > 0.0, "area_density", "give every point a mass", masses, "point")
+    return _require_heavy(masses, "area_density")
+
+
+def _require_heavy(masses: Float64Array, name: str) -> Float64Array:
+    """Return the mass of each point; raise ArgumentError for one of which float32 does not hold the inverse."""
+    require_each(masses >= MIN_MASS_KG, name, f"give every point at least {MIN_MASS_KG:g} kg", masses, "point")
     return masses
 
 

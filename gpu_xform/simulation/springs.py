@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import io
 import math
-import zipfile
-from collections.abc import Sequence
+import threading
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import Literal, Self, SupportsIndex, Unpack
+from typing import Literal, Self, Unpack
 
 import numpy as np
 import numpy.typing as npt
@@ -20,22 +20,26 @@ from ..compute.mesh_buffer import MeshBuffer
 from ..device import Device, resolve_device
 from ..errors import ArgumentError, ArgumentTypeError, SimulationError
 from ..geometry.mesh import Mesh, move
-from ..gpu.layouts import PIN, SPRING_STEP
+from ..gpu.layouts import PIN
 from ..host import HostDevice
-from ._validation import as_points, as_positive_float
-from .conditions import GRAVITY, ConditionOptions, Conditions, Force, FrameConditions, PinMotion, Wind
+from ._validation import as_points, as_positive_float, as_small_vector
+from .conditions import (
+    GRAVITY,
+    ConditionOptions,
+    Conditions,
+    Force,
+    FrameConditions,
+    PinMotion,
+    Wind,
+    require_condition_names,
+)
 from .energy import Energy, Momentum, measure_energy, measure_momentum
 from .obstacles import Obstacle, warn_of_points_inside
 from .spring_system import SpringSystem, join_systems, make_system
-from .stability import SAFETY, count_steps, find_largest_step, find_stiffest_point
+from .state_file import SavedState, pack_state, unpack_state
+from .step_choice import MAX_SUBSTEPS, StepChoice, as_fps, as_step_count
 from .stepper import make_stepper
-from .trajectory import Frames, Trajectory, strip_directions
-
-MAX_SUBSTEPS = 10_000  # per frame, unless more are allowed
-MAX_FPS = 1e6
-MAX_FRAMES = 1e15  # more than any memory holds, and few enough to be counted
-MAX_STEPS = 10_000_000  # of one call: nothing interrupts a frame
-STATE_VERSION = 1
+from .trajectory import Frames, Trajectory, allocate_frames, strip_directions
 
 
 @dataclass
@@ -147,8 +151,15 @@ class Springs:
         ------
         ArgumentError
             If there are none, or if their damping differs.
+        ArgumentTypeError
+            If one is no Springs.
         """
+        if isinstance(parts, Springs):
+            raise ArgumentTypeError.expecting("parts", "be a sequence of Springs", "Springs")
         parts = list(parts)
+        for part in parts:
+            if not isinstance(part, Springs):
+                raise ArgumentTypeError.expecting("parts", "hold Springs", type(part).__name__)
         if not parts:
             raise ArgumentError.expecting("parts", "hold at least one", "none")
         joint = cls.__new__(cls)
@@ -159,7 +170,7 @@ class Springs:
 
     def _compose(self, system: SpringSystem, velocities: npt.ArrayLike | None, device: Device | None) -> None:
         self._system = system
-        self._stiffest = find_stiffest_point(system)
+        self._steps = StepChoice(system)
         self._start = (
             np.zeros((system.n_points, 3))
             if velocities is None
@@ -170,15 +181,18 @@ class Springs:
         self._held: dict[int, _Hold] = {}
         self._inspected: tuple[Obstacle, ...] = ()
         self._topology = strip_directions(system.mesh)
+        self._lock = threading.Lock()
+        self._runner: int | None = None  # the thread that takes steps
         self.reset()
 
     def reset(self) -> None:
         """Go back to the positions and velocities of the start, and to time 0; held points are released."""
-        self.release()
-        self._write(self._system.points, self._start)
-        self._epoch, self._n_frames, self._frame_s = 0.0, 0, 0.0
-        self._substeps = 0
-        self._last = Conditions(self._system).during(0.0, 1.0, self._state)
+        with self._alone():
+            self.release()
+            self._write(self._system.points, self._start)
+            self._epoch, self._n_frames, self._frame_s = 0.0, 0, 0.0
+            self._substeps = 0
+            self._last = Conditions(self._system).during(0.0, 1.0, self._state)
 
     @property
     def device(self) -> Device:
@@ -279,7 +293,7 @@ class Springs:
         over all points i: the sum over the springs of i of k / m_i, twice for those whose other end is free; and
         z = damping w / 2. It holds while no spring is compressed to less than half its rest length.
         """
-        return find_largest_step(self._stiffest.frequency, self._system.damping_s)
+        return self._steps.largest_step
 
     @property
     def substeps(self) -> int:
@@ -402,8 +416,8 @@ class Springs:
         SimulationWarning
             Free points start deeper inside an obstacle than its gap.
         """
-        fps = _as_fps(fps)
-        duration = as_positive_float(duration, "duration")
+        fps = as_fps(fps)
+        duration = as_positive_float(duration, "duration", math.inf)
         conditions = Conditions(
             self._system,
             gravity=gravity,
@@ -418,27 +432,30 @@ class Springs:
         place: object = keep
         if not (isinstance(place, str) and place in ("host", "device")):
             raise ArgumentError.expecting("keep", "be 'host' or 'device'", repr(keep))
-        n_steps = self._choose_substeps(1.0 / fps, conditions, substeps, max_substeps)
+        n_steps = self._steps.choose_substeps(1.0 / fps, conditions, substeps, max_substeps)
         is_buffered = keep == "device" and not isinstance(self.device, HostDevice)
-        frames, times = _allocate_frames(duration, fps, self.n_points, is_buffered=is_buffered)
-        n_frames = len(times) - 1
-        self._begin_frames(1.0 / fps)
-        times[:] = self._epoch + (self._n_frames + times) * self._frame_s
-        self._keep_frame(frames, 0, times[0])
-        if conditions.obstacles != self._inspected:
-            warn_of_points_inside(conditions.obstacles, np.asarray(frames[0]), self._inverse_masses() > 0.0, times[0])
-            self._inspected = conditions.obstacles
-        n_done = 1
-        try:
-            for k in range(1, n_frames + 1):
-                with defer_interrupts():  # so that the state is always that of the last frame
-                    self._advance(times[k - 1], times[k], n_steps, conditions)
-                    self._keep_frame(frames, k, times[k])
-                    n_done = k + 1
-                if progress is not None:
-                    progress(k, n_frames)
-        finally:
-            self._last_trajectory = Trajectory(frames[:n_done], times[:n_done], self._system.mesh)
+        frames, times = allocate_frames(duration, fps, self.n_points, is_buffered=is_buffered)
+        with self._alone():
+            n_frames = len(times) - 1
+            self._begin_frames(1.0 / fps)
+            times[:] = self._epoch + (self._n_frames + times) * self._frame_s
+            self._keep_frame(frames, 0, times[0])
+            if conditions.obstacles != self._inspected:
+                warn_of_points_inside(
+                    conditions.obstacles, np.asarray(frames[0]), self._inverse_masses() > 0.0, times[0]
+                )
+                self._inspected = conditions.obstacles
+            n_done = 1
+            try:
+                for k in range(1, n_frames + 1):
+                    with defer_interrupts():  # so that the state is always that of the last frame
+                        self._advance(times[k - 1], times[k], n_steps, conditions)
+                        self._keep_frame(frames, k, times[k])
+                        n_done = k + 1
+                    if progress is not None:
+                        progress(k, n_frames)
+            finally:
+                self._last_trajectory = Trajectory(frames[:n_done], times[:n_done], self._system.mesh)
         return self._last_trajectory
 
     def hold(self, point: int, position: npt.ArrayLike | None = None) -> None:
@@ -456,10 +473,8 @@ class Springs:
         ArgumentError
             If there is no such point, or if `position` is no vector of three finite numbers.
         """
-        point = as_int(point, "point")
-        if not 0 <= point < self.n_points:
-            raise ArgumentError.expecting("point", f"lie in 0..{self.n_points - 1}", point)
-        target = None if position is None else as_vector(position, "position", 3)
+        point = self._as_index(point)
+        target = None if position is None else as_small_vector(position, "position")
         if point not in self._held:
             here = self.positions[point].astype(np.float64)
             self._held[point] = _Hold(here, here)
@@ -473,9 +488,14 @@ class Springs:
         Parameters
         ----------
         point : int, optional
-            Its index; by default all that are held.
+            Its index; by default all that are held. One that is not held stays as it is.
+
+        Raises
+        ------
+        ArgumentError
+            If there is no such point.
         """
-        released = list(self._held) if point is None else [as_int(point, "point")]
+        released = list(self._held) if point is None else [self._as_index(point)]
         if any(self._held.pop(index, None) is not None for index in released):
             self._held = {} if point is None else self._held
             self._stepper.write_inverse_masses(self._inverse_masses())
@@ -499,8 +519,9 @@ class Springs:
         ArgumentError, ArgumentTypeError
             As `simulate` raises them.
         """
-        frame_s = 1.0 / _as_fps(fps)
-        return self._choose_substeps(frame_s, Conditions(self._system, **conditions), None, MAX_SUBSTEPS)
+        frame_s = 1.0 / as_fps(fps)
+        require_condition_names(conditions)
+        return self._steps.choose_substeps(frame_s, Conditions(self._system, **conditions), None, MAX_SUBSTEPS)
 
     def step(self, n: int = 1, dt: float | None = None, **conditions: Unpack[ConditionOptions]) -> None:
         """Take `n` steps, and leave the system after the last.
@@ -520,17 +541,11 @@ class Springs:
         ArgumentError
             If an argument has an impossible value, or `dt` is above the largest stable step.
         """
-        n = _as_step_count(n, "n")
+        n = as_step_count(n, "n")
+        require_condition_names(conditions)
         frame = Conditions(self._system, **conditions)
-        largest = find_largest_step(self._stiffest.frequency, self._system.damping_s, frame.drag_rate)
-        if dt is None:
-            if math.isinf(largest):
-                raise ArgumentError.expecting("dt", "be given if there are no springs", "none")
-            dt = SAFETY * self._find_step(frame)
-        dt = as_positive_float(dt, "dt")
-        if dt > largest:
-            raise ArgumentError.expecting("dt", f"be at most {largest:.6g} s, the largest stable step", f"{dt:.6g}")
-        with defer_interrupts():
+        dt = self._steps.choose_step(frame, dt)
+        with self._alone(), defer_interrupts():
             self._begin_frames(n * dt)
             self._advance(self.time, self.time + n * dt, n, frame, dt)
 
@@ -548,30 +563,12 @@ class Springs:
         SimulationError
             If a position or a velocity is not finite.
         """
-        positions, velocities = self._stepper.read_state()
-        wrong = ~(np.isfinite(positions[:, :3]) & np.isfinite(velocities[:, :3])).all(axis=1)
-        if wrong.any():
-            message = f"point {int(np.argmax(wrong))} has no finite position and velocity, at {self.time:g} s"
-            raise SimulationError(f"{message}: restore an earlier state, or reset()", frame=self._n_frames)
-        positions[:, 3] = self._system.inverse_masses  # who restores it holds no point
-        arrays = {
-            "version": np.array(STATE_VERSION),
-            "system": np.array(self._system.fingerprint()),
-            "parts": np.array(list(self._system.describe_parts().items())),
-            "positions": positions,
-            "velocities": velocities,
-            "clock": np.array([self._epoch, self._n_frames, self._frame_s, self._lag_s]),
-            "step": self._last.step,
-        }
-        file = io.BytesIO()
-        with zipfile.ZipFile(file, "w") as archive:  # np.savez would write the time of day as well
-            for name, array in arrays.items():
-                content = io.BytesIO()
-                np.lib.format.write_array(content, array, allow_pickle=False)
-                archive.writestr(zipfile.ZipInfo(f"{name}.npy"), content.getvalue())
-        return file.getvalue()
+        saved = SavedState(
+            *self._stepper.read_state(), self._epoch, self._n_frames, self._frame_s, self._lag_s, self._last.step
+        )
+        return pack_state(saved, self._system)
 
-    def restore(self, state: bytes) -> None:
+    def restore(self, state: bytes | bytearray | memoryview) -> None:
         """Go back to a state that `state` has returned.
 
         Parameters
@@ -586,33 +583,37 @@ class Springs:
         ArgumentTypeError
             If it is no bytes.
         """
-        if not isinstance(state, bytes | bytearray | memoryview):
-            raise ArgumentTypeError.expecting("state", "be the bytes that state() returns", type(state).__name__)
-        try:
-            with np.load(io.BytesIO(state), allow_pickle=False) as file:
-                arrays = {name: file[name] for name in file.files}
-            version, system = int(arrays["version"]), str(arrays["system"])
-            parts = dict(arrays.get("parts", np.empty((0, 2), np.str_)).tolist())
-            positions, velocities, clock = arrays["positions"], arrays["velocities"], arrays["clock"]
-            step = np.zeros((), SPRING_STEP)  # whose padding is zeros, unlike that of a copy
-            for member in SPRING_STEP.names or ():
-                step[member] = arrays["step"][member]
-        except (ValueError, TypeError, OSError, EOFError, KeyError, zipfile.BadZipFile):
-            got = f"{memoryview(state).nbytes:,} bytes that are something else, or damaged"
-            raise ArgumentError.expecting("state", "be what Springs.state() returned", got) from None
-        if version != STATE_VERSION:
-            raise ArgumentError.expecting("state", f"have version {STATE_VERSION}", version)
-        if system != self._system.fingerprint():
-            own = self._system.describe_parts()
-            raise ArgumentError.expecting(
-                "state", "be that of a system with the same points and springs", _describe_difference(own, parts)
+        saved = unpack_state(state, self._system)
+        with self._alone():
+            self.release()
+            self._stepper.write(saved.positions, saved.velocities)
+            self._inspected = ()
+            self._epoch, self._n_frames, self._frame_s = saved.epoch_s, saved.n_frames, saved.frame_s
+            self._lag_s = saved.lag_s
+            self._last = FrameConditions(saved.step)
+
+    @contextmanager
+    def _alone(self) -> Iterator[None]:
+        """Let no other thread, and no function that is called for this one, take steps meanwhile."""
+        if self._runner == threading.get_ident():
+            raise SimulationError(
+                "simulate, step, restore and reset cannot be called while the same Springs is simulated, "
+                "such as by its force, wind or progress"
             )
-        self.release()
-        self._stepper.write(positions, velocities)
-        self._inspected = ()
-        self._epoch, self._n_frames, self._frame_s = float(clock[0]), int(clock[1]), float(clock[2])
-        self._lag_s = float(clock[3])
-        self._last = FrameConditions(step)
+        self.device.require_usable()  # in a fork, where nobody may let the lock go
+        with self._lock:
+            try:
+                self._runner = threading.get_ident()
+                yield
+            finally:
+                self._runner = None
+
+    def _as_index(self, point: int) -> int:
+        """Return the index of a point, checked."""
+        point = as_int(point, "point")
+        if not 0 <= point < self.n_points:
+            raise ArgumentError.expecting("point", f"lie in 0..{self.n_points - 1}", point)
+        return point
 
     def _write(self, positions: npt.ArrayLike, velocities: npt.ArrayLike) -> None:
         """Set positions and velocities (n, 3) of one time."""
@@ -696,48 +697,6 @@ class Springs:
                 self._frame_s = 0.0
             raise
 
-    def _choose_substeps(self, frame_s: float, conditions: Conditions, substeps: int | None, max_substeps: int) -> int:
-        """Return the number of steps of a frame."""
-        max_substeps = _as_step_count(max_substeps, "max_substeps")
-        largest = find_largest_step(self._stiffest.frequency, self._system.damping_s, conditions.drag_rate)
-        if substeps is None:
-            needed = count_steps(frame_s, self._find_step(conditions))
-            if needed > max_substeps:
-                raise self._describe_cost(frame_s, needed, conditions, max_substeps)
-            return needed
-        n_steps = _as_step_count(substeps, "substeps")
-        if frame_s / n_steps > largest:
-            least = math.ceil(frame_s / largest)
-            expected = f"be at least {least}, for steps of at most {largest:.6g} s, the largest stable one"
-            raise ArgumentError.expecting("substeps", expected, n_steps)
-        return n_steps
-
-    def _find_step(self, conditions: Conditions) -> float:
-        """Return the longest step that is stable where points meet the air no faster than a constant wind blows."""
-        drag_rate = conditions.drag_rate + conditions.face_drag_rate
-        return find_largest_step(self._stiffest.frequency, self._system.damping_s, drag_rate)
-
-    def _describe_cost(self, frame_s: float, needed: int, conditions: Conditions, max_substeps: int) -> ArgumentError:
-        """Return the error about too many steps, which names what makes them so short."""
-        start = f"a frame needs {needed:,} steps, more than max_substeps, {max_substeps:,}: "
-        w, damping_s, drag_rate = self._stiffest.frequency, self._system.damping_s, conditions.drag_rate
-        face_drag_rate = conditions.face_drag_rate
-        causes = (
-            ("damping", damping_s, find_largest_step(w, 0.0, drag_rate + face_drag_rate), "damping"),
-            ("drag_rate", drag_rate, find_largest_step(w, damping_s, face_drag_rate), "drag_rate"),
-            ("drag", conditions.drag, find_largest_step(w, damping_s, drag_rate), "drag, or less wind,"),
-        )
-        for name, value, step_s, less in causes:
-            if value and count_steps(frame_s, step_s) <= max_substeps:
-                return ArgumentError(f"{start}{name} is {value:g}. Less {less} would need fewer", argument=name)
-        stiffest = self._stiffest
-        return ArgumentError(
-            f"{start}point {stiffest.point} has springs of {stiffest.stiffness:g} N/m in sum and a mass of "
-            f"{stiffest.mass:g} kg. Softer springs, more mass, more frames per second, or a coarser model would need "
-            "fewer",
-            argument="max_substeps",
-        )
-
     def _require_finite(self, positions: npt.NDArray[np.float32], time: float, frame: int, where: str) -> None:
         wrong = ~np.isfinite(positions).all(axis=1)
         if wrong.any():
@@ -751,47 +710,29 @@ class Springs:
                 frame=frame,
             )
 
+    def __copy__(self) -> Springs:
+        return self._copy_to(self.device)
+
+    def __deepcopy__(self, _: dict[int, object]) -> Springs:
+        return self._copy_to(self.device)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        """Pickle the state; what is unpickled computes on the process's own device, or on the host if this does."""
+        return _unpickle, (self._system, self._start, self.state(), isinstance(self.device, HostDevice))
+
+    def _copy_to(self, device: Device | None) -> Springs:
+        return _make_from_state(self._system, self._start, self.state(), device)
+
     def __repr__(self) -> str:
         return f"<Springs: {self.n_points} points, {len(self._system.pairs)} springs at {self.time:g} s>"
 
 
-def _as_fps(fps: float) -> float:
-    fps = as_positive_float(fps, "fps")
-    if fps > MAX_FPS:
-        raise ArgumentError.expecting("fps", f"be at most {MAX_FPS:g}", f"{fps:g}")
-    return fps
+def _make_from_state(system: SpringSystem, start: Float64Array, state: bytes, device: Device | None) -> Springs:
+    springs = Springs.__new__(Springs)
+    springs._compose(system, start, device)
+    springs.restore(state)
+    return springs
 
 
-def _describe_difference(own: dict[str, str], others: dict[str, str]) -> str:
-    """Return what differs between two systems, by the texts of their parts: how many there are, if not as many."""
-    counts = [
-        f"{others[name].split()[0]} {name}, not {own[name].split()[0]}"
-        for name in ("points", "springs", "faces")
-        if name in others and others[name].split()[0] != own[name].split()[0]
-    ]
-    if counts:
-        return f"one of {'; '.join(counts)}"
-    names = [name for name in own if name in others and others[name] != own[name]]
-    return f"one with other {', '.join(names)}" if names else "another"
-
-
-def _allocate_frames(duration: float, fps: float, n_points: int, *, is_buffered: bool) -> tuple[Frames, Float64Array]:
-    """Return room for the frames of a run, and their numbers (frames,) float64."""
-    n_frames = max(1.0, float(np.rint(min(duration * fps, MAX_FRAMES)))) + 1.0
-    try:
-        numbers = np.arange(int(n_frames), dtype=np.float64)
-        return [] if is_buffered else np.empty((len(numbers), n_points, 3), np.float32), numbers
-    except (MemoryError, ValueError):
-        frame_bytes = 12.0 * n_points
-        expected = f"fit into memory, where its frames take {n_frames * frame_bytes:.3g} bytes"
-        raise ArgumentError.expecting("duration", expected, f"{duration:g} s at {fps:g} frames per second") from None
-
-
-def _as_step_count(value: SupportsIndex, name: str) -> int:
-    """Return a number of steps, checked."""
-    n = as_int(value, name)
-    if n < 1:
-        raise ArgumentError.expecting(name, "be at least 1", n)
-    if n > MAX_STEPS:
-        raise ArgumentError.expecting(name, f"be at most {MAX_STEPS:,}", n)
-    return n
+def _unpickle(system: SpringSystem, start: Float64Array, state: bytes, is_on_host: bool) -> Springs:
+    return _make_from_state(system, start, state, Device("host") if is_on_host else None)

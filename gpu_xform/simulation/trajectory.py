@@ -12,10 +12,12 @@ import numpy.typing as npt
 from .._core.public import public
 from .._core.types import Float64Array
 from ..compute.mesh_buffer import MeshBuffer
+from ..errors import ArgumentError
 from ..geometry.attributes import Attributes
 from ..geometry.mesh import Mesh, move
 
 IDENTITY = np.eye(4)
+MAX_FRAMES = 1e15  # more than any memory holds, and few enough to be counted
 DIRECTIONS = ("normal", "tangent")  # attributes that would be wrong once points move on their own
 
 Frames: TypeAlias = npt.NDArray[np.float32] | list[MeshBuffer]
@@ -57,8 +59,8 @@ class Trajectory(Sequence[npt.NDArray[np.float32]]):
 
     @property
     def fps(self) -> float | None:
-        """The frames per second; None if there are fewer than two."""
-        return (len(self) - 1) / float(self._times[-1] - self._times[0]) if len(self) > 1 else None
+        """The frames per second, of a reversed trajectory as well; None if there are fewer than two."""
+        return (len(self) - 1) / abs(float(self._times[-1] - self._times[0])) if len(self) > 1 else None
 
     @property
     def shape(self) -> tuple[int, int, int]:
@@ -119,6 +121,18 @@ def strip_directions(mesh: Mesh) -> Mesh:
         for columns in (given.point, given.corner, given.face)
     )
     return mesh.with_attributes(Attributes(point, corner, face, labels=given.labels, material=given.material))
+
+
+def allocate_frames(duration: float, fps: float, n_points: int, *, is_buffered: bool) -> tuple[Frames, Float64Array]:
+    """Return room for the frames of a run, and their numbers (frames,) float64."""
+    n_frames = max(1.0, float(np.rint(min(duration * fps, MAX_FRAMES)))) + 1.0
+    try:
+        numbers = np.arange(int(n_frames), dtype=np.float64)
+        return [] if is_buffered else np.empty((len(numbers), n_points, 3), np.float32), numbers
+    except (MemoryError, ValueError):
+        frame_bytes = 12.0 * n_points
+        expected = f"fit into memory, where its frames take {n_frames * frame_bytes:.3g} bytes"
+        raise ArgumentError.expecting("duration", expected, f"{duration:g} s at {fps:g} frames per second") from None
 
 
 class _Meshes(Sequence[Mesh]):

@@ -9,8 +9,8 @@ import numpy as np
 from .._core.types import Float64Array
 from ..drawing.camera import Camera
 from ..drawing.layer import Layer
-from ..errors import SimulationError
-from ..simulation.conditions import ConditionOptions
+from ..errors import ArgumentError, ArgumentTypeError, SimulationError
+from ..simulation.conditions import ConditionOptions, require_condition_names
 from ..simulation.springs import Springs
 from .controls import LEFT, Event, pointer_position, to_ndc
 
@@ -62,6 +62,7 @@ class LiveSprings:
         self._is_slow = False
         self._problem = ""
         self.is_running = False
+        require_condition_names(conditions)
         for springs, _ in self._systems:
             springs.count_substeps(FPS, **conditions)
 
@@ -123,7 +124,7 @@ class LiveSprings:
                 self._move_held()
                 for springs, _ in self._systems:
                     springs.simulate(1.0 / FPS, FPS, keep="device", **self._conditions)
-        except SimulationError as error:
+        except (SimulationError, ArgumentError, ArgumentTypeError) as error:  # such as of what `force` returns
             self._restart()
             self._problem = str(error)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gpu_xform import ChildStrands, Strands, matrices, samples
-from gpu_xform.errors import ArgumentError
+from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from gpu_xform.gpu.device import GpuDevice
 
 GUIDES = samples.hair(40, 7, curls=1.5)
@@ -86,6 +86,7 @@ def test_the_same_seed_gives_the_same_children_and_frames_their_meshes(device: G
         ({"guides": Strands(GUIDES.points[:2])}, "guides must be at least 3, got 2"),
         ({"n": 0}, r"n must lie in 1\.\.\d+, got 0"),
         ({"n": 10**9}, r"n must lie in 1\.\.\d+, got 1000000000"),
+        ({"seed": -1}, "seed must not be negative, got -1"),
         ({"clump": 1.5}, r"clump must lie in 0\.\.1, got 1.5"),
         ({"min_length": -0.1}, r"min_length must lie in 0\.\.1, got -0.1"),
     ],
@@ -96,3 +97,8 @@ def test_impossible_children_are_refused(arguments: dict[str, Any], message: str
         ChildStrands(**plain | arguments)
     with pytest.raises(ArgumentError, match=r"positions must have shape \(280, 3\), got \(7, 3\)"):
         ChildStrands(GUIDES, 5, device=device).interpolate(np.zeros((7, 3)))
+
+
+def test_guides_are_strands(device: GpuDevice) -> None:
+    with pytest.raises(ArgumentTypeError, match=r"^guides must be Strands, got Mesh$"):
+        ChildStrands(samples.cube(), 10, device=device)  # type: ignore[arg-type]

@@ -1,16 +1,20 @@
 """The public face: what is refused, what is kept when something goes wrong, pins, states, trajectories."""
 
+import copy
 import math
+import pickle
 import signal
+import threading
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pytest
 
 import gpu_xform as gx
 from gpu_xform.geometry.scene_animation import Channel, Placement, SceneAnimation
-from gpu_xform.simulation import springs as springs_module
+from gpu_xform.simulation.step_choice import MAX_SUBSTEPS
 from tests.support.spring_models import cloth_mesh, make_chain, make_cloth
 
 NAN = float("nan")
@@ -60,6 +64,22 @@ def pair(**options: Any) -> gx.Springs:
         ({"pinned": [0, 1]}, r"^pinned must leave a point free, got all 2$"),
         ({"pinned": [2]}, r"^pinned must lie in 0..1, got 2$"),
         ({"pinned": [True]}, r"^pinned must be a mask of shape \(2,\), or indices, got \(1,\)$"),
+        ({"model": [[0, 0, 0], [1e39, 0, 0]]}, r"^model must hold numbers of at most 1e\+18 in size, got 1e\+39$"),
+        ({"stiffness": 1e40}, r"^stiffness must be at most 3.4e\+38, got 1e\+40$"),
+        ({"rest": [1e300]}, r"^rest must hold numbers of at most 3.4e\+38 in size, got 1e\+300$"),
+        ({"mass": 1e-42}, r"^mass must give every point at least 1e-38 kg, got 5e-43 for point 0$"),
+        ({"mass": 1e300}, r"^mass must be at most 3.4e\+38, got 1e\+300$"),
+        ({"damping": 1e300}, r"^damping must be at most 3.4e\+38, got 1e\+300$"),
+        ({"pinned": [[0], [0, 1]]}, r"^pinned must be a rectangular array of indices: "),
+        ({"springs": [[0, 1], [0]]}, r"^springs must be a rectangular array of indices: "),
+        (
+            {"springs": np.array([[0, 2**63 + 1]], np.uint64)},
+            r"^springs must name points in 0..1, got \(0, 9223372036854775809\) for spring 0$",
+        ),
+        (
+            {"model": [[1e6, 0, 0], [1e6 + 1e-3, 0, 0]]},
+            r"^springs must join .* got points 0 and 1 in one place as float32, near \[1000000.0, 0.0, 0.0\]$",
+        ),
         ({"velocities": [[0.0, 0.0, 1.0]]}, r"^velocities must have shape \(2, 3\), got \(1, 3\)$"),
         ({"velocities": [[0, 0, 1], [0, 0, math.inf]]}, r"^velocities must be finite, got inf at index \(1, 2\)$"),
         ({"stretch": 1.0}, r"^stretch, shear and bend need a mesh, whose edges and faces they join$"),
@@ -109,6 +129,12 @@ def test_a_wrong_type_is_an_error(options: dict[str, Any], message: str) -> None
         ({"force": lambda *_: 1 / 0}, r"^force raised at 0 s: ZeroDivisionError: division by zero$"),
         ({"substeps": 0}, r"^substeps must be at least 1, got 0$"),
         ({"substeps": 10**30}, r"^substeps must be at most 10,000,000, got 10+$"),
+        ({"fps": 1e-300}, r"^fps must be at least 1e-06, got 1e-300$"),
+        ({"gravity": (0, 1e300, 0)}, r"^gravity must hold numbers of at most 1e\+18 in size, got 1e\+300$"),
+        ({"wind": (1e39, 0, 0), "drag_rate": 1}, r"^wind must hold numbers of at most 1e\+18 in size, got 1e\+39$"),
+        ({"drag_rate": 1e300}, r"^drag_rate must be at most 3.4e\+38, got 1e\+300$"),
+        ({"drag_rate": 1e30}, r"^a frame needs 1.7e\+28 steps, more than max_substeps, 10,000: drag_rate is 1e\+30"),
+        ({"force": lambda *_: np.full((2, 3), 1e39)}, r"^force must hold .* got 1e\+39, returned at 0 s$"),
         ({"keep": np.zeros(3)}, r"^keep must be "),
         ({"max_substeps": 10**30}, r"^max_substeps must be at most 10,000,000, got 10+$"),
         ({"max_substeps": 0}, r"^max_substeps must be at least 1, got 0$"),
@@ -520,7 +546,7 @@ def test_every_kind_of_device_moves_the_points_alike(kind: str, request: pytest.
 
 
 def test_the_documented_cap_is_the_default() -> None:
-    assert springs_module.MAX_SUBSTEPS == 10_000
+    assert MAX_SUBSTEPS == 10_000
 
 
 @pytest.mark.usefixtures("device")
@@ -673,3 +699,97 @@ def test_springs_on_the_host_device_are_drawn_as_well() -> None:
         gx.render_array(there, size=(60, 40), camera=drawn.camera),
         gx.render_array(there.mesh, size=(60, 40), camera=drawn.camera),
     )
+
+
+def test_keywords_of_steps_that_do_not_exist_are_errors() -> None:
+    with pytest.raises(
+        gx.ArgumentTypeError, match=r"^unexpected keyword argument 'gravitty'; did you mean 'gravity'\?$"
+    ):
+        pair().step(gravitty=1)  # type: ignore[call-arg]
+    with pytest.raises(gx.ArgumentTypeError, match=r"^unexpected keyword argument 'frames'$"):
+        pair().count_substeps(frames=1)  # type: ignore[call-arg]
+
+
+def test_rounding_that_changes_lengths_is_a_warning() -> None:
+    with pytest.warns(
+        gx.SimulationWarning, match=r"changes the distance of points 0 and 1 by 25 %, as they are far"
+    ) as seen:
+        pair(model=[[1e6, 0, 0], [1e6 + 0.1, 0, 0]])
+    assert seen[0].filename == __file__
+
+
+def test_only_springs_are_joined() -> None:
+    with pytest.raises(gx.ArgumentTypeError, match=r"^parts must be a sequence of Springs, got Springs$"):
+        gx.Springs.join(pair())  # type: ignore[arg-type]
+    with pytest.raises(gx.ArgumentTypeError, match=r"^parts must hold Springs, got Mesh$"):
+        gx.Springs.join([pair(), SQUARE])  # type: ignore[list-item]
+
+
+def test_a_point_that_is_not_there_is_not_released() -> None:
+    with pytest.raises(gx.ArgumentError, match=r"^point must lie in 0..1, got 2$"):
+        pair().release(2)
+
+
+def test_a_damaged_state_is_an_error() -> None:
+    springs = pair()
+    state = springs.state()
+    with pytest.raises(gx.ArgumentError, match=r"^state must be what Springs.state\(\) returned, got "):
+        springs.restore(memoryview(state)[::2])
+    n_refused = 0
+    for at in range(len(state) - 700, len(state)):  # the directory of the archive
+        damaged = bytearray(state)
+        damaged[at] ^= 0x55
+        try:
+            springs.restore(damaged)
+        except gx.ArgumentError:
+            n_refused += 1
+    assert n_refused > 100
+
+
+def test_two_threads_take_turns() -> None:
+    alone, shared = make_cloth(4, pinned=[0]), make_cloth(4, pinned=[0])
+    other = threading.Thread(target=lambda: shared.simulate(0.2))
+
+    def push(time: float, positions: Any, _: Any) -> npt.NDArray[np.float32]:
+        if time == 0.0 and other.ident is None:
+            other.start()
+            other.join(0.1)  # it waits for the end of the run
+        return np.zeros_like(positions)
+
+    first = shared.simulate(0.2, force=push)
+    other.join()
+    assert np.array_equal(first, alone.simulate(0.2))
+    assert np.array_equal(shared.positions, alone.simulate(0.2)[-1])
+    assert shared.time == alone.time
+
+
+@pytest.mark.parametrize("name", ["simulate", "step", "reset"])
+def test_a_run_within_a_run_is_an_error(name: str) -> None:
+    springs = pair()
+    with pytest.raises(gx.SimulationError, match=r"^simulate, step, restore and reset cannot be called while"):
+        springs.simulate(0.1, progress=lambda *_: getattr(springs, name)(*([0.1] if name == "simulate" else [])))
+    springs.simulate(0.1)
+
+
+def test_a_copy_goes_on_by_itself() -> None:
+    springs = make_cloth(3, pinned=[0])
+    springs.simulate(0.1)
+    copies = [copy.copy(springs), copy.deepcopy(springs), pickle.loads(pickle.dumps(springs))]  # noqa: S301  # of its own bytes
+    path = springs.simulate(0.1)
+    for other in copies:
+        assert other.device is springs.device or other.device.name == springs.device.name == "host"
+        assert other.time == pytest.approx(0.1)
+        assert np.array_equal(other.simulate(0.1), path)
+
+
+def test_frames_on_the_device_are_not_pickled(device: Any) -> None:
+    path = pair(device=device).simulate(0.1, keep="device")
+    for value in (path, path.as_models()[0], device):
+        with pytest.raises(
+            gx.ArgumentTypeError, match=r"^the device '.*', and what is on it, cannot be copied or pickled$"
+        ):
+            pickle.dumps(value)
+
+
+def test_a_reversed_trajectory_has_the_same_frame_rate() -> None:
+    assert pair().simulate(0.2)[::-1].fps == pytest.approx(30.0)

@@ -235,6 +235,15 @@ def test_what_is_not_finite_goes_back_to_the_start_and_is_said() -> None:
     assert not window.failures
 
 
+def test_what_a_force_should_not_return_goes_back_to_the_start_and_is_said() -> None:
+    window = Window(make_cloth(4), {"force": lambda time, *_: np.zeros((16 if time == 0.0 else 3, 3))})
+    window.do("key_down", key=" ")
+    window.run(3)
+    assert "force must have shape (16, 3), got (3, 3), returned at" in window.titles[-1]
+    assert not window.session.is_moving
+    assert not window.failures
+
+
 @pytest.mark.parametrize(
     ("models", "conditions", "message"),
     [
@@ -246,6 +255,11 @@ def test_what_is_not_finite_goes_back_to_the_start_and_is_said() -> None:
 def test_impossible_conditions_are_said_before_there_is_a_window(models: Any, conditions: Any, message: str) -> None:
     with pytest.raises(gx.ArgumentError, match=message):
         Window(models, conditions)
+
+
+def test_keywords_that_are_no_conditions_are_said() -> None:
+    with pytest.raises(gx.ArgumentTypeError, match=r"^unexpected keyword argument 'fps'$"):
+        Window(make_cloth(4), {"fps": 30})
 
 
 def test_the_help_has_the_keys_of_the_simulation() -> None:
