@@ -291,6 +291,30 @@ def parse_file_path(text: str) -> str:
 
 
 @argument_type
+def parse_points_path(text: str) -> str:
+    """Parse the path of a file, or of a Zarr array, which is a folder and may end so."""
+    stripped = text.rstrip("/\\")
+    return parse_file_path(stripped if stripped.lower().endswith(".zarr") else text)
+
+
+@argument_type
+def parse_grid_scale(text: str) -> tuple[float, ...]:
+    """Parse one positive number, or one per axis."""
+    values = parse_numbers(text, "one number or three, X,Y,Z", 1, 3)
+    if not all(value > 0 for value in values):
+        raise ValueError(f"expected positive numbers, got {quote(text)}")
+    return tuple(values) * (3 // len(values))
+
+
+@argument_type
+def parse_workers(text: str) -> int:
+    """Parse a positive whole number."""
+    if not re.fullmatch(r"[1-9]\d{0,3}", text.strip(), re.ASCII):
+        raise ValueError(f"expected a number of processes from 1 to 9999, got {quote(text)}")
+    return int(text)
+
+
+@argument_type
 def parse_template(text: str) -> Template:
     """Parse a path, with or without {model} or {folder}."""
     return Template(parse_file_path(text))

@@ -10,7 +10,7 @@ SUMMARIES = {
     "animate": "draw moving models as a GIF, video or web page",
     "simulate": "let cloth or hair fall or hang, and draw it as a GIF, video or web page",
     "view": "show models in an interactive window",
-    "transform": "transform the points of a model file or an array",
+    "transform": "transform the points of model files, arrays or scans",
     "convolve": "convolve an image with a kernel",
     "info": "print what model files hold",
     "explain": "print the matrices of a transform",

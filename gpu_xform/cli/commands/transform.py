@@ -2,7 +2,10 @@
 
 import argparse
 import contextlib
+import os
 import warnings
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -11,30 +14,48 @@ from ...errors import ArgumentError, ArgumentTypeError, MeshError, MeshWarning
 from ...geometry.attributes import Attributes
 from ...geometry.mesh import Mesh, move
 from .. import argument_types as types
-from .. import files
+from .. import exit_codes, files
 from .. import options as groups
 from ..arguments_from_options import choose_device, compose_transforms
-from ..paths import STDIO, file_type, require_target, require_type
-from ..streams import name_file_in_errors, raise_warnings
+from ..paths import STDIO, expand_globs, file_type, require_target, require_type
+from ..streams import name_file_in_errors, print_stderr, raise_warnings
 
 AFFINE_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 
-USAGE = "IN OUT [options]"
+USAGE = "IN... OUT [options]"
 DESCRIPTION = """\
-Transform the points of a model, whose polygons and attributes stay, or of an
-array. Models are transformed in double precision, arrays in their own. What OUT
-cannot hold is named on standard error."""
+Transform the points of models, whose polygons and attributes stay, of arrays,
+or of scans of any size. Models and scans are transformed in double precision,
+arrays in their own. What OUT cannot hold is named on standard error."""
 EPILOG = """\
 IN and OUT are model files, of the same or of different types; an .npy file of
-points (n, 3) is one of them. From .npy to .npy, the points may also be (n, 2),
-and the array larger than memory: an interrupted run leaves its results beside
-OUT, in OUT.partial, and --resume continues from there. Without transforms, the
-file is converted.
+points (n, 3) is one of them. From .npy to .npy, the points may also be (n, 2).
+Without transforms, the file is converted.
+
+Points of any size go from .las, .laz, .copc.laz, .zarr, .npy and .ply (binary,
+without faces) to .las, .laz and .zarr, from .las, .laz and .zarr to .npy and
+.ply as well, and from .npy to .npy and .ply to .ply. An interrupted run leaves
+its results beside OUT, in OUT.partial, and --resume continues from there. LAS
+needs the extra las, Zarr the extra zarr, several processes the extra dask:
+pip install 'gpu_xform[las]'.
+
+If there are several inputs, OUT holds {model}, which stands for the name of
+each without folder and type, or {folder}, which stands for its folder; missing
+folders are made. If one of them fails, the others are still made.
+
+A --matrix-table is JSON ({"tile.laz": [16 numbers, row by row], ...}, a list,
+or a pose graph or camera trajectory of Open3D), CSV (a name and 16 numbers, 12,
+or 8: scale, quaternion w,x,y,z and translation, or a name and the file of a
+matrix as CloudCompare writes it), or COLMAP's images.txt. Poses of cameras are
+inverted, so that they lead into the world. Its matrices apply first.
 
 examples:
   gpu-xform transform in.obj out.ply --scale 0.3 --translate -0.5,2,0
   gpu-xform transform cloud.npy cloud.npy --matrix pose.txt
   gpu-xform transform cube.off flat.off --perspective-from-eye 5 --project
+  gpu-xform transform tile.laz moved.laz --matrix pose.txt
+  gpu-xform transform tiles/*.laz "moved/{model}.laz" --matrix-table poses.json
+  gpu-xform transform big.zarr moved.zarr --rotate-z 30 --workers 4
 """
 
 
@@ -42,44 +63,166 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `transform`."""
     group = parser.add_argument_group("files")
     group.add_argument(
-        "input", metavar="IN", type=types.parse_file_path, help="a model file or an .npy file; - for standard input"
+        "inputs",
+        metavar="IN",
+        nargs="+",
+        type=types.parse_points_path,
+        help="a model file, an .npy file, a scan, or a pattern such as *.laz; - for standard input",
     )
     group.add_argument(
         "output",
         metavar="OUT",
-        type=types.parse_file_path,
-        help="the result; - for standard output, in the type of IN",
+        type=types.parse_points_path,
+        help="the result, with {model} in it if there are several; - for standard output, in the type of IN",
     )
     groups.add_reading_options(group)
     group.add_argument(
         "--strict", action="store_true", help="fail, and write nothing, if the result cannot hold all that IN holds"
     )
-    group.add_argument("--resume", action="store_true", help="continue an interrupted run, from .npy to .npy")
-    groups.add_transforms(parser).add_argument(
-        "--project", action="store_true", help="divide by w, which perspective needs"
+    _add_scan_options(parser)
+    transforms = groups.add_transforms(parser)
+    transforms.add_argument(
+        "--matrix-table",
+        metavar="FILE",
+        help="a matrix per input, which applies first: a .json, .csv or images.txt file",
     )
+    transforms.add_argument("--project", action="store_true", help="divide by w, which perspective needs")
     groups.add_general_options(parser, adapter=True)
 
 
+def _add_scan_options(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("points of any size")
+    group.add_argument("--resume", action="store_true", help="continue an interrupted run")
+    group.add_argument(
+        "--skip-bad-chunks",
+        action="store_true",
+        help="leave chunks that cannot be decompressed as they were, from .laz to .laz and from .zarr to .zarr",
+    )
+    group.add_argument(
+        "--las-scale",
+        metavar="S|X,Y,Z",
+        type=types.parse_grid_scale,
+        help="unit of the coordinates of a .las or .laz file (default: that of IN, wider where 32 bits need it)",
+    )
+    group.add_argument(
+        "--las-offset",
+        metavar="X,Y,Z",
+        type=types.parse_point,
+        help="offset of the coordinates of a .las or .laz file (default: the centre of the result)",
+    )
+    group.add_argument("--keep-normals", action="store_true", help="leave normals and vectors of waveforms as they are")
+    group.add_argument("--workers", metavar="N", type=types.parse_workers, help="run N processes on this machine")
+    group.add_argument(
+        "--scheduler", metavar="ADDRESS", help="use the workers of a running Dask scheduler, such as tcp://host:8786"
+    )
+
+
 def run(options: argparse.Namespace) -> int:
-    """Transform or convert a model file or an array."""
-    require_target(options.output)
+    """Transform or convert model files, arrays or scans."""
+    inputs = expand_globs(options.inputs)
+    tasks = _plan_tasks(options, inputs)
+    if len(tasks) == 1:
+        _transform(tasks[0])
+        return 0
+    from ..._core import progress
+
+    codes = []
+    with progress.show_progress("transform", " files") as move:
+        for done, task in enumerate(tasks, 1):
+            try:
+                _transform(task)
+            except exit_codes.FAILURES as error:
+                subject = "" if str(error).startswith(f"{task.input}: ") else task.input
+                progress.write_lines(exit_codes.format_error(error, subject))
+                codes.append(exit_codes.exit_code_for(error))
+            move(done, len(tasks))
+    failed = f", {len(codes)} failed" if codes else ""
+    print_stderr(f"gpu-xform: {len(tasks)} files: {len(tasks) - len(codes)} done{failed}\n")
+    return min(codes, default=0)
+
+
+def _plan_tasks(options: argparse.Namespace, inputs: Sequence[str]) -> list[argparse.Namespace]:
+    """Return the options for each input, with its `input`, `output` and `place`; raise for paths written twice."""
+    is_template = "{model}" in options.output or "{folder}" in options.output
+    if len(inputs) > 1 and not is_template:
+        raise ArgumentError(f"{options.output}: {len(inputs)} files need a path with {{model}} in it")
+    table = None
+    if options.matrix_table is not None:
+        from ..matrix_table import MatrixTable
+
+        table = MatrixTable(options.matrix_table)
+    template = types.parse_template(options.output) if is_template else None
+    tasks, owners = [], dict[str, str]()
+    for place, path in enumerate(inputs):
+        output = template.path_for(path) if template is not None else options.output
+        location = os.path.normcase(os.path.realpath(output))
+        if location in owners:
+            raise ArgumentError(f"{output}: two results would be written there, of {owners[location]} and of {path}")
+        owners[location] = path
+        changes = {"input": path, "output": output, "place": place, "count": len(inputs), "table": table}
+        tasks.append(argparse.Namespace(**{**vars(options), **changes, "make_folders": template is not None}))
+    return tasks
+
+
+def _transform(options: argparse.Namespace) -> None:
+    """Transform or convert one input."""
     source = file_type(options.input, options.file_type)
     target = source if options.output == STDIO else file_type(options.output)
+    if target != "zarr":
+        require_target(options.output)
     matrix = compose_transforms(options)
+    if options.table is not None:
+        matrix = matrix @ options.table.find(options.input, options.place, options.count)
     if not options.project and tuple(matrix[3]) != AFFINE_LAST_ROW:
         raise ArgumentError("the transforms are projective: give --project to divide the points by w")
-    if source == target == "npy":
-        _transform_array(options, matrix)
-    else:
-        if options.resume:
-            raise ArgumentError("--resume is for .npy files that become .npy files")
-        from ...formats.registry import WRITERS
+    if options.make_folders:
+        Path(options.output).parent.mkdir(parents=True, exist_ok=True)
+    with raise_warnings() if options.strict else contextlib.nullcontext():
+        if source == target == "npy":
+            _transform_array(options, matrix)
+        elif _is_scan(options.input, source, target):
+            _transform_scan(options, matrix, source, target)
+        else:
+            _require_no_scan_options(options)
+            from ...formats.registry import WRITERS
 
-        require_type(options.output, tuple(sorted(WRITERS)), target)
-        with raise_warnings() if options.strict else contextlib.nullcontext():
+            require_type(options.output, tuple(sorted({*WRITERS, *SCAN_TYPES})), target)
             _transform_mesh(options, matrix, target)
-    return 0
+
+
+SCAN_TYPES = ("las", "laz", "zarr")
+
+
+def _is_scan(path: str, source: str, target: str) -> bool:
+    """Return whether an input goes through a part at a time."""
+    if {source, target} & {*SCAN_TYPES}:
+        return True
+    from ...chunked.ply import is_cloud
+
+    return source == target == "ply" and path != STDIO and is_cloud(path)
+
+
+def _transform_scan(options: argparse.Namespace, matrix: Float64Array, source: str, target: str) -> None:
+    from ...chunked.registry import CHUNKED_TYPES
+
+    if STDIO in (options.input, options.output):
+        if source == target == "ply":
+            _transform_mesh(options, matrix, target)
+            return
+        raise ArgumentError(f"{options.input}: .las, .laz and .zarr go from a file to a file, not through a pipe")
+    require_type(options.input, CHUNKED_TYPES, options.file_type)
+    require_type(options.output, CHUNKED_TYPES)
+    if file_type(options.input) != source:
+        raise ArgumentError(f"{options.input}: scans are known by the end of their name: .{source}, not --file-type")
+    _stream(options, matrix)
+
+
+def _require_no_scan_options(options: argparse.Namespace) -> None:
+    if options.resume:
+        raise ArgumentError("--resume is for .npy files that become .npy files, and for .las, .laz, .zarr, .ply scans")
+    for name in ("skip_bad_chunks", "las_scale", "las_offset", "keep_normals", "workers", "scheduler"):
+        if getattr(options, name):
+            raise ArgumentError(f"--{name.replace('_', '-')} is for scans: .las, .laz, .zarr, and .ply without faces")
 
 
 def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: str) -> None:
@@ -139,18 +282,26 @@ def _transform_array(options: argparse.Namespace, matrix: Float64Array) -> None:
 
         columns = count_columns(options.input)
         if columns is not None:
-            _stream_array(options, _as_3x3(matrix) if columns == 2 else matrix)
+            _stream(options, _as_3x3(matrix) if columns == 2 else matrix)
             return
     if options.resume:
         raise ArgumentError("--resume needs an .npy file of C-ordered float32 or float64 points, and a file as OUT")
+    _require_no_scan_options(options)
     _transform_whole_array(options, matrix)
 
 
-def _stream_array(options: argparse.Namespace, matrix: Float64Array) -> None:
+def _stream(options: argparse.Namespace, matrix: Float64Array) -> None:
     from ..._core import progress
     from ...compute.streaming import transform_file
 
-    device = choose_device(options)
+    has_workers = options.workers is not None or options.scheduler is not None
+    if has_workers and options.adapter is not None:
+        raise ArgumentError("--adapter is for one process; workers have a device each")
+    if file_type(options.input) == "zarr" and len(matrix) == 4:
+        from ...chunked.zarr import ZarrSource
+
+        matrix = _as_3x3(matrix) if ZarrSource(options.input).n_columns == 2 else matrix
+    device = None if has_workers else choose_device(options)
     try:
         with progress.show_progress(options.output, " points", scaled=True) as move:
             transform_file(
@@ -158,7 +309,13 @@ def _stream_array(options: argparse.Namespace, matrix: Float64Array) -> None:
                 options.output,
                 matrix,
                 project=options.project,
+                scale=options.las_scale,
+                offset=options.las_offset,
+                normals="keep" if options.keep_normals else "auto",
                 resume=options.resume,
+                skip_bad_chunks=options.skip_bad_chunks,
+                workers=options.workers,
+                scheduler=options.scheduler,
                 progress=move,
                 device=device,
             )

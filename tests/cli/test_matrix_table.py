@@ -1,0 +1,95 @@
+"""Tables of matrices, as registration tools write them."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import gpu_xform as gx
+from gpu_xform.cli.matrix_table import MatrixTable
+from tests.support.reference_transform import AFFINE
+
+TURN = Rotation.from_euler("xyz", [20, -50, 70], degrees=True)
+POSE = gx.translate(3, -4, 50) @ gx.homogeneous(TURN.as_matrix())
+SECOND = gx.translate(1, 2, 3)
+X, Y, Z, W = TURN.as_quat()
+NUMBERS = ", ".join(map(repr, AFFINE.ravel().tolist()))
+
+
+def table(name: str, content: Any) -> MatrixTable:
+    Path(name).write_text(content if isinstance(content, str) else json.dumps(content))
+    return MatrixTable(name)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "expected"),
+    [
+        ("t.json", {"a.laz": AFFINE.tolist(), "b": SECOND.ravel().tolist()}, (AFFINE, SECOND)),
+        ("t.json", [AFFINE.tolist(), SECOND.tolist()], (AFFINE, SECOND)),
+        (
+            "t.json",
+            [{"file": "b.laz", "matrix": SECOND.tolist()}, {"name": "a", "transformation": AFFINE[:3].tolist()}],
+            (AFFINE, SECOND),
+        ),
+        ("t.csv", f"a.laz, {NUMBERS}\nb, 1,0,0,1, 0,1,0,2, 0,0,1,3\n", (AFFINE, SECOND)),
+        ("t.csv", f"file,{','.join(f'm{i}x' for i in range(16))}\na,{NUMBERS}\nb,1,1,0,0,0,1,2,3\n", (AFFINE, SECOND)),
+        ("t.csv", f"{NUMBERS}\n1 0 0 1 0 1 0 2 0 0 1 3\n", (AFFINE, SECOND)),
+        ("t.csv", f"a,2.5,{W},{X},{Y},{Z},3,-4,50\nb,1,1,0,0,0,1,2,3", (POSE @ gx.scale(2.5), SECOND)),
+        ("t.csv", "a, matrices/a.txt\nb, matrices/b.txt", (AFFINE, SECOND)),
+        (
+            "images.txt",
+            "# Image list with two lines of data per image:\n# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA, NAME\n"
+            f"7 {W} {X} {Y} {Z} 3 -4 50 1 a.laz\n1.5 2.5 -1\n2 1 0 0 0 1 2 3 1 folder/b.laz\n\n",
+            (np.linalg.inv(POSE), np.linalg.inv(SECOND)),
+        ),
+        (
+            "t.json",
+            {"class_name": "PoseGraph", "nodes": [{"pose": m.T.ravel().tolist()} for m in (AFFINE, SECOND)]},
+            (AFFINE, SECOND),
+        ),
+        (
+            "t.json",
+            {
+                "class_name": "PinholeCameraTrajectory",
+                "parameters": [{"extrinsic": m.T.ravel().tolist()} for m in (POSE, SECOND)],
+            },
+            (np.linalg.inv(POSE), np.linalg.inv(SECOND)),
+        ),
+    ],
+)
+def test_a_table_has_a_matrix_per_file(name: str, content: Any, expected: Any) -> None:
+    Path("matrices").mkdir()
+    np.savetxt("matrices/a.txt", AFFINE, fmt="%.17g")
+    np.savetxt("matrices/b.txt", SECOND)
+    found = table(name, content)
+    assert np.allclose(found.find("tiles/a.laz", 0, 2), expected[0], rtol=1e-15, atol=1e-14)
+    second = "folder/b.laz" if name == "images.txt" else "tiles/b.laz"
+    assert np.allclose(found.find(second, 1, 2), expected[1], rtol=1e-15, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("t.json", "{", r"t\.json: expected JSON, CSV or"),
+        ("t.json", "3", "expected matrices by name, or a list"),
+        ("t.json", {"a": [1, 2]}, r"t\.json: 'a': expected 16 numbers or 12"),
+        ("t.json", {"a": [[np.nan] * 4] * 4}, "'a': expected a finite matrix"),
+        ("t.json", [{"file": "a"}], "entry 0: expected 16 numbers"),
+        ("t.json", [{"file": "a", "matrix": AFFINE.tolist()}, AFFINE.tolist()], "with a name and without one"),
+        ("t.csv", f"a,{NUMBERS}\na,{NUMBERS}", r"t\.csv: line 2: a second matrix for a"),
+        ("t.csv", "a,1,2,three", "line 1: expected 16 numbers"),
+    ],
+)
+def test_what_is_no_table_is_an_error_that_says_where(name: str, content: Any, message: str) -> None:
+    with pytest.raises(gx.ArgumentError, match=message):
+        table(name, content)
+
+
+def test_a_file_that_a_table_does_not_name_is_an_error() -> None:
+    with pytest.raises(gx.ArgumentError, match=r"t\.json: no matrix for tiles/c\.laz"):
+        table("t.json", {"a": AFFINE.tolist()}).find("tiles/c.laz", 0, 1)
+    with pytest.raises(gx.ArgumentError, match=r"t\.json: 1 matrices without names for 2 files"):
+        table("t.json", [AFFINE.tolist()]).find("a", 0, 2)
