@@ -13,7 +13,9 @@ from .. import matrices
 from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_square_matrix, as_vector
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
+from ..drawing.dash_patterns import MAX_DASHES, as_dash_pattern
 from ..drawing.enums import HIDDEN_STYLES, SHADE, SHADINGS
+from ..drawing.lengths import as_dpi, to_pixels
 from ..errors import GpuXformError
 from ..geometry.edges import EDGE_SETS
 from ..imaging.colors import ColorLike, to_rgba
@@ -173,22 +175,22 @@ def parse_resolution(text: str) -> tuple[int, int]:
 
 @argument_type
 def parse_line_width(text: str) -> float | str:
-    """Parse a positive number of pixels, or `auto`."""
+    """Parse a positive number of pixels, or one with a unit, or `auto`."""
     from ..drawing.layer import AUTO
 
-    return AUTO if text == AUTO else _parse_pixels(text)
+    return AUTO if text == AUTO else _parse_width(text)
 
 
 @argument_type
-def parse_point_size(text: str) -> float:
-    """Parse a positive number of pixels."""
-    return _parse_pixels(text)
+def parse_point_size(text: str) -> float | str:
+    """Parse a positive number of pixels, or one with a unit."""
+    return _parse_width(text)
 
 
 @argument_type
 def parse_font_size(text: str) -> float:
     """Parse a positive number of pixels."""
-    return _parse_pixels(text)
+    return to_pixels(_parse_width(text), "the size")
 
 
 @argument_type
@@ -202,13 +204,54 @@ def parse_labels(text: str) -> str | Template:
     return Template(text)
 
 
-def _parse_pixels(text: str) -> float:
+def _parse_width(text: str) -> float | str:
     from ..drawing.layer import MAX_LINE_WIDTH_PX
 
-    width = as_float(parse_numbers(text, "one number", 1)[0], "the width")
+    if text[-1:].isalpha():
+        width = to_pixels(text, "the width")
+    else:
+        width = as_float(parse_numbers(text, "a number of pixels, or one with a unit, as 0.35mm", 1)[0], "the width")
     if not 0.0 < width <= MAX_LINE_WIDTH_PX:
         raise ValueError(f"expected a positive number of pixels, at most {MAX_LINE_WIDTH_PX:,.0f}, got {quote(text)}")
-    return width
+    return text if text[-1:].isalpha() else width
+
+
+@argument_type
+def parse_dpi(text: str) -> float:
+    """Parse pixels per inch."""
+    return as_dpi(*parse_numbers(text, "pixels per inch", 1))
+
+
+@argument_type
+def parse_dash(text: str) -> str | tuple[float, ...]:
+    """Parse lengths in line widths, or a line type of ISO 128."""
+    return _parse_dash(text)
+
+
+def _parse_dash(text: str) -> str | tuple[float, ...]:
+    dash: str | list[float] = text
+    if "," in text:
+        dash = parse_numbers(text, "lengths in line widths, L,L,...", *range(2, 2 * MAX_DASHES + 1))
+    pattern = as_dash_pattern(dash, "the pattern")
+    return text if isinstance(dash, str) else pattern
+
+
+@argument_type
+def parse_hidden_style(text: str) -> dict[str, object]:
+    """Parse color=gray;line-width=0.5;dash=4,2."""
+    parse_value = {"color": parse_color, "line-width": _parse_width, "dash": _parse_dash}
+    style: dict[str, object] = {}
+    for part in re.split(r"\s*;\s*", text.strip().rstrip(";")):
+        key, _, value = (word.strip() for word in part.partition("="))
+        if key not in parse_value or key.replace("-", "_") in style:
+            hint = did_you_mean(key, parse_value)
+            expected = f"each of {', '.join(parse_value)} at most once, as in color=gray;dash=4,2"
+            raise ValueError(f"expected {expected}, got {quote(text)}{hint}")
+        try:
+            style[key.replace("-", "_")] = parse_value[key](value)
+        except (ValueError, argparse.ArgumentTypeError) as error:
+            raise ValueError(f"{key}: {error}") from None
+    return style
 
 
 @argument_type

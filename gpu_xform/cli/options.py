@@ -64,16 +64,30 @@ STYLE = (
         "(default: show, but behind opaque faces of another layer or with --fill remove)",
     ),
     ValueOption(
+        "--hidden-style",
+        "KEY=VALUE;...",
+        types.parse_hidden_style,
+        "how hidden lines differ from others: color, line-width and dash, as in 'color=gray;line-width=1;dash=dotted'",
+    ),
+    ValueOption(
         "--line-width",
-        "PIXELS",
+        "WIDTH",
         types.parse_line_width,
-        "width of lines, or auto: thinner where the lines of a dense mesh would blacken it (default: 1.5)",
+        "width of lines, in pixels or with a unit, as 0.35mm or 1pt; or auto: thinner where the lines of a dense mesh "
+        "would blacken it (default: 1.5)",
+    ),
+    ValueOption(
+        "--dash",
+        "PATTERN",
+        types.parse_dash,
+        "dashes of lines: lengths of dashes and gaps in line widths, as 4,2,1,2, or a line type of ISO 128, 01 to 15 "
+        "or by name, as long-dashed-dotted (default: continuous)",
     ),
     ValueOption(
         "--point-size",
-        "PIXELS",
+        "WIDTH",
         types.parse_point_size,
-        "diameter of a dot at each point (default: none; 2 for models without edges)",
+        "diameter of a dot at each point, in pixels or with a unit (default: none; 2 for models without edges)",
     ),
     ValueOption(
         "--max-points",
@@ -199,8 +213,8 @@ def add_transforms(parser: argparse.ArgumentParser) -> Any:
     return group
 
 
-def add_picture(parser: argparse.ArgumentParser, resolution: str) -> None:
-    """Add the picture's size, by default `resolution`, and its background."""
+def add_picture(parser: argparse.ArgumentParser, resolution: str) -> Any:
+    """Add the picture's size, by default `resolution`, and its background; return the group."""
     group = parser.add_argument_group("picture")
     _add_with_alias(
         group,
@@ -226,6 +240,7 @@ def add_picture(parser: argparse.ArgumentParser, resolution: str) -> None:
     either.add_argument(
         "--no-background", action="store_const", const=None, dest="background", help="transparent background"
     )
+    return group
 
 
 def add_annotations(parser: argparse.ArgumentParser) -> None:
@@ -305,13 +320,24 @@ def add_camera(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--camera-orthographic", action="store_true", help="use parallel projection")
 
 
-def add_drawing_options(parser: argparse.ArgumentParser, resolution: str) -> None:
-    """Add the options of all commands that draw: transforms, picture, style, camera."""
+def add_drawing_options(parser: argparse.ArgumentParser, resolution: str) -> Any:
+    """Add the options of all commands that draw: transforms, picture, style, camera; return the picture's group."""
     add_transforms(parser)
-    add_picture(parser, resolution)
+    picture = add_picture(parser, resolution)
     add_style(parser)
     add_annotations(parser)
     add_camera(parser)
+    return picture
+
+
+def add_dpi(picture: Any) -> None:
+    """Add what pictures of pixels have beside their size."""
+    picture.add_argument(
+        "--dpi",
+        metavar="N",
+        type=types.parse_dpi,
+        help="pixels per inch, for lengths with a unit (default: 96)",
+    )
 
 
 def add_general_options(parser: argparse.ArgumentParser, *, adapter: bool, rasterizer: bool = False) -> Any:

@@ -15,18 +15,20 @@ from ..geometry.edges import list_edge_parts
 from ..gpu.buffers import Buffer
 from ..gpu.device import GpuDevice
 from ..gpu.layouts import CANDIDATE
-from ..imaging.colors import pack_rgba8
+from ..imaging.colors import pack_rgba8, to_rgba
 from .boxes import box_corners
 from .cloud_source import CloudSource, Source
 from .covers import find_covered, find_covers
 from .dash_chains import pack_chains
+from .dash_patterns import as_dash_pattern, hidden_dashes, scale_dashes
 from .depth import DepthCue, eye
 from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Cloud, Drawable, DrawList, Faces, Lines
 from .edge_sample import fit_line_width, project_sample
-from .enums import ColorMode, Hidden
+from .enums import HIDDEN_FADE_ALPHA, ColorMode, Hidden
 from .geometry_source import EdgeSource, GeometrySource, SilhouetteCandidates
-from .layer import Layer
+from .layer import Layer, dot_diameter, is_auto
 from .layer_colors import NO_COLORS, LineColors, fill_colors, has_several_colors, line_colors
+from .lengths import to_pixels
 from .limits import max_batch_edges
 from .point_colors import Coloring, point_colors
 from .shading import shade_faces
@@ -88,12 +90,15 @@ def normalize_w(matrices: Float64Array) -> Float64Array:
 
 def hidden_mode(layer: Layer) -> Hidden:
     """Return what is done with the layer's hidden edges."""
+    if layer.hidden is None and layer.hidden_style is not None:
+        return Hidden.DASH
     return Hidden.from_style(layer.hidden or ("show" if layer.fill is None else "remove"))
 
 
 def needs_depth_order(layer: Layer) -> bool:
     """Say whether lines of a layer fade with distance, or nearer ones must lie over farther ones of another look."""
-    differs = has_several_colors(layer) or (not layer.antialias and hidden_mode(layer) in {Hidden.DASH, Hidden.FADE})
+    varies = bool(as_dash_pattern(layer.dash, "dash")) or hidden_mode(layer) in {Hidden.DASH, Hidden.FADE}
+    differs = has_several_colors(layer) or (not layer.antialias and varies)
     return differs or layer.depth_cue > 0.0
 
 
@@ -130,7 +135,7 @@ def _build_cloud(
         colors=colors,
         bounding_points=(box_corners(source.bounds) - model_from_points[:3, 3]) / model_from_points[0, 0],
         clip_from_points=clip_from_points,
-        diameter=CLOUD_POINT_SIZE_PX if layer.point_size is None else layer.point_size,
+        diameter=dot_diameter(layer) or CLOUD_POINT_SIZE_PX,
         scalar_row=scalar_row,
         hidden=Hidden.REMOVE if hidden is Hidden.DASH else hidden,
         opacity=layer.alpha,
@@ -175,7 +180,7 @@ class _LayerBuilder:
         edge_source, candidates = source.edges(layer), source.silhouette_candidates(layer)
         edges = self._on_device(edge_source.key, lambda: edge_source.find().astype(np.uint32))
         n_edges = edges.n_bytes // EDGE_BYTES
-        point_size = layer.point_size if n_edges else self._point_size_without_edges(candidates)
+        point_size = dot_diameter(layer) if n_edges else self._point_size_without_edges(candidates)
         points, model_from_points = source.on_device(self._device)
         clip_from_points, scale = _clip_from_points(layer, clip_from_world, model_from_points)
         depth_cue = depth_cue._replace(distance_scale=depth_cue.distance_scale * scale)
@@ -188,13 +193,21 @@ class _LayerBuilder:
             is_covered=self._is_covered,
             depth_cue=depth_cue,
         )
+        strokes = self._strokes(style)
         colors = line_colors(layer, source.n_points, source.n_faces, edge_source.n_colors)
         lines: tuple[Lines, ...] = ()
         is_seen = layer.alpha > 0.0 and not (colors.mode is ColorMode.UNIFORM and colors.uniform[3] == 0.0)
         if n_edges and is_seen:
             find_rows = edge_source.color_rows
-            dashed = replace(style, chains=self._chains(edge_source)) if style.hidden is Hidden.DASH else style
-            lines = (self._colored(dashed, colors, lambda: find_rows and find_rows(edge_source.find())),)
+            chains = self._chains(edge_source) if any(stroke.dash_px for stroke, _ in strokes) else None
+            lines = tuple(
+                self._colored(
+                    replace(stroke, chains=chains),
+                    own_colors or colors,
+                    lambda: find_rows and find_rows(edge_source.find()),
+                )
+                for stroke, own_colors in strokes
+            )
         dots: tuple[Lines, ...] = ()
         if point_size is not None and is_seen:
             dots = (self._dots(replace(style, line_width=point_size), colors),)
@@ -209,7 +222,7 @@ class _LayerBuilder:
             return [*drawables, Drawable(points, clip_from_points, faces, lines + dots, source.sample_edges)]
         drawables.append(Drawable(points, clip_from_points, faces, lines, source.sample_edges))
         for matrix in clip_from_points:
-            silhouette = self._silhouette(style, candidates, colors, matrix)
+            silhouette = self._silhouette(strokes, candidates, colors, matrix)
             drawables.append(Drawable(points, matrix[None], None, silhouette, source.sample_edges))
         if dots:
             drawables.append(Drawable(points, clip_from_points, None, dots))
@@ -225,9 +238,36 @@ class _LayerBuilder:
         cover = Faces(triangles, int(opaque[faces].sum()))
         return [replace(drawable, faces=cover, lines=()) for drawable in with_faces] if cover.n_triangles else []
 
+    def _strokes(self, style: Lines) -> list[tuple[Lines, LineColors | None]]:
+        """Return how lines are drawn, one after the other: hidden parts before visible ones if they differ in style.
+
+        Colours are those of the layer if there are none.
+        """
+        layer, hidden_style = self._layer, self._layer.hidden_style
+        width = style.line_width or 1.0
+        dash_px = scale_dashes(as_dash_pattern(layer.dash, "dash"), width)
+        if style.hidden is not Hidden.DASH and hidden_style is None:
+            return [(replace(style, dash_px=dash_px), None)]
+        if hidden_style is None and not dash_px:
+            return [(replace(style, dash_px=hidden_dashes(width)), None)]
+        own = hidden_style or {}
+        hidden = replace(style, hidden=Hidden.ONLY)
+        if layer.antialias and "line_width" in own:
+            hidden = replace(hidden, line_width=to_pixels(own["line_width"], "hidden_style['line_width']"))
+        width = hidden.line_width or 1.0
+        if style.hidden is Hidden.FADE:
+            hidden = replace(hidden, opacity=HIDDEN_FADE_ALPHA * hidden.opacity)
+        if "dash" in own:
+            hidden = replace(hidden, dash_px=scale_dashes(as_dash_pattern(own["dash"], "hidden_style"), width))
+        elif style.hidden is Hidden.DASH:
+            hidden = replace(hidden, dash_px=hidden_dashes(width))
+        color = to_rgba(own["color"], "hidden_style") if "color" in own else None
+        own_colors = None if color is None else LineColors(ColorMode.UNIFORM, color, NO_COLORS)
+        return [(hidden, own_colors), (replace(style, hidden=Hidden.REMOVE, dash_px=dash_px), None)]
+
     def _line_width(self, n_edges: int, clip_from_points: Float64Array) -> float:
-        if not isinstance(self._layer.line_width, str):
-            return self._layer.line_width
+        if not is_auto(self._layer.line_width):
+            return to_pixels(self._layer.line_width, "line_width")
         ends_px = project_sample(self._source.sample_edges, clip_from_points[0], self._size)
         hides_half = hidden_mode(self._layer) is not Hidden.SHOW and self._source.n_faces > 0
         return fit_line_width(ends_px, n_edges, self._size, hides_half=hides_half)
@@ -239,7 +279,7 @@ class _LayerBuilder:
             return CLOUD_POINT_SIZE_PX
         if layer.point_size is None and candidates is None and layer.fill is None:
             raise MeshError(self._nothing_to_draw())
-        return layer.point_size
+        return dot_diameter(layer)
 
     def _nothing_to_draw(self) -> str:
         edges, source = self._layer.edges, self._source
@@ -282,7 +322,11 @@ class _LayerBuilder:
         return self._colored(dots, colors, lambda: None)
 
     def _silhouette(
-        self, style: Lines, candidates: SilhouetteCandidates, colors: LineColors, clip_from_points: Float64Array
+        self,
+        strokes: Sequence[tuple[Lines, LineColors | None]],
+        candidates: SilhouetteCandidates,
+        colors: LineColors,
+        clip_from_points: Float64Array,
     ) -> tuple[Lines, ...]:
         """Return the edges that are seen edge-on, if there are candidates."""
         among = self._on_device(candidates.key, candidates.find)
@@ -296,9 +340,16 @@ class _LayerBuilder:
         def find_rows() -> IndexArray:
             return candidates.color_rows(candidates.find()["edge"].astype(np.int64))
 
-        chains = self._silhouette_chains(edges, n_candidates) if style.hidden is Hidden.DASH else None
-        lines = replace(style, edges=edges, n_edges=n_candidates, are_silhouettes=True, chains=chains)
-        return (self._colored(lines, colors, find_rows),)
+        is_dashed = any(stroke.dash_px for stroke, _ in strokes)
+        chains = self._silhouette_chains(edges, n_candidates) if is_dashed else None
+        return tuple(
+            self._colored(
+                replace(stroke, edges=edges, n_edges=n_candidates, are_silhouettes=True, chains=chains),
+                own_colors or colors,
+                find_rows,
+            )
+            for stroke, own_colors in strokes
+        )
 
     def _chains(self, edges: EdgeSource) -> Buffer:
         """Return the chains of edges that are drawn in every view."""

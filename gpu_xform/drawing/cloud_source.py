@@ -13,7 +13,7 @@ from ..gpu.device import GpuDevice
 from .boxes import box_in_world, world_positions
 from .cloud_points import CloudPoints, find_extremes
 from .geometry_source import GeometrySource
-from .layer import Layer
+from .layer import Layer, dot_diameter
 from .layer_colors import colors_by_face
 from .point_array import MIN_CLOUD_POINTS, PointArray, require_finite
 
@@ -108,7 +108,7 @@ def is_cloud(layer: Layer) -> bool:
         return False
     if layer.edges is not None or layer.fill is not None or layer.edge_colors is not None or colors_by_face(layer):
         return False
-    return _is_affine(layer.world_from_model) and (layer.point_size or 0.0) <= MAX_DOT_PX
+    return _is_affine(layer.world_from_model) and (dot_diameter(layer) or 0.0) <= MAX_DOT_PX
 
 
 def _is_affine(matrices: Float64Array) -> bool:

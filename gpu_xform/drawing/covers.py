@@ -17,7 +17,11 @@ def find_covers(layers: Sequence[Layer], sources: Sequence[Source]) -> list[Bool
 
 def find_covered(layers: Sequence[Layer], covers: Sequence[BoolArray]) -> list[bool]:
     """Return which layers leave it open what is done with lines behind faces, where another layer has covers."""
-    return [layer.hidden is None and layer.fill is None and any(cover.any() for cover in covers) for layer in layers]
+    has_covers = any(cover.any() for cover in covers)
+    return [
+        has_covers and all(value is None for value in (layer.hidden, layer.hidden_style, layer.fill))
+        for layer in layers
+    ]
 
 
 def _find_opaque(layer: Layer, source: Source) -> BoolArray:

@@ -9,6 +9,7 @@ import numpy.typing as npt
 from ..gpu.buffers import Buffer
 from ..gpu.device_points import DevicePoints
 from .cloud_points import CloudPoints
+from .dash_patterns import DashPattern
 from .depth import NO_DEPTH_CUE, DepthCue
 from .enums import ColorMode, Hidden
 from .point_colors import PointColors
@@ -48,6 +49,8 @@ class Lines:
     has_transparency : whether some of colors are not opaque
     are_points : the edges join points to themselves
     are_silhouettes : faces turn away from the eye along them
+    dash_px : lengths of dashes and gaps, in turn, of hidden parts if `hidden` is DASH, else of all that is drawn; empty
+        for continuous lines
     chains : `layouts.CHAIN_EDGE` (n_edges,), along which dashes run on from edge to edge; None without dashes
     is_covered : only opaque filled faces hide these lines, those of `DrawList.covers`
     depth_cue : also orders lines of several colours by depth: nearer ones lie over farther ones
@@ -64,6 +67,7 @@ class Lines:
     has_transparency: bool = False
     are_points: bool = False
     are_silhouettes: bool = False
+    dash_px: DashPattern = ()
     chains: Buffer | None = None
     is_covered: bool = False
     depth_cue: DepthCue = NO_DEPTH_CUE

@@ -1,7 +1,7 @@
-"""Enumerations of how lines are drawn: hidden-line styles and colour modes.
+"""Enumerations of how lines are drawn: hidden-line styles, dashes and colour modes.
 
 They are the one source of their words and numbers: the command line, the viewer and `Layer` take the words from here,
-and the WGSL constants `HIDDEN_*` and `COLOR_*` are held to the members by a test.
+and the WGSL constants `HIDDEN_*`, `DASHES_*` and `COLOR_*` are held to the members by a test.
 """
 
 from enum import IntEnum
@@ -16,18 +16,33 @@ SHADE = "shade"  # a fill, which is shaded
 SHADINGS: tuple[Shading, ...] = get_args(Shading)
 
 
+HIDDEN_FADE_ALPHA = 0.25  # what hidden parts keep of their opacity if they fade; as in the shaders
+
+
 class Hidden(IntEnum):
-    """How the parts of lines behind faces are drawn: `HiddenStyle` as the numbers of the WGSL constants `HIDDEN_*`."""
+    """How the parts of lines behind faces are drawn: `HiddenStyle` as the numbers of the WGSL constants `HIDDEN_*`.
+
+    ONLY draws nothing but these parts: hidden lines of a style of their own.
+    """
 
     SHOW = 0
     REMOVE = 1
     DASH = 2
     FADE = 3
+    ONLY = 4
 
     @classmethod
     def from_style(cls, style: HiddenStyle) -> "Hidden":
         """Return the member that a style names."""
         return cls[style.upper()]
+
+
+class Dashes(IntEnum):
+    """How lines are dashed: not at all, by one dash of a pixel or more and one gap, or by any pattern."""
+
+    NONE = 0
+    SIMPLE = 1
+    COMPOUND = 2
 
 
 class ColorMode(IntEnum):

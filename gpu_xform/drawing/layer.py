@@ -1,7 +1,7 @@
 """Layers: the models of a picture, where each stands, and the style that it is drawn in."""
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import KW_ONLY, dataclass, fields, replace
 from inspect import Parameter, Signature
 from typing import Any, Literal, Self, TypeAlias, TypedDict, TypeGuard
@@ -22,10 +22,12 @@ from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.edges import EdgesLike, as_crease_angle, list_edge_parts
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene, SupportsAsModel
-from ..imaging.colors import ColorLike
+from ..imaging.colors import ColorLike, to_rgba
 from .attribute_colors import AXES, FILE, resolve_fill, resolve_line_colors, resolve_scalars
+from .dash_patterns import DashLike, as_dash_pattern
 from .enums import HIDDEN_STYLES, SHADE, SHADINGS, HiddenStyle, Shading
 from .label_options import NAMES, InstanceNames, LabelsLike, check_labels
+from .lengths import to_pixels
 from .point_array import PointArray, as_point_array
 
 Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | SupportsAsModel | StrPath | PointArray
@@ -33,6 +35,7 @@ Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | SupportsAsModel | Str
 SHADED_FILL = "#dfe3e8"
 _MODEL_TYPES = (Mesh, PointBuffer, PointArray, str, os.PathLike)
 AUTO: Literal["auto"] = "auto"  # a line width
+HIDDEN_STYLE_KEYS = ("color", "line_width", "dash")
 MAX_LINE_WIDTH_PX = 1e6  # beyond it, single precision loses the sides of the line
 
 
@@ -44,7 +47,9 @@ class Style(TypedDict, total=False):
     edges: EdgesLike | None
     feature_angle: float
     hidden: HiddenStyle | None
-    line_width: float | Literal["auto"]
+    hidden_style: Mapping[str, Any] | None
+    line_width: float | str
+    dash: DashLike
     antialias: bool
     color: ColorLike
     face_colors: npt.ArrayLike | None
@@ -57,7 +62,7 @@ class Style(TypedDict, total=False):
     depth_cue: float
     fill: Any
     shading: Shading
-    point_size: float | None
+    point_size: float | str | None
     max_points: int | None
     labels: LabelsLike | None
 
@@ -88,9 +93,21 @@ class Layer:
         turns by at most 50 degrees. The default is "show", or "remove" if `fill` is given. The faces of a layer hide
         others unless the layer shows all its edges; by default only opaque filled faces of other layers hide the lines
         and dots of one that is not filled.
-    line_width : float or "auto"
-        The width of lines in pixels, positive and at most 1e6. "auto" is 1.5, or less where the lines of a dense mesh
-        would cover more than half of the pixels that it takes up, so that it does not become a blot.
+    hidden_style : dict, optional
+        How hidden parts are drawn that differ from visible ones by more than dashes: "color", "line_width" and "dash",
+        as these keywords take them. Where "color" or "line_width" is missing, it is that of visible parts; where "dash"
+        is, dashes are as by default. It goes with `hidden="dash"`, which is then the default, and "fade".
+        `{"color": "gray", "dash": None}` draws hidden parts as continuous lines.
+    line_width : float, "auto" or str
+        The width of lines in pixels, positive and at most 1e6, or with a unit: "0.35mm", "1pt", "2px", "0.1cm" or
+        "0.1in", for the `dpi` of the picture; in SVG and PDF, a pixel is 1/96 inch. "auto" is 1.5 pixels, or less where
+        the lines of a dense mesh would cover more than half of the pixels that it takes up, so that it does not become
+        a blot.
+    dash : sequence of float or str, optional
+        Dashes of lines: lengths in line widths, such as (4, 2, 1, 2), of a dash, a gap, a dash and so on, at most eight
+        dashes; or a line type of ISO 128-2 by its number or its name, such as "04" or "long-dashed-dotted". Dashes run
+        on from edge to edge where the line turns by at most 50 degrees. By default lines are continuous. Hidden parts
+        have dashes of their own, 4 widths long and 3 apart, if `hidden` is "dash".
     antialias : bool
         If False, lines are one pixel wide whatever `line_width` says, and each pixel is on or off; that is fast.
     color : color
@@ -122,9 +139,9 @@ class Layer:
     shading : "none" or "flat"
         "flat" darkens each face that is filled the more, the more it turns away from a lamp at the eye: its colour
         times 0.3 + 0.7 |n · l|, with the normal n of the face and the direction l against that of the view.
-    point_size : float, optional
-        The diameter in pixels of a dot at each point. By default there are no dots, but dots of 2 pixels for models
-        that have points alone.
+    point_size : float or str, optional
+        The diameter in pixels, or with a unit, of a dot at each point. By default there are no dots, but dots of 2
+        pixels for models that have points alone.
     max_points : int, optional
         Of points that nothing joins, draw at most so many, for a quick look: of as many runs of points of equal length,
         in their order, one point at random, the same each time. Models with faces are drawn whole.
@@ -155,7 +172,9 @@ class Layer:
     edges: EdgesLike | None = None
     feature_angle: float = 30.0
     hidden: HiddenStyle | None = None
-    line_width: float | Literal["auto"] = 1.5
+    hidden_style: Mapping[str, Any] | None = None
+    line_width: float | str = 1.5
+    dash: DashLike = None
     antialias: bool = True
     color: ColorLike = "black"
     face_colors: npt.ArrayLike | None = None
@@ -168,7 +187,7 @@ class Layer:
     depth_cue: float = 0.0
     fill: Any = None
     shading: Shading = "none"
-    point_size: float | None = None
+    point_size: float | str | None = None
     max_points: int | None = None
     labels: LabelsLike | None = None
 
@@ -207,11 +226,11 @@ class Layer:
         object.__setattr__(self, "feature_angle", as_crease_angle(self.feature_angle, "feature_angle"))
         if isinstance(self.fill, Iterator):
             object.__setattr__(self, "fill", list(self.fill))  # it is read several times
-        line_width: object = self.line_width
-        if isinstance(line_width, str) and line_width != AUTO:
-            raise ArgumentTypeError.expecting("line_width", "be a number of pixels or 'auto'", repr(line_width))
-        if not isinstance(self.line_width, str):
-            _require_width(self.line_width, "line_width")
+        if not is_auto(self.line_width):
+            _require_width(self.line_width, "line_width", also=f"{AUTO!r}, ")
+        object.__setattr__(self, "dash", as_dash_pattern(self.dash, "dash") or None)
+        if self.hidden_style is not None:
+            object.__setattr__(self, "hidden_style", self._parse_hidden_style(self.hidden_style))
         if self.point_size is not None:
             _require_width(self.point_size, "point_size")
         if self.max_points is not None and as_int(self.max_points, "max_points") < 1:
@@ -227,6 +246,26 @@ class Layer:
             self._resolve_coordinates(self.model)
         elif isinstance(self.model, Mesh | MeshBuffer):
             self._resolve_attributes(self.model)
+
+    def _parse_hidden_style(self, given: object) -> dict[str, Any]:
+        """Return the style of hidden parts, checked."""
+        expected = f"have keys among {', '.join(HIDDEN_STYLE_KEYS)}"
+        if not isinstance(given, Mapping):
+            raise ArgumentTypeError.expecting("hidden_style", f"be a dict, and {expected}", type(given).__name__)
+        unknown = next((key for key in given if key not in HIDDEN_STYLE_KEYS), None)
+        if unknown is not None:
+            hint = did_you_mean(unknown, HIDDEN_STYLE_KEYS) if isinstance(unknown, str) else ""
+            raise ArgumentError.expecting("hidden_style", expected, f"{unknown!r}{hint}")
+        if self.hidden not in (None, "dash", "fade"):
+            raise ArgumentError.expecting("hidden_style", "go with hidden='dash' or 'fade'", repr(self.hidden))
+        style = dict(given)
+        if "color" in style:
+            to_rgba(style["color"], "hidden_style['color']")
+        if "line_width" in style:
+            _require_width(style["line_width"], "hidden_style['line_width']")
+        if "dash" in style:
+            style["dash"] = as_dash_pattern(style["dash"], "hidden_style['dash']")
+        return style
 
     def _resolve_attributes(self, model: Mesh | MeshBuffer) -> None:
         """Put the attributes of the model in place of their names; for a path, its layer does so when it is loaded."""
@@ -370,6 +409,31 @@ def _layer_of_instances(shown: Instances, style: Style) -> Layer:
     return replace(layer, transform=worlds, labels=labels)
 
 
-def _require_width(value: float, name: str) -> None:
-    if not 0.0 < as_float(value, name) <= MAX_LINE_WIDTH_PX:
-        raise ArgumentError.expecting(name, f"be positive and at most {MAX_LINE_WIDTH_PX:g}", f"{value:g}")
+def is_auto(line_width: object) -> bool:
+    """Say whether a width of lines depends on how many there are."""
+    return isinstance(line_width, str) and line_width == AUTO
+
+
+def dot_diameter(layer: Layer) -> float | None:
+    """Return the diameter in pixels of the dots that a layer asks for."""
+    return None if layer.point_size is None else to_pixels(layer.point_size, "point_size")
+
+
+def with_lengths_in_pixels(layer: Layer, px_per_inch: float) -> Layer:
+    """Return a layer whose widths of lines and diameters of dots are numbers of pixels, or `AUTO`."""
+    changes: dict[str, Any] = {}
+    if isinstance(layer.line_width, str) and not is_auto(layer.line_width):
+        changes["line_width"] = to_pixels(layer.line_width, "line_width", px_per_inch)
+    if isinstance(layer.point_size, str):
+        changes["point_size"] = to_pixels(layer.point_size, "point_size", px_per_inch)
+    if layer.hidden_style is not None and isinstance(layer.hidden_style.get("line_width"), str):
+        width = to_pixels(layer.hidden_style["line_width"], "hidden_style['line_width']", px_per_inch)
+        changes["hidden_style"] = {**layer.hidden_style, "line_width": width}
+    return replace(layer, **changes) if changes else layer
+
+
+def _require_width(value: float | str, name: str, *, also: str = "") -> None:
+    pixels = to_pixels(value, name, also=also)
+    if not 0.0 < pixels <= MAX_LINE_WIDTH_PX:
+        got = value if isinstance(value, str) else f"{value:g}"
+        raise ArgumentError.expecting(name, f"be positive and at most {MAX_LINE_WIDTH_PX:g}", got)

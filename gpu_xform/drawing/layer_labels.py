@@ -16,8 +16,9 @@ from .boxes import box_corners
 from .build_draw_list import hidden_mode
 from .enums import Hidden
 from .label_options import INDICES, NAMES, InstanceNames
-from .layer import Layer
+from .layer import Layer, dot_diameter, is_auto
 from .layer_colors import colors_by_face, has_several_colors
+from .lengths import to_pixels
 from .point_array import PointArray
 
 
@@ -137,5 +138,5 @@ def _mesh_positions(model: Mesh) -> Float64Array:
 
 
 def _radius(layer: Layer) -> float:
-    width = 0.0 if isinstance(layer.line_width, str) else layer.line_width
-    return 0.5 * max(layer.point_size or 0.0, width)
+    width = 0.0 if is_auto(layer.line_width) else to_pixels(layer.line_width, "line_width")
+    return 0.5 * max(dot_diameter(layer) or 0.0, width)

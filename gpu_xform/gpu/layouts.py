@@ -78,10 +78,14 @@ LINE_STYLE = np.dtype(
         "names": [
             *("depth_cue", "color", "line_width", "opacity"),
             *("n_edges", "instance_stride", "edge_bits", "log2_lanes"),
+            *("dash_period_px", "dash_begins", "dash_ends"),
         ],
-        "formats": [DEPTH_CUE, ("<f4", (4,)), "<f4", "<f4", "<u4", "<u4", "<u4", "<u4"],
-        "offsets": [0, 16, 32, 36, 40, 44, 48, 52],
-        "itemsize": 64,
+        "formats": [
+            *(DEPTH_CUE, ("<f4", (4,)), "<f4", "<f4", "<u4", "<u4", "<u4", "<u4"),
+            *("<f4", ("<f4", (2, 4)), ("<f4", (2, 4))),
+        ],
+        "offsets": [0, 16, 32, 36, 40, 44, 48, 52, 56, 64, 96],
+        "itemsize": 128,
     }
 )
 

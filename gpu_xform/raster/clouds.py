@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from ..drawing.cloud_points import VALUE_BYTES, CloudPart, max_part_points
 from ..drawing.draw_list import Cloud
-from ..drawing.enums import Hidden
+from ..drawing.enums import HIDDEN_FADE_ALPHA, Hidden
 from ..drawing.point_colors import Coloring
 from ..gpu import layouts, uniforms
 from ..gpu.buffers import Buffer
@@ -21,7 +21,6 @@ from .line_stage import ABSORBANCE_STEPS_PER_E, MIN_TRANSMITTANCE
 from .render_target import POOL_OWNER, RenderTarget
 from .triangles import Hiders
 
-HIDDEN_FADE_ALPHA = 0.25  # of the opacity of hidden points that fade; as in the shaders
 DOTS_BYTES = layouts.PIXEL_DOTS.itemsize
 COLORS_BYTES = 8  # of the two nearest dots of a pixel
 LIST_HEAD_BYTES = 8  # of the list of points: where it ends, and where its last batch begins

@@ -2,13 +2,12 @@
 
 from collections.abc import Sequence
 
-from ..drawing.enums import Hidden
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.context import CommandEncoder
 from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Binding, dispatch
-from .line_batches import Bindings, LineBatch
+from .line_batches import Bindings, LineBatch, is_dashed
 from .render_target import POOL_OWNER
 
 EDGES_PER_SECTION = 64
@@ -27,7 +26,7 @@ class DashStage:
         self._starts: list[Buffer] = []
         self._section_ends: list[Buffer | None] = []
         for number, batch in enumerate(batches):
-            if _is_dashed(batch):
+            if is_dashed(batch):
                 n_sections = -(-batch.n_edges // EDGES_PER_SECTION) * batch.projected.n_instances
                 n_bytes = DASH_START_BYTES * batch.n_instance_edges
                 self._starts.append(pool.scratch(POOL_OWNER, f"dash starts {number}", n_bytes))
@@ -69,7 +68,3 @@ class DashStage:
             for is_adding in (False, True):
                 pipeline = self._device.pipelines.compute("measure_chains", workgroup_size=size, is_adding=is_adding)
                 dispatch(encoder, pipeline, self._device.bind_groups.bind(pipeline, **bindings), *grid)
-
-
-def _is_dashed(batch: LineBatch) -> bool:
-    return batch.lines.hidden is Hidden.DASH and batch.chains is not None

@@ -1,7 +1,7 @@
 """Batches of lines: slices that fit in one storage-buffer binding, and the constants and uniforms of each."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..drawing.draw_list import EDGE_BYTES, Lines
-from ..drawing.enums import ColorMode, Hidden
+from ..drawing.enums import ColorMode, Dashes, Hidden
 from ..drawing.limits import max_batch_edges
 from ..gpu import layouts
 from ..gpu.buffers import Buffer
@@ -25,6 +25,8 @@ MAX_PIXELS_PER_INVOCATION = 1 << 15  # lavapipe ends loops after twice as many, 
 MIN_EDGE_BITS = 8
 BUSY_INVOCATIONS = 2048  # that keep all processors of a device busy
 MIN_COLUMNS_PER_INVOCATION = 8
+MIN_SIMPLE_DASH_PX = 1.0  # of a shorter dash, a pixel can see both ends
+NO_DASH_PX = 1e9  # where dashes lie that a pattern does not have
 
 Bindings: TypeAlias = dict[str, Buffer | Binding]
 
@@ -46,9 +48,20 @@ class LineBatch:
         return self.n_edges * self.projected.n_instances
 
 
-def split_batches(device: GpuDevice, projected: Sequence[ProjectedDrawable]) -> list[LineBatch]:
-    """Return the lines of all drawables in the order in which they are drawn."""
-    return [batch for each in projected for lines in each.drawable.lines for batch in _split(device, each, lines)]
+def split_batches(
+    device: GpuDevice, projected: Sequence[ProjectedDrawable], may_hide: Callable[[Lines], bool]
+) -> list[LineBatch]:
+    """Return the lines of all drawables in the order in which they are drawn, but for hidden ones that nothing hides.
+
+    may_hide : says whether there are faces that hide some of the lines
+    """
+    return [
+        batch
+        for each in projected
+        for lines in each.drawable.lines
+        if lines.hidden is not Hidden.ONLY or may_hide(lines)
+        for batch in _split(device, each, lines)
+    ]
 
 
 def _split(device: GpuDevice, projected: ProjectedDrawable, lines: Lines) -> Iterator[LineBatch]:
@@ -79,6 +92,12 @@ def make_line_style(batch: LineBatch) -> npt.NDArray[np.void]:
     struct["instance_stride"] = batch.projected.instance_stride
     struct["edge_bits"] = max(batch.n_instance_edges.bit_length(), MIN_EDGE_BITS)  # edges are counted from 1
     struct["log2_lanes"] = choose_log2_lanes(batch)
+    bounds = np.cumsum((0.0, *lines.dash_px))
+    struct["dash_period_px"] = bounds[-1] or 1.0
+    for name, places in (("dash_begins", bounds[:-1:2]), ("dash_ends", bounds[1::2])):
+        padded = np.full(2 * 4, NO_DASH_PX)
+        padded[: len(places)] = places
+        struct[name] = padded.reshape(2, 4)
     return struct
 
 
@@ -95,11 +114,19 @@ def choose_log2_lanes(batch: LineBatch) -> int:
 def opacity_constants(batch: LineBatch, *, nothing_hides: bool) -> dict[str, float]:
     """Return the `override` constants of line_opacity.wgsl."""
     lines = batch.lines
+    is_continuous = not is_dashed(batch) or (nothing_hides and lines.hidden is Hidden.DASH)
+    is_simple = len(lines.dash_px) == 2 and lines.dash_px[0] >= MIN_SIMPLE_DASH_PX
     return {
         "hidden": Hidden.SHOW if nothing_hides else lines.hidden,
+        "dashes": Dashes.NONE if is_continuous else Dashes.SIMPLE if is_simple else Dashes.COMPOUND,
         "is_silhouette": lines.are_silhouettes,
         "has_depth_cue": lines.depth_cue.amount > 0.0,
     }
+
+
+def is_dashed(batch: LineBatch) -> bool:
+    """Say whether dashes run along the chains of a batch."""
+    return batch.chains is not None and len(batch.lines.dash_px) > 0
 
 
 def make_line_bindings(

@@ -58,7 +58,7 @@ class LineStage(ABC):
         extent: tuple[int, int],
     ) -> None:
         self._device = device
-        self._batches = split_batches(device, projected)
+        self._batches = split_batches(device, projected, lambda lines: not hiders.of(lines).is_empty)
         structs = [make_line_style(batch) for batch in self._batches]
         self._styles = uniforms.upload(device, POOL_OWNER, "line styles", structs)
         self._dashes = DashStage(device, self._batches, self._styles)
@@ -206,7 +206,8 @@ def _choose_absorbance_steps(lines: Lines, n_edges: int) -> tuple[int, bool]:
 
 def _is_uniform_style(lines: Lines) -> bool:
     """Say whether every pixel that is drawn has the same colour and opacity."""
-    return lines.colors is None and lines.depth_cue.amount == 0.0 and lines.hidden in {Hidden.SHOW, Hidden.REMOVE}
+    is_whole = not lines.dash_px and lines.hidden not in {Hidden.DASH, Hidden.FADE}
+    return lines.colors is None and lines.depth_cue.amount == 0.0 and is_whole
 
 
 def _has_k_buffer(lines: Lines) -> bool:

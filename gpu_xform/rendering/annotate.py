@@ -16,7 +16,7 @@ from ..annotation.text_style import TextStyle
 from ..drawing.build_draw_list import build_draw_list
 from ..drawing.depth import NO_DEPTH_CUE
 from ..drawing.draw_list import Drawable
-from ..drawing.enums import Hidden
+from ..drawing.enums import HIDDEN_FADE_ALPHA, Hidden
 from ..drawing.geometry_source import geometry_source
 from ..drawing.layer import Layer
 from ..drawing.layer_labels import LayerLabels, layer_labels
@@ -25,7 +25,7 @@ from ..drawing.view import View, ndc_to_pixels
 from ..errors import TextWarning
 from ..geometry.mesh import Mesh
 from ..imaging.colors import Rgba
-from ..vector.build_layers import HIDDEN_FADE_ALPHA, UNLIMITED_PX
+from ..vector.build_layers import UNLIMITED_PX
 from ..vector.edge_visibility import MARGIN_PX, split_edges_by_visibility
 
 MIN_CONTRAST = 3.0  # of a label in the colour of its lines, as WCAG asks of large text

@@ -12,6 +12,7 @@ from ..annotation.paint import draw_annotation
 from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
+from ..drawing.lengths import PX_PER_INCH, as_dpi
 from ..drawing.prepare import Frame, Size, prepare_frame
 from ..drawing.style_signature import show_style_keywords
 from ..gpu.device import GpuDevice
@@ -39,6 +40,7 @@ def render(
     rasterizer: RasterizerName = "auto",
     font: StrPath | None = None,
     font_size: float | None = None,
+    dpi: float = PX_PER_INCH,
     **style: Unpack[Style],
 ) -> Image:
     """Draw models as lines, points and filled faces; return a Pillow image.
@@ -67,10 +69,13 @@ def render(
         "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
     font_size : float, optional
         The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
+    dpi : float
+        Pixels per inch, for lengths with a unit, such as `line_width="0.35mm"`.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
-        hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)` describes them.
+        hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)`
+        describes them.
 
     Returns
     -------
@@ -88,7 +93,7 @@ def render(
     OSError
         A model file cannot be read.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
+    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size), as_dpi(dpi))
     return images.to_pillow(begin_render(models, frame, style, rasterizer=rasterizer).result())
 
 
@@ -104,6 +109,7 @@ def render_array(
     rasterizer: RasterizerName = "auto",
     font: StrPath | None = None,
     font_size: float | None = None,
+    dpi: float = PX_PER_INCH,
     **style: Unpack[Style],
 ) -> images.Pixels:
     """Draw models as `render` does; return the pixels as an array.
@@ -132,10 +138,13 @@ def render_array(
         "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
     font_size : float, optional
         The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
+    dpi : float
+        Pixels per inch, for lengths with a unit, such as `line_width="0.35mm"`.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
-        hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)` describes them.
+        hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)`
+        describes them.
 
     Returns
     -------
@@ -153,7 +162,7 @@ def render_array(
     OSError
         A model file cannot be read.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
+    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size), as_dpi(dpi))
     return begin_render(models, frame, style, rasterizer=rasterizer).result()
 
 

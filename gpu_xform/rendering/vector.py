@@ -58,8 +58,9 @@ def render_svg(
         The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
-        hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)` describes them.
+        hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)`
+        describes them.
 
     Returns
     -------
@@ -134,8 +135,9 @@ def render_pdf(
         The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
-        hidden, line_width, antialias, color, face_colors, edge_colors, vertex_colors, scalars, cmap, clim, alpha,
-        depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)` describes them.
+        hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)`
+        describes them.
 
     Returns
     -------

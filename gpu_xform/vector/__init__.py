@@ -4,8 +4,8 @@ Reading order: decimal_text, join_segments, layer, paths, annotation_svg, svg, a
 edge_visibility, painters, nonplanar, clip_faces, fills, sort_fills, build_layers.
 """
 
-from .layer import Points, Polygons, VectorLayer, dash_pattern
+from .layer import Points, Polygons, Stroke, VectorLayer
 from .pdf import format_pdf
 from .svg import format_svg
 
-__all__ = ["Points", "Polygons", "VectorLayer", "dash_pattern", "format_pdf", "format_svg"]
+__all__ = ["Points", "Polygons", "Stroke", "VectorLayer", "format_pdf", "format_svg"]

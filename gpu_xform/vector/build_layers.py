@@ -7,14 +7,13 @@ import numpy.typing as npt
 
 from .._core.types import BoolArray, Float64Array
 from ..drawing.draw_list import Lines
-from ..drawing.enums import ColorMode, Hidden
+from ..drawing.enums import HIDDEN_FADE_ALPHA, ColorMode, Hidden
 from ..drawing.prepare import PreparedFrame
 from .edge_visibility import SplitEdges, split_edges_by_visibility
 from .fills import collect_fills
-from .layer import Points, Polygons, VectorLayer
+from .layer import Points, Polygons, Stroke, VectorLayer
 from .sort_fills import sort_fills
 
-HIDDEN_FADE_ALPHA = 0.25  # factor of the opacity of hidden edges that fade; as in the shaders
 GRADIENT_STEP_PX = 8.0  # spans of changing colour are no longer than that
 UNLIMITED_PX = 1e9
 
@@ -40,12 +39,10 @@ def build_layers(prepared: PreparedFrame) -> list[VectorLayer]:
     parts = [fill for instances in fills.values() for fill in instances]
     polygons = sort_fills(parts, background) if parts else None
     is_of_first = list(fills) == [0]
-    layers = [] if polygons is None or is_of_first else [_build_layer("faces", 1.0, [], polygons)]
+    layers = [] if polygons is None or is_of_first else [_build_layer("faces", [], polygons)]
     for index, source in enumerate(prepared.sources):
         own = [split for split in splits if layer_of[id(split.batch.lines)] == index]
-        widths = [split.batch.lines.line_width for split in own if not split.batch.lines.are_points]
-        line_width = next((width for width in widths if width is not None), 1.0)
-        layers.append(_build_layer(source.name, line_width, own, polygons if is_of_first and index == 0 else None))
+        layers.append(_build_layer(source.name, own, polygons if is_of_first and index == 0 else None))
     return layers
 
 
@@ -59,15 +56,21 @@ def _max_span_px(lines: Lines) -> float:
     return GRADIENT_STEP_PX if lines.color_mode is ColorMode.PER_VERTEX and not is_transparent else UNLIMITED_PX
 
 
-def _build_layer(name: str, line_width: float, splits: Sequence[SplitEdges], polygons: Polygons | None) -> VectorLayer:
+def _build_layer(name: str, splits: Sequence[SplitEdges], polygons: Polygons | None) -> VectorLayer:
     """Return one vector layer, without hidden spans that are removed and without hidden points."""
     segments, hidden, starts, colors, circles, point_colors = [], [], [], [], [], []
-    fades = False
+    visible_stroke = hidden_stroke = Stroke(1.0, ())
     for split in splits:
         lines = split.batch.lines
-        fades |= lines.hidden is Hidden.FADE
         is_hidden = split.spans["is_hidden"] == 1
-        drawn = np.flatnonzero(~is_hidden | (lines.hidden in {Hidden.DASH, Hidden.FADE}))
+        is_shown = ~is_hidden | (lines.hidden in {Hidden.DASH, Hidden.FADE})
+        drawn = np.flatnonzero(is_hidden if lines.hidden is Hidden.ONLY else is_shown)
+        if not lines.are_points:
+            stroke = Stroke(lines.line_width or 1.0, lines.dash_px)
+            if lines.hidden is not Hidden.REMOVE:
+                hidden_stroke = stroke
+            if lines.hidden is not Hidden.ONLY:
+                visible_stroke = stroke._replace(dash=()) if lines.hidden is Hidden.DASH else stroke
         if lines.color_mode is not ColorMode.UNIFORM:
             # Nearer spans lie over farther ones.
             drawn = drawn[np.argsort(-split.spans["normalized_depth"][drawn], kind="stable")]
@@ -91,8 +94,8 @@ def _build_layer(name: str, line_width: float, splits: Sequence[SplitEdges], pol
         hidden=np.concatenate(hidden) if hidden else np.empty(0, np.bool_),
         dash_start=np.concatenate(starts) if starts else np.empty(0, np.float32),
         colors=_collapse_uniform(np.concatenate(colors)) if colors else np.zeros((1, 4)),
-        line_width=line_width,
-        hidden_style="fade" if fades else "dash",
+        visible_stroke=visible_stroke,
+        hidden_stroke=hidden_stroke,
         polygons=polygons,
         points=Points(np.concatenate(circles), np.concatenate(point_colors)) if circles else None,
     )

@@ -80,7 +80,7 @@ def split_edges_by_visibility(
         if covers is not None:
             cover_triangles = TriangleStage(device, vertices.projected[len(drawn) :], n_depths, name="covers")
         hiders = Hiders(triangles, cover_triangles)
-        line_batches = split_batches(device, projected)
+        line_batches = split_batches(device, projected, lambda lines: not hiders.of(lines).is_empty)
         (tile_part,) = uniforms.upload(device, POOL_OWNER, "tile", [make_tile_struct(tile, view)])
         styles = uniforms.upload(device, POOL_OWNER, "styles", [make_line_style(batch) for batch in line_batches])
         dashes = DashStage(device, line_batches, styles)

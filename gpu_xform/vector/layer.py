@@ -5,25 +5,25 @@ green, blue and alpha from 0 to 1; alpha is final and includes all fades.
 """
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import describe_first_non_finite
+from ..drawing.dash_patterns import DashPattern
 from ..errors import ArgumentError
 
 FloatArray = npt.NDArray[np.floating[Any]]
 
-DASH_ON_WIDTHS, DASH_OFF_WIDTHS = 4.0, 3.0  # lengths in line widths
-MIN_DASH_WIDTH_PX = 1.5  # dashes of narrower lines would no longer look like lines
 MAX_COORDINATE_PX = 1e7  # hundredths of pixels still fit an int32
 
 
-def dash_pattern(line_width: float) -> tuple[float, float]:
-    """Return the lengths in pixels of the dashes of a line, which end flat, and of the gaps."""
-    width = max(line_width, MIN_DASH_WIDTH_PX)
-    return DASH_ON_WIDTHS * width, DASH_OFF_WIDTHS * width
+class Stroke(NamedTuple):
+    """The width of lines, and the lengths of their dashes, which end flat, and gaps, in pixels; none if continuous."""
+
+    line_width: float
+    dash: DashPattern
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,8 +70,7 @@ class VectorLayer:
     dash_start : (s,) distance in pixels along the dash pattern at which the segment begins; a segment that begins where
         another ends, and as far along the pattern, carries on its dashes
     colors : (1, 4) or (s, 4)
-    line_width : pixels
-    hidden_style : "dash" draws hidden segments by `dash_pattern`, "fade" like others
+    visible_stroke, hidden_stroke : how either kind of segments is drawn
 
     Raises `ArgumentError` if shapes don't fit, or a coordinate is not finite or beyond 1e7.
     """
@@ -81,10 +80,14 @@ class VectorLayer:
     hidden: npt.NDArray[np.bool_]
     dash_start: FloatArray
     colors: FloatArray
-    line_width: float
-    hidden_style: Literal["dash", "fade"] = "dash"
+    visible_stroke: Stroke
+    hidden_stroke: Stroke
     polygons: Polygons | None = None
     points: Points | None = None
+
+    def stroke(self, *, hidden: bool) -> Stroke:
+        """Return how hidden or visible segments are drawn."""
+        return self.hidden_stroke if hidden else self.visible_stroke
 
     def __post_init__(self) -> None:
         _require_coordinates(self.segments, "segments", 4)

@@ -17,7 +17,7 @@ from .._core.types import BoolArray, IndexArray
 from ..imaging.colors import pack_rgba8
 from .decimal_text import Bytes, FixedPoint, to_fixed_point
 from .join_segments import MAX_POINTS_PER_LINE, join_dashes, join_segments
-from .layer import FloatArray, Polygons, VectorLayer, dash_pattern
+from .layer import FloatArray, Polygons, VectorLayer
 
 SEAM_WIDTH_PX = 0.5  # overlap of polygons of several paths, or what lies behind would glimmer between them
 
@@ -67,8 +67,8 @@ def make_line_paths(layer: VectorLayer, *, hidden: bool) -> Paths:
     colors = quantize_colors(layer.colors, len(layer.segments))
     which = np.flatnonzero((layer.hidden == hidden) & (colors[:, 3] > 0))
     ends, colors = to_fixed_point(layer.segments[which]).reshape(-1, 2, 2), colors[which]
-    if hidden and layer.hidden_style == "dash":
-        (period,) = to_fixed_point(np.array([sum(dash_pattern(layer.line_width))]))
+    if dash := layer.stroke(hidden=hidden).dash:
+        period = 100.0 * sum(dash)
         lengths = np.hypot(*(layer.segments[which, 2:] - layer.segments[which, :2]).T)
         starts = layer.dash_start[which]
         return _make_dashed_paths(ends, colors, to_fixed_point(np.stack([starts, starts + lengths], axis=1)), period)
@@ -82,16 +82,16 @@ def _make_solid_paths(ends: FixedPoint, colors: Bytes) -> Paths:
     return Paths(ends.reshape(-1, 2)[points], begins, offsets, colors[points[offsets[:-1]] >> 1])
 
 
-def _make_dashed_paths(ends: FixedPoint, colors: Bytes, distances: FixedPoint, period: int) -> Paths:
+def _make_dashed_paths(ends: FixedPoint, colors: Bytes, distances: FixedPoint, period: float) -> Paths:
     """Return paths whose lines share a phase, because each line restarts the dash pattern.
 
-    distances : (s, 2) of both ends of each segment along the pattern
+    distances : (s, 2) of both ends of each segment along the pattern, as `period` in hundredths of a pixel
     """
     runs = _number_runs(colors)
     points, begins = join_dashes(ends, distances, runs)
     line_starts = np.flatnonzero(begins)
     first = points[line_starts] >> 1  # segment of each line
-    phases = distances[first, 0] % period
+    phases = _round_phases(distances[first, 0], period)
     order = np.lexsort((phases, runs[first]))
     sizes = np.diff(line_starts, append=len(points))[order]
     moved = np.repeat(line_starts[order] - np.cumsum(sizes) + sizes, sizes) + np.arange(len(points))
@@ -99,7 +99,14 @@ def _make_dashed_paths(ends: FixedPoint, colors: Bytes, distances: FixedPoint, p
     points, begins = points[moved], begins[moved]
     offsets = _path_offsets(begins, np.repeat(line_runs, sizes))
     segments = points[offsets[:-1]] >> 1
-    return Paths(ends.reshape(-1, 2)[points], begins, offsets, colors[segments], distances[segments, 0] % period)
+    return Paths(
+        ends.reshape(-1, 2)[points], begins, offsets, colors[segments], _round_phases(distances[segments, 0], period)
+    )
+
+
+def _round_phases(distances: FixedPoint, period: float) -> FixedPoint:
+    """Return how far into a pattern distances along it lie: the pattern's period need not be whole."""
+    return np.rint(np.mod(distances, period)).astype(np.int32)
 
 
 def make_polygon_paths(polygons: Polygons) -> Iterator[tuple[int, Paths]]:

@@ -13,7 +13,7 @@ from ..errors import MissingExtraError
 from ..imaging.colors import Rgba
 from .annotation_pdf import AnnotationWriter
 from .decimal_text import Bytes, format_rows, to_fixed_point
-from .layer import Points, VectorLayer, dash_pattern
+from .layer import Points, Stroke, VectorLayer
 from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
 
 POINTS_PER_PIXEL = 0.75  # CSS has 96 pixels per inch, PDF 72 points
@@ -115,7 +115,7 @@ class _Page:
             for alpha, paths in make_polygon_paths(layer.polygons):
                 yield from self._draw_faces(paths, alpha)
         for hidden in (True, False):
-            yield from self._draw_lines(make_line_paths(layer, hidden=hidden), layer.line_width)
+            yield from self._draw_lines(make_line_paths(layer, hidden=hidden), layer.stroke(hidden=hidden))
         if layer.points is not None:
             yield from self._draw_points(layer.points)
 
@@ -138,14 +138,14 @@ class _Page:
         self._groups[name] = self._add_stream(commands, **group).reference
         yield f"q {self._opacity(alpha)}/{name} Do Q".encode()
 
-    def _draw_lines(self, paths: Paths, line_width: float) -> Iterator[bytes]:
+    def _draw_lines(self, paths: Paths, stroke: Stroke) -> Iterator[bytes]:
         if paths.phases is None:
-            yield b"q %f w 1 j 1 J" % line_width
+            yield b"q %f w 1 j 1 J" % stroke.line_width
             yield from self._draw_paths(paths, "RG", b"S")
         else:
-            on, off = dash_pattern(line_width)
-            yield b"q %f w 1 j" % line_width
-            dashes = [b"[%f %f] %.2f d\n" % (on, off, phase / 100) for phase in paths.phases.tolist()]
+            yield b"q %f w 1 j" % stroke.line_width
+            pattern = b" ".join(b"%f" % dash for dash in stroke.dash)
+            dashes = [b"[%b] %.2f d\n" % (pattern, phase / 100) for phase in paths.phases.tolist()]
             yield from map(bytes.__add__, dashes, self._draw_paths(paths, "RG", b"S"))
         yield b"Q"
 

@@ -10,7 +10,7 @@ from ..annotation.items import NO_ANNOTATION, Annotation
 from ..imaging.colors import Rgba
 from .annotation_svg import escape_text, format_annotation
 from .decimal_text import Bytes, format_rows, to_fixed_point
-from .layer import Points, VectorLayer, dash_pattern
+from .layer import Points, Stroke, VectorLayer
 from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
 
 
@@ -63,15 +63,19 @@ def _format_model(layer: VectorLayer) -> Iterator[str]:
     if layer.polygons is not None:
         for alpha, paths in make_polygon_paths(layer.polygons):
             yield from _format_faces(paths, alpha)
-    width = f' stroke-width="{_to_text(layer.line_width)}"'
-    solid = f'{width} stroke-linecap="round" stroke-linejoin="round"'
-    pattern = " ".join(map(_to_text, dash_pattern(layer.line_width)))
-    dashed = f'{width} stroke-linejoin="round" stroke-dasharray="{pattern}"'
-    hidden = make_line_paths(layer, hidden=True)
-    yield from _format_lines("hidden", hidden, solid if hidden.phases is None else dashed)
-    yield from _format_lines("visible", make_line_paths(layer, hidden=False), solid)
+    for name, hidden in (("hidden", True), ("visible", False)):
+        stroke = _format_stroke(layer.stroke(hidden=hidden))
+        yield from _format_lines(name, make_line_paths(layer, hidden=hidden), stroke)
     if layer.points is not None:
         yield from _format_points(layer.points)
+
+
+def _format_stroke(stroke: Stroke) -> str:
+    width = f' stroke-width="{_to_text(stroke.line_width)}"'
+    if not stroke.dash:
+        return f'{width} stroke-linecap="round" stroke-linejoin="round"'
+    pattern = " ".join(map(_to_text, stroke.dash))
+    return f'{width} stroke-linejoin="round" stroke-dasharray="{pattern}"'
 
 
 def _format_faces(paths: Paths, alpha: int) -> Iterator[str]:

@@ -7,8 +7,9 @@ from typing import Any, TypeVar
 from ..compute.mesh_buffer import MeshBuffer
 from ..drawing.build_draw_list import CLOUD_POINT_SIZE_PX
 from ..drawing.enums import HIDDEN_STYLES, HiddenStyle
-from ..drawing.layer import Layer
+from ..drawing.layer import Layer, dot_diameter, with_lengths_in_pixels
 from ..drawing.layer_colors import colors_by_face
+from ..drawing.lengths import PX_PER_INCH
 from ..geometry.edges import EDGE_SETS
 from ..geometry.mesh import Mesh
 from ..imaging.colors import ColorLike, to_rgba
@@ -40,7 +41,8 @@ def next_edges(overrides: StyleOverrides, layer: Layer) -> tuple[StyleOverrides,
 def next_hidden(overrides: StyleOverrides, layer: Layer) -> tuple[StyleOverrides, str]:
     """Return overrides with the next style of hidden edges, and a note on it."""
     default: HiddenStyle = "remove" if _is_filled(overrides, layer) else "show"
-    hidden = _next(overrides.hidden or layer.hidden or default, HIDDEN_STYLES)
+    given = "dash" if layer.hidden is None and layer.hidden_style is not None else layer.hidden
+    hidden = _next(overrides.hidden or given or default, HIDDEN_STYLES)
     return replace(overrides, hidden=hidden), f"hidden edges: {hidden}"
 
 
@@ -79,7 +81,8 @@ def next_background(overrides: StyleOverrides, initial: ColorLike | None) -> tup
 
 def apply_overrides(layers: Sequence[Layer], overrides: StyleOverrides, pixel_ratio: float) -> list[Layer]:
     """Return layers with their styles overridden, and with lines and points `pixel_ratio` times as wide."""
-    return [replace(layer, **_changes(layer, overrides, pixel_ratio)) for layer in layers]
+    in_pixels = [with_lengths_in_pixels(layer, PX_PER_INCH) for layer in layers]
+    return [replace(layer, **_changes(layer, overrides, pixel_ratio)) for layer in in_pixels]
 
 
 def has_faces(layer: Layer) -> bool:
@@ -92,7 +95,10 @@ def _changes(layer: Layer, overrides: StyleOverrides, pixel_ratio: float) -> dic
     changes: dict[str, Any] = {}
     if not isinstance(layer.line_width, str):
         changes["line_width"] = layer.line_width * pixel_ratio
-    size = layer.point_size
+    if layer.hidden_style is not None and "line_width" in layer.hidden_style:
+        width = layer.hidden_style["line_width"] * pixel_ratio
+        changes["hidden_style"] = {**layer.hidden_style, "line_width": width}
+    size = dot_diameter(layer)
     if size is None and not has_faces(layer) and layer.edges is None:
         size = CLOUD_POINT_SIZE_PX
     if size is not None:
@@ -102,6 +108,8 @@ def _changes(layer: Layer, overrides: StyleOverrides, pixel_ratio: float) -> dic
     if has_faces(layer):
         if overrides.hidden is not None:
             changes["hidden"] = overrides.hidden
+            if overrides.hidden not in ("dash", "fade"):
+                changes["hidden_style"] = None
         changes |= _face_changes(layer, overrides)
     color = changes.get("color", layer.color)
     is_unfilled = changes.get("fill", layer.fill) is None

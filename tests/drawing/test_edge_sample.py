@@ -58,5 +58,7 @@ def test_svg_has_the_same_width() -> None:
 
 @pytest.mark.parametrize("width", ["Auto", "wide", ""])
 def test_another_word_is_an_error(width: str) -> None:
-    with pytest.raises(ArgumentTypeError, match="line_width must be a number of pixels or 'auto'"):
-        Layer(samples.cube(), line_width=width)  # type: ignore[arg-type]
+    with pytest.raises(
+        ArgumentTypeError, match="line_width must be 'auto', a number of pixels, or one with a unit, px, mm, cm, in, pt"
+    ):
+        Layer(samples.cube(), line_width=width)

@@ -11,7 +11,7 @@ from gpu_xform.compute.kernels.transform import MATRICES_PER_DISPATCH
 from gpu_xform.drawing.cloud_points import NOT_FOUND
 from gpu_xform.drawing.dash_chains import CHAIN_IS_FIRST, CHAIN_IS_REVERSED
 from gpu_xform.drawing.draw_list import NO_POINT
-from gpu_xform.drawing.enums import ColorMode, Hidden
+from gpu_xform.drawing.enums import HIDDEN_FADE_ALPHA, ColorMode, Dashes, Hidden
 from gpu_xform.drawing.geometry_source import NO_FACE
 from gpu_xform.drawing.point_colors import Coloring
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
@@ -23,13 +23,12 @@ from gpu_xform.raster.triangles import OPACITY_BITS
 from gpu_xform.simulation.incidence import MAX_PACKETS, Slots
 from gpu_xform.simulation.obstacles import MAX_OBSTACLES
 from gpu_xform.simulation.point_state import TEXELS_PER_ROW
-from gpu_xform.vector.build_layers import HIDDEN_FADE_ALPHA
-from gpu_xform.vector.layer import DASH_OFF_WIDTHS, DASH_ON_WIDTHS, MIN_DASH_WIDTH_PX
 from gpu_xform.vector.painters.overlaps import DEPTH_RTOL
 from tests.support.wgsl import FOLDER, STAGES
 
 ENUMERATIONS = {
     "HIDDEN": Hidden,
+    "DASHES": Dashes,
     "COLOR": ColorMode,
     "COLORING": Coloring,
     "EPILOGUE": Epilogue,
@@ -45,8 +44,6 @@ TWINS = {
     "CHAIN_IS_REVERSED": float(CHAIN_IS_REVERSED),
     "BLOCK_SIDE": BLOCK_SIDE_PX,
     "COPLANAR_FACTOR": 1.0 + DEPTH_RTOL,
-    "DASH_OFF_WIDTHS": DASH_OFF_WIDTHS,
-    "DASH_ON_WIDTHS": DASH_ON_WIDTHS,
     "EDGES_PER_SECTION": EDGES_PER_SECTION,
     "LIST_SHOWN": LISTS.index(Hidden.SHOW),
     "LIST_UNKNOWN": LISTS.index(Hidden.REMOVE),
@@ -59,7 +56,6 @@ TWINS = {
     "MAX_OBSTACLES": MAX_OBSTACLES,
     "MAX_PACKETS": MAX_PACKETS,
     "MAX_ROUNDS": MAX_ITERATIONS,
-    "MIN_DASH_WIDTH_PX": MIN_DASH_WIDTH_PX,
     "NOT_FOUND": NOT_FOUND,
     "NO_FACE": NO_FACE,
     "NO_POINT": NO_POINT,
@@ -135,10 +131,13 @@ def test_no_two_files_mean_different_things_by_one_constant() -> None:
 
 @pytest.mark.parametrize(
     ("constant", "enumeration"),
-    [("hidden", Hidden), ("color_mode", ColorMode), ("epilogue", Epilogue), ("slots", Slots), ("coloring", Coloring)],
+    [
+        *(("hidden", Hidden), ("dashes", Dashes), ("color_mode", ColorMode)),
+        *(("epilogue", Epilogue), ("slots", Slots), ("coloring", Coloring)),
+    ],
 )
 def test_the_table_of_stages_has_every_member_of_an_enumeration(
-    constant: str, enumeration: type[Hidden | ColorMode | Epilogue | Slots | Coloring]
+    constant: str, enumeration: type[Hidden | Dashes | ColorMode | Epilogue | Slots | Coloring]
 ) -> None:
     values = [stage.values[constant] for stage in STAGES.values() if constant in stage.overrides.get("u32", ())]
     assert tuple(enumeration) in values

@@ -247,3 +247,95 @@ def test_the_dashes_of_a_silhouette_run_along_it() -> None:
     dark = (picture[..., 0] < 128).sum()
     whole = (gx.render_array(layers[1:], camera=FLAT, size=SIZE)[..., 0] < 128).sum()
     assert dark / whole == pytest.approx(ON / (ON + OFF), abs=0.06)
+
+
+PATTERN = (7.0, 3.0, 1.5, 3.0)  # line widths
+
+
+def dark_shares(picture: Pixels, y: int) -> Array:
+    """Return how dark each pixel of a row of a black line on white is, from 0 to 1, where the line is darkest."""
+    shares: Array = 1.0 - picture[y, :, 0] / 255.0
+    return shares
+
+
+def exact_shares(pattern: tuple[float, ...], start: float, n: int) -> Array:
+    """Return what dashes cover of the pixels of a row whose line begins at `start`."""
+    bounds = np.cumsum((0.0, *pattern))
+    shares = np.zeros(n)
+    pixels = np.arange(n)
+    for k in range(int(n / bounds[-1]) + 1):
+        for begin, end in zip(bounds[:-1:2], bounds[1::2], strict=True):
+            low, high = start + k * bounds[-1] + begin, start + k * bounds[-1] + end
+            shares += np.clip(np.minimum(pixels + 1.0, high) - np.maximum(pixels, low), 0.0, 1.0)
+    return shares
+
+
+@pytest.mark.parametrize("rasterizer", ["compute", "render"])
+@pytest.mark.parametrize("pattern", [PATTERN, (0.5, 3.0), (4.0, 2.0), (12.0, 3.0, 12.0, 3.0, 0.5, 3.0, 0.5, 3.0)])
+def test_a_pattern_covers_the_pixels_of_a_visible_line_that_it_covers(
+    pattern: tuple[float, ...], rasterizer: Any
+) -> None:
+    size, y, start, width = (200, 41), 20, 20.3, 2.0
+    x = 2.0 * np.array([start, 190.0]) / size[0] - 1.0
+    halfway = np.array([x[0], 0.3 * x[0] + 0.7 * x[1], x[1]])
+    line = Mesh(np.column_stack([halfway, np.zeros(3), np.zeros(3)]), [(0, 1), (1, 2)])  # two edges of one chain
+    camera = Camera.window((-1, 1), (-size[1] / size[0], size[1] / size[0]))
+    picture = gx.render_array(line, camera=camera, size=size, dash=pattern, line_width=width, rasterizer=rasterizer)
+    exact = exact_shares(tuple(width * length for length in pattern), start, size[0])
+    inside = slice(24, 186)  # beside the caps of the ends
+    np.testing.assert_allclose(dark_shares(picture, y)[inside], exact[inside], atol=0.02)
+
+
+@pytest.mark.parametrize("name", PARTS)
+def test_visible_lines_are_dashed_along_chains_as_hidden_ones_are(name: str) -> None:
+    part, edges = PARTS[name], resolve_edges(PARTS[name], "feature")
+    dashed = Layer(part, edges="feature", dash=(ON, OFF), line_width=2.0)
+    n_on, n_off, n_wrong = judge(gx.render_array(dashed, camera=CAMERA, size=SIZE), part, CAMERA, 2.0, edges)
+    assert min(n_on, n_off) > 200
+    assert n_wrong == 0
+
+
+@pytest.mark.parametrize("rasterizer", ["compute", "render"])
+@pytest.mark.parametrize("antialias", [True, False])
+def test_hidden_parts_have_a_style_of_their_own(rasterizer: Any, antialias: bool) -> None:
+    ring = Layer(
+        circle(90, np.eye(4)), hidden_style={"color": "red", "dash": None}, line_width=3.0, antialias=antialias
+    )
+    half = Mesh([(-9, -9, 1), (0, -9, 1), (0, 9, 1), (-9, 9, 1)], [(0, 1, 2, 3)])
+    wall = Layer(half, hidden="remove", color="none")
+    picture = gx.render_array([wall, ring], camera=FLAT, size=SIZE, rasterizer=rasterizer).astype(int)
+    is_red = (picture[..., 0] - picture[..., 1]) > 100
+    is_black = picture[..., 0] < 100
+    assert is_red[:, : SIZE[0] // 2 - 2].any()
+    assert not is_red[:, SIZE[0] // 2 + 2 :].any()
+    assert is_black[:, SIZE[0] // 2 + 2 :].any()
+    assert not is_black[:, : SIZE[0] // 2 - 2].any()
+    whole = gx.render_array([Layer(ring.model, line_width=3.0, antialias=antialias)], camera=FLAT, size=SIZE)
+    np.testing.assert_allclose((is_red | is_black).sum(), (whole[..., 0] < 100).sum(), rtol=0.1)
+    alone = gx.render_array(ring, camera=FLAT, size=SIZE, rasterizer=rasterizer)  # nothing hides
+    np.testing.assert_allclose(alone, whole, atol=2)
+
+
+def test_svg_has_the_widths_colours_and_dashes_of_both() -> None:
+    half = Mesh([(-9, -9, 1), (0, -9, 1), (0, 9, 1), (-9, 9, 1)], [(0, 1, 2, 3)])
+    style: dict[str, Any] = {"dash": "long-dashed dotted", "line_width": "1mm"}
+    style["hidden_style"] = {"color": "#808080", "line_width": "0.5mm", "dash": (3, 1)}
+    models = [Layer(half, hidden="remove", color="none"), Layer(circle(90, np.eye(4)), **style)]
+    text = gx.render_svg(models, camera=FLAT, size=SIZE)
+    hidden = text.split('class="hidden"')[1].split(">")[0]
+    visible = text.split('class="visible"')[1].split(">")[0]
+    mm = 96 / 25.4
+    assert f'stroke-width="{0.5 * mm:.6g}"' in hidden
+    assert 'stroke="#808080"' in hidden
+    assert f'stroke-dasharray="{1.5 * mm:.6g} {0.5 * mm:.6g}"' in hidden
+    assert f'stroke-width="{mm:.6g}"' in visible
+    assert 'stroke="#000000"' in visible
+    assert f'stroke-dasharray="{" ".join(f"{length * mm:.6g}" for length in (24, 3, 0.5, 3))}"' in visible
+
+
+def test_a_width_in_millimetres_has_as_many_pixels_as_the_picture_has_per_inch() -> None:
+    ring = circle(90, np.eye(4))
+    in_mm = gx.render_array(ring, camera=FLAT, size=SIZE, line_width="0.5mm", dpi=254.0)
+    np.testing.assert_array_equal(in_mm, gx.render_array(ring, camera=FLAT, size=SIZE, line_width=5.0))
+    with pytest.raises(gx.ArgumentError, match=r"^dpi must lie in \[1, 100000\], got 0$"):
+        gx.render_array(ring, size=SIZE, dpi=0)

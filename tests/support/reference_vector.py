@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from gpu_xform.vector import Polygons, VectorLayer, dash_pattern
+from gpu_xform.vector import Polygons, VectorLayer
 from tests.support.reference_coverage import bar_areas, capsule_areas
 from tests.support.types import Array
 
@@ -37,11 +37,12 @@ def _covers(layer: VectorLayer, size: tuple[int, int]) -> Iterator[tuple[Array, 
     colors = np.broadcast_to(layer.colors, (n, 4))
     for i in sorted(range(n), key=lambda i: not layer.hidden[i]):
         a, b = layer.segments[i].astype(np.float64).reshape(2, 2)
-        if layer.hidden[i] and layer.hidden_style == "dash":
-            dashes = _dashes(a, b, float(layer.dash_start[i]), dash_pattern(layer.line_width))
-            covered = sum((bar_areas(p, q, layer.line_width, size) for p, q in dashes), np.zeros(size[::-1]))
+        stroke = layer.stroke(hidden=bool(layer.hidden[i]))
+        if stroke.dash:
+            dashes = _dashes(a, b, float(layer.dash_start[i]), stroke.dash)
+            covered = sum((bar_areas(p, q, stroke.line_width, size) for p, q in dashes), np.zeros(size[::-1]))
         else:
-            covered = capsule_areas(a, b, layer.line_width, size)
+            covered = capsule_areas(a, b, stroke.line_width, size)
         yield covered, colors[i]
     if layer.points is not None:
         shown = np.broadcast_to(layer.points.colors, (len(layer.points.circles), 4))
@@ -50,13 +51,15 @@ def _covers(layer: VectorLayer, size: tuple[int, int]) -> Iterator[tuple[Array, 
             yield capsule_areas(middle, middle, float(diameter), size), color
 
 
-def _dashes(a: Array, b: Array, start: float, pattern: tuple[float, float]) -> Iterator[tuple[Array, Array]]:
+def _dashes(a: Array, b: Array, start: float, pattern: tuple[float, ...]) -> Iterator[tuple[Array, Array]]:
     length = float(np.hypot(*(b - a)))
     period = sum(pattern)
+    bounds = np.cumsum([0.0, *pattern])
     for k in range(int(start // period), int((start + length) // period) + 1):
-        low, high = max(k * period - start, 0.0), min(k * period + pattern[0] - start, length)
-        if low < high:
-            yield a + (b - a) * low / length, a + (b - a) * high / length
+        for begin, end in zip(bounds[:-1:2] + k * period - start, bounds[1::2] + k * period - start, strict=True):
+            low, high = max(begin, 0.0), min(end, length)
+            if low < high:
+                yield a + (b - a) * low / length, a + (b - a) * high / length
 
 
 def _polygon_covers(polygons: Polygons, size: tuple[int, int]) -> Iterator[tuple[Array, Array]]:

@@ -7,16 +7,12 @@ import numpy as np
 import pytest
 
 from gpu_xform.errors import ArgumentError
-from gpu_xform.vector import Points, Polygons, VectorLayer, dash_pattern
+from gpu_xform.vector import Points, Polygons, Stroke, VectorLayer
 
+SOLID = Stroke(1.0, ())
 GOOD = VectorLayer(
-    "", np.zeros((3, 4), np.float32), np.zeros(3, np.bool_), np.zeros(3, np.float32), np.ones((1, 4)), line_width=1.0
+    "", np.zeros((3, 4), np.float32), np.zeros(3, np.bool_), np.zeros(3, np.float32), np.ones((1, 4)), SOLID, SOLID
 )
-
-
-@pytest.mark.parametrize(("line_width", "pattern"), [(3.0, (12.0, 9.0)), (1.5, (6.0, 4.5)), (0.4, (6.0, 4.5))])
-def test_dashes_are_four_line_widths_long_and_three_apart(line_width: float, pattern: tuple[float, float]) -> None:
-    assert dash_pattern(line_width) == pattern
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ import pypdfium2
 import pytest
 
 from gpu_xform.errors import MissingExtraError
-from gpu_xform.vector import VectorLayer, format_pdf
+from gpu_xform.vector import Stroke, VectorLayer, format_pdf
 
 CROSS = VectorLayer(
     "cross",
@@ -18,7 +18,8 @@ CROSS = VectorLayer(
     np.zeros(2, np.bool_),
     np.zeros(2),
     np.array([[0.0, 0.0, 0.0, 1.0]]),
-    line_width=1.5,
+    Stroke(1.5, ()),
+    Stroke(1.5, ()),
 )
 WHITE = (1.0, 1.0, 1.0, 1.0)
 

@@ -9,7 +9,8 @@ import numpy.typing as npt
 import pypdfium2
 import pytest
 
-from gpu_xform.vector import Points, Polygons, VectorLayer, format_pdf, format_svg
+from gpu_xform.drawing.dash_patterns import hidden_dashes
+from gpu_xform.vector import Points, Polygons, Stroke, VectorLayer, format_pdf, format_svg
 from tests.support.browser import Browser
 from tests.support.reference_vector import composite_layers
 
@@ -42,8 +43,19 @@ def lines(n: int = 12, **others: Any) -> VectorLayer:
     random = np.random.default_rng(n)
     starts = random.uniform(-5, 100, (n, 2))
     segments = np.hstack([starts, starts + random.normal(scale=25, size=(n, 2))]).astype(np.float32)
-    layer = VectorLayer("lines", segments, np.zeros(n, np.bool_), np.zeros(n), np.array([[0.0, 0.0, 0.0, 1.0]]), 1.5)
+    black = np.array([[0.0, 0.0, 0.0, 1.0]])
+    layer = VectorLayer("lines", segments, np.zeros(n, np.bool_), np.zeros(n), black, *strokes(1.5))
     return dataclasses.replace(layer, **others)
+
+
+def strokes(width: float, hidden_dash: tuple[float, ...] | None = None) -> tuple[Stroke, Stroke]:
+    """Return how visible and hidden lines are drawn."""
+    return Stroke(width, ()), Stroke(width, hidden_dashes(width) if hidden_dash is None else hidden_dash)
+
+
+def wide(width: float, hidden_dash: tuple[float, ...] | None = None, **others: Any) -> VectorLayer:
+    visible, hidden = strokes(width, hidden_dash)
+    return lines(visible_stroke=visible, hidden_stroke=hidden, **others)
 
 
 def faces(*colors: tuple[float, float, float, float]) -> Polygons:
@@ -57,23 +69,25 @@ OUTLINE = lines(
 
 PICTURES = {
     "opaque": lines(),
-    "wide": lines(line_width=4.0),
-    "lines that meet": dataclasses.replace(OUTLINE, line_width=3.0, hidden_style="fade"),
-    "translucent": lines(line_width=3.0, colors=np.array([[0.8, 0.1, 0.0, 0.4]])),
-    "colours": lines(line_width=4.0, colors=np.hstack([RANDOM.integers(0, 2, (12, 3)), np.ones((12, 1))])),
-    "colours and alphas": lines(line_width=3.0, colors=RANDOM.uniform(0, 1, (12, 4))),
-    "dashed": lines(line_width=2.0, hidden=np.ones(12, np.bool_), dash_start=RANDOM.uniform(0, 50, 12)),
-    "dashes of narrow lines": lines(line_width=1.2, hidden=np.ones(12, np.bool_)),
-    "partly hidden": lines(
-        line_width=4.0,
+    "wide": wide(4.0),
+    "lines that meet": dataclasses.replace(OUTLINE, visible_stroke=Stroke(3.0, ()), hidden_stroke=Stroke(3.0, ())),
+    "translucent": wide(3.0, colors=np.array([[0.8, 0.1, 0.0, 0.4]])),
+    "colours": wide(4.0, colors=np.hstack([RANDOM.integers(0, 2, (12, 3)), np.ones((12, 1))])),
+    "colours and alphas": wide(3.0, colors=RANDOM.uniform(0, 1, (12, 4))),
+    "dashed": wide(2.0, hidden=np.ones(12, np.bool_), dash_start=RANDOM.uniform(0, 50, 12)),
+    "dashes of narrow lines": wide(1.2, hidden=np.ones(12, np.bool_)),
+    "dashed by a pattern": wide(2.0, (6.0, 4.0, 1.0, 4.0, 3.0, 4.0), hidden=np.ones(12, np.bool_)),
+    "visible ones dashed": lines(visible_stroke=Stroke(3.0, (9.0, 5.0, 2.0, 5.0))),
+    "partly hidden": wide(
+        4.0,
         hidden=np.arange(12) % 2 == 0,
         dash_start=RANDOM.uniform(0, 50, 12),
         colors=np.array([BLUE, RED] * 6, np.float64),
     ),
-    "visible over hidden": lines(
-        line_width=14.0,
+    "visible over hidden": wide(
+        14.0,
+        (),
         hidden=np.arange(12) % 2 == 1,
-        hidden_style="fade",
         colors=np.array([BLUE, RED] * 6, np.float64),
     ),
     "filled": dataclasses.replace(OUTLINE, polygons=faces(YELLOW)),

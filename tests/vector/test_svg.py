@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector import Points, Polygons, VectorLayer, format_svg
+from gpu_xform.vector import Points, Polygons, Stroke, VectorLayer, format_svg
 from gpu_xform.vector.join_segments import MAX_POINTS_PER_LINE
 
 WHITE = (1.0, 1.0, 1.0, 1.0)
@@ -23,7 +23,9 @@ CLASSES = ("faces", "hidden", "visible", "points")
 def make_layer(segments: npt.ArrayLike, **others: Any) -> VectorLayer:
     array = np.array(segments, np.float32).reshape(-1, 4)
     n = len(array)
-    made = VectorLayer("model", array, np.zeros(n, np.bool_), np.zeros(n), np.array([[0.0, 0.0, 0.0, 1.0]]), 1.5)
+    black = np.array([[0.0, 0.0, 0.0, 1.0]])
+    solid, dashed = Stroke(1.5, ()), Stroke(1.5, (6.0, 4.5))
+    made = VectorLayer("model", array, np.zeros(n, np.bool_), np.zeros(n), black, solid, dashed)
     return dataclasses.replace(made, **others)
 
 
@@ -90,7 +92,8 @@ def test_styles_are_on_the_groups() -> None:
             [[0, 0, 9, 0], [0, 1, 9, 1], [0, 2, 9, 2]],
             hidden=np.array([True, False, False]),
             colors=np.array([[0.2, 0.4, 0.6, 0.4]]),
-            line_width=2.25,
+            visible_stroke=Stroke(2.25, ()),
+            hidden_stroke=Stroke(2.25, (9.0, 6.75)),
         )
     )
     common = {"fill": "none", "stroke": "#336699", "stroke-opacity": "0.4", "stroke-width": "2.25"}
@@ -107,7 +110,10 @@ def test_styles_are_on_the_groups() -> None:
 
 def test_faded_lines_are_lines_like_others() -> None:
     both = make_layer(
-        [[0, 0, 9, 0], [9, 0, 9, 9]], hidden=np.array([True, True]), hidden_style="fade", dash_start=np.array([3, 5])
+        [[0, 0, 9, 0], [9, 0, 9, 9]],
+        hidden=np.array([True, True]),
+        hidden_stroke=Stroke(1.5, ()),
+        dash_start=np.array([3, 5]),
     )
     hidden = group(parsed(both), "hidden")
     assert hidden.attrib["stroke-linecap"] == "round"

@@ -22,6 +22,7 @@
 @group(0) @binding(8) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override hidden: u32; // one of HIDDEN_*
+override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
 override has_depth_cue: bool;
 override color_mode: u32; // one of COLOR_*

@@ -22,6 +22,7 @@
 
 override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
+override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
 override has_depth_cue: bool;
 override color_mode: u32; // one of COLOR_*; COLOR_UNIFORM leaves the k-buffer as it is
@@ -50,7 +51,7 @@ fn rasterize(index: u32, instance: u32, lane: u32) {
         if !is_wide {
             let t = t_at_column(axis, x);
             opacity = color_alpha_at(index, line, t) * opacity_at(line, t);
-            if hidden != HIDDEN_SHOW && opacity <= 0.0 {
+            if (hidden != HIDDEN_SHOW || dashes != DASHES_NONE) && opacity <= 0.0 {
                 continue;
             }
         }

@@ -26,6 +26,7 @@ struct Corner {
 @group(0) @binding(6) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
 
 override hidden: u32; // one of HIDDEN_*
+override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
 override has_depth_cue: bool;
 override is_uniform_style: bool; // all pixels look the same: nobody asks which edge is the nearest

@@ -32,6 +32,7 @@ struct Corner {
 
 override is_listed: bool; // edges of the list are drawn, not all
 override hidden: u32; // one of HIDDEN_*
+override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
 override has_depth_cue: bool;
 override color_mode: u32; // one of COLOR_*

@@ -1,5 +1,5 @@
 // What an aliased line leaves in the pixels that it lights: the depth key of the nearest edge.
-// Entry declares: tile, style, face_depths, depth_keys, hidden, is_silhouette, has_depth_cue, is_uniform_style.
+// Entry declares: tile, style, face_depths, depth_keys, hidden, dashes, is_silhouette, has_depth_cue, is_uniform_style.
 #import dda
 #import depth_key
 #import edge_depth
@@ -22,11 +22,11 @@ fn aliased_row(axis: MajorAxis, x: i32) -> i32 {
 }
 
 fn emit_aliased(pixel: u32, edge: u32, line: Segment, t: f32) {
-    if is_uniform_style && hidden == HIDDEN_SHOW {
+    if is_uniform_style && hidden == HIDDEN_SHOW && dashes == DASHES_NONE {
         atomicStore(&depth_keys[pixel], 1u);
         return;
     }
-    if (hidden == HIDDEN_SHOW && !has_depth_cue) || opacity_at(line, t) >= MIN_SEEN_OPACITY {
+    if (hidden == HIDDEN_SHOW && dashes == DASHES_NONE && !has_depth_cue) || opacity_at(line, t) >= MIN_SEEN_OPACITY {
         let depth = normalized_depth_at(line, t, style.depth_cue);
         atomicMax(&depth_keys[pixel], depth_key(depth, edge, style.edge_bits));
     }

@@ -35,6 +35,7 @@ struct CountOrWrite {
 
 override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
+override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
 override has_depth_cue: bool;
 override max_span_px: f32; // along the major axis

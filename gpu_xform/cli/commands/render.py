@@ -95,7 +95,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "- for a PNG on standard output",
     )
     groups.add_reading_options(group)
-    groups.add_drawing_options(parser, resolution="1024,1024")
+    groups.add_dpi(groups.add_drawing_options(parser, resolution="1024,1024"))
     _add_reference(parser)
     groups.add_general_options(parser, adapter=True, rasterizer=True)
 
@@ -144,6 +144,8 @@ def _require_pixels(options: argparse.Namespace, pictures: Sequence[PlannedPictu
     vector = next((picture.output for picture in pictures if picture.file_type != "png"), None)
     if vector is not None and options.rasterizer != "auto":
         raise ArgumentError(f"{vector}: --rasterizer must come with a .png: other pictures have no pixels")
+    if vector is not None and options.dpi is not None:
+        raise ArgumentError(f"{vector}: --dpi must come with a .png: a pixel of other pictures is 1/96 inch")
 
 
 def _make_each(pictures: Sequence[PlannedPicture], make: Callable[[PlannedPicture], None]) -> int:
@@ -211,7 +213,8 @@ def _find_renderer(options: argparse.Namespace, file_type: str) -> Callable[...,
     if file_type == "png":
         from ...rendering import raster
 
-        return functools.partial(raster.render, rasterizer=options.rasterizer)
+        given = {} if options.dpi is None else {"dpi": options.dpi}
+        return functools.partial(raster.render, rasterizer=options.rasterizer, **given)
     from ...rendering import vector
 
     return {"svg": vector.render_svg, "pdf": vector.render_pdf}[file_type]

@@ -222,7 +222,7 @@ def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.Capt
 
 def test_the_help_names_the_library_s_defaults() -> None:
     defaults = {field.name: field.default for field in dataclasses.fields(Layer)}
-    in_words = {"edges": "all", "hidden": "show, with --fill remove", "fill": "no fill"}
+    in_words = {"edges": "all", "hidden": "show, with --fill remove", "fill": "no fill", "dash": "continuous"}
     in_words |= {
         "clim": "the smallest and the largest",
         "max_points": "all",
