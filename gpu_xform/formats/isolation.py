@@ -1,7 +1,7 @@
 """Isolation: a model file is read in a process of its own, with limits of the system, and its arrays come back.
 
-Nothing that the child sends is trusted: no pickles, every array is checked against the shared memory, and the mesh is
-built, and so checked, here.
+Nothing that the child sends is trusted: no pickles, every array is checked against the shared memory, and the mesh or
+the scene is built, and so checked, here.
 """
 
 import json
@@ -13,16 +13,19 @@ import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError, MeshError, MeshWarning, MissingExtraError
 from ..geometry.attributes import Attributes, RaggedArray
+from ..geometry.deformable_mesh import DeformableMesh, Influences, Skin
 from ..geometry.mesh import Mesh
+from ..geometry.scene import Scene
+from ..geometry.scene_animation import Channel, Placement, SceneAnimation
 from .limits import FileLimits
 
 DEFAULT_CPU_S = 60.0
@@ -31,14 +34,34 @@ _WAIT_S = 30.0  # beyond the time of a processor, for a busy machine
 _MAX_ANSWER_BYTES = 1 << 28
 _ALIGNMENT_BYTES = 16
 _KINDS = "biuf"
-_COMMAND = "from gpu_xform.formats import isolation, registry; isolation.serve(registry.read_mesh_bytes)"
+
+Model = TypeVar("Model", Mesh, Scene)
+_COMMAND = "from gpu_xform.formats import isolation, registry; isolation.serve(registry.read_bytes)"
 
 
-def read_isolated(data: bytes, kind: str, folder: Path | None, tolerance: float | None, limits: FileLimits) -> Mesh:
+def read_isolated_mesh(
+    data: bytes, kind: str, folder: Path | None, tolerance: float | None, limits: FileLimits
+) -> Mesh:
     """Return the mesh of a file of a type, read in a child; only MeshError and MissingExtraError are raised for it.
 
     Raises ArgumentError where the system limits neither memory nor time.
     """
+    return _read_in_child(data, kind, folder, tolerance, limits, _build_mesh)
+
+
+def read_isolated_scene(data: bytes, kind: str, folder: Path | None, limits: FileLimits) -> Scene:
+    """Return the scene of a file of a type that has scenes, as `read_isolated_mesh` returns a mesh."""
+    return _read_in_child(data, kind, folder, None, limits, _build_scene)
+
+
+def _read_in_child(
+    data: bytes,
+    kind: str,
+    folder: Path | None,
+    tolerance: float | None,
+    limits: FileLimits,
+    build: Callable[[Any], Model],
+) -> Model:
     if not sys.platform.startswith("linux"):
         raise ArgumentError.expecting("isolated", "be False here", reason="only Linux limits a process's memory")
     memory = os.memfd_create("gpu_xform")
@@ -48,6 +71,7 @@ def read_isolated(data: bytes, kind: str, folder: Path | None, tolerance: float 
         "tolerance": tolerance,
         "limits": asdict(limits),
         "memory": memory,
+        "is_scene": build is _build_scene,
     }
     cpu_s = limits.cpu_s or DEFAULT_CPU_S
     try:
@@ -64,7 +88,7 @@ def read_isolated(data: bytes, kind: str, folder: Path | None, tolerance: float 
         )
         if child.returncode or len(child.stdout) > _MAX_ANSWER_BYTES:
             raise MeshError(_describe_end(child.returncode, limits))
-        return _build(_parse_answer(child.stdout), memory)
+        return _build(_parse_answer(child.stdout), memory, build)
     except subprocess.TimeoutExpired:
         raise MeshError(_describe_end(-signal.SIGXCPU, limits)) from None
     finally:
@@ -92,20 +116,100 @@ def _parse_answer(text: bytes) -> dict[str, Any]:
     return answer
 
 
-def _build(answer: dict[str, Any], memory: int) -> Mesh:
-    """Return the mesh that an answer describes, with arrays of our own."""
+def _build(answer: dict[str, Any], memory: int, build: Callable[[Any], Model]) -> Model:
+    """Return the model that an answer describes, with arrays of our own."""
     n_bytes = os.fstat(memory).st_size
     shared = mmap.mmap(memory, n_bytes, access=mmap.ACCESS_READ) if n_bytes else b""
     try:
-        parts = _decode(answer["mesh"], shared)
-        positions, offsets, indices, tables, labels, material, metadata = parts
-        attributes = Attributes(**tables, labels=labels, material=material)
-        mesh = Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata or None)
+        return build(_decode(answer["model"], shared))
     except MeshError:
         raise
     except Exception as error:  # whatever a child that a file has taken over may answer
-        raise MeshError(f"the process that read it gave no mesh: {type(error).__name__}: {error}") from None
-    return mesh
+        raise MeshError(f"the process that read it gave no model: {type(error).__name__}: {error}") from None
+
+
+def _describe_mesh(mesh: Mesh) -> list[Any]:
+    tables = {name: getattr(mesh.attributes, name) for name in ("point", "corner", "face")}
+    attributes = mesh.attributes
+    return [mesh.positions, mesh.offsets, mesh.indices, tables, attributes.labels, attributes.material, mesh.metadata]
+
+
+def _build_mesh(parts: Any) -> Mesh:
+    positions, offsets, indices, tables, labels, material, metadata = parts
+    attributes = Attributes(**tables, labels=labels, material=material)
+    return Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata or None)
+
+
+def _describe_deformable(model: DeformableMesh) -> list[Any]:
+    skin, influences = model.skin, model.influences
+    return [
+        _describe_mesh(model.mesh),
+        list(model.targets),
+        model.weights,
+        None if skin is None else [list(skin.joints), skin.joint_from_mesh],
+        None if influences is None else [influences.joints, influences.weights],
+    ]
+
+
+def _build_deformable(parts: Any) -> DeformableMesh:
+    mesh, targets, weights, skin, influences = parts
+    return DeformableMesh(
+        _build_mesh(mesh),
+        targets,
+        weights,
+        None if skin is None else Skin(tuple(map(str, skin[0])), skin[1]),
+        None if influences is None else Influences(*influences),
+    )
+
+
+def _describe_scene(scene: Scene) -> list[Any]:
+    """Return the nodes, each before those in it, the models that they show, each once, and the animations."""
+    models: dict[int, Any] = {}
+    places: dict[int, int] = {}
+    nodes = []
+    for node in scene:
+        shown = []
+        for model, style in node.models:
+            places.setdefault(id(model), len(places))
+            models[id(model)] = model
+            shown.append([places[id(model)], dict(style)])
+        placed = [node.name, node.parent, node.transform, node.visible]
+        nodes.append([*placed, node.metadata, node.instances, node.weights, shown])
+    animations = [
+        [
+            animation.name,
+            [[getattr(each, attribute.name) for attribute in fields(Channel)] for each in animation.channels],
+            {name: [rest.translation, rest.rotation, rest.scale] for name, rest in animation.placements.items()},
+        ]
+        for animation in scene.animations.values()
+    ]
+    described = [
+        ["deformable", _describe_deformable(model)]
+        if isinstance(model, DeformableMesh)
+        else ["mesh", _describe_mesh(model)]
+        for model in models.values()
+    ]
+    return [nodes, described, animations, scene.metadata]
+
+
+def _build_scene(parts: Any) -> Scene:
+    nodes, described, animations, metadata = parts
+    models = [(_build_deformable if kind == "deformable" else _build_mesh)(parts) for kind, parts in described]
+    built = [
+        SceneAnimation(
+            str(name),
+            tuple(Channel(*channel) for channel in channels),
+            {node: Placement(*rest) for node, rest in placements.items()},
+        )
+        for name, channels, placements in animations
+    ]
+    scene = Scene(animations=built, metadata=metadata)
+    for name, parent, transform, is_visible, own_metadata, instances, weights, shown in nodes:
+        node = scene.add(name=name, parent=parent, transform=transform)
+        node.visible, node.metadata, node.instances, node.weights = is_visible, own_metadata, instances, weights
+        for model, style in shown:
+            node.show(models[model], **style)
+    return scene
 
 
 def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int]) -> Any:
@@ -159,7 +263,7 @@ def _decode(value: Any, shared: Any) -> Any:
     raise ValueError(f"unknown content {kind!r}")
 
 
-def serve(read: Callable[..., Mesh]) -> None:
+def serve(read: Callable[..., Mesh | Scene]) -> None:
     """Read the file on standard input by a function of the registry, in a child, and answer on standard output."""
     source = sys.stdin.buffer
     request = json.loads(source.readline())
@@ -169,7 +273,7 @@ def serve(read: Callable[..., Mesh]) -> None:
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
-            answer["mesh"] = _read(read, data, request, limits)
+            answer["model"] = _read(read, data, request, limits)
     except MeshError as error:
         answer["error"] = str(error)
     except MissingExtraError as error:
@@ -185,10 +289,10 @@ def serve(read: Callable[..., Mesh]) -> None:
     os._exit(0)
 
 
-def _read(read: Callable[..., Mesh], data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:
+def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:
     _limit_process(limits)
     folder = None if request["folder"] is None else Path(request["folder"])
-    mesh = read(data, request["kind"], folder, request["tolerance"], limits)
+    model = read(data, request["kind"], folder, request["tolerance"], limits, request["is_scene"])
     memory, end = request["memory"], 0
 
     def append(array: npt.NDArray[Any]) -> int:
@@ -200,10 +304,7 @@ def _read(read: Callable[..., Mesh], data: bytes, request: dict[str, Any], limit
             rest, end = rest[n_written:], end + n_written
         return start
 
-    tables = {name: getattr(mesh.attributes, name) for name in ("point", "corner", "face")}
-    attributes = mesh.attributes
-    parts = [mesh.positions, mesh.offsets, mesh.indices, tables, attributes.labels, attributes.material, mesh.metadata]
-    return _encode(parts, append)
+    return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append)
 
 
 def _limit_process(limits: FileLimits) -> None:

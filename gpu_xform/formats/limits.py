@@ -19,6 +19,9 @@ from ..geometry.mesh import Mesh
 FREE_NUMBERS, NUMBERS_PER_BYTE = 1 << 22, 4
 FREE_NODES, NODES_PER_NODE = 1 << 13, 8
 FREE_BYTES = 1 << 20
+# How dense words and nodes may be in a text, as each takes time to parse: what holds data has longer ones.
+FREE_PARTS, BYTES_PER_PART = 1 << 16, 4
+FREE_SPELLED_NODES, BYTES_PER_NODE, PARTS_PER_NODE = 1 << 13, 16, 16
 
 
 @public
@@ -94,6 +97,19 @@ class Budget:
     def spell_nodes(self, n_nodes: int) -> None:
         """Note that the file spells out so many nodes."""
         self._spelled_nodes += n_nodes
+
+    def require_parts(self, n_parts: int, n_nodes: int) -> None:
+        """Raise MeshError for a text of more words, or nodes, than one of its size has that holds data."""
+        limit = self.limits.nodes
+        for count, free, n_bytes, what in (
+            (n_nodes, FREE_SPELLED_NODES, BYTES_PER_NODE, "nodes"),
+            (n_parts, FREE_PARTS, BYTES_PER_PART, "words"),
+        ):
+            most = max(free + self._n_bytes // n_bytes, PARTS_PER_NODE * (limit or 0))
+            if count > most:
+                raise MeshError(
+                    f"it is made of {count:,} {what}, more than {most:,}, the limit {_name('nodes', limit)}"
+                )
 
     def take_numbers(self, n_numbers: int, where: str) -> None:
         """Count coordinates and indices that are about to be allocated; raise MeshError if they are too many."""

@@ -4,8 +4,10 @@ Source: "Object Files (.obj)", appendix B1 of the Advanced Visualizer manual, an
 superseded statements. What a file trims is not trimmed.
 """
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -21,6 +23,8 @@ from .obj_attributes import SHAPES, Extras
 _DEFAULT_TOLERANCE = 1e-3  # of the diagonal of all points
 _N_OLD_POINTS = 16  # of `bzp` and `bsp`, 4 x 4
 _TYPES = ("bezier", "bspline")
+
+_Cuts: TypeAlias = dict[tuple[Any, ...], Float64Array | None]
 
 
 @dataclass
@@ -117,6 +121,8 @@ def _raise_degrees(arrays: Sequence[Float64Array]) -> list[Float64Array]:
         if is_rational and array.shape[-1] == 3:
             array = np.concatenate([array, np.ones((*array.shape[:-1], 1))], axis=-1)
         for axis, order in enumerate(orders.tolist(), 1):
+            if array.shape[axis] == order:
+                continue
             elevation = make_elevation(array.shape[axis] - 1, order - 1)
             array = np.moveaxis(np.tensordot(elevation, array, axes=(1, axis)), 0, axis)
         raised.append(array)
@@ -140,41 +146,38 @@ def _insert_faces(
     no_references = np.full(len(indices), -1)
     texcoords = no_references if extras.texcoord_of_corner is None else extras.texcoord_of_corner
     references = no_references if extras.normal_of_corner is None else extras.normal_of_corner
-    normals = [np.empty((0, 3)) if extras.normals is None else extras.normals]
-    n_normals = len(normals[0])
-    all_sizes, all_corners, all_texcoords, all_references = [], [], [], []
+    new_normals = np.concatenate([normals for *_, normals in made])
+    has_normal = np.isfinite(new_normals).all(axis=1)
+    n_normals = 0 if extras.normals is None else len(extras.normals)
+    new_references = np.where(has_normal, n_normals + np.cumsum(has_normal) - 1, -1)
+    counts = [len(sizes) for _, sizes, *_ in made]
+    sizes = np.concatenate([np.diff(offsets), *(sizes for _, sizes, *_ in made)])
+    # Old face i comes after the forms that stand before it.
+    places = np.repeat([2 * form.faces_before for form, *_ in made], counts)
+    order = np.argsort(np.concatenate([2 * np.arange(len(offsets) - 1) + 1, places]), kind="stable")
+    starts, sizes = (np.cumsum(sizes) - sizes)[order], sizes[order]
+    new_offsets = np.concatenate([[0], np.cumsum(sizes)])
+    corners = np.repeat(starts - new_offsets[:-1], sizes) + np.arange(new_offsets[-1])
     shifts = np.zeros(len(extras.states) + 1, np.int64)
-    sizes = np.diff(offsets)
-    done = 0
-    for form, new_sizes, new_corners, new_normals in made:
-        before = slice(offsets[done], offsets[form.faces_before])
-        has_normal = np.isfinite(new_normals).all(axis=1)
-        rows = np.where(has_normal, n_normals + np.cumsum(has_normal) - 1, -1)
-        normals.append(new_normals[has_normal])
-        n_normals += int(has_normal.sum())
-        all_sizes += [sizes[done : form.faces_before], new_sizes]
-        all_corners += [indices[before], new_corners]
-        all_texcoords += [texcoords[before], np.full(len(new_corners), -1)]
-        all_references += [references[before], rows]
-        shifts[form.states_before :] += len(new_sizes)
-        done = form.faces_before
-    last = slice(offsets[done], None)
+    np.add.at(shifts, [form.states_before for form, *_ in made], counts)
     extras.states = [
-        (at + shift, word, text) for (at, word, text), shift in zip(extras.states, shifts.tolist(), strict=False)
+        (at + shift, word, text)
+        for (at, word, text), shift in zip(extras.states, np.cumsum(shifts).tolist(), strict=False)
     ]
-    extras.texcoord_of_corner = np.concatenate([*all_texcoords, texcoords[last]])
-    extras.normal_of_corner = np.concatenate([*all_references, references[last]])
-    if n_normals:
-        extras.normals = np.concatenate(normals)
-    sizes = np.concatenate([*all_sizes, sizes[done:]])
-    return np.concatenate([[0], np.cumsum(sizes)]), np.concatenate([*all_corners, indices[last]])
+    extras.texcoord_of_corner = np.concatenate([texcoords, np.full(len(new_references), -1)])[corners]
+    extras.normal_of_corner = np.concatenate([references, new_references])[corners]
+    if n_normals or has_normal.any():
+        old_normals = np.empty((0, 3)) if extras.normals is None else extras.normals
+        extras.normals = np.concatenate([old_normals, new_normals[has_normal]])
+    return new_offsets, np.concatenate([indices, *(those for _, _, those, _ in made)])[corners]
 
 
 def _read_forms(extras: Extras, positions: Float64Array) -> Iterator[_Pieces]:
     """Yield the forms that can be made polygons of, and count the others."""
+    cut: _Cuts = {}
     for form in _list_forms(extras):
         try:
-            yield _make_pieces(form, positions, extras.beside_points)
+            yield _make_pieces(form, positions, extras.beside_points, cut)
         except (ValueError, ArgumentError, MeshError) as error:
             extras.not_shown[form.keyword] += 1
             extras.reasons.append(f"line {form.line}: {error}")
@@ -211,8 +214,11 @@ def _list_forms(extras: Extras) -> Iterator[_Form]:
         yield form
 
 
-def _make_pieces(form: _Form, positions: Float64Array, beside: Float64Array | None) -> _Pieces:
-    """Return the Bézier curves or patches of a form; raise an error for what is malformed, or of another type."""
+def _make_pieces(form: _Form, positions: Float64Array, beside: Float64Array | None, cuts: _Cuts) -> _Pieces:
+    """Return the Bézier curves or patches of a form; raise an error for what is malformed, or of another type.
+
+    cuts : of the forms before it, of which most are alike
+    """
     if form.keyword in ("bzp", "bsp"):
         used = _resolve(form, form.words, len(positions))
         if len(used) != _N_OLD_POINTS:
@@ -230,14 +236,14 @@ def _make_pieces(form: _Form, positions: Float64Array, beside: Float64Array | No
     degrees = form.degrees[:n_axes]
     if len(degrees) < n_axes or min(degrees) < 1:
         raise MeshError(f"{form.keyword} needs {n_axes} degrees of at least 1, got {degrees}")
-    parameters = [np.array([_parse(word) for word in form.parameters.get(name, ())]) for name in "uv"[:n_axes]]
+    parameters = [form.parameters.get(name, ()) for name in "uv"[:n_axes]]
     if any(len(values) < 2 for values in parameters):
         raise MeshError(f"{form.keyword} needs parm {' and parm '.join('uv'[:n_axes])}")
     counts = [
         len(values) - degree - 1 if form.kind == "bspline" else (len(values) - 1) * degree + 1
         for values, degree in zip(parameters, degrees, strict=True)
     ]
-    if len(used) != np.prod(counts):
+    if len(used) != math.prod(counts):
         shape = " x ".join(map(str, counts))
         raise MeshError(f"{form.keyword} needs {shape} control points for its degrees and parameters, got {len(used)}")
     points = positions[used]
@@ -249,17 +255,27 @@ def _make_pieces(form: _Form, positions: Float64Array, beside: Float64Array | No
             raise MeshError(f"{form.keyword} needs positive weights, got {weights.min():g}")
         points = np.concatenate([points * weights, weights], axis=1)
     net = points.reshape(*counts[::-1], -1)  # u runs fastest
-    net = np.moveaxis(net, 1, 0) if n_axes == 2 else net
-    for axis, (values, degree) in enumerate(zip(parameters, degrees, strict=True)):
-        matrices = _cut(form, values, degree, *ranges[2 * axis : 2 * axis + 2])
+    net = net.swapaxes(0, 1) if n_axes == 2 else net
+    for axis, (words, degree) in enumerate(zip(parameters, degrees, strict=True)):
+        low, high = ranges[2 * axis : 2 * axis + 2]
+        key = (form.keyword, form.kind, degree, low, high, *words)
+        if key not in cuts:
+            cuts[key] = _cut(form, np.array([_parse(word) for word in words]), degree, low, high)
+        matrices = cuts[key]
+        if matrices is None:  # one piece, whole
+            net = np.expand_dims(net, 2 * axis)
+            continue
         net = np.moveaxis(np.tensordot(matrices, net, axes=(2, 2 * axis)), (0, 1), (2 * axis, 2 * axis + 1))
     if n_axes == 2:
         net = net.swapaxes(1, 2).reshape(-1, net.shape[1], net.shape[3], net.shape[4])
     return _Pieces(form, np.ascontiguousarray(net), used)
 
 
-def _cut(form: _Form, values: Float64Array, degree: int, low: float, high: float) -> Float64Array:
-    """Return the matrices from control points to those of Bézier pieces between two parameters: (k, degree + 1, n)."""
+def _cut(form: _Form, values: Float64Array, degree: int, low: float, high: float) -> Float64Array | None:
+    """Return the matrices from control points to those of Bézier pieces between two parameters: (k, degree + 1, n).
+
+    None stands for one that changes nothing.
+    """
     if form.kind == "bspline":
         n_points = len(values) - degree - 1
         matrices = make_extraction(n_points, values, "parm")
@@ -280,6 +296,8 @@ def _cut(form: _Form, values: Float64Array, degree: int, low: float, high: float
             cut.append(matrix if (first, last) == (0.0, 1.0) else make_cut(degree, first, last) @ matrix)
     if not cut:
         raise MeshError(f"{form.keyword} has nothing between its ends {low:g} and {high:g}")
+    if len(cut) == 1 and np.array_equal(cut[0], np.eye(degree + 1)):
+        return None
     return np.stack(cut)
 
 

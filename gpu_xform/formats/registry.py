@@ -161,9 +161,9 @@ def load_mesh(
         tolerance = as_tolerance(tolerance)
     folder, limits = _get_folder(source), as_limits(limits)
     if require_flag(isolated, "isolated", default=is_isolated()):
-        from .isolation import read_isolated
+        from .isolation import read_isolated_mesh
 
-        reader: Reader = partial(read_isolated, kind=kind, folder=folder, tolerance=tolerance, limits=limits)
+        reader: Reader = partial(read_isolated_mesh, kind=kind, folder=folder, tolerance=tolerance, limits=limits)
     else:
         reader = _find_reader(kind, folder, tolerance)
     mesh = _read(source, name, reader, limits)
@@ -172,16 +172,22 @@ def load_mesh(
     return mesh
 
 
-def read_mesh_bytes(data: bytes, kind: str, folder: Path | None, tolerance: float | None, limits: FileLimits) -> Mesh:
-    """Return the mesh of a file of a known type, which has no name."""
+def read_bytes(
+    data: bytes, kind: str, folder: Path | None, tolerance: float | None, limits: FileLimits, is_scene: bool
+) -> Mesh | Scene:
+    """Return the mesh of a file of a known type, which has no name, or its scene."""
     with spend(len(data), limits):
-        return _find_reader(kind, folder, tolerance)(data)
+        return (_find_scene_reader(kind, folder) if is_scene else _find_reader(kind, folder, tolerance))(data)
 
 
 def _find_reader(kind: str, folder: Path | None, tolerance: float | None) -> Reader:
     if kind == "obj":
         return partial(_read_obj, folder=folder, tolerance=tolerance)
     return partial(_BESIDE[kind], folder=folder) if kind in _BESIDE else READERS[kind]
+
+
+def _find_scene_reader(kind: str, folder: Path | None) -> Callable[[bytes], Scene]:
+    return partial(_SCENE_READERS[kind], **({"folder": folder} if kind in _BESIDE else {}))
 
 
 @public
@@ -191,6 +197,7 @@ def load_scene(
     file_type: str | None = None,
     tolerance: float | None = None,
     limits: FileLimits | None = None,
+    isolated: bool | None = None,
 ) -> Scene:
     """Read a scene from a model file.
 
@@ -208,6 +215,8 @@ def load_scene(
         As `load_mesh` takes it.
     limits : FileLimits, optional
         As `load_mesh` takes it.
+    isolated : bool, optional
+        As `load_mesh` takes it: whatever the file does to a reader, a scene comes back or a `MeshError`.
 
     Returns
     -------
@@ -220,7 +229,7 @@ def load_scene(
     MissingExtraError
         If the extra that the format needs is not installed.
     ArgumentError
-        For a nameless file object without `file_type`.
+        For a nameless file object without `file_type`, and for `isolated` where the system has no such limits.
     ArgumentTypeError
         If `source` is neither a path nor a binary file object.
     OSError
@@ -233,11 +242,16 @@ def load_scene(
     """
     name, kind = _identify(source, file_type, READERS)
     if kind in _SCENE_READERS:
-        beside = {"folder": _get_folder(source)} if kind in _BESIDE else {}
-        return _read(source, name, partial(_SCENE_READERS[kind], **beside), as_limits(limits))
+        folder, limits = _get_folder(source), as_limits(limits)
+        reader = _find_scene_reader(kind, folder)
+        if require_flag(isolated, "isolated", default=is_isolated()):
+            from .isolation import read_isolated_scene
+
+            reader = partial(read_isolated_scene, kind=kind, folder=folder, limits=limits)
+        return _read(source, name, reader, limits)
     scene = Scene()
     scene.add(
-        load_mesh(source, file_type=kind, tolerance=tolerance, limits=limits),
+        load_mesh(source, file_type=kind, tolerance=tolerance, limits=limits, isolated=isolated),
         name=None if name == _UNNAMED else Path(name).stem,
     )
     return scene

@@ -1,7 +1,10 @@
 """Files read in a process of their own: the same mesh comes back, or a MeshError, whatever happens in there."""
 
 import io
+import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,8 +13,11 @@ import gpu_xform as gx
 from gpu_xform.cli import main
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.formats import isolation
+from gpu_xform.geometry.deformable_mesh import DeformableMesh, Influences, Skin
+from gpu_xform.geometry.scene_animation import Channel, Placement, SceneAnimation
 from tests.support.cli import error_of
 from tests.support.python_run import linux_only
+from tests.support.types import Array
 
 pytestmark = linux_only
 
@@ -62,16 +68,79 @@ def test_what_is_malformed_is_the_same_error_and_warning() -> None:
         gx.load_mesh(io.BytesIO(file.getvalue() + b"more"), file_type="stl", isolated=True)
 
 
+def make_scene() -> gx.Scene:
+    """A scene of all that files bring: nodes, instances, shared and deformable meshes, skins, an animation."""
+    rng = np.random.default_rng(3)
+    cube, house = gx.samples.cube(), gx.samples.house()
+    influences = Influences(rng.integers(0, 2, (cube.n_points, 2)), rng.random((cube.n_points, 2)))
+    skin = Skin(("arm", "hand"), rng.normal(size=(2, 4, 4)))
+    bent = DeformableMesh(cube, [rng.normal(size=(cube.n_points, 3))] * 2, [0.25, 0.0], skin, influences)
+    poses = [rng.normal(size=(3, size)) for size in (3, 3, 3)]
+    channel = Channel("hand", "translation", np.arange(3.0), poses[0], "CUBICSPLINE", poses[1], poses[2])
+    rest = {"hand": Placement(np.ones(3), np.array([0.0, 0, 0, 1]), np.full(3, 2.0))}
+    scene = gx.Scene(
+        animations=[SceneAnimation("wave", (channel,), rest)], metadata={"gltf": {"extras": [1, "a", b"b"]}}
+    )
+    scene.add(house, name="arm", transform=gx.rotate_x(0.3))
+    hand = scene.add(bent, name="hand", parent="arm", transform=gx.translate(1, 2, 3), edge_color="red")
+    hand.show(house)
+    hand.visible, hand.weights, hand.metadata = False, [0.5, 1.0], {"gltf": {"name": "hand"}}
+    scene.add(house, name="copies").instances = np.stack([gx.scale(k) for k in (1, 2)])
+    return scene
+
+
+def assert_same(value: Any, expected: Any) -> None:
+    """Compare what a scene is described by, deeply and to the bit."""
+    if isinstance(expected, np.ndarray):
+        assert (value.dtype, value.tobytes()) == (expected.dtype, expected.tobytes())
+    elif isinstance(expected, Mapping):
+        assert list(value) == list(expected)
+        for key, each in expected.items():
+            assert_same(value[key], each)
+    elif isinstance(expected, list | tuple):
+        assert len(value) == len(expected)
+        for one, other in zip(value, expected, strict=True):
+            assert_same(one, other)
+    else:
+        assert value == expected
+
+
+def test_all_of_a_scene_goes_through_the_shared_memory() -> None:
+    scene, memory = make_scene(), bytearray()
+
+    def append(array: Array) -> int:
+        memory.extend(bytes(-len(memory) % 16) + array.tobytes())
+        return len(memory) - array.nbytes
+
+    sent = json.loads(json.dumps(isolation._encode(isolation._describe_scene(scene), append)))
+    built = isolation._build_scene(isolation._decode(sent, memory))
+    assert_same(isolation._describe_scene(built), isolation._describe_scene(scene))
+    assert built["hand"].models[1].model is built["arm"].models[0].model
+
+
+def test_a_scene_is_read_in_isolation_as_well(working_folder: Path) -> None:
+    scene = gx.Scene()
+    scene.add(gx.samples.cube(), name="base", transform=gx.translate(1, 2, 3))
+    scene.add(gx.samples.house(), name="top", parent="base").visible = False
+    gx.save_mesh(scene, "scene.glb")
+    (working_folder / "scan.ply").write_bytes(PLY)
+    for name in ("scene.glb", "scan.ply"):
+        plain, isolated = gx.load_scene(name), gx.load_scene(name, isolated=True, limits=gx.FileLimits(points=100))
+        assert_same(isolation._describe_scene(isolated), isolation._describe_scene(plain))
+        with pytest.raises(MeshError, match=r"FileLimits\(points=3\)"):
+            gx.load_scene(name, isolated=True, limits=gx.FileLimits(points=3))
+
+
 CRASHES = {
     "an endless loop": ("while True: pass", r"more than 1 s of a processor, the limit FileLimits\(cpu_s=...\)"),
     "a crash": ("os.abort()", "the process that read it ended with -6"),
     "much memory": ("x = bytearray(1 << 40)", r"more than 100,000,000 bytes, the limit FileLimits\(memory_bytes=...\)"),
     "no answer": ("os._exit(0)", "gave no answer"),
     "an array from elsewhere": (
-        "print(json.dumps({'mesh': [{'array': [8, [9, 3], '<f8']}] * 7}), flush=True); os._exit(0)",
+        "print(json.dumps({'model': [{'array': [8, [9, 3], '<f8']}] * 7}), flush=True); os._exit(0)",
         "outside of the shared memory",
     ),
-    "objects": ('print(\'{"mesh": [{"array": [0, [1], "|O"]}]}\', flush=True); os._exit(0)', "gave no mesh"),
+    "objects": ('print(\'{"model": [{"array": [0, [1], "|O"]}]}\', flush=True); os._exit(0)', "gave no model"),
     "another error": ("raise KeyError('deep inside')", "it cannot be read: KeyError: 'deep inside'"),
 }
 

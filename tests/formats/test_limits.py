@@ -244,3 +244,38 @@ def test_the_command_takes_limits(working_folder: Path, capsys: pytest.CaptureFi
     message = error_of(["info", "cube.obj", "--file-limits", "point=7"], capsys)
     assert "expected points=N, faces=N" in message
     assert np.all(not (working_folder / "x.ply").exists())
+
+
+DENSE = {
+    "nodes": b"#VRML V2.0 utf8\n" + b"A{}" * 200_000,
+    "words": b"#VRML V2.0 utf8\nA{a[" + b'"" ' * 300_000 + b"]}",
+    "prototypes": b"#VRML V2.0 utf8\n" + b"PROTO A[]{Group{}}" * 40_000,
+    "quotes": b"#VRML V2.0 utf8\n" + b'\\"' * 300_000,
+}
+
+
+@pytest.mark.parametrize("name", DENSE)
+def test_dense_text_is_refused_before_it_is_parsed(name: str) -> None:
+    start = time.process_time()
+    with pytest.raises(MeshError):
+        gx.load_mesh(io.BytesIO(DENSE[name]), file_type="wrl")
+    assert time.process_time() - start < 2
+
+
+def test_text_that_holds_data_is_not_dense() -> None:
+    """The smallest shapes that show anything, 5,000 of them, and an image of single digits."""
+    shapes = b"#VRML V1.0 ascii\n" + b"Separator{Translation{translation 1 0 0}Cube{}}" * 5_000
+    assert gx.load_mesh(io.BytesIO(shapes), file_type="wrl").n_faces == 30_000
+    image = b"Texture2{image 600 500 1 " + b"0 " * 300_000 + b"}"
+    assert gx.load_mesh(io.BytesIO(b"#VRML V1.0 ascii\n" + image + b"Cube{}"), file_type="wrl").n_faces == 6
+    limits = gx.FileLimits(nodes=20_000)
+    nodes = b"#VRML V1.0 ascii\n" + b"Cube{}" * 15_000
+    assert gx.load_mesh(io.BytesIO(nodes), file_type="wrl", limits=limits).n_faces == 90_000
+
+
+def test_curves_of_one_kind_are_cut_once() -> None:
+    points = b"".join(b"v %d 0 %d\n" % (i, i % 3) for i in range(40))
+    data = points + b"cstype bezier\ndeg 3\n" + b"curv 0 1 1 2 3 5\nparm u 0 1\nend\n" * 9_000
+    start = time.process_time()
+    assert gx.load_mesh(io.BytesIO(data), file_type="obj").n_faces >= 9_000
+    assert time.process_time() - start < 2

@@ -1,12 +1,20 @@
 """Commands run on a pseudo-terminal of their own."""
 
 import os
-import subprocess
 import sys
+import threading
+
+import pytest
+
+from gpu_xform._core import progress
+from gpu_xform.cli import main
 
 
 def run_on_terminal(*arguments: str, columns: int = 80, rows: int = 24) -> tuple[int, str]:
-    """Run the command on a terminal of a size, progress bars at once; return the exit code and the text shown."""
+    """Run the command with a terminal of a size as standard error, progress bars at once.
+
+    Return the exit code and the text shown.
+    """
     import fcntl
     import pty
     import struct
@@ -14,16 +22,21 @@ def run_on_terminal(*arguments: str, columns: int = 80, rows: int = 24) -> tuple
 
     own_end, command_end = pty.openpty()
     fcntl.ioctl(command_end, termios.TIOCSWINSZ, struct.pack("HHHH", rows, columns, 0, 0))
-    program = "import sys, gpu_xform.cli; sys.exit(gpu_xform.cli.main())"
-    at_once = f"from gpu_xform._core import progress; progress.DELAY_S = 0; {program}"
-    command = [sys.executable, "-c", at_once, *arguments]
-    with subprocess.Popen(command, stderr=command_end, stdout=subprocess.PIPE) as process:
-        os.close(command_end)
-        shown = bytearray()
+    shown = bytearray()
+
+    def read() -> None:
         try:
             while data := os.read(own_end, 4096):
-                shown += data
+                shown.extend(data)
         except OSError:  # Linux raises this once the other end is closed
             pass
+
+    reader = threading.Thread(target=read)
+    reader.start()
+    with pytest.MonkeyPatch.context() as patch, os.fdopen(command_end, "w", encoding="utf-8") as terminal:
+        patch.setattr(sys, "stderr", terminal)
+        patch.setattr(progress, "DELAY_S", 0)
+        code = main(list(arguments))
+    reader.join()
     os.close(own_end)
-    return process.returncode, shown.decode()
+    return code, shown.decode()
