@@ -16,13 +16,34 @@ from gpu_xform.gpu.wgsl import Sources
 from tests.support.wgsl import FOLDER, STAGES, VARIANTS, copy_with, create_pipeline, source
 
 
+def combinations_of_switches(n: int) -> list[tuple[float, ...]]:
+    """Return every combination of up to four switches; of up to eight, 16 that hold every combination of any three.
+
+    They are the rows of a Hadamard matrix, and their opposites.
+    """
+    if n <= 4:
+        return list(itertools.product((0.0, 1.0), repeat=n))
+    return [
+        tuple(float(((row & column).bit_count() + opposite) % 2) for column in range(n))
+        for row in range(8)
+        for opposite in range(2)
+    ]
+
+
+@pytest.mark.parametrize("n", [2, 4, 5, 6, 7, 8])
+def test_any_three_switches_have_every_combination(n: int) -> None:
+    combinations = combinations_of_switches(n)
+    for chosen in itertools.combinations(range(n), min(n, 3)):
+        assert len({tuple(each[i] for i in chosen) for each in combinations}) == 2 ** len(chosen)
+
+
 def choices(stage: str) -> Iterator[dict[str, float]]:
-    """Yield each combination of a stage's boolean constants, and each value of those that take a few only."""
+    """Yield combinations of a stage's boolean constants, and each value of those that take a few only."""
     row = STAGES[stage]
     names = [name for constants in row.overrides.values() for name in constants]
     first = dict.fromkeys(names, 1.0) | {name: float(values[0]) for name, values in row.values.items()}
     switches = row.overrides.get("bool", ())
-    for combination in itertools.product((0.0, 1.0), repeat=len(switches)):
+    for combination in combinations_of_switches(len(switches)):
         yield first | dict(zip(switches, combination, strict=True))
     for name, values in row.values.items():
         for value in values[1:]:
@@ -31,9 +52,7 @@ def choices(stage: str) -> Iterator[dict[str, float]]:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
-def test_every_stage_compiles_for_every_combination_of_its_constants(
-    stage: str, number_type: str | None, device: GpuDevice
-) -> None:
+def test_every_stage_compiles_for_its_constants(stage: str, number_type: str | None, device: GpuDevice) -> None:
     if number_type == "f64" and not device.has_float64:
         with pytest.raises(ShaderError):
             device.pipelines.module(stage, number_type)

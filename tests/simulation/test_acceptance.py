@@ -1,6 +1,7 @@
 """Motions whose answers are known: by formulas, by laws of conservation, or from the same steps in float64."""
 
 import math
+import os
 
 import numpy as np
 import numpy.typing as npt
@@ -156,12 +157,14 @@ def pair_at(part_of_largest: float) -> tuple[gx.Springs, float]:
     return springs, part_of_largest * springs.largest_step
 
 
+N_STABLE_STEPS = int(os.environ.get("GPU_XFORM_STABLE_STEPS", "100_000"))  # `make soak` takes a million
+
+
 @pytest.mark.slow
-def test_a_million_steps_just_below_the_largest_stay_stable() -> None:
-    """A dispatch per step: half a minute on two idle cores."""
+def test_steps_just_below_the_largest_stay_stable() -> None:
     springs, dt = pair_at(0.99)
-    for _ in range(20):
-        springs.step(50_000, dt, gravity=(0, 0, 0))
+    for _ in range(N_STABLE_STEPS // 10_000):
+        springs.step(10_000, dt, gravity=(0, 0, 0))
         length = np.linalg.norm(springs.positions[1] - springs.positions[0])
         assert abs(length - 1.0) < 0.002  # it swings by 0.001 m about its rest length
 
