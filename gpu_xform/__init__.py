@@ -52,6 +52,7 @@ _PUBLIC_NAMES = {
     "drawing.layer": "Layer",
     "rendering.raster": "render render_array",
     "rendering.vector": "render_pdf render_svg",
+    "vector.svg_text": "SvgText",
     "animation": "Animation animate turntable",
     "viewer.window": "view",
 }
@@ -161,6 +162,7 @@ if TYPE_CHECKING:
     from .surfaces.patches import bezier as bezier
     from .surfaces.subdivision import Subdivision as Subdivision
     from .surfaces.subdivision import subdivide as subdivide
+    from .vector.svg_text import SvgText as SvgText
     from .viewer.window import view as view
 else:
 

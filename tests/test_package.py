@@ -46,6 +46,7 @@ DOCUMENTED = {
         "FileLimits",
         "Layer",
         "render_svg",
+        "SvgText",
         "render_pdf",
         "view",
         "default_device",

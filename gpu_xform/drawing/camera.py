@@ -14,6 +14,7 @@ import numpy.typing as npt
 from .. import matrices
 from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_unit_vector, as_vector
 from .._core.masked import require_unmasked
+from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -31,7 +32,7 @@ MAX_COORDINATE = 1e300  # beyond it, the distance of a camera overflows
 
 
 @public
-class Camera:
+class Camera(Pictured):
     """A camera maps the world to a picture; `look_at`, `fit`, `window` and `eye_on_z` make one.
 
     Its matrix depends on the aspect of the picture, so that the same camera serves pictures of any size. A picture of

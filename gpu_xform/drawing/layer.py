@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .._core.arguments import as_float, as_int, as_real_array, as_square_matrices
 from .._core.error_context import prefix_errors
 from .._core.masked import Mask, drop_hidden_rows, find_hidden_rows
+from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, MatrixLike, StrPath
@@ -69,7 +70,7 @@ class Style(TypedDict, total=False):
 
 @public
 @dataclass(frozen=True, eq=False)
-class Layer:
+class Layer(Pictured):
     """A model in a picture, where it stands, and how it is drawn.
 
     Parameters

@@ -13,6 +13,7 @@ import numpy.typing as npt
 
 from .._core.arguments import as_square_matrix, describe_first_non_finite, require_affine
 from .._core.masked import drop_hidden_rows, require_unmasked
+from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray, MatrixLike
 from ..errors import ArgumentError, MeshError
@@ -39,7 +40,7 @@ _MAX_POINTS = 2**32 - 1  # `pack_pairs` puts two indices into one uint64
 
 
 @public
-class Mesh:
+class Mesh(Pictured):
     """An immutable mesh: points, and faces that are polygons of three or more corners or segments of two.
 
     Every array that a mesh returns is read-only.

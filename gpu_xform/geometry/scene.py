@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .. import matrices
 from .._core.arguments import as_real_array, as_square_matrices, as_square_matrix
 from .._core.error_context import prefix_errors
+from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
@@ -200,7 +201,7 @@ class Node:
 
 
 @public
-class Scene:
+class Scene(Pictured):
     """A tree of named nodes. A node's world matrix is the product of the matrices from the world down to the node.
 
     `scene["name"]` is a node, `len` is the number of nodes, and iteration gives the nodes depth first, each before its

@@ -18,6 +18,7 @@ from ..imaging.colors import ColorLike, Rgba
 from ..vector import VectorLayer, format_pdf, format_svg
 from ..vector.build_layers import build_layers
 from ..vector.edge_visibility import MARGIN_PX
+from ..vector.svg_text import SvgText
 from .annotate import make_annotation
 
 
@@ -33,7 +34,7 @@ def render_svg(
     font: StrPath | None = None,
     font_size: float | None = None,
     **style: Unpack[Style],
-) -> str:
+) -> SvgText:
     """Draw models as `render` does; return an SVG document with a group per model.
 
     Parameters
@@ -64,8 +65,8 @@ def render_svg(
 
     Returns
     -------
-    str
-        The document; a pixel of `size` is one user unit.
+    SvgText
+        The document, a string; `save` writes it to a file, and notebooks show it. A pixel of `size` is one user unit.
 
     Raises
     ------
@@ -95,7 +96,7 @@ def render_svg(
     another one of the same widths.
     """
     frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
-    return format_svg(*_draw(models, frame, style))
+    return SvgText(format_svg(*_draw(models, frame, style)))
 
 
 @public

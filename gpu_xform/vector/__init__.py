@@ -1,6 +1,6 @@
 """Vector back end: a draw list becomes SVG or PDF.
 
-Reading order: decimal_text, join_segments, layer, paths, annotation_svg, svg, annotation_pdf, pdf,
+Reading order: decimal_text, join_segments, layer, paths, annotation_svg, svg, svg_text, annotation_pdf, pdf,
 edge_visibility, painters, nonplanar, clip_faces, fills, sort_fills, build_layers.
 """
 
