@@ -83,10 +83,11 @@ class Layer(Pictured):
         The matrix from the model to the world, or the matrices of k instances; the identity by default.
     name : str, optional
         The name of the model in vector pictures and in errors; the stem of a file's name by default.
-    edges : "all", "feature", "boundary", "silhouette", (m, 2) integers, or several of these in a list, optional
+    edges : "all", "feature", "boundary", "silhouette", "intersection", (m, 2) integers, or several in a list, optional
         The edges to draw. "feature" are the sharp edges and the boundary, "boundary" the edges of one face alone,
-        "silhouette" the edges that the camera sees edge-on and the boundary; an array holds indices of points. By
-        default all edges of a mesh, and none of a `PointBuffer`.
+        "silhouette" the edges that the camera sees edge-on and the boundary, "intersection" the lines where bodies
+        penetrate one another: other layers, other instances, or parts of the model that no edge connects; an array
+        holds indices of points. By default all edges of a mesh, and none of a `PointBuffer`.
     feature_angle : float
         The least angle between two faces at a sharp edge, in degrees.
     hidden : "show", "remove", "dash" or "fade", optional

@@ -22,6 +22,7 @@ from .depth import NO_DEPTH_CUE, DepthCue, fit_depth_cue, reverse_z
 from .draw_list import DrawList
 from .framing import Framing
 from .geometry_source import geometry_source
+from .intersections import add_intersections
 from .layer import Layer, Models, Style, as_layers, at_present, with_lengths_in_pixels
 from .lengths import PX_PER_INCH
 from .point_array import PointArray
@@ -78,7 +79,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
     if asked != NO_OPTIONS:
         text_style()  # raises now, whether or not there are texts
     given = [with_lengths_in_pixels(layer, frame.dpi) for layer in as_layers(models, style)]
-    layers = [thin_layer(at_present(layer)) for layer in given]
+    layers = add_intersections([thin_layer(at_present(layer)) for layer in given])
     open_device = cache(lambda: resolve_gpu_device(_own_device(layers) if frame.device is None else frame.device))
     sources: list[Source] = [
         _cloud_source(layer, number, open_device) if draws_clouds and is_cloud(layer) else geometry_source(layer)

@@ -15,8 +15,8 @@ from ..errors import ArgumentError, ArgumentTypeError
 from .mesh import Mesh, pack_pairs, unpack_pairs
 from .triangulation import compute_unit_normals, group_by_size
 
-# `resolve_edges` finds all but silhouettes, which depend on the camera.
-EdgeSet: TypeAlias = Literal["all", "feature", "boundary", "silhouette"]
+# `resolve_edges` finds all but silhouettes, which depend on the camera, and intersections, which do on other models.
+EdgeSet: TypeAlias = Literal["all", "feature", "boundary", "silhouette", "intersection"]
 EDGE_SETS: tuple[EdgeSet, ...] = get_args(EdgeSet)
 EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
 

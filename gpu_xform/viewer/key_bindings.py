@@ -1,7 +1,7 @@
 """Key bindings, as the help describes them; `controls` carries them out."""
 
 from ..drawing.enums import HIDDEN_STYLES
-from ..geometry.edges import EDGE_SETS
+from .style_overrides import EDGE_CYCLE
 
 POINTER = (
     ("drag", "rotate"),
@@ -10,7 +10,7 @@ POINTER = (
     ("arrows", "rotate by 15 degrees"),
 )
 KEYS = (
-    ("E", f"edges: {', '.join(EDGE_SETS)}"),
+    ("E", f"edges: {', '.join(EDGE_CYCLE)}"),
     ("D", f"hidden edges: {', '.join(HIDDEN_STYLES)}"),
     ("F", "fill the faces, or only draw lines"),
     ("C", "one colour per face, or one for all"),

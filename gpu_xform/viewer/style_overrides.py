@@ -16,6 +16,7 @@ from ..imaging.colors import ColorLike, to_rgba
 
 Value = TypeVar("Value")
 
+EDGE_CYCLE = tuple(name for name in EDGE_SETS if name != "intersection")  # which most models do not have
 DEFAULT_FILL = "lightgray"
 LIGHT, DARK = "white", "#1e1e1e"  # backgrounds
 
@@ -34,7 +35,7 @@ class StyleOverrides:
 
 def next_edges(overrides: StyleOverrides, layer: Layer) -> tuple[StyleOverrides, str]:
     """Return overrides with the next set of edges, and a note on it; `layer` has the first value."""
-    edges = _next(_shown_edges(overrides, layer), EDGE_SETS)
+    edges = _next(_shown_edges(overrides, layer), EDGE_CYCLE)
     return replace(overrides, edges=edges), f"edges: {edges}"
 
 

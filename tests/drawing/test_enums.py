@@ -2,7 +2,7 @@
 
 import pytest
 
-from gpu_xform import Layer, Mesh, render_svg, samples
+from gpu_xform import Layer, Mesh, matrices, render_svg, samples
 from gpu_xform.cli import argument_types
 from gpu_xform.drawing.enums import HIDDEN_STYLES, Hidden, HiddenStyle
 from gpu_xform.geometry.edges import EDGE_SETS, EdgeSet
@@ -24,5 +24,6 @@ def test_every_hidden_style_is_taken(style: HiddenStyle) -> None:
 def test_every_edge_set_is_taken(edges: EdgeSet) -> None:
     cube = samples.cube()
     open_box = Mesh(cube.positions, cube.faces[1:])
-    assert "<path" in render_svg(open_box, edges=edges, size=(32, 32))
+    models = [open_box, open_box.transformed(matrices.translate(0.5, 0.4, 0.3))]  # which intersect
+    assert "<path" in render_svg(models, edges=edges, size=(32, 32))
     assert argument_types.parse_edge_sets(edges) == [edges]

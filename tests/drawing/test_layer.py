@@ -83,7 +83,11 @@ BAD_STYLES: list[tuple[dict[str, Any], type[Exception], str]] = [
     ({"fill": (0.5, 2.0, 0.0)}, ArgumentError, "^fill must be a colour's name"),
     ({"transform": np.zeros((0, 4, 4))}, ArgumentError, "^transform must hold at least one matrix, got none$"),
     ({"transform": np.zeros((2, 3, 4))}, ArgumentError, r"^transform must have shape \(4, 4\), got \(2, 3, 4\)$"),
-    ({"edges": "silhouettes"}, ArgumentError, "^edges must be 'all', 'feature', 'boundary', 'silhouette' or an array"),
+    (
+        {"edges": "silhouettes"},
+        ArgumentError,
+        "^edges must be 'all', 'feature', 'boundary', 'silhouette', 'inter.* or an array",
+    ),
     ({"edges": []}, MeshError, r"^edges must choose at least one edge"),
     ({"edges": "feature", "feature_angle": 200.0}, ArgumentError, "^feature_angle must be in"),
     ({"colour": "red"}, ArgumentTypeError, r"^unexpected keyword argument 'colour'; did you mean 'color'\?$"),

@@ -339,7 +339,7 @@ def test_the_silhouette_is_taken_out_for_each_view_to_find() -> None:
         (
             "outline",
             ArgumentError,
-            r"^edges must be 'all', 'feature', 'boundary', 'silhouette' or an array of shape \(m, 2\), got",
+            r"^edges must be 'all', 'feature', 'boundary', 'silhouette', 'inter.* or an array of shape \(m, 2\), got",
         ),
         (["all", "Feature"], ArgumentError, "got 'Feature'"),
         ([(0, 1), (2, 8)], ArgumentError, r"^edges names point 8 in row 1, outside 0..7 \(8 points\)"),

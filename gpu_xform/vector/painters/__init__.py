@@ -1,6 +1,6 @@
 """Painter's algorithm for polygons in NumPy: clipping by planes, and sorting from back to front.
 
-Reading order: ragged, polygons, clipping, box_tree, overlaps, depth_graph, cycle_breaking, painters_algorithm.
+Reading order: ragged, polygons, clipping, overlaps, depth_graph, cycle_breaking, painters_algorithm.
 """
 
 from .clipping import HalfSpace, clip, split_bands

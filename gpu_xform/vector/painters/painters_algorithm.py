@@ -10,7 +10,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..._core.types import BoolArray, Float64Array, IndexArray
-from .box_tree import find_overlapping_boxes
+from ...geometry.box_tree import find_overlapping_boxes
 from .cycle_breaking import break_cycles
 from .depth_graph import in_cycle, topological_levels
 from .overlaps import MIN_OVERLAP_PX, Facets, find_overlaps, make_facets

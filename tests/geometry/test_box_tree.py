@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from gpu_xform.vector.painters.box_tree import find_overlapping_boxes
+from gpu_xform.geometry.box_tree import find_overlapping_boxes
 
 PLENTY = 1 << 20
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..._core.types import Float64Array, IndexArray
+from .._core.types import Float64Array, IndexArray
 
 BITS_PER_MEASURE = 12  # of the Morton codes
 
