@@ -42,8 +42,9 @@ given. Colours are names, #rrggbb, or R,G,B from 0 to 1. PDF needs pydyf:
 pip install 'gpu_xform[pdf]'.
 
 The edge sets are: all edges; feature edges, where two faces meet at an angle or
-one face ends; boundary edges, which have one face; and the silhouette, where
-faces turn away from the camera, with the boundary.
+one face ends; boundary edges, which have one face; the silhouette, where faces
+turn away from the camera, with the boundary; and the intersection, the lines
+where bodies penetrate one another.
 
 examples:
   # one picture
