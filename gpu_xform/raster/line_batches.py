@@ -111,7 +111,7 @@ def choose_log2_lanes(batch: LineBatch) -> int:
     return max(0, math.ceil(math.log2(max(needed, wanted))))
 
 
-def opacity_constants(batch: LineBatch, *, nothing_hides: bool) -> dict[str, float]:
+def opacity_constants(batch: LineBatch, *, nothing_hides: bool, has_flats: bool) -> dict[str, float]:
     """Return the `override` constants of line_opacity.wgsl."""
     lines = batch.lines
     is_continuous = not is_dashed(batch) or (nothing_hides and lines.hidden is Hidden.DASH)
@@ -120,6 +120,7 @@ def opacity_constants(batch: LineBatch, *, nothing_hides: bool) -> dict[str, flo
         "hidden": Hidden.SHOW if nothing_hides else lines.hidden,
         "dashes": Dashes.NONE if is_continuous else Dashes.SIMPLE if is_simple else Dashes.COMPOUND,
         "is_silhouette": lines.are_silhouettes,
+        "has_flats": has_flats and lines.hidden is not Hidden.SHOW,
         "has_depth_cue": lines.depth_cue.amount > 0.0,
     }
 

@@ -64,7 +64,7 @@ class LineStage(ABC):
         self._dashes = DashStage(device, self._batches, self._styles)
         stages = [hiders.of(batch.lines) for batch in self._batches]
         self._opacities = [
-            opacity_constants(batch, nothing_hides=stage.is_empty)
+            opacity_constants(batch, nothing_hides=stage.is_empty, has_flats=stage.has_flats)
             for batch, stage in zip(self._batches, stages, strict=True)
         ]
         self._face_depths = [stage.face_depths for stage in stages]

@@ -25,6 +25,9 @@ INDEX_BYTES = 4
 HEAD_BYTES = 16  # of the list of large triangles: three counts of workgroups, and that of the triangles
 TRIANGLE_ALIGNMENT = 64  # triangles: a binding that begins at a multiple begins where any adapter lets it
 OPACITY_BITS = 8  # of a pixel of the visibility buffer, if a depth cue fades faces
+# Few triangles are looked at for planes, which hide what is less than a pixel under them; dense models have none.
+PIXELS_PER_FLAT = 64
+MAX_FEW_TRIANGLES = 2048
 MAX_CUED_COLORS = (1 << (32 - OPACITY_BITS)) - 1
 
 
@@ -55,6 +58,7 @@ class TriangleStage:
     write_ids : whether the visibility buffer tells which triangles are the nearest, and not in which colours
     name : that of its buffers, if a picture has several stages of faces
     face_depths : the bits of a float per pixel of the tile and the margin around it; 0 if there is no face
+    has_flats : whether some of them may lie in planes, as flat_cover.wgsl looks for them
     """
 
     def __init__(
@@ -69,6 +73,8 @@ class TriangleStage:
     ) -> None:
         self._device = device
         self._batches = [batch for each in projected for batch in _split(device, each)]
+        most = max(MAX_FEW_TRIANGLES, n_depths // PIXELS_PER_FLAT)
+        self.has_flats = any(math.prod(batch.shape) <= most for batch in self._batches)
         self._write_ids = write_ids
         if write_ids:
             self._batches = _with_consecutive_ids(self._batches)

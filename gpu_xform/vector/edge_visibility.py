@@ -96,7 +96,7 @@ def split_edges_by_visibility(
         for batch, style, dash_starts in zip(line_batches, styles, dashes.starts, strict=True):
             hider = hiders.of(batch.lines)
             buffers = make_line_bindings(batch, tile_part, style, hider.face_depths, dash_starts)
-            constants = opacity_constants(batch, nothing_hides=hider.is_empty)
+            constants = opacity_constants(batch, nothing_hides=hider.is_empty, has_flats=hider.has_flats)
             constants["max_span_px"] = max_span_px(batch.lines)
             spans = _find_spans(device, batch, buffers, constants)
             colors = _read_back(batch.colors) if batch.colors else np.empty(0, np.uint32)

@@ -24,6 +24,7 @@
 override hidden: u32; // one of HIDDEN_*
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
+override has_flats: bool;
 override has_depth_cue: bool;
 override color_mode: u32; // one of COLOR_*
 override is_uniform_style: bool; // all pixels look the same

@@ -28,6 +28,7 @@
 override hidden: u32; // one of HIDDEN_*
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
+override has_flats: bool;
 override has_depth_cue: bool;
 override color_mode: u32; // one of COLOR_*
 override k: u32; // depth keys per pixel, 2 or 4

@@ -24,6 +24,7 @@ override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
+override has_flats: bool;
 override has_depth_cue: bool;
 override color_mode: u32; // one of COLOR_*; COLOR_UNIFORM leaves the k-buffer as it is
 override has_transparency: bool; // some of the colours are not opaque

@@ -28,6 +28,7 @@ struct Corner {
 override hidden: u32; // one of HIDDEN_*
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
+override has_flats: bool;
 override has_depth_cue: bool;
 override is_uniform_style: bool; // all pixels look the same: nobody asks which edge is the nearest
 override is_instanced: bool; // there is more than one instance

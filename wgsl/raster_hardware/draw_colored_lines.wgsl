@@ -34,6 +34,7 @@ override is_listed: bool; // edges of the list are drawn, not all
 override hidden: u32; // one of HIDDEN_*
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
+override has_flats: bool;
 override has_depth_cue: bool;
 override color_mode: u32; // one of COLOR_*
 override has_transparency: bool; // some of the colours are not opaque

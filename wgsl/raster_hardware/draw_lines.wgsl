@@ -29,6 +29,7 @@ override is_listed: bool; // edges of the list are drawn, not all
 override hidden: u32; // one of HIDDEN_*
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
+override has_flats: bool;
 override has_depth_cue: bool;
 override is_wide: bool; // opacity is asked for each pixel across a line, not once per column
 override is_instanced: bool; // there is more than one instance

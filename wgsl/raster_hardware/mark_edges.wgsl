@@ -17,6 +17,7 @@ override workgroup_size: u32;
 override hidden: u32; // HIDDEN_REMOVE
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
+override has_flats: bool;
 override has_depth_cue: bool;
 
 fn add_marks(index: u32, n: u32) {

@@ -1,5 +1,6 @@
 // What an aliased line leaves in the pixels that it lights: the depth key of the nearest edge.
-// Entry declares: tile, style, face_depths, depth_keys, hidden, dashes, is_silhouette, has_depth_cue, is_uniform_style.
+// Entry declares: tile, style, face_depths, depth_keys, hidden, dashes, is_silhouette, has_flats, has_depth_cue,
+//     is_uniform_style.
 #import dda
 #import depth_key
 #import edge_depth

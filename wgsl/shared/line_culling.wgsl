@@ -1,5 +1,5 @@
 // Which edges the pixels of a tile show.
-// Entry declares: tile, style, face_depths, hidden, dashes, is_silhouette, has_depth_cue.
+// Entry declares: tile, style, face_depths, hidden, dashes, is_silhouette, has_flats, has_depth_cue.
 #import dda
 #import line_opacity
 #import line_style

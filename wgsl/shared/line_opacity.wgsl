@@ -1,7 +1,8 @@
 // The opacity of a point of an edge: distance takes from it, and faces before the edge hide it.
-// Entry declares: tile, style, face_depths, hidden, dashes, is_silhouette, has_depth_cue.
+// Entry declares: tile, style, face_depths, hidden, dashes, is_silhouette, has_flats, has_depth_cue.
 #import clip_segment
 #import edge_depth
+#import flat_cover
 #import line_style
 #import tile
 
@@ -17,6 +18,9 @@ fn is_behind(at: vec2<f32>, depth: f32) -> bool {
 fn is_hidden(line: Segment, t: f32) -> bool {
     let at = mix(line.p, line.q, t);
     let depth = mix(line.depth.x, line.depth.y, t);
+    if has_flats && is_under_flat(at, depth) {
+        return true;
+    }
     if !is_silhouette || !is_behind(at, depth) {
         return is_behind(at, depth);
     }

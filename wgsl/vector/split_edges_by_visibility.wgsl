@@ -37,6 +37,7 @@ override workgroup_size: u32;
 override hidden: u32; // one of HIDDEN_*
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
+override has_flats: bool;
 override has_depth_cue: bool;
 override max_span_px: f32; // along the major axis
 

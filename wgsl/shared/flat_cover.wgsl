@@ -1,0 +1,64 @@
+// Planes among the depths of faces: where neighbouring pixels see one plane, what is under it is hidden however little
+// it is under it. The depths alone are those of the pixels' centres, biased so that faces hide no edge of their own.
+// Entry declares: tile, face_depths.
+#import tile
+#import triangle_setup
+
+const FLAT_TOLERANCE_PX = 0.05; // of a pixel's width along the view and of the slope: what lies as near is on the plane
+const COLLINEAR_TOLERANCE_PX = 0.02; // the same for depths in a row
+const MAX_FLAT_SLOPE = 6.0; // steeper planes are seen from their edges
+const ON_AXIS_PX = 0.02; // what is nearer to the line between two centres is on it
+
+fn biased_face_depth(pixel: vec2<i32>) -> f32 {
+    return bitcast<f32>(face_depths[depth_index(tile, pixel)]);
+}
+
+// How much the depth rises from the pixel before one to it, and from it to the one after.
+fn rises_across(pixel: vec2<i32>, depth: f32, step: vec2<i32>) -> vec2<f32> {
+    return vec2(depth - biased_face_depth(pixel - step), biased_face_depth(pixel + step) - depth);
+}
+
+// Beside a border the larger rise leads to another face.
+fn smaller(rises: vec2<f32>) -> f32 {
+    return select(rises.x, rises.y, abs(rises.y) < abs(rises.x));
+}
+
+// Whether a point is under a flat face. The centres of two pixels, with the point between them, and of a third must see
+// one plane: a face hides nothing beside it, and so no edge of its own, however steep it is.
+fn is_under_flat(at: vec2<f32>, depth: f32) -> bool {
+    let pixel = vec2<i32>(floor(at));
+    let offset = at - vec2<f32>(pixel) - 0.5;
+    let towards = select(vec2(-1), vec2(1), offset > vec2(0.0));
+    let is_along_x = abs(offset.x) > abs(offset.y);
+    let along = select(vec2(0, towards.y), vec2(towards.x, 0), is_along_x);
+    let aside = select(vec2(towards.x, 0), vec2(0, towards.y), is_along_x);
+    let here = biased_face_depth(pixel);
+    let next = biased_face_depth(pixel + along);
+    if here == 0.0 || next == 0.0 {
+        return false;
+    }
+    let rise = next - here;
+    let pixel_depth = tile.depth_slope_per_pixel.x * here + tile.depth_slope_per_pixel.y;
+    let scale = pixel_depth + abs(rise);
+    let after = biased_face_depth(pixel + 2 * along) - next;
+    let before = here - biased_face_depth(pixel - along);
+    if min(abs(after - rise), abs(before - rise)) > COLLINEAR_TOLERANCE_PX * scale {
+        return false;
+    }
+    let rises_aside = rises_across(pixel, here, aside);
+    let slope_aside = smaller(rises_aside);
+    if abs(slope_aside - smaller(rises_across(pixel + along, next, aside))) > COLLINEAR_TOLERANCE_PX * scale {
+        return false; // two planes whose depths, as they are biased, happen to be in line
+    }
+    if abs(rise) + abs(slope_aside) > MAX_FLAT_SLOPE * pixel_depth {
+        return false;
+    }
+    let distances = select(abs(offset.yx), abs(offset), is_along_x); // along and aside
+    let is_aside = distances.y > ON_AXIS_PX;
+    if is_aside && abs(rises_aside.x - rises_aside.y) > COLLINEAR_TOLERANCE_PX * (scale + abs(slope_aside)) {
+        return false;
+    }
+    let bias = 0.5 * (abs(rise) + abs(slope_aside)) + DEPTH_BIAS_PX * pixel_depth;
+    let plane = here + bias + rise * distances.x + slope_aside * distances.y;
+    return depth < plane - FLAT_TOLERANCE_PX * (scale + abs(slope_aside));
+}
