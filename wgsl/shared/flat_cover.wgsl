@@ -18,7 +18,7 @@ fn rises_across(pixel: vec2<i32>, depth: f32, step: vec2<i32>) -> vec2<f32> {
     return vec2(depth - biased_face_depth(pixel - step), biased_face_depth(pixel + step) - depth);
 }
 
-// Beside a border the larger rise leads to another face.
+// Beside a border the larger change leads to another face.
 fn smaller(rises: vec2<f32>) -> f32 {
     return select(rises.x, rises.y, abs(rises.y) < abs(rises.x));
 }
@@ -30,27 +30,27 @@ fn is_under_flat(at: vec2<f32>, depth: f32) -> bool {
     let offset = at - vec2<f32>(pixel) - 0.5;
     let towards = select(vec2(-1), vec2(1), offset > vec2(0.0));
     let is_along_x = abs(offset.x) > abs(offset.y);
-    let along = select(vec2(0, towards.y), vec2(towards.x, 0), is_along_x);
+    let step = select(vec2(0, towards.y), vec2(towards.x, 0), is_along_x);
     let aside = select(vec2(towards.x, 0), vec2(0, towards.y), is_along_x);
     let here = biased_face_depth(pixel);
-    let next = biased_face_depth(pixel + along);
+    let next = biased_face_depth(pixel + step);
     if here == 0.0 || next == 0.0 {
         return false;
     }
-    let rise = next - here;
+    let change = next - here;
     let pixel_depth = tile.depth_slope_per_pixel.x * here + tile.depth_slope_per_pixel.y;
-    let scale = pixel_depth + abs(rise);
-    let after = biased_face_depth(pixel + 2 * along) - next;
-    let before = here - biased_face_depth(pixel - along);
-    if min(abs(after - rise), abs(before - rise)) > COLLINEAR_TOLERANCE_PX * scale {
+    let scale = pixel_depth + abs(change);
+    let after = biased_face_depth(pixel + 2 * step) - next;
+    let before = here - biased_face_depth(pixel - step);
+    if min(abs(after - change), abs(before - change)) > COLLINEAR_TOLERANCE_PX * scale {
         return false;
     }
     let rises_aside = rises_across(pixel, here, aside);
     let slope_aside = smaller(rises_aside);
-    if abs(slope_aside - smaller(rises_across(pixel + along, next, aside))) > COLLINEAR_TOLERANCE_PX * scale {
+    if abs(slope_aside - smaller(rises_across(pixel + step, next, aside))) > COLLINEAR_TOLERANCE_PX * scale {
         return false; // two planes whose depths, as they are biased, happen to be in line
     }
-    if abs(rise) + abs(slope_aside) > MAX_FLAT_SLOPE * pixel_depth {
+    if abs(change) + abs(slope_aside) > MAX_FLAT_SLOPE * pixel_depth {
         return false;
     }
     let distances = select(abs(offset.yx), abs(offset), is_along_x); // along and aside
@@ -58,7 +58,7 @@ fn is_under_flat(at: vec2<f32>, depth: f32) -> bool {
     if is_aside && abs(rises_aside.x - rises_aside.y) > COLLINEAR_TOLERANCE_PX * (scale + abs(slope_aside)) {
         return false;
     }
-    let bias = 0.5 * (abs(rise) + abs(slope_aside)) + DEPTH_BIAS_PX * pixel_depth;
-    let plane = here + bias + rise * distances.x + slope_aside * distances.y;
+    let bias = 0.5 * (abs(change) + abs(slope_aside)) + DEPTH_BIAS_PX * pixel_depth;
+    let plane = here + bias + change * distances.x + slope_aside * distances.y;
     return depth < plane - FLAT_TOLERANCE_PX * (scale + abs(slope_aside));
 }
