@@ -19,10 +19,13 @@ from .._core.error_context import prefix_errors
 from .._core.progress import show_progress
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
-from ..annotation.options import NO_OPTIONS, AnnotationOptions
+from ..annotation.axes import pad_bounds
+from ..annotation.options import NO_OPTIONS, AnnotationOptions, AxesLike, LegendLike
 from ..device import Device
+from ..drawing.boxes import box_corners
 from ..drawing.camera import Camera, CameraLike, extreme_points, fit_options, require_in_range
 from ..drawing.framing import framing_points
+from ..drawing.keys import check_legend, check_titles
 from ..drawing.layer import Layer, Models, Style, require_style
 from ..drawing.load_models import load_models
 from ..drawing.prepare import Frame, Size, parse_size
@@ -65,6 +68,8 @@ def animate(
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
     progress: Progress | None = None,
+    axes: AxesLike = False,
+    legend: LegendLike = False,
     font: StrPath | None = None,
     font_size: float | None = None,
     **style: Unpack[Style],
@@ -103,6 +108,8 @@ def animate(
     progress : function, optional
         Called with the number of frames drawn and the number of all frames while the file is written. By default a
         progress bar appears after a second, on a terminal only.
+    axes, legend : optional
+        Axes and a legend, as `render` takes them. The axes are around the models of all frames, and stand still.
     font, font_size : optional
         The font and the size of texts, as `render` takes them.
     **style
@@ -127,7 +134,7 @@ def animate(
     """
     require_style(style, inspect.signature(animate).parameters)
     motion = make_motion(frames, fps, n_frames, duration)
-    annotations = AnnotationOptions(font, font_size)
+    annotations = AnnotationOptions(axes, legend, font, font_size)
     animation = Animation(load_models(models), motion, size, camera, background, device, rasterizer, style, annotations)
     if path is not None:
         animation.save(path, progress=progress)
@@ -226,6 +233,8 @@ class Animation:
         self._annotations = annotations
         require_rasterizer(rasterizer)
         apply_pose(models, np.eye(4), style)
+        check_titles(annotations.axes)
+        check_legend(annotations.legend)
         self._is_opaque = background is not None and to_rgba(background, "background")[3] == 1.0
         if isinstance(camera, Camera):
             self.camera = camera
@@ -250,7 +259,21 @@ class Animation:
         extreme = np.empty((0, 3))
         for k in range(len(self)):
             extreme = extreme_points(np.concatenate([extreme, self._framing_points(k)]), aspect, **self._fit)
+        if self._axes_bounds is not None:
+            extreme = np.concatenate([extreme, box_corners(pad_bounds(self._axes_bounds))])
         return Camera.fit(extreme, **self._fit)
+
+    @cached_property
+    def _axes_bounds(self) -> Float64Array | None:
+        """The bounds (2, 3) of the models in all frames; None without axes."""
+        if self._annotations.axes is False:
+            return None
+        extremes = [self._framing_points(k) for k in range(len(self))]
+        found = [np.stack([points.min(axis=0), points.max(axis=0)]) for points in extremes if len(points)]
+        if not found:
+            raise MeshError("models must have finite points with w > 0 to have axes around them")
+        corners = np.concatenate(found)
+        return np.stack([corners.min(axis=0), corners.max(axis=0)])
 
     def frame(self, i: int) -> Image:
         """Draw one frame.
@@ -356,7 +379,7 @@ class Animation:
                     unread.cancel()
 
     def _begin(self, k: int, overlap_with: PendingImage | None = None) -> PendingImage:
-        frame = Frame(self.camera, self.size, self._background, self._device, self._annotations)
+        frame = Frame(self.camera, self.size, self._background, self._device, self._annotations, self._axes_bounds)
         layers = self._layers(k)
         return begin_render(layers, frame, {}, rasterizer=self._rasterizer, overlap_with=overlap_with)
 
@@ -390,7 +413,8 @@ class Animation:
         if not chosen:
             raise ArgumentError.expecting("frames", f"choose some of {len(self)} frames", repr(frames))
         part = copy.copy(self)
-        part.camera = self.camera  # a cached property, found over all frames
+        part.camera = self.camera  # cached properties, found over all frames
+        part._axes_bounds = self._axes_bounds
         part._motion = Motion(len(chosen), self.fps, lambda k: pose_at(chosen[k]))
         return part
 

@@ -194,6 +194,15 @@ def parse_font_size(text: str) -> float:
 
 
 @argument_type
+def parse_axis_titles(text: str) -> tuple[str, ...]:
+    """Parse three titles, X,Y,Z, of which some may be empty."""
+    titles = tuple(title.strip() for title in text.split(","))
+    if len(titles) != 3:
+        raise ValueError(f"expected three titles, X,Y,Z, got {quote(text)}")
+    return titles
+
+
+@argument_type
 def parse_labels(text: str) -> str | Template:
     """Parse `names`, `indices`, or the name of a file of texts."""
     if text in LABEL_SETS:

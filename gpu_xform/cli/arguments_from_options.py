@@ -14,14 +14,17 @@ if TYPE_CHECKING:
     from ..device import Device
     from ..drawing.layer import Layer
 
-STYLE_NAMES = (*(option.flag.removeprefix("--").replace("-", "_") for option in STYLE), "antialias", "instances")
+STYLE_NAMES = (
+    *(option.flag.removeprefix("--").replace("-", "_") for option in STYLE),
+    *("antialias", "colorbar", "instances"),
+)
 
 
 def require_drawing_options(options: Namespace) -> None:
     """Raise `ArgumentError` if options of the camera or of the colormap contradict or lack one another."""
     require_one_camera(options)
     for each in (options, *options.extra_layers):
-        for name in ("cmap", "clim"):
+        for name in ("cmap", "clim", "colorbar"):
             if name in each and "scalars" not in each:
                 raise ArgumentError(f"--{name} must come with --scalars")
 
@@ -50,6 +53,8 @@ def collect_picture_arguments(options: Namespace, layers: Sequence["Layer"], dev
         "size": options.resolution,
         "background": options.background,
         "device": device,
+        "axes": options.axes if options.axis_titles is None else options.axis_titles,
+        "legend": options.legend,
         "font": options.font,
         "font_size": options.font_size,
     }

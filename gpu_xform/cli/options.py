@@ -247,6 +247,16 @@ def add_annotations(parser: argparse.ArgumentParser) -> None:
     """Add what is written into a picture beside its models."""
     group = parser.add_argument_group("text (with --labels in the style of a model)")
     group.add_argument(
+        "--axes", action="store_true", help="draw a box with a grid around the models, and numbers along its axes"
+    )
+    group.add_argument(
+        "--axis-titles",
+        metavar="X,Y,Z",
+        type=types.parse_axis_titles,
+        help="draw axes with these titles, of which some may be empty (default: x,y,z)",
+    )
+    group.add_argument("--legend", action="store_true", help="list the names of the models, beside what they look like")
+    group.add_argument(
         "--font", metavar="FONT", help="font of texts: a .ttf or .otf file, or the name of an installed font"
     )
     group.add_argument(
@@ -270,6 +280,12 @@ def add_style(parser: argparse.ArgumentParser) -> None:
         dest="antialias",
         default=argparse.SUPPRESS,
         help="draw lines one pixel wide without anti-aliasing, which is fast",
+    )
+    group.add_argument(
+        "--colorbar",
+        action="store_true",
+        default=argparse.SUPPRESS,
+        help="show which values the colours of --scalars stand for",
     )
     group.add_argument(
         "--instances",

@@ -58,10 +58,17 @@ def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Flo
         scalars = [_read_scalars(source, path, mesh) for path, mesh in zip(paths, meshes, strict=True)]
         limits = _find_finite_limits(np.concatenate([values for values, _ in scalars]))
         styles = [
-            {"clim": limits, **style, "scalars": source if is_per_face else values}
+            {"clim": limits, **style, "scalars": source if is_per_face else values} | _name_color_bar(style, source)
             for style, (values, is_per_face) in zip(styles, scalars, strict=True)
         ]
     return [Layer(mesh, **style) for mesh, style in zip(meshes, styles, strict=True)]
+
+
+def _name_color_bar(style: dict[str, Any], source: str | Template) -> dict[str, Any]:
+    """Return the title of a colour bar, if there is one: the name of the scalars, or of their file."""
+    if "colorbar" not in style:
+        return {}
+    return {"colorbar": Path(source.path_for("model")).stem if isinstance(source, Template) else source}
 
 
 def _read_instances(template: Template, path: str) -> Float64Array:

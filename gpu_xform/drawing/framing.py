@@ -17,9 +17,13 @@ def framing_points(layers: Sequence[Layer]) -> Float64Array:
 
 
 class Framing:
-    """The points of the world that decide on the camera and on the depth of one picture; each is found when needed."""
+    """The points of the world that decide on the camera and on the depth of one picture; each is found when needed.
+
+    beside : points (k, 3) that the camera must hold beside the models
+    """
 
     def __init__(self, layers: Sequence[Layer], sources: Sequence[Source]) -> None:
+        self.beside = np.empty((0, 3))
         self._shown = [(source, layer.world_from_model) for layer, source in zip(layers, sources, strict=True)]
 
     @cached_property
@@ -32,7 +36,7 @@ class Framing:
         clouds = [
             source.framing_points(world, axes()) for source, world in self._shown if isinstance(source, CloudSource)
         ]
-        return np.concatenate([np.empty((0, 3)), *self._points, *clouds])
+        return np.concatenate([self.beside, *self._points, *clouds])
 
     def drawn_points(self, clip_from_world: Float64Array) -> Float64Array:
         """Return points (k, 3) that are drawn, as far as they matter to the depth of a view.
@@ -45,8 +49,8 @@ class Framing:
             for source, world in self._shown
             if isinstance(source, CloudSource)
         ]
-        return np.concatenate([np.empty((0, 3)), *self._points, *others, *clouds])
+        return np.concatenate([self.beside, *self._points, *others, *clouds])
 
     def box_corners(self) -> Float64Array:
         """Return corners (k, 3) of boxes that hold all that is drawn."""
-        return np.concatenate([np.empty((0, 3)), *[source.box_corners(world) for source, world in self._shown]])
+        return np.concatenate([self.beside, *[source.box_corners(world) for source, world in self._shown]])

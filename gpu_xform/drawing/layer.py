@@ -23,8 +23,9 @@ from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.edges import EdgesLike, as_crease_angle, list_edge_parts
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene, SupportsAsModel
+from ..imaging.colormaps import find_limits
 from ..imaging.colors import ColorLike, to_rgba
-from .attribute_colors import AXES, FILE, resolve_fill, resolve_line_colors, resolve_scalars
+from .attribute_colors import AXES, FILE, find_scalars, resolve_fill, resolve_line_colors, resolve_scalars
 from .dash_patterns import DashLike, as_dash_pattern
 from .enums import HIDDEN_STYLES, SHADE, SHADINGS, HiddenStyle, Shading
 from .label_options import NAMES, InstanceNames, LabelsLike, check_labels
@@ -66,6 +67,7 @@ class Style(TypedDict, total=False):
     point_size: float | str | None
     max_points: int | None
     labels: LabelsLike | None
+    colorbar: bool | str
 
 
 @public
@@ -153,6 +155,9 @@ class Layer(Pictured):
         of a dict are indices of points, or points (x, y, z) of the model's frame. No two texts overlap: the nearest
         point chooses first, and if some find no room, a `TextWarning` says how many. Of hidden points, labels are left
         out if `hidden` is "remove", and faded if it is "dash" or "fade"; names are always shown.
+    colorbar : bool or str
+        Whether a bar at the right of the picture says which numbers the colours of `scalars` stand for; a text is its
+        title, by default the name of the attribute. Layers of the same title, limits and colormap share one.
 
     Raises
     ------
@@ -192,6 +197,7 @@ class Layer(Pictured):
     point_size: float | str | None = None
     max_points: int | None = None
     labels: LabelsLike | None = None
+    colorbar: bool | str = False
 
     def __new__(cls, *_: object, **given: object) -> Self:
         """Return a layer to be filled; raise ArgumentTypeError for an unknown keyword, with a suggestion."""
@@ -238,6 +244,11 @@ class Layer(Pictured):
         if self.max_points is not None and as_int(self.max_points, "max_points") < 1:
             raise ArgumentError.expecting("max_points", "be at least 1", self.max_points)
         object.__setattr__(self, "labels", check_labels(self.labels))
+        if not isinstance(self.colorbar, bool | np.bool_ | str):
+            raise ArgumentTypeError.expecting("colorbar", "be True, False or a title", repr(self.colorbar))
+        has_limits = self.face_colors is not None and self.clim is not None  # as scalars per face are resolved
+        if self.colorbar is not False and self.scalars is None and not has_limits:
+            raise ArgumentError.expecting("colorbar", "come with scalars", reason="there are no numbers to explain")
         for name in ("alpha", "depth_cue"):
             if not 0.0 <= as_float(getattr(self, name), name) <= 1.0:
                 raise ArgumentError.expecting(name, "lie in [0, 1]", f"{getattr(self, name):g}")
@@ -276,6 +287,9 @@ class Layer(Pictured):
         if isinstance(self.scalars, str):
             mesh = model if isinstance(model, Mesh) else model.mesh  # whose coordinates may be the scalars
             changes |= resolve_scalars(mesh, self.scalars, self.cmap, self.clim)
+            if self.colorbar is not False:
+                values, _ = find_scalars(mesh, self.scalars)
+                changes |= self._name_color_bar() | {"clim": _limits_of(values, self.clim)}
         if _is_file(self.color):
             has_colors = any(getattr(self, name) is not None for name in _COLOR_ARRAYS)
             changes |= {"color": "black"} | ({} if has_colors else resolve_line_colors(mesh))
@@ -287,9 +301,25 @@ class Layer(Pictured):
     def _resolve_coordinates(self, points: PointArray) -> None:
         """Put a coordinate in place of its name; an array has no other attributes, as its first point can say."""
         if isinstance(self.scalars, str) and self.scalars in AXES:
-            object.__setattr__(self, "scalars", points.array[:, AXES.index(self.scalars)])
+            changes = self._name_color_bar()
+            changes["scalars"] = points.array[:, AXES.index(self.scalars)]
+            for name, value in changes.items():
+                object.__setattr__(self, name, value)
         elif isinstance(self.scalars, str) or _is_file(self.color) or _is_file(self.fill):
             self._resolve_attributes(mesh_from_points(points.array[:1]))
+
+    def _name_color_bar(self) -> dict[str, Any]:
+        """Return the title of a colour bar that has none, the name of the scalars."""
+        return {"colorbar": self.scalars} if self.colorbar is True else {}
+
+    def scalar_limits(self) -> tuple[float, float]:
+        """Return the numbers at both ends of the colormap, of a layer with scalars.
+
+        Returns
+        -------
+        (float, float)
+        """
+        return _limits_of(self.scalars, self.clim)
 
     def _drop_styles_of(self, hidden: Mask) -> None:
         """Leave out what the keywords say of points that the model's mask hides."""
@@ -316,6 +346,12 @@ class Layer(Pictured):
         if len(matrices) == 0:
             raise ArgumentError.expecting("transform", "hold at least one matrix", "none")
         return matrices
+
+
+def _limits_of(scalars: Any, clim: Sequence[float] | None) -> tuple[float, float]:
+    """Return the numbers at both ends of a colormap; masked ones have no colour."""
+    values = np.ma.filled(np.ma.asarray(scalars, np.float64), np.nan) if np.ma.isMaskedArray(scalars) else scalars
+    return find_limits(np.zeros(0) if values is None else np.asarray(values), clim)
 
 
 def at_present(layer: Layer) -> Layer:

@@ -6,6 +6,12 @@ from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any, TypeAlias
 
+import numpy as np
+
+from .._core.types import Float64Array
+from ..annotation.axes import pad_bounds
+from ..annotation.column import lay_out_column
+from ..annotation.items import NO_ANNOTATION, Annotation
 from ..annotation.options import NO_OPTIONS, AnnotationOptions
 from ..annotation.text_style import TextStyle, make_text_style
 from ..compute.point_buffer import PointBuffer
@@ -15,6 +21,8 @@ from ..geometry.mesh import Mesh
 from ..gpu.device import GpuDevice, resolve_gpu_device
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from . import limits
+from .axes_layout import Layout, lay_out
+from .boxes import box_corners
 from .build_draw_list import build_draw_list, needs_depth_order
 from .camera import Camera, CameraLike, fit_axes, fit_options, require_in_range
 from .cloud_source import CloudSource, Source, is_cloud
@@ -23,6 +31,7 @@ from .draw_list import DrawList
 from .framing import Framing
 from .geometry_source import geometry_source
 from .intersections import add_intersections
+from .keys import check_legend, check_titles, color_bars, legend_entries
 from .layer import Layer, Models, Style, as_layers, at_present, with_lengths_in_pixels
 from .lengths import PX_PER_INCH
 from .point_array import PointArray
@@ -37,7 +46,10 @@ Size: TypeAlias = Sequence[int]
 
 @dataclass(frozen=True)
 class Frame:
-    """What a picture is made with, beside its models, as the arguments of `render` give it."""
+    """What a picture is made with, beside its models, as the arguments of `render` give it.
+
+    axes_bounds : (2, 3), of what axes are around; by default of the models
+    """
 
     camera: CameraLike | None = None
     size: Size = (1024, 1024)
@@ -45,6 +57,7 @@ class Frame:
     device: Device | None = None
     annotations: AnnotationOptions = NO_OPTIONS
     dpi: float = PX_PER_INCH
+    axes_bounds: Float64Array | None = None
 
 
 @dataclass(frozen=True)
@@ -54,6 +67,7 @@ class PreparedFrame:
     background : straight alpha
     sources, depth_cues : one per layer
     text_style : how texts look; opens the font
+    annotation : the texts that are not labels
     """
 
     device: GpuDevice
@@ -64,6 +78,7 @@ class PreparedFrame:
     sources: Sequence[Source]
     depth_cues: Sequence[DepthCue]
     text_style: Callable[[], TextStyle]
+    annotation: Annotation
 
 
 @contextlib.contextmanager
@@ -76,6 +91,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
     width, height = parse_size(frame.size)
     asked = frame.annotations
     text_style = cache(lambda: make_text_style(asked.font, asked.font_size, (width, height), background))
+    titles, legend = check_titles(asked.axes), check_legend(asked.legend)
     if asked != NO_OPTIONS:
         text_style()  # raises now, whether or not there are texts
     given = [with_lengths_in_pixels(layer, frame.dpi) for layer in as_layers(models, style)]
@@ -91,14 +107,31 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
     aspect = width / height
     framing = Framing(layers, sources)
-    if isinstance(frame.camera, Camera):
-        camera = frame.camera.with_planes_around(framing.box_corners)
-    else:
-        camera = _fit_camera(fit_options(frame.camera), framing, aspect)
+    box = None
+    if titles is not None:
+        box = _find_box(framing) if frame.axes_bounds is None else pad_bounds(frame.axes_bounds)
+        framing.beside = box_corners(box)
+
+    @cache
+    def camera_for(aspect: float) -> Camera:
+        if isinstance(frame.camera, Camera):
+            return frame.camera.with_planes_around(framing.box_corners)
+        return _fit_camera(fit_options(frame.camera), framing, aspect)
+
+    def clip_for(aspect: float) -> Float64Array:
+        return camera_for(aspect).clip_from_world(aspect)
+
+    layout = Layout(clip_for(aspect), NO_ANNOTATION, ())
+    entries, bars = legend_entries(layers, sources, legend), color_bars(layers)
+    if box is not None or entries or bars:
+        column = lay_out_column(entries, bars, (width, height), text_style())
+        layout = lay_out(clip_for, box, titles or (), column, (width, height), text_style())
+    layers = [*layout.layers, *layers]
+    sources = [*map(geometry_source, layout.layers), *sources]
     device = open_device()
     for source in sources:
         _require_fits(source, device)
-    forward_z = camera.clip_from_world(aspect)
+    forward_z = layout.forward_z
     drawn = cache(lambda: framing.drawn_points(forward_z))
     clip_from_world = reverse_z(forward_z, drawn)
     depth_cues = [
@@ -109,7 +142,8 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
         device.resource_cache.trim()
         draw_list = build_draw_list(layers, sources, clip_from_world, depth_cues, device, stack, (width, height))
         view = View((width, height), clip_from_world)
-        yield PreparedFrame(device, view, background, draw_list, layers, sources, depth_cues, text_style)
+        texts = text_style, layout.annotation
+        yield PreparedFrame(device, view, background, draw_list, layers, sources, depth_cues, *texts)
 
 
 def _resolve_attributes(layer: Layer, source: Source) -> Layer:
@@ -148,6 +182,15 @@ def _fit_camera(options: Mapping[str, Any], framing: Framing, aspect: float) -> 
     if len(points) == 0:
         raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
     return Camera.fit(points, **options)
+
+
+def _find_box(framing: Framing) -> Float64Array:
+    """Return the bounds (2, 3) of the box of axes around what is shown."""
+    corners = framing.box_corners()
+    if len(corners) == 0:
+        raise MeshError("models must have finite points with w > 0 to have axes around them")
+    require_in_range(corners, "models")
+    return pad_bounds(np.stack([corners.min(axis=0), corners.max(axis=0)]))
 
 
 def _own_device(layers: Sequence[Layer]) -> Device | None:

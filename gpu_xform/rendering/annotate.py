@@ -49,7 +49,7 @@ class _Shown:
 
 def make_annotation(prepared: PreparedFrame) -> Annotation:
     """Return what is drawn over the models of a picture. Raises as `layer_labels` and fonts do."""
-    fixed = Annotation()
+    fixed = prepared.annotation
     several = len(prepared.layers) > 1
     shown: list[_Shown] = []
     for i, layer in enumerate(prepared.layers):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Unpack
 from .._core.public import public
 from .._core.types import StrPath
 from ..annotation.items import Annotation
-from ..annotation.options import AnnotationOptions
+from ..annotation.options import AnnotationOptions, AxesLike, LegendLike
 from ..annotation.paint import draw_annotation
 from ..device import Device
 from ..drawing.camera import CameraLike
@@ -38,6 +38,8 @@ def render(
     background: ColorLike | None = "white",
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
+    axes: AxesLike = False,
+    legend: LegendLike = False,
     font: StrPath | None = None,
     font_size: float | None = None,
     dpi: float = PX_PER_INCH,
@@ -64,6 +66,12 @@ def render(
         How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
         2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
         CPUs, "render" on GPUs, unless `gpu-xform doctor --tune` has measured otherwise there.
+    axes : bool or three titles
+        Whether the models stand in a box with a grid, and with numbers in their units along its axes; three texts are
+        the titles of the axes, None for none. The models are drawn smaller, so that the texts have room beside them.
+    legend : bool or sequence of str
+        Whether the names of the models are listed at the right of the picture, each beside what its lines, faces or
+        dots look like; texts, one per model, replace the names, None for none.
     font : path or str, optional
         The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
         "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
@@ -74,8 +82,8 @@ def render(
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)`
-        describes them.
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels and colorbar.
+        `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
@@ -93,7 +101,7 @@ def render(
     OSError
         A model file cannot be read.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size), as_dpi(dpi))
+    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi))
     return images.to_pillow(begin_render(models, frame, style, rasterizer=rasterizer).result())
 
 
@@ -107,6 +115,8 @@ def render_array(
     background: ColorLike | None = "white",
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
+    axes: AxesLike = False,
+    legend: LegendLike = False,
     font: StrPath | None = None,
     font_size: float | None = None,
     dpi: float = PX_PER_INCH,
@@ -133,6 +143,12 @@ def render_array(
         How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
         2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
         CPUs, "render" on GPUs, unless `gpu-xform doctor --tune` has measured otherwise there.
+    axes : bool or three titles
+        Whether the models stand in a box with a grid, and with numbers in their units along its axes; three texts are
+        the titles of the axes, None for none. The models are drawn smaller, so that the texts have room beside them.
+    legend : bool or sequence of str
+        Whether the names of the models are listed at the right of the picture, each beside what its lines, faces or
+        dots look like; texts, one per model, replace the names, None for none.
     font : path or str, optional
         The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
         "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
@@ -143,8 +159,8 @@ def render_array(
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)`
-        describes them.
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels and colorbar.
+        `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
@@ -162,7 +178,7 @@ def render_array(
     OSError
         A model file cannot be read.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size), as_dpi(dpi))
+    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi))
     return begin_render(models, frame, style, rasterizer=rasterizer).result()
 
 

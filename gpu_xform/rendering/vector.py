@@ -7,7 +7,7 @@ from typing import Unpack
 from .._core.public import public
 from .._core.types import StrPath
 from ..annotation.items import Annotation
-from ..annotation.options import AnnotationOptions
+from ..annotation.options import AnnotationOptions, AxesLike, LegendLike
 from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
@@ -31,6 +31,8 @@ def render_svg(
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
+    axes: AxesLike = False,
+    legend: LegendLike = False,
     font: StrPath | None = None,
     font_size: float | None = None,
     **style: Unpack[Style],
@@ -52,6 +54,12 @@ def render_svg(
         The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
     device : Device, optional
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    axes : bool or three titles
+        Whether the models stand in a box with a grid, and with numbers in their units along its axes; three texts are
+        the titles of the axes, None for none. The models are drawn smaller, so that the texts have room beside them.
+    legend : bool or sequence of str
+        Whether the names of the models are listed at the right of the picture, each beside what its lines, faces or
+        dots look like; texts, one per model, replace the names, None for none.
     font : path or str, optional
         The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
         "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
@@ -60,8 +68,8 @@ def render_svg(
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)`
-        describes them.
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels and colorbar.
+        `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
@@ -95,7 +103,7 @@ def render_svg(
     Texts are text, in the family of the font, fitted to the widths that the font has here: viewers without it show
     another one of the same widths.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
+    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size))
     return SvgText(format_svg(*_draw(models, frame, style)))
 
 
@@ -108,6 +116,8 @@ def render_pdf(
     size: Size = (1024, 1024),
     background: ColorLike | None = "white",
     device: Device | None = None,
+    axes: AxesLike = False,
+    legend: LegendLike = False,
     font: StrPath | None = None,
     font_size: float | None = None,
     **style: Unpack[Style],
@@ -129,6 +139,12 @@ def render_pdf(
         The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
     device : Device, optional
         The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
+    axes : bool or three titles
+        Whether the models stand in a box with a grid, and with numbers in their units along its axes; three texts are
+        the titles of the axes, None for none. The models are drawn smaller, so that the texts have room beside them.
+    legend : bool or sequence of str
+        Whether the names of the models are listed at the right of the picture, each beside what its lines, faces or
+        dots look like; texts, one per model, replace the names, None for none.
     font : path or str, optional
         The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
         "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
@@ -137,8 +153,8 @@ def render_pdf(
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points and labels. `help(gpu_xform.Layer)`
-        describes them.
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels and colorbar.
+        `help(gpu_xform.Layer)` describes them.
 
     Returns
     -------
@@ -158,7 +174,7 @@ def render_pdf(
     MissingExtraError
         The extra `pdf` is not installed.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(font, font_size))
+    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size))
     return format_pdf(*_draw(models, frame, style))
 
 

@@ -15,7 +15,7 @@ import numpy.typing as npt
 from .._core.arguments import as_unit_vector
 from .._core.public import public
 from .._core.types import StrPath
-from ..annotation.options import AnnotationOptions
+from ..annotation.options import AnnotationOptions, AxesLike, LegendLike
 from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
@@ -45,6 +45,8 @@ def view(
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
     conditions: ConditionOptions | None = None,
+    axes: AxesLike = False,
+    legend: LegendLike = False,
     font: StrPath | None = None,
     font_size: float | None = None,
     **style: Unpack[Style],
@@ -81,6 +83,8 @@ def view(
     conditions : dict, optional
         What acts on springs: keywords of `Springs.simulate`, such as {"obstacles": ball, "drag": 1.0}; by default
         gravity alone.
+    axes, legend : optional
+        Axes and a legend, as `render` takes them.
     font, font_size : optional
         The font of texts and their size in logical pixels, as `render` takes them.
     **style
@@ -99,7 +103,7 @@ def view(
     axis = None if up is None else as_unit_vector(up, "up", 3)
     in_notebook = is_in_notebook()
     backend: Any = None if in_notebook else _import_backend()
-    annotations = AnnotationOptions(font, font_size)
+    annotations = AnnotationOptions(axes, legend, font, font_size)
     session = Session(
         models, camera, axis, (width, height), background, device, rasterizer, style, conditions, annotations
     )

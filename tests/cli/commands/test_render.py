@@ -244,7 +244,7 @@ def test_the_help_names_the_library_s_defaults() -> None:
 def test_every_keyword_that_is_no_array_is_an_option() -> None:
     options = {flag.removeprefix("--").replace("-", "_") for flag, *_ in STYLE}
     arrays = {"face_colors", "edge_colors", "vertex_colors"}
-    elsewhere = {"model", "transform", "name", "antialias"}
+    elsewhere = {"model", "transform", "name", "antialias", "colorbar"}
     assert options | arrays | elsewhere == {field.name for field in dataclasses.fields(Layer)}
 
 

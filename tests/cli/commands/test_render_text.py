@@ -17,6 +17,7 @@ HOUSE = samples.house()
 @pytest.fixture(autouse=True)
 def _files() -> None:
     save_mesh(HOUSE, "house.obj")
+    np.save("heat.npy", np.arange(10.0))
     Path("corners.txt").write_text("first\n\nthird\n" + "\n" * 7, "utf-8")
     Path("some.csv").write_text('2,"ridge, left"\n\n0.5,0,1,Tür\n'.replace("ü", "u"), "utf-8")
 
@@ -27,6 +28,10 @@ def _files() -> None:
         (["--labels", "names"], {"labels": "names", "name": "house"}),
         (["--labels", "indices", "--font-size", "9"], {"labels": "indices", "font_size": 9}),
         (["--labels", "corners.txt"], {"labels": ["first", None, "third", *[None] * 7]}),
+        (["--axes", "--legend"], {"axes": True, "legend": True, "name": "house"}),
+        (["--axis-titles", "east,,north"], {"axes": ["east", "", "north"]}),
+        (["--scalars", "y", "--colorbar"], {"scalars": HOUSE.positions[:, 1], "colorbar": "y"}),
+        (["--scalars", "heat.npy", "--colorbar"], {"scalars": np.arange(10.0), "colorbar": "heat"}),
         (["--labels", "some.csv"], {"labels": {2: "ridge, left", (0.5, 0, 1): "Tur"}}),
     ],
 )
@@ -45,6 +50,8 @@ def test_texts_are_what_the_library_draws(options: list[str], arguments: dict[st
         (["--labels", "short.txt"], "labels must have one text for each of the 10 points, got 1"),
         (["--labels", "wrong.csv"], "wrong.csv: line 2: expected INDEX,TEXT or X,Y,Z,TEXT, got '1,2,both'"),
         (["--labels", "latin.txt"], "latin.txt: expected text in UTF-8"),
+        (["--colorbar"], "--colorbar must come with --scalars"),
+        (["--axis-titles", "x,y"], "--axis-titles: expected three titles, X,Y,Z, got 'x,y'"),
         (["--font", "nonesuch"], "font must be the path or the name of a font, got 'nonesuch'"),
         (["--font-size", "0"], "--font-size: expected a positive number of pixels"),
     ],
