@@ -379,7 +379,9 @@ class Animation:
                     unread.cancel()
 
     def _begin(self, k: int, overlap_with: PendingImage | None = None) -> PendingImage:
-        frame = Frame(self.camera, self.size, self._background, self._device, self._annotations, self._axes_bounds)
+        frame = Frame(
+            self.camera, self.size, self._background, self._device, self._annotations, axes_bounds=self._axes_bounds
+        )
         layers = self._layers(k)
         return begin_render(layers, frame, {}, rasterizer=self._rasterizer, overlap_with=overlap_with)
 
