@@ -80,7 +80,7 @@ class PrecisionWarning(UserWarning):
 
 
 class DeviceWarning(UserWarning):
-    """A device computes in another way than it should, with the same results."""
+    """A device computes in another way than it should, or may compute wrongly; the message says which."""
 
 
 class SimulationWarning(UserWarning):

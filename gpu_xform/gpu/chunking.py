@@ -1,17 +1,19 @@
 """Dispatch plans: an array of points cut into chunks that one device can hold and dispatch."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ..errors import DeviceMemoryError
 from .device import GpuDevice
 from .shaders import ComputePipeline
 
 POINTS_PER_INVOCATION = 4
 WORKGROUP_SIZE = 256  # 64 takes half as long again on lavapipe
 MAX_PART_BYTES = 128 << 20  # of a part of an array that stays on the device
+MIN_CHUNK_BYTES = 1 << 16  # a device that has not even so much is of no use
 
 
 @dataclass(frozen=True)
@@ -74,10 +76,32 @@ class DispatchPlan:
         constants |= {"workgroup_size": self.workgroup_size, "n_components": self.n_components}
         return self.device.pipelines.compute(stage, self.number_type, **constants)
 
-    def chunks(self, n_points: int) -> Iterator[slice]:
-        """Cut `n_points` into consecutive slices."""
-        for start in range(0, n_points, self.chunk):
+    def chunks(self, n_points: int, first: int = 0) -> Iterator[slice]:
+        """Cut `n_points` into consecutive slices, from point `first` on."""
+        for start in range(first, n_points, self.chunk):
             yield slice(start, min(start + self.chunk, n_points))
+
+
+def run_in_chunks(device: GpuDevice, max_bytes: int, run: Callable[[int, int], Iterator[int]]) -> None:
+    """Run a kernel over an array; where the device's memory is exhausted, go on with chunks half as large.
+
+    run : takes the first point that is not done yet and the bytes of a chunk, and yields after each chunk how many
+        points are done; the caller holds the device's lock
+
+    Raises `DeviceMemoryError` if chunks of `MIN_CHUNK_BYTES` are too large.
+    """
+    done = 0
+    while True:
+        try:
+            for n_points in run(done, max_bytes):
+                done = n_points
+        except DeviceMemoryError:
+            if max_bytes <= MIN_CHUNK_BYTES:
+                raise
+            device.pool.clear()  # what was kept for other work
+            max_bytes = max(max_bytes // 2, MIN_CHUNK_BYTES)
+        else:
+            return
 
 
 def choose_workgroup_size(device: GpuDevice) -> int:

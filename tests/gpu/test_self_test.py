@@ -1,8 +1,10 @@
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from gpu_xform.errors import DeviceError
+import gpu_xform as gx
+from gpu_xform.errors import DeviceError, DeviceWarning
 from gpu_xform.gpu import self_test
 from gpu_xform.gpu.device import GpuDevice
 from tests.support.wgsl import copy_with
@@ -36,6 +38,20 @@ def test_a_driver_that_computes_wrongly_is_refused_by_name_of_the_check(
     monkeypatch.setenv("GPU_XFORM_WGSL", str(broken))
     with pytest.raises(DeviceError, match=rf"^Device\(.*\) failed its self-test: .*{check} \("):
         GpuDevice()
+
+
+def test_a_broken_driver_is_used_where_the_user_wants_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    broken = copy_with(tmp_path, "self_test.wgsl", *BREAKAGES["long loop"])
+    monkeypatch.setenv("GPU_XFORM_WGSL", str(broken))
+    for value in ("0", ""):
+        monkeypatch.setenv(self_test.OVERRIDE_VARIABLE, value)
+        with pytest.raises(DeviceError, match=r"; GPU_XFORM_ALLOW_BROKEN_DRIVER=1 uses it all the same$"):
+            GpuDevice()
+    monkeypatch.setenv(self_test.OVERRIDE_VARIABLE, "1")
+    with pytest.warns(DeviceWarning, match=r"failed its self-test: long loop .* its results may be wrong"):
+        other = GpuDevice()
+    with other:
+        assert np.array_equal(gx.transform_points([(1, 2, 3)], gx.identity(), device=other), [(1, 2, 3)])
 
 
 def test_a_driver_that_writes_nothing_is_refused(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

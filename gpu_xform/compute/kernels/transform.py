@@ -1,5 +1,7 @@
 """Each matrix applied to all points, in chunks that the device can hold."""
 
+from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -9,7 +11,7 @@ from ..._core.memmap import release_pages
 from ..._core.types import Float64Array
 from ...gpu import layouts, uniforms
 from ...gpu.buffers import READBACK, Buffer
-from ...gpu.chunking import POINTS_PER_INVOCATION, DispatchPlan
+from ...gpu.chunking import POINTS_PER_INVOCATION, DispatchPlan, run_in_chunks
 from ...gpu.device import GpuDevice, require_gpu_device
 from ...gpu.dispatch import Binding, dispatch
 from .job import Epilogue, Job
@@ -30,44 +32,61 @@ def run_transform(job: Job) -> None:
     if len(job.matrices) == 1:
         _run_one_matrix(device, job)
         return
-    n_points, n_components = job.points.shape
-    plan = DispatchPlan.of(device, n_points, n_components, job.dtype, max_bytes=MAX_BATCH_BYTES)
-    step = min(max_matrices(plan), len(job.matrices))
-    pool = device.pool
     with device.lock:
-        source = pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
-        destination = pool.scratch(POOL_OWNER, "destination", step * plan.chunk * plan.point_bytes)
-        for part in plan.chunks(n_points):
-            upload_part(plan, source, job.points, part)
-            for first in range(0, len(job.matrices), step):
-                several = job.matrices[first : first + step]
-                dispatch_transform(plan, several, source, destination, part.stop - part.start, job.epilogue)
-                read_results(plan, destination, job.out[first : first + step, part])
+        run_in_chunks(device, MAX_BATCH_BYTES, partial(_run_several_matrices, device, job))
+
+
+def _plan(device: GpuDevice, job: Job, max_bytes: int) -> DispatchPlan:
+    return DispatchPlan.of(device, len(job.points), job.points.shape[1], job.dtype, max_bytes=max_bytes)
+
+
+def _run_several_matrices(device: GpuDevice, job: Job, done: int, max_bytes: int) -> Iterator[int]:
+    plan = _plan(device, job, max_bytes)
+    step = min(max_matrices(plan, min(max_bytes, MAX_BATCH_BYTES)), len(job.matrices))
+    source = device.pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
+    destination = device.pool.scratch(POOL_OWNER, "destination", step * plan.chunk * plan.point_bytes)
+    for part in plan.chunks(len(job.points), done):
+        upload_part(plan, source, job.points, part)
+        for first in range(0, len(job.matrices), step):
+            several = job.matrices[first : first + step]
+            dispatch_transform(plan, several, source, destination, part.stop - part.start, job.epilogue)
+            read_results(plan, destination, job.out[first : first + step, part])
+        yield part.stop
 
 
 def _run_one_matrix(device: GpuDevice, job: Job) -> None:
     is_mapped = device.host_mappable
-    max_bytes = MAX_CACHED_BYTES if is_mapped else MAX_STAGED_BYTES
-    plan = DispatchPlan.of(device, len(job.points), job.points.shape[1], job.dtype, max_bytes=max_bytes)
+    run = run_mapped if is_mapped else run_double_buffered
     with device.lock:
-        (run_mapped if is_mapped else run_double_buffered)(plan, job)
+        run_in_chunks(
+            device,
+            MAX_CACHED_BYTES if is_mapped else MAX_STAGED_BYTES,
+            lambda done, max_bytes: run(_plan(device, job, max_bytes), job, done),
+        )
 
 
-def run_mapped(plan: DispatchPlan, job: Job) -> None:
-    """Apply one matrix in memory that the host maps: a chunk in, through the shader and out, while it is cached."""
+def run_mapped(plan: DispatchPlan, job: Job, done: int = 0) -> Iterator[int]:
+    """Apply one matrix in memory that the host maps: a chunk in, through the shader and out, while it is cached.
+
+    Yields after each chunk how many points are done.
+    """
     buffer = plan.device.pool.scratch(POOL_OWNER, "source", plan.chunk * plan.point_bytes)
     matrix, out = job.matrices[0], job.out[0]
-    for part in plan.chunks(len(job.points)):
+    for part in plan.chunks(len(job.points), done):
         upload_part(plan, buffer, job.points, part)
         dispatch_transform_in_place(plan, matrix, buffer, part.stop - part.start, job.epilogue)
         read_results(plan, buffer, out[None, part])
         release_pages(out[part])
+        yield part.stop
 
 
-def run_double_buffered(plan: DispatchPlan, job: Job) -> None:
-    """Apply one matrix over a bus, with two chunks under way: while the device has one, the host reads the other."""
+def run_double_buffered(plan: DispatchPlan, job: Job, done: int = 0) -> Iterator[int]:
+    """Apply one matrix over a bus, with two chunks under way: while the device has one, the host reads the other.
+
+    Yields after each chunk how many points are done.
+    """
     pool, n_bytes = plan.device.pool, plan.chunk * plan.point_bytes
-    parts = list(plan.chunks(len(job.points)))
+    parts = list(plan.chunks(len(job.points), done))
     turns = range(min(2, len(parts)))
     buffers = [pool.scratch(POOL_OWNER, f"source {turn}", n_bytes) for turn in turns]
     readbacks = [pool.scratch(POOL_OWNER, f"readback {turn}", n_bytes, READBACK) for turn in turns]
@@ -83,7 +102,9 @@ def run_double_buffered(plan: DispatchPlan, job: Job) -> None:
         dispatch_transform_in_place(plan, matrix, buffer, part.stop - part.start, job.epilogue, readback=readback)
         if k > 0:
             read_part(k - 1)
+            yield parts[k - 1].stop
     read_part(len(parts) - 1)
+    yield parts[-1].stop
 
 
 def upload_part(plan: DispatchPlan, source: Buffer, points: npt.NDArray[Any], part: slice) -> None:
@@ -92,9 +113,9 @@ def upload_part(plan: DispatchPlan, source: Buffer, points: npt.NDArray[Any], pa
     release_pages(points[part])
 
 
-def max_matrices(plan: DispatchPlan) -> int:
+def max_matrices(plan: DispatchPlan, max_bytes: int = MAX_BATCH_BYTES) -> int:
     """Return how many matrices are applied at once: what a batch of results holds, in whole dispatches."""
-    n_bytes = min(plan.device.limits.max_bound_bytes, MAX_BATCH_BYTES)
+    n_bytes = min(plan.device.limits.max_bound_bytes, max_bytes)
     n_matrices = n_bytes // (plan.chunk * plan.point_bytes)
     if n_matrices > MATRICES_PER_DISPATCH:
         n_matrices -= n_matrices % MATRICES_PER_DISPATCH
