@@ -408,9 +408,9 @@ class Mesh(Pictured):
 def adopt_arrays(
     positions: Float64Array, offsets: IndexArray, indices: IndexArray, attributes: AttributesLike | None = None
 ) -> Mesh:
-    """Return a mesh that takes over finite positions and whole faces of the caller, which are not copied."""
+    """Return a mesh that takes over finite positions and faces of its points, which are neither copied nor checked."""
     mesh = Mesh.__new__(Mesh)
-    mesh._set(positions, offsets, indices)
+    mesh._positions, mesh._offsets, mesh._indices = _freeze(positions), _freeze(offsets), _freeze(indices)
     mesh._set_attributes(attributes, None)
     return mesh
 

@@ -16,7 +16,7 @@ from ..geometry.mesh import Mesh
 from .bernstein import evaluate_bernstein, make_elevation
 from .control_points import divide_by_weights, number_points, number_weights, require_control_points
 from .resolution import choose_steps, require_one
-from .weld import compact, number_curves, place_points
+from .weld import compact, number_curves
 
 
 @public
@@ -63,10 +63,10 @@ def curve(
 
 def tessellate_curves(curves: Float64Array, steps: int) -> tuple[Float64Array, IndexArray]:
     """Return the points (n, 3) and the segments (k steps, 2) of curves (k, a, 3 or 4), one after another."""
-    numbers = _number_curve_points(curves, steps)
+    numbers, places = _number_curve_points(curves, steps)
     points = evaluate_bernstein(curves.shape[1] - 1, np.arange(steps + 1) / steps) @ curves
     segments = np.stack([numbers[:, :-1], numbers[:, 1:]], axis=-1).reshape(-1, 2)
-    return place_points(numbers, divide_by_weights(points)), segments
+    return divide_by_weights(points).reshape(-1, 3).take(places, axis=0), segments
 
 
 def _as_curves(value: npt.ArrayLike | Sequence[npt.ArrayLike], name: str) -> Float64Array:
@@ -97,10 +97,11 @@ def _complete(curves: Float64Array, name: str) -> Float64Array:
     return curves
 
 
-def _number_curve_points(control_points: Float64Array, n: int) -> IndexArray:
-    """Return the number of each of the n + 1 points of each curve: (k, n + 1)."""
+def _number_curve_points(control_points: Float64Array, n: int) -> tuple[IndexArray, IndexArray]:
+    """Return the number of each of the n + 1 points of each curve, (k, n + 1), and the places of the first ones."""
     control_numbers = number_points(control_points)
-    curves, n_curves, is_backward, is_point = number_curves(control_numbers, number_weights(control_points))
+    weights = number_weights(control_points) if control_points.shape[-1] == 4 else None
+    curves, n_curves, is_backward, is_point = number_curves(control_numbers, weights)
     base = int(control_numbers.max()) + 1
     along = np.arange(n - 1)
     along = np.where(is_backward[:, np.newaxis], along[::-1], along)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import lru_cache
 from typing import Any, SupportsIndex, TypeAlias
 
 import numpy as np
@@ -15,9 +16,10 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.mesh import Mesh, adopt_arrays
 from .resolution import MAX_FACES, as_steps, as_tolerance, require_one
-from .weld import drop_repeated_corners, list_quads
+from .weld import MAX_KEPT_BYTES, drop_repeated_corners, list_quads
 
 SurfaceFunction: TypeAlias = Callable[[Float64Array, Float64Array], Any]
+_Components: TypeAlias = list[Float64Array]  # x, y and z on a grid, (k, m) each
 
 # Of the surface's size: points of a seam or of a pole that are closer are one, for functions that compute in float64;
 # and in single precision.
@@ -88,19 +90,11 @@ def parametric(
     else:
         steps = _estimate_steps(f, ranges, least, as_tolerance(tolerance))  # type: ignore[arg-type]  # one is given
     at_u, at_v = (low + (high - low) * (np.arange(k + 1) / k) for (low, high), k in zip(ranges, steps, strict=True))
-    points, max_gap = _evaluate(f, at_u, at_v)
-    firsts = _weld(points, closures, max_gap)
-    is_first = firsts.reshape(-1) == np.arange(firsts.size)
-    numbers = (np.cumsum(is_first) - 1)[firsts]
-    rows = np.flatnonzero(is_first)
-    positions = np.empty((len(rows), 3))
-    for axis, component in enumerate(points.reshape(3, -1)):
-        positions[:, axis] = component[rows]
-    quads = list_quads(numbers[np.newaxis])
-    if (numbers[1:] != numbers[:-1]).all() and (numbers[:, 1:] != numbers[:, :-1]).all():
-        return adopt_arrays(positions, np.arange(0, quads.size + 1, 4), quads.reshape(-1))
-    offsets, kept = drop_repeated_corners(quads)
-    return adopt_arrays(positions, offsets, quads[kept])
+    components, max_gap = _evaluate(f, at_u, at_v)
+    seams = _find_seams(components, closures, max_gap)
+    if seams is None:
+        return _join_grid(components, closures)
+    return _join_welded(components, _weld(components[0].shape, seams))
 
 
 def _as_range(value: npt.ArrayLike, name: str) -> tuple[float, float]:
@@ -124,27 +118,29 @@ def _require_few_faces(steps: list[int], name: str, got: str) -> None:
         raise ArgumentError.expecting(name, f"need at most {MAX_FACES} faces", got, reason=reason)
 
 
-def _evaluate(f: SurfaceFunction, at_u: Float64Array, at_v: Float64Array) -> tuple[Float64Array, float]:
-    """Return f on a grid (3, k, m), and how far apart equal points may lie."""
+def _evaluate(f: SurfaceFunction, at_u: Float64Array, at_v: Float64Array) -> tuple[_Components, float]:
+    """Return f on a grid, and how far apart equal points may lie."""
     shape = (len(at_u), len(at_v))
     u, v = at_u[:, np.newaxis], at_v[np.newaxis]
     try:  # NumPy spreads what depends on one parameter alone: fewer sines to compute
-        points, dtype = _as_components(f(u, v), shape)
+        columns, dtype = _as_columns(f(u, v), shape)
     except Exception:
         u, v = (np.ascontiguousarray(np.broadcast_to(array, shape)) for array in (u, v))
-        points, dtype = _as_components(f(u, v), shape)
-    extremes = points.min(axis=(1, 2)), points.max(axis=(1, 2))
+        columns, dtype = _as_columns(f(u, v), shape)
+    components = [column if column.shape == shape else np.broadcast_to(column, shape) for column in columns]
+    extremes = np.array([[column.min(), column.max()] for column in columns])
     if not np.isfinite(extremes).all():  # a NaN is either of both
+        points = np.stack(components)
         row, column = np.argwhere(~np.isfinite(points).all(axis=0))[0].tolist()
         x, y, z = points[:, row, column].tolist()
         got = f"({x:g}, {y:g}, {z:g}) at u = {at_u[row]:g}, v = {at_v[column]:g}"
         raise ArgumentError.expecting("f", "return finite numbers", got)
     is_single = dtype.kind == "f" and dtype.itemsize < 8
-    return points, float((extremes[1] - extremes[0]).max()) * (_MAX_GAP_F32 if is_single else _MAX_GAP)
+    return components, float(np.ptp(extremes, axis=1).max()) * (_MAX_GAP_F32 if is_single else _MAX_GAP)
 
 
-def _as_components(result: Any, shape: tuple[int, int]) -> tuple[Float64Array, np.dtype[Any]]:
-    """Return what a function gave as x, y and z of one shape (3, k, m), and its type."""
+def _as_columns(result: Any, shape: tuple[int, int]) -> tuple[_Components, np.dtype[Any]]:
+    """Return what a function gave as x, y and z, each of which can be spread to a shape (k, m), and its type."""
     expected = f"return x, y and z, each of shape {shape}, or one array {(3, *shape)} or {(*shape, 3)}"
     if isinstance(result, np.ndarray):
         if result.shape not in ((3, *shape), (*shape, 3)):
@@ -159,33 +155,95 @@ def _as_components(result: Any, shape: tuple[int, int]) -> tuple[Float64Array, n
     dtype = np.result_type(*columns)
     if dtype.kind not in "fiu":
         raise ArgumentTypeError.expecting("f", "return real numbers", f"dtype {dtype}")
-    points = np.empty((3, *shape))
     for i, column in enumerate(columns):
-        try:
-            points[i] = column
-        except ValueError:
-            raise ArgumentError.expecting("f", expected, f"shape {column.shape} of {'xyz'[i]}") from None
-    return points, dtype
+        if any(size not in (1, whole) for size, whole in zip(column.shape, shape[2 - column.ndim :], strict=True)):
+            raise ArgumentError.expecting("f", expected, f"shape {column.shape} of {'xyz'[i]}")
+    return [column.astype(np.float64, copy=False) for column in columns], dtype
 
 
-def _weld(points: Float64Array, closures: tuple[bool, bool], max_gap: float) -> IndexArray:
-    """Return for each point of a grid (3, k, m) the first one that is the same, by a seam or a pole: (k, m)."""
-    firsts = np.arange(points[0].size).reshape(points.shape[1:])
+def _find_seams(
+    components: _Components, closures: tuple[bool, bool], max_gap: float
+) -> list[tuple[IndexArray, IndexArray]] | None:
+    """Return pairs of points of a grid that are the same, by a seam or a pole.
+
+    Returns None if the ends of the closed directions meet point by point, and nothing else does.
+    """
+    shape = components[0].shape
     pairs = []
+    is_plain = True
     for axis, name in enumerate("uv"):
-        along, places = np.swapaxes(points.T, 0, 1 - axis), np.swapaxes(firsts, 0, axis)
-        poles = [places[end] for end in (0, -1) if np.abs(along[end] - along[end, 0]).max() <= max_gap]
-        pairs += [(pole, np.full_like(pole, pole[0])) for pole in poles]
+        stop = shape[axis] - 1
+        ends = np.stack([each[::stop] if axis == 0 else each[:, ::stop].T for each in components], axis=2)
+        every, last = np.arange(shape[1 - axis]), stop
+        if axis == 0:
+            last *= shape[1]
+        else:
+            every *= shape[1]
+        middles = (
+            np.abs(ends[:, len(every) // 2] - ends[:, 0]).max(axis=1).tolist()
+        )  # an end that is no pole is soon known
+        for points, start, middle in zip(ends, (0, last), middles, strict=True):
+            if middle <= max_gap and np.abs(points - points[0]).max() <= max_gap:
+                pairs.append((start + every, np.full_like(every, start)))
+                is_plain = False
         if closures[axis]:
-            match = _match_rows(along[-1], along[0], is_closed=closures[1 - axis], max_gap=max_gap)
+            gaps = np.abs(ends[1] - ends[0])
+            if gaps.max() <= max_gap:
+                pairs.append((last + every, every))
+                continue
+            match = _match_rows(ends[1], ends[0], is_closed=closures[1 - axis], max_gap=max_gap)
             if match is None:
-                gap = np.linalg.norm(along[-1] - along[0], axis=-1).max()
                 message = f"be False for a surface whose ends in {name} do not meet"
+                gap = np.linalg.norm(gaps, axis=1).max()
                 raise ArgumentError.expecting(f"closed[{axis}]", message, f"True and points {gap:g} apart")
-            pairs.append((places[-1].copy(), places[0][match]))
-    if not pairs:
-        return firsts
-    a, b = (np.concatenate(side) for side in zip(*pairs, strict=True))
+            pairs.append((last + every, every[match]))
+            is_plain = False
+    return None if is_plain else pairs
+
+
+def _join_grid(components: _Components, closures: tuple[bool, bool]) -> Mesh:
+    """Return the mesh of a grid whose closed directions lead from the last points to the first ones."""
+    k, m = (size - 1 for size in components[0].shape)
+    rows, columns = k + (not closures[0]), m + (not closures[1])
+    positions = np.empty((rows, columns, 3))
+    for axis, component in enumerate(components):
+        positions[..., axis] = component[:rows, :columns]
+    list_faces = _list_grid_faces if 40 * k * m <= MAX_KEPT_BYTES else _list_grid_faces.__wrapped__
+    return adopt_arrays(positions.reshape(-1, 3), *list_faces(k, m, rows, columns))
+
+
+@lru_cache(maxsize=1)
+def _list_grid_faces(k: int, m: int, rows: int, columns: int) -> tuple[IndexArray, IndexArray]:
+    """Return offsets and indices of k x m quads between points in rows and columns, the first of which follow the last.
+
+    Those of the last grid are kept: the frames of an animation share them.
+    """
+    first = np.arange(m)
+    second = (first + 1) % columns
+    strip = np.stack([first, first + columns, second + columns, second], axis=1)
+    quads = np.add(strip, (np.arange(k) * columns)[:, np.newaxis, np.newaxis])
+    if rows == k:
+        quads[-1, :, 1:3] -= rows * columns
+    return np.arange(0, 4 * k * m + 1, 4), quads.reshape(-1)
+
+
+def _join_welded(components: _Components, firsts: IndexArray) -> Mesh:
+    """Return the mesh of a grid of which each point is the first one that is the same (k, m)."""
+    is_first = firsts.reshape(-1) == np.arange(firsts.size)
+    numbers = (np.cumsum(is_first) - 1)[firsts]
+    rows = np.flatnonzero(is_first)
+    positions = np.empty((len(rows), 3))
+    for axis, component in enumerate(components):
+        positions[:, axis] = component.reshape(-1)[rows]
+    quads = list_quads(numbers[np.newaxis])
+    offsets, kept = drop_repeated_corners(quads)
+    return adopt_arrays(positions, offsets, quads[kept])
+
+
+def _weld(shape: tuple[int, ...], seams: list[tuple[IndexArray, IndexArray]]) -> IndexArray:
+    """Return for each point of a grid the first one that is the same, by pairs of such points: (k, m)."""
+    firsts = np.arange(math.prod(shape)).reshape(shape)
+    a, b = (np.concatenate(side) for side in zip(*seams, strict=True))
     labels = firsts.reshape(-1)
     while (labels[a] != labels[b]).any():  # the least number spreads along chains, which are short
         least = np.minimum(labels[a], labels[b])
@@ -195,10 +253,10 @@ def _weld(points: Float64Array, closures: tuple[bool, bool], max_gap: float) -> 
 
 
 def _match_rows(a: Float64Array, b: Float64Array, *, is_closed: bool, max_gap: float) -> IndexArray | None:
-    """Return for each point of `a` (m, 3) the equal one of `b`, which runs either way, and is shifted if closed."""
+    """Return for each point of `a` (m, 3) the equal one of `b`, which runs backwards, or is shifted if closed."""
     m = len(a)
     same, period = np.arange(m), m - 1
-    orders = [same, same[::-1]]
+    orders = [same[::-1]]
     if is_closed:
         for shift in np.flatnonzero(np.abs(b[:-1] - a[0]).max(axis=1) <= max_gap).tolist()[:8]:
             orders += [(shift + same) % period, (shift - same) % period]
@@ -233,7 +291,7 @@ def _measure_deviation(f: SurfaceFunction, ranges: list[tuple[float, float]], st
     for (low, high), k in zip(ranges, steps, strict=True):
         some = np.unique(np.linspace(0, k - 1, min(k, _MAX_CHECKED)).round())
         parameters.append(low + (high - low) * ((some[:, np.newaxis] + [0.0, 0.5, 1.0]) / k).reshape(-1))
-    points, _ = _evaluate(f, *parameters)
+    points = np.stack(_evaluate(f, *parameters)[0])
     blocks = points.reshape(3, len(parameters[0]) // 3, 3, len(parameters[1]) // 3, 3)
     middle = np.array([0.5, -1.0, 0.5])
     along_u = np.einsum("ciajb,a->cijb", blocks, middle)

@@ -15,7 +15,7 @@ from .bernstein import differentiate_bernstein, evaluate_bernstein
 from .control_points import as_patches, divide_by_weights
 from .patch_normals import compute_corner_normals
 from .resolution import choose_steps, require_one
-from .weld import drop_repeated_corners, list_quads, number_grid_points, place_points
+from .weld import list_quads, weld_grids
 
 
 @public
@@ -88,15 +88,13 @@ class Tessellation(NamedTuple):
 
 def tessellate_patches(patches: Float64Array, steps: int, *, normals: bool) -> Tessellation:
     """Return the mesh of patches (k, a, b, 3 or 4) in `steps` steps per side, as `bezier` does."""
-    numbers = number_grid_points(patches, steps)
-    quads = list_quads(np.arange(numbers.size).reshape(numbers.shape))
-    offsets, kept = drop_repeated_corners(numbers.reshape(-1)[quads])
-    positions = place_points(numbers, divide_by_weights(evaluate_patches(patches, steps)))
-    indices = numbers.reshape(-1)[quads[kept]]
-    quad = np.flatnonzero(kept[:, 0] | kept[:, 1])  # a triangle lacks one corner
+    places, offsets, indices, kept, quad = weld_grids(patches, steps)
+    points = divide_by_weights(evaluate_patches(patches, steps))
+    positions = points.reshape(-1, 3).take(places, axis=0)
     if not normals:
         return Tessellation(positions, offsets, indices, None, quad)
     grids = _evaluate_grids(_center(patches), steps)
+    quads = list_quads(np.arange(points[..., 0].size).reshape(points.shape[:-1]))
     return Tessellation(positions, offsets, indices, compute_corner_normals(patches, grids, quads, kept), quad)
 
 

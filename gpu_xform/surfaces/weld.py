@@ -4,13 +4,17 @@ Two borders are the same curve if they have the same control points, in either d
 ratios: then their points are the same at every resolution. No distances between points decide.
 """
 
-from typing import Any, TypeAlias
+from functools import lru_cache
+from itertools import zip_longest
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core.types import BoolArray, Float64Array, IndexArray
-from .control_points import number_points, number_rows, number_weights
+from .control_points import number_columns, number_points, number_weights
+
+MAX_KEPT_BYTES = 4 << 20  # of the faces of the last grid
 
 _Place: TypeAlias = tuple[int | None, int | None]
 _Array: TypeAlias = npt.NDArray[Any]
@@ -19,20 +23,61 @@ _Array: TypeAlias = npt.NDArray[Any]
 _PLACES: list[_Place] = [(0, None), (-1, None), (None, 0), (None, -1)]
 
 
-def number_grid_points(patches: Float64Array, n: int) -> IndexArray:
+class WeldedGrids(NamedTuple):
+    """The faces of a grid per patch, whose points are shared; every array is read-only."""
+
+    places: IndexArray
+    """Of each point, where it lies among all points of the grids, which are k (n + 1) (n + 1): (p,)."""
+    offsets: IndexArray
+    indices: IndexArray
+    kept: BoolArray
+    """Which corners of the quads are kept: (k n n, 4)."""
+    quad: IndexArray
+    """Of each face, counted through all patches: (f,)."""
+
+
+def weld_grids(patches: Float64Array, n: int) -> WeldedGrids:
+    """Return the faces of a grid of n steps for each patch (k, a, b, 3 or 4)."""
+    control_numbers = number_points(patches)
+    weights = [number_weights(points) for points, _ in _list_borders(patches)] if patches.shape[-1] == 4 else []
+    keys = tuple((each.shape, each.tobytes()) for each in (control_numbers, *weights))
+    weld = _weld_numbers if 100 * len(patches) * n * n <= MAX_KEPT_BYTES else _weld_numbers.__wrapped__
+    return weld(keys, n)
+
+
+@lru_cache(maxsize=1)
+def _weld_numbers(keys: tuple[tuple[tuple[int, ...], bytes], ...], n: int) -> WeldedGrids:
+    """Return the faces of grids by the numbers of control points and of weights, as bytes.
+
+    Those of the last grids are kept: the frames of an animation share them.
+    """
+    control_numbers, *weights = (np.frombuffer(key, np.int64).reshape(shape) for shape, key in keys)
+    numbers, places = number_grid_points(control_numbers, weights, n)
+    corners = list_quads(numbers)
+    offsets, kept = drop_repeated_corners(corners)
+    quad = np.flatnonzero(kept[:, 0] | kept[:, 1])  # a triangle lacks one corner
+    welded = WeldedGrids(places, offsets, corners[kept], kept, quad)
+    for array in welded:
+        array.flags.writeable = False
+    return welded
+
+
+def number_grid_points(control_numbers: IndexArray, weights: list[IndexArray], n: int) -> tuple[IndexArray, IndexArray]:
     """Return the number of each point of a grid per patch, from 0, counted where it is seen first: (k, n + 1, n + 1).
 
-    patches : control points (k, a, b, 3 or 4)
+    control_numbers : of the control points (k, a, b)
+    weights : the numbers of the weights of borders, for each group that `_list_borders` returns; none without weights
+
+    Returns the place of each first one among all points of the grids as well, in order.
     """
-    k = len(patches)
-    control_numbers = number_points(patches)
+    k = len(control_numbers)
     n_controls = int(control_numbers.max()) + 1
     n_inner = n - 1
     keys = np.empty((k, n + 1, n + 1), np.int64)
     keys[:, ::n, ::n] = control_numbers[:, :: control_numbers.shape[1] - 1, :: control_numbers.shape[2] - 1]
     base = n_controls
-    for (borders, places), (points, _) in zip(_list_borders(control_numbers), _list_borders(patches), strict=True):
-        curves, n_curves, is_backward, is_point = number_curves(borders, number_weights(points))
+    for (borders, places), ratios in zip_longest(_list_borders(control_numbers), weights):
+        curves, n_curves, is_backward, is_point = number_curves(borders, ratios)
         along = np.arange(n_inner)
         along = np.where(is_backward[:, np.newaxis], along[::-1], along)
         inner = base + curves[:, np.newaxis] * n_inner + along
@@ -69,25 +114,20 @@ def number_curves(
     each = np.arange(len(rows))
     is_backward = backward[each, first] < rows[each, first]
     forward = np.where(is_backward[:, np.newaxis], backward, rows)
-    numbers = number_rows(forward)
+    numbers = number_columns(forward.T)
     is_point: BoolArray = (control_numbers == control_numbers[:, :1]).all(axis=1)
     return numbers, int(numbers.max()) + 1, is_backward, is_point
 
 
-def compact(keys: IndexArray, n_keys: int) -> IndexArray:
-    """Return `keys`, which are below `n_keys`, renumbered from 0 in the order in which they occur first."""
+def compact(keys: IndexArray, n_keys: int) -> tuple[IndexArray, IndexArray]:
+    """Return `keys`, which are below `n_keys`, renumbered from 0 in the order in which they occur first, and where."""
     flat = keys.reshape(-1)
-    first = find_first(flat, n_keys)
-    is_first = first[flat] == np.arange(len(flat))
-    numbers: IndexArray = (np.cumsum(is_first) - 1)[first[flat]]
-    return numbers.reshape(keys.shape)
-
-
-def find_first(keys: IndexArray, n_keys: int) -> IndexArray:
-    """Return where each of the keys below `n_keys` occurs first in `keys` (m,), -1 where it does not: (n_keys,)."""
-    first = np.full(n_keys, -1, np.int64)
-    first[keys[::-1]] = np.arange(len(keys) - 1, -1, -1)  # the last assignment stays
-    return first
+    first = np.empty(n_keys, np.int64)  # where a key occurs first; those that do not occur are not looked at
+    first[flat[::-1]] = np.arange(len(flat) - 1, -1, -1)  # the last assignment stays
+    firsts = first[flat]
+    places = np.flatnonzero(firsts == np.arange(len(flat)))
+    first[flat[places]] = np.arange(len(places))
+    return first[flat].reshape(keys.shape), places
 
 
 def list_quads(grids: IndexArray) -> IndexArray:
@@ -110,18 +150,13 @@ def drop_repeated_corners(quads: IndexArray) -> tuple[IndexArray, BoolArray]:
     offsets (f + 1,) and a mask (q, 4).
     """
     kept = np.empty(quads.shape, bool)
-    np.not_equal(quads[:, :-1], quads[:, 1:], out=kept[:, :-1])
-    np.not_equal(quads[:, -1], quads[:, 0], out=kept[:, -1])
-    sizes = kept.view(np.int8) @ np.ones(4, np.int8)
+    for corner in range(4):  # column by column: along rows of four NumPy takes three times as long
+        np.not_equal(quads[:, corner - 1], quads[:, corner], out=kept[:, corner - 1])
+    a, b, c, d = kept.view(np.int8).T
+    sizes = a + b + c + d
     if sizes.min(initial=4) < 3:
         kept[sizes < 3] = False
         sizes = sizes[sizes >= 3]
     offsets = np.zeros(len(sizes) + 1, np.int64)
     np.cumsum(sizes, out=offsets[1:])
     return offsets, kept
-
-
-def place_points(numbers: IndexArray, points: Float64Array) -> Float64Array:
-    """Return the positions (n, 3) by number: each is the first point (..., 3) of its number."""
-    first = find_first(numbers.reshape(-1), int(numbers.max()) + 1)
-    return points.reshape(-1, 3)[first]

@@ -242,3 +242,28 @@ def test_an_error_of_the_function_comes_through() -> None:
 
     with pytest.raises(KeyError, match="mine"):
         gx.parametric(f, TURN, TURN, n=4)
+
+
+@pytest.mark.parametrize("closed", [(True, True), (True, False), (False, True), (False, False)])
+@pytest.mark.parametrize("n", [(3, 4), (5, 3)])
+def test_the_faces_of_a_grid_are_those_of_its_points(closed: tuple[bool, bool], n: tuple[int, int]) -> None:
+    mesh = gx.parametric(torus, TURN, TURN, closed, n)
+    columns = n[1] + (not closed[1])
+    rows = n[0] + (not closed[0])
+    expected = [
+        [i % rows * columns + j % columns for i, j in ((r, c), (r + 1, c), (r + 1, c + 1), (r, c + 1))]
+        for r in range(n[0])
+        for c in range(n[1])
+    ]
+    assert np.asarray(mesh.faces).tolist() == expected
+    assert mesh.n_points == rows * columns
+
+
+def test_grids_of_one_size_share_their_faces_if_they_are_small() -> None:
+    first, second = (gx.parametric(torus, TURN, (0, end), (True, False), (8, 5)) for end in (2.0, 3.0))
+    assert first.indices is second.indices
+    assert not first.indices.flags.writeable
+    assert gx.parametric(torus, TURN, TURN, (True, True), (8, 5)).indices is not second.indices
+    large = [gx.parametric(torus, TURN, TURN, (True, True), (400, 300)) for _ in range(2)]
+    assert large[0].indices is not large[1].indices
+    assert large[0] == large[1]

@@ -279,3 +279,18 @@ def test_bad_arguments_are_refused(arguments: tuple[Any, ...], message: str) -> 
 def test_arguments_of_other_types_are_refused(arguments: tuple[Any, ...]) -> None:
     with pytest.raises(gx.ArgumentTypeError):
         gx.bezier(*arguments)
+
+
+def test_patches_that_are_joined_alike_share_their_faces() -> None:
+    patches = gx.samples.teapot_patches()
+    first, moved = gx.bezier(patches, 4, normals=False), gx.bezier(2.0 * patches + 1.0, 4, normals=False)
+    assert moved.indices is first.indices
+    assert not first.indices.flags.writeable
+    apart = patches + np.arange(len(patches))[:, np.newaxis, np.newaxis, np.newaxis]  # no two of them touch
+    assert gx.bezier(apart, 4, normals=False).n_points > first.n_points
+    flipped = gx.bezier(patches[::-1], 4, normals=False)
+    assert np.array_equal(np.sort(flipped.positions, axis=0), np.sort(first.positions, axis=0))
+    weighted = np.concatenate([patches, np.ones((*patches.shape[:-1], 1))], axis=-1)
+    assert np.array_equal(gx.bezier(weighted, 4, normals=False).indices, first.indices)
+    weighted[0, 1, 0] *= 3.0  # its border is not its neighbour's any more
+    assert gx.bezier(weighted, 4, normals=False).n_points > first.n_points
