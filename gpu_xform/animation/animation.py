@@ -23,7 +23,15 @@ from ..annotation.axes import pad_bounds
 from ..annotation.options import NO_OPTIONS, AnnotationOptions, AxesLike, LegendLike
 from ..device import Device
 from ..drawing.boxes import box_corners
-from ..drawing.camera import Camera, CameraLike, extreme_points, fit_options, require_in_range
+from ..drawing.camera import (
+    DEFAULT_UP,
+    Camera,
+    CameraLike,
+    extreme_points,
+    fit_options,
+    front_direction,
+    require_in_range,
+)
 from ..drawing.framing import framing_points
 from ..drawing.keys import check_legend, check_titles
 from ..drawing.layer import Layer, Models, Style, require_style
@@ -49,6 +57,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 DEFAULT_SIZE = (640, 480)
+MIN_UPRIGHT_COSINE = 0.999  # between the axis of a turntable and the up direction
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
@@ -154,6 +163,9 @@ def turntable(
 ) -> Animation:
     """Return an animation of models that rotate once about an axis through the centre of their bounds.
 
+    About the up direction they are seen from the front first, and somewhat from above, unless `camera` has a direction:
+    four frames are the front, a side, the back and the other side, eight frames also the corners between them.
+
     Parameters
     ----------
     models : Mesh, (n, 3) numbers, path, PointBuffer, Layer, Scene, or a list of these
@@ -196,6 +208,13 @@ def turntable(
         raise MeshError("a model without points cannot turn about its centre")
     centre = (points.min(axis=0) + points.max(axis=0)) / 2.0
     to_centre, from_centre = translate(*-centre), translate(*centre)
+
+    camera = options.get("camera")
+    if not isinstance(camera, Camera):
+        fit = fit_options(camera)
+        up = as_unit_vector(fit.get("up", DEFAULT_UP), "up", 3)
+        if fit.get("direction") is None and abs(up @ unit_axis) > MIN_UPRIGHT_COSINE:
+            options["camera"] = fit | {"direction": front_direction(up)}
 
     def rotation(k: int) -> Float64Array:
         return from_centre @ rotate(unit_axis, 360.0 * k / n_frames, degrees=True) @ to_centre

@@ -13,6 +13,7 @@ from .. import matrices
 from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_square_matrix, as_vector
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
+from ..drawing.camera import MIN_MARGIN
 from ..drawing.dash_patterns import MAX_DASHES, as_dash_pattern
 from ..drawing.enums import HIDDEN_STYLES, SHADE, SHADINGS
 from ..drawing.lengths import as_dpi, to_pixels
@@ -23,6 +24,8 @@ from ..raster.names import RASTERIZERS
 from . import files
 from .path_templates import Template
 from .paths import STDIO, file_type, require_path
+
+MAX_ZOOM_FACTOR = 1.0 - 2.0 * MIN_MARGIN
 
 if TYPE_CHECKING:
     from ..formats.limits import FileLimits
@@ -299,6 +302,22 @@ def parse_view_angle(text: str) -> float:
     if not 0.0 < degrees < 180.0:
         raise ValueError(f"expected degrees between 0 and 180, got {quote(text)}")
     return degrees
+
+
+@argument_type
+def parse_angle(text: str) -> float:
+    """Parse degrees."""
+    (degrees,) = parse_numbers(text, "degrees", 1)
+    return degrees
+
+
+@argument_type
+def parse_zoom_factor(text: str) -> float:
+    """Parse the part of a picture that is filled, positive."""
+    (factor,) = parse_numbers(text, "factor", 1)
+    if not 0.0 < factor <= MAX_ZOOM_FACTOR:
+        raise ValueError(f"expected a factor above 0 and at most {MAX_ZOOM_FACTOR:g}, got {quote(text)}")
+    return factor
 
 
 @argument_type

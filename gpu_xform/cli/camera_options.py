@@ -4,6 +4,8 @@ from argparse import Namespace
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from .. import matrices
 from .._core.arguments import as_unit_vector
 from .._core.types import Float64Array
@@ -17,6 +19,10 @@ if TYPE_CHECKING:
 
 def require_one_camera(options: Namespace) -> None:
     """Raise `ArgumentError` if the options aim the camera twice, or only in part, or so that no side is up."""
+    if options.camera_position is not None and options.camera_zoom_factor is not None:
+        raise ArgumentError(
+            "camera options: --camera-zoom-factor cannot go with --camera-position: it moves the camera"
+        )
     if options.camera_position is None:
         if options.camera_focal_point is not None:
             raise ArgumentError("camera options: --camera-focal-point must come with --camera-position")
@@ -42,18 +48,42 @@ def _require_upright(options: Namespace) -> None:
 def make_camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
     """Return the camera of the options, or the keywords of `Camera.fit` if it has no position."""
     if options.camera_position is None:
-        return {"direction": _choose_view_direction(options), **_collect_lens_arguments(options)}
+        lens = _collect_lens_arguments(options)
+        if options.camera_zoom_factor is not None:
+            lens["margin"] = 0.5 - 0.5 * options.camera_zoom_factor
+        direction, up = _turn(_choose_view_direction(options), lens["up"], options)
+        return {**lens, "direction": direction, "up": up}
     from ..drawing.camera import Camera
     from ..drawing.framing import framing_points
 
     target = options.camera_focal_point
     if target is None:
         target = Mesh(framing_points(layers)).center
+    lens = _collect_lens_arguments(options)
     try:
-        return Camera.look_at(options.camera_position, target, **_collect_lens_arguments(options))
+        forward = np.subtract(target, options.camera_position)
+        if options.camera_azimuth_angle or options.camera_elevation_angle:
+            forward, lens["up"] = _turn(forward, lens["up"], options)
+        return Camera.look_at(np.subtract(target, forward), target, **lens)
     except ArgumentError as error:
         hint = ": give another --camera-view-up" if error.argument == "up" else ""
         raise ArgumentError(f"camera options: {error}{hint}") from None
+
+
+def _turn(forward: Float64Array, up: Float64Array, options: Namespace) -> tuple[Float64Array, Float64Array]:
+    """Return the direction of view (3,), as long as before, and the up direction (3,) of a camera that is turned.
+
+    F3D's order, and VTK's signs: first about the up direction, to the right; then up, where up turns along.
+    """
+    azimuth, elevation = options.camera_azimuth_angle, options.camera_elevation_angle
+    if azimuth:
+        forward = matrices.rotate(up, azimuth, degrees=True)[:3, :3] @ forward
+    if elevation:
+        right = np.cross(forward, up)
+        if right.any():
+            turn = matrices.rotate(right, -elevation, degrees=True)[:3, :3]
+            forward, up = turn @ forward, turn @ up
+    return forward, up
 
 
 def _choose_view_direction(options: Namespace) -> Float64Array:

@@ -334,6 +334,26 @@ def add_camera(parser: argparse.ArgumentParser) -> None:
         help="vertical field of view; also --fov (default: %(default)s)",
     )
     group.add_argument("--camera-orthographic", action="store_true", help="use parallel projection")
+    group.add_argument(
+        "--camera-azimuth-angle",
+        metavar="DEG",
+        type=types.parse_angle,
+        default="0",
+        help="then turn the camera so far to the right, about the models' centre or the focal point (default: 0)",
+    )
+    group.add_argument(
+        "--camera-elevation-angle",
+        metavar="DEG",
+        type=types.parse_angle,
+        default="0",
+        help="then raise the camera so far (default: 0)",
+    )
+    group.add_argument(
+        "--camera-zoom-factor",
+        metavar="F",
+        type=types.parse_zoom_factor,
+        help="part of the picture's width or height that the models fill, more than 1 to come closer (default: 0.9)",
+    )
 
 
 def add_drawing_options(parser: argparse.ArgumentParser, resolution: str) -> Any:

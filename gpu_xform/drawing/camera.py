@@ -28,6 +28,7 @@ DEFAULT_MARGIN = 0.05
 NEAR_FRACTION = 1e-3
 FAR_FRACTION = 1e3
 BLOCK_POINTS = 1 << 12
+MIN_MARGIN = -50.0  # the models are a hundred times as large as the picture
 MAX_COORDINATE = 1e300  # beyond it, the distance of a camera overflows
 
 
@@ -241,7 +242,8 @@ class Camera(Pictured):
         up : (3,) numbers
             The direction that points up in the picture.
         margin : float
-            The fraction of the picture that stays free on each side, in [0, 0.5).
+            The fraction of the picture that stays free on each side, less than 0.5; if it is negative, the camera is
+            so close that as much of the models lies outside the picture.
         fov_y : float
             The field of view from the bottom of the picture to its top, in degrees; not used if `orthographic`.
         orthographic : bool
@@ -256,15 +258,15 @@ class Camera(Pictured):
         MeshError
             The model has no points.
         ArgumentError
-            An argument is impossible: "margin must lie in [0, 0.5), got 0.5".
+            An argument is impossible: "margin must lie in [-50, 0.5), got 0.5".
         """
         points = model.positions if isinstance(model, Mesh) else _copy_points(model)
         if points.ndim != 2 or points.shape[1] != 3:
             raise ArgumentError.expecting("model", "be a Mesh or points of shape (n, 3)", f"shape {points.shape}")
         if len(points) == 0:
             raise MeshError("a model without points cannot be framed")
-        if not 0.0 <= as_float(margin, "margin") < 0.5:
-            raise ArgumentError.expecting("margin", "lie in [0, 0.5)", margin)
+        if not MIN_MARGIN <= as_float(margin, "margin") < 0.5:
+            raise ArgumentError.expecting("margin", f"lie in [{MIN_MARGIN:g}, 0.5)", margin)
         view_from_world = _view_rotation(direction, up)
         matrices.perspective(fov_y, 1.0, 1.0, 2.0)  # raises now, not at the first picture
         fit_projection = _fit_parallel if orthographic else _fit_perspective
@@ -366,6 +368,12 @@ def rotation_to_up(up: Float64Array) -> Float64Array:
 def default_direction(up: npt.ArrayLike) -> Float64Array:
     """Return the default direction of view (3,) of a model whose up direction is `up` (3,)."""
     return rotation_to_up(as_nonzero_vector(up, "up", 3)) @ DEFAULT_DIRECTION
+
+
+def front_direction(up: npt.ArrayLike) -> Float64Array:
+    """Return the direction of view (3,) from the front, as much from above as the default one."""
+    x, y, z = DEFAULT_DIRECTION
+    return rotation_to_up(as_nonzero_vector(up, "up", 3)) @ (0.0, y, -math.hypot(x, z))
 
 
 def _fit_planes(

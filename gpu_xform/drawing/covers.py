@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from .._core.error_context import prefix_errors
 from .._core.types import BoolArray
 from .cloud_source import CloudSource, Source
 from .layer import Layer
@@ -12,7 +13,11 @@ from .layer_colors import fill_colors
 
 def find_covers(layers: Sequence[Layer], sources: Sequence[Source]) -> list[BoolArray]:
     """Return which faces of each layer are filled with an opaque colour: (n_faces,), or (1,) for all."""
-    return [_find_opaque(layer, source) for layer, source in zip(layers, sources, strict=True)]
+    covers = []
+    for i, (layer, source) in enumerate(zip(layers, sources, strict=True)):
+        with prefix_errors(source.name or f"models[{i}]"):
+            covers.append(_find_opaque(layer, source))
+    return covers
 
 
 def find_covered(layers: Sequence[Layer], covers: Sequence[BoolArray]) -> list[bool]:

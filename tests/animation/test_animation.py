@@ -185,6 +185,18 @@ def test_a_turntable_rotates_once_about_the_centre(axis: Any, turned: tuple[floa
     assert np.allclose(quarter @ matrices[3], np.eye(4))
 
 
+def test_a_turntable_starts_at_the_front() -> None:
+    # A cube shows alike sides left and right in each of eight frames; points that no face uses change nothing.
+    cube = samples.cube().transformed(gx.translate(20, 15, 8))
+    stray = Mesh(np.vstack([cube.positions, [[0, 0, 0]]]), cube.faces)
+    for up in ((0, 1, 0), (0, 0, 1)):
+        for frame in turntable(stray, 8, size=(100, 75), axis=up, camera={"up": up}):
+            _, xs = np.nonzero(np.asarray(frame.convert("L")) < 200)
+            assert abs((xs.min() + xs.max()) / 2 - 49.5) <= 1.0
+    aimed = turntable(cube, 8, size=(100, 75), camera={"direction": (-1, -1, -1)})
+    assert pixels(aimed, 0).tobytes() != pixels(turntable(cube, 8, size=(100, 75)), 0).tobytes()
+
+
 def test_a_turntable_rotates_what_was_transformed() -> None:
     placed = gx.chain(gx.rotate_x(1), gx.translate(5, 0, 0))
     animation = turntable(HOUSE, 8, transform=placed, size=SIZE)
@@ -219,7 +231,7 @@ def test_a_turntable_takes_what_animate_takes(tmp_path: Path) -> None:
         (call(animate, HOUSE, TURNS, size=(10, 0)), "size must be two positive whole numbers"),
         (call(animate, HOUSE, TURNS, camera="front"), "camera must be a Camera or a dict of Camera.fit's, got str"),
         (call(animate, HOUSE, TURNS, camera={"zoom": 2}), "camera must have keys among direction, .*, got 'zoom'$"),
-        (call(animate, HOUSE, TURNS, camera={"margin": 0.5}), r"margin must lie in \[0, 0.5\)"),
+        (call(animate, HOUSE, TURNS, camera={"margin": 0.5}), r"margin must lie in \[-50, 0.5\)"),
         (
             call(animate, 5, TURNS),
             "model must be a Mesh, an array of points, a PointBuffer, a path, a Layer or a Scene, got int",

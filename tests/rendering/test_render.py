@@ -545,7 +545,7 @@ BAD_ARGUMENTS: list[tuple[dict[str, Any], type[Exception], str]] = [
     ),
     ({"camera": {"model": samples.cube()}}, ArgumentTypeError, "^camera must have keys among .*, got 'model'$"),
     ({"camera": {0: 1}}, ArgumentTypeError, "^camera must have keys among .*, got 0$"),
-    ({"camera": {"margin": 0.5}}, ArgumentError, r"^margin must lie in \[0, 0\.5\), got 0\.5$"),
+    ({"camera": {"margin": 0.5}}, ArgumentError, r"^margin must lie in \[-50, 0\.5\), got 0\.5$"),
     ({"camera": {"direction": (0, 1, 0)}}, ArgumentError, "^up must not be parallel"),
 ]
 

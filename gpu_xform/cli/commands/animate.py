@@ -95,11 +95,15 @@ def run(options: argparse.Namespace) -> int:
         if options.animation is not None:
             raise ArgumentError("--axis and --frames are for --turntable: --animation has its own length")
     from ... import animation
+    from ...drawing.camera import front_direction
 
     paths = expand_globs(options.models)
     if options.animation is not None:
         return _play(options, paths)
     layers = read_layers(options, paths, compose_transforms(options))
+    is_aimed = options.camera_direction is not None or options.camera_position is not None
+    if options.matrices is None and options.axis is None and not is_aimed:
+        options.camera_direction = front_direction(options.up)
     arguments = collect_picture_arguments(options, layers, choose_device(options))
     arguments |= {"fps": options.fps, "rasterizer": options.rasterizer}
     with name_options_in_errors(options, paths):

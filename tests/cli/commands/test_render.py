@@ -1,5 +1,6 @@
 import dataclasses
 import io
+import math
 import re
 import sys
 from pathlib import Path
@@ -87,6 +88,21 @@ def test_the_corners_of_the_model_are_lit_and_the_frame_is_not() -> None:
         (["--background-color", "#123456"], {"background": "#123456"}),
         (["--no-background"], {"background": None}),
         (["--camera-direction", "-Z"], {"camera": Camera.fit(samples.house(), direction=(0, 0, -1))}),
+        # Turned to the right and raised, as VTK's camera and so F3D's is.
+        (
+            ["--camera-direction", "-Z", "--camera-azimuth-angle", "90"],
+            {"camera": Camera.fit(samples.house(), direction=(-1, 0, 0))},
+        ),
+        (
+            ["--camera-direction", "-Z", "--camera-elevation-angle", "90"],
+            {"camera": Camera.fit(samples.house(), direction=(0, -1, 0), up=(0, 0, -1))},
+        ),
+        (
+            ["--camera-position", "0,0,9", "--camera-azimuth-angle", "90", "--camera-elevation-angle", "30"],
+            {"camera": Camera.look_at((9 * math.cos(math.pi / 6), 4.5, 0), (0, 0, 0))},
+        ),
+        (["--camera-zoom-factor", "0.5"], {"camera": {"margin": 0.25}}),
+        (["--camera-zoom-factor", "1.5"], {"camera": {"margin": -0.25}}),
         (
             ["--camera-direction=0,-1,0", "--camera-view-up", "-Z", "--camera-orthographic"],
             {"camera": Camera.fit(samples.house(), direction=(0, -1, 0), up=(0, 0, -1), orthographic=True)},
@@ -222,7 +238,12 @@ def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.Capt
 
 def test_the_help_names_the_library_s_defaults() -> None:
     defaults = {field.name: field.default for field in dataclasses.fields(Layer)}
-    in_words = {"edges": "all", "hidden": "show, with --fill remove", "fill": "no fill", "dash": "continuous"}
+    in_words = {
+        "edges": "all",
+        "hidden": "show, but behind opaque faces of another layer or with --fill remove",
+        "fill": "no fill",
+        "dash": "continuous",
+    }
     in_words |= {
         "clim": "the smallest and the largest",
         "max_points": "all",
