@@ -14,9 +14,9 @@ __version__ = "0.1.0"
 # The public names, by the module that defines them; a module's own name stands for the module itself.
 _PUBLIC_NAMES = {
     "errors": (
-        "errors ArgumentError ArgumentTypeError DeviceError DeviceMemoryError DeviceWarning DisplayError GpuXformError "
-        "MeshError MeshWarning MissingExtraError NoAdapterError PrecisionError PrecisionWarning ShaderError "
-        "SimulationError SimulationWarning SingularMatrixError SizeWarning TextWarning"
+        "errors ArgumentError ArgumentTypeError ChunkWarning DeviceError DeviceMemoryError DeviceWarning "
+        "DisplayError GpuXformError MeshError MeshWarning MissingExtraError NoAdapterError PrecisionError "
+        "PrecisionWarning ShaderError SimulationError SimulationWarning SingularMatrixError SizeWarning TextWarning"
     ),
     "device": "Device default_device",
     "matrices": (
@@ -44,6 +44,7 @@ _PUBLIC_NAMES = {
     "compute.streaming": "transform_file",
     "compute.convolution.filters": "box_kernel gaussian sobel_kernel",
     "compute.convolution.convolve": "convolve correlate",
+    "dask": "dask",
     "simulation.children": "ChildStrands",
     "simulation.obstacles": "Box Capsule HalfSpace Sphere",
     "simulation.springs": "Springs",
@@ -72,6 +73,7 @@ sys.modules.update(
 )
 
 if TYPE_CHECKING:
+    from . import dask as dask
     from . import errors as errors
     from . import matrices as matrices
     from . import planar as planar
@@ -98,6 +100,7 @@ if TYPE_CHECKING:
     from .drawing.layer import Layer as Layer
     from .errors import ArgumentError as ArgumentError
     from .errors import ArgumentTypeError as ArgumentTypeError
+    from .errors import ChunkWarning as ChunkWarning
     from .errors import DeviceError as DeviceError
     from .errors import DeviceMemoryError as DeviceMemoryError
     from .errors import DeviceWarning as DeviceWarning

@@ -1,14 +1,15 @@
 """Devices: where transforms are computed, a graphics adapter or the host's own processors."""
 
+import operator
 import os
 import threading
 from dataclasses import dataclass
 from importlib import import_module
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, SupportsIndex
 
 from ._core.public import public
-from .errors import ArgumentTypeError
+from .errors import ArgumentError, ArgumentTypeError
 
 HOST = "host"
 ADAPTER_VARIABLE = "GPU_XFORM_ADAPTER"
@@ -84,9 +85,12 @@ class Device:
     Parameters
     ----------
     adapter : str, optional
-        "host", or a part of an adapter's name, in any case; by default GPU_XFORM_ADAPTER, else the fastest adapter.
+        "host", a part of an adapter's name, in any case, or "#1" for a place in `adapters()`; by default
+        GPU_XFORM_ADAPTER, which is one of these, else the fastest adapter.
     limits : Limits, optional
         Limits to plan by, stricter than the adapter's own; the host has none.
+    index : int, optional
+        The place in `adapters()`, from 0, instead of a name: identical adapters differ in nothing else.
 
     Raises
     ------
@@ -99,14 +103,19 @@ class Device:
     adapter: Adapter
     limits: Limits
 
-    def __new__(cls, adapter: str | None = None, *, limits: Limits | None = None) -> Self:
+    def __new__(
+        cls, adapter: str | None = None, *, limits: Limits | None = None, index: SupportsIndex | None = None
+    ) -> Self:
         """Make a device of the class that `adapter` asks for."""
+        adapter = choose_adapter(adapter, index)
         if limits is not None and not isinstance(limits, Limits):
             raise ArgumentTypeError.expecting("limits", "be Limits", type(limits).__name__)
         chosen: type[Self] = cls if cls is not Device else _find_class(adapter)
         return super().__new__(chosen)
 
-    def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:
+    def __init__(
+        self, adapter: str | None = None, *, limits: Limits | None = None, index: SupportsIndex | None = None
+    ) -> None:
         raise NotImplementedError
 
     @property
@@ -155,6 +164,21 @@ _CLASSES = {HOST: ("gpu_xform.host", "HostDevice")}
 _GPU_CLASS = ("gpu_xform.gpu.device", "GpuDevice")
 
 
+def choose_adapter(adapter: str | None, index: SupportsIndex | None) -> str | None:
+    """Return the one way in which an adapter is asked for: a part of its name, or "#" and its place."""
+    if index is None:
+        return adapter
+    if adapter is not None:
+        raise ArgumentError("adapter and index exclude each other: both say which adapter", argument="index")
+    try:
+        place = operator.index(index)
+    except TypeError:
+        raise ArgumentTypeError.expecting("index", "be a whole number", repr(index)) from None
+    if place < 0:
+        raise ArgumentError.expecting("index", "be 0 or more", place)
+    return f"#{place}"
+
+
 def _find_class(adapter: str | None) -> Any:
     if adapter is not None and not isinstance(adapter, str):
         raise ArgumentTypeError.expecting("adapter", "be a text", type(adapter).__name__)
@@ -174,7 +198,7 @@ def default_device(adapter: str | None = None) -> Device:
     Parameters
     ----------
     adapter : str, optional
-        "host", or a part of an adapter's name: that device becomes the process's own. By default the one that is,
+        "host", a part of an adapter's name, or "#1": that device becomes the process's own. By default the one that is,
         opened at the first call, and again after it was closed or lost: GPU_XFORM_ADAPTER, else the fastest adapter.
 
     Returns

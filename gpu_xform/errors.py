@@ -95,6 +95,10 @@ class SizeWarning(UserWarning):
     """A picture is padded to a size that its format can hold."""
 
 
+class ChunkWarning(UserWarning):
+    """Blocks of an array do not hold whole points, and are cut in another way; the message says how."""
+
+
 class NoAdapterError(GpuXformError, RuntimeError):
     """There is no graphics adapter, or none of the requested name."""
 

@@ -3,6 +3,7 @@
 import os
 import sys
 from functools import cached_property
+from typing import SupportsIndex
 
 from .device import HOST, Adapter, Device, Limits
 from .errors import ArgumentError, DeviceError
@@ -13,7 +14,13 @@ THREADS_VARIABLE = "GPU_XFORM_THREADS"
 class HostDevice(Device):
     """The machine's own processors, as a device: it takes points in both precisions and springs, and draws nothing."""
 
-    def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:  # noqa: ARG002
+    def __init__(
+        self,
+        adapter: str | None = None,  # noqa: ARG002
+        *,
+        limits: Limits | None = None,
+        index: SupportsIndex | None = None,  # noqa: ARG002
+    ) -> None:
         self.limits = limits or Limits(sys.maxsize, sys.maxsize, sys.maxsize, 1)
         self._is_closed = False
         count_threads()  # raises

@@ -31,3 +31,20 @@ def test_a_device_given_is_used_as_it_is(device: GpuDevice) -> None:
 def test_one_binding_shows_no_more_than_a_buffer_holds() -> None:
     assert Limits(100, 50, 1, 1).max_bound_bytes == 50
     assert Limits(100, 500, 1, 1).max_bound_bytes == 100
+
+
+def test_an_adapter_is_chosen_by_its_place(monkeypatch: pytest.MonkeyPatch) -> None:
+    first = gx.adapters()[0].name
+    n = len(gx.adapters())
+    with gx.Device(index=0) as device, gx.Device("#0") as same:
+        assert device.name == same.name == first
+    with pytest.raises(gx.NoAdapterError, match=f"no graphics adapter at '#{n}'; there are: #0 '"):
+        gx.Device(index=n)
+    monkeypatch.setenv("GPU_XFORM_ADAPTER", "#0")
+    with gx.Device() as device:
+        assert device.name == first
+    for wrong, message in ((-1, "index must be 0 or more"), ("1", "index must be a whole number")):
+        with pytest.raises((gx.ArgumentError, gx.ArgumentTypeError), match=message):
+            gx.Device(index=wrong)  # type: ignore[arg-type]
+    with pytest.raises(gx.ArgumentError, match="adapter and index exclude each other"):
+        gx.Device("host", index=0)

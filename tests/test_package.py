@@ -57,6 +57,7 @@ DOCUMENTED = {
     ),
     *("Springs", "Trajectory", "Sphere", "HalfSpace", "Capsule", "Box", "Strands", "ChildStrands"),
     *("parametric", "subdivide", "Subdivision", "bspline_to_bezier"),
+    *("dask",),
     *("convolve", "correlate", "gaussian", "box_kernel", "sobel_kernel"),
 }
 
@@ -87,7 +88,15 @@ def test_another_name_is_an_attribute_error() -> None:
         gpu_xform.transfrom_points  # type: ignore[attr-defined]  # noqa: B018
 
 
-WARNINGS = {"DeviceWarning", "MeshWarning", "PrecisionWarning", "SimulationWarning", "SizeWarning", "TextWarning"}
+WARNINGS = {
+    "ChunkWarning",
+    "DeviceWarning",
+    "MeshWarning",
+    "PrecisionWarning",
+    "SimulationWarning",
+    "SizeWarning",
+    "TextWarning",
+}
 
 
 def test_every_error_is_one_of_ours_and_what_python_users_expect() -> None:
@@ -122,7 +131,7 @@ def loaded_after(statement: str) -> set[str]:
 
 HEAVY = {
     *("wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av"),
-    *("pydyf", "rendercanvas", "glfw", "DracoPy", "meshopt"),
+    *("pydyf", "rendercanvas", "glfw", "DracoPy", "meshopt", "laspy", "lazrs", "zarr", "dask", "distributed"),
 }
 
 
@@ -262,6 +271,7 @@ def test_only_these_modules_lie_loose_at_the_top() -> None:
     assert {path.stem for path in ROOT.glob("*.py")} == {
         "__init__",
         "__main__",
+        "dask",
         "device",
         "errors",
         "host",

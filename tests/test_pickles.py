@@ -75,6 +75,42 @@ def test_other_pickles_name_the_package_alone_as_well(value: Any) -> None:
     assert {name.split()[0] for name in globals_in(pickle.dumps(value, 0))} == {"gpu_xform"}
 
 
+@pytest.mark.parametrize(
+    "camera",
+    [
+        gx.Camera.look_at([1, 2, 3], [0, 0.5, 0], fov_y=30, near=0.1),
+        gx.Camera.fit(mesh(), direction=[1, -1, -2], margin=0.1, orthographic=True),
+        gx.Camera.window((-1, 2), (-3, 1)),
+        gx.Camera.eye_on_z(5, (-1, 2), (-3, 1)),
+    ],
+    ids=repr,
+)
+def test_a_camera_is_the_same_after_a_pickle(camera: gx.Camera) -> None:
+    for protocol in range(pickle.HIGHEST_PROTOCOL + 1):
+        copied = pickle.loads(pickle.dumps(camera, protocol))  # noqa: S301
+        assert np.array_equal(copied.clip_from_world(1.7), camera.clip_from_world(1.7))
+        assert repr(copied) == repr(camera)
+
+
+def test_frames_of_an_animation_are_the_same_after_a_pickle() -> None:
+    animations = [
+        gx.turntable(gx.samples.cube(), 6, size=(32, 32)),
+        gx.turntable(gx.samples.cube(), 6, size=(32, 32))[2:4],
+        gx.animate(gx.samples.cube(), [gx.identity(), gx.rotate_y(1)], size=(32, 32)),
+    ]
+    for animation in animations:
+        copied = pickle.loads(pickle.dumps(animation))  # noqa: S301
+        assert len(copied) == len(animation)
+        assert np.array_equal(np.asarray(copied[1]), np.asarray(animation[1]))
+
+
+def test_what_is_on_a_device_says_why_it_is_not_pickled() -> None:
+    device = gx.Device("host")
+    for value in (device, gx.PointBuffer(np.ones((3, 3)), device=device)):
+        with pytest.raises(gx.ArgumentTypeError, match="cannot be copied or pickled"):
+            pickle.dumps(value)
+
+
 def test_public_functions_show_their_signature_and_their_source() -> None:
     for name in PUBLIC:
         value = getattr(gx, name)

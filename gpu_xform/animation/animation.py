@@ -8,7 +8,7 @@ import inspect
 import io
 import os
 from collections.abc import Generator, Iterator, Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
@@ -50,7 +50,7 @@ from ..rendering.raster import begin_render
 from .encoders import html
 from .encoders.frames import FrameSequence
 from .encoders.registry import make_writer
-from .motion import Motion, PosesLike, make_motion, parse_frame_count
+from .motion import Motion, PosesLike, choose_frames, make_motion, parse_frame_count
 from .poses import apply_pose
 
 if TYPE_CHECKING:
@@ -208,7 +208,6 @@ def turntable(
         raise MeshError("a model without points cannot turn about its centre")
     centre = (points.min(axis=0) + points.max(axis=0)) / 2.0
     to_centre, from_centre = translate(*-centre), translate(*centre)
-
     camera = options.get("camera")
     if not isinstance(camera, Camera):
         fit = fit_options(camera)
@@ -216,10 +215,15 @@ def turntable(
         if fit.get("direction") is None and abs(up @ unit_axis) > MIN_UPRIGHT_COSINE:
             options["camera"] = fit | {"direction": front_direction(up)}
 
-    def rotation(k: int) -> Float64Array:
-        return from_centre @ rotate(unit_axis, 360.0 * k / n_frames, degrees=True) @ to_centre
-
+    rotation = partial(_rotate_about, unit_axis, from_centre, to_centre, n_frames)
     return animate(loaded, rotation, path, n_frames=n_frames, **placement, **options)
+
+
+def _rotate_about(
+    axis: Float64Array, from_centre: Float64Array, to_centre: Float64Array, n_frames: int, k: int
+) -> Float64Array:
+    """Return the pose of a frame of `turntable`; no function inside it, which could not be pickled."""
+    return from_centre @ rotate(axis, 360.0 * k / n_frames, degrees=True) @ to_centre
 
 
 @public
@@ -430,13 +434,13 @@ class Animation:
             if not -len(self) <= i < len(self):
                 raise IndexError(f"frame {i} of {len(self)}")
             return self.frame(i)
-        chosen, pose_at = range(len(self))[frames], self._motion.pose_at
+        chosen = range(len(self))[frames]
         if not chosen:
             raise ArgumentError.expecting("frames", f"choose some of {len(self)} frames", repr(frames))
         part = copy.copy(self)
         part.camera = self.camera  # cached properties, found over all frames
         part._axes_bounds = self._axes_bounds
-        part._motion = Motion(len(chosen), self.fps, lambda k: pose_at(chosen[k]))
+        part._motion = choose_frames(self._motion, chosen)
         return part
 
     def __iter__(self) -> Iterator[Image]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -49,7 +50,9 @@ def make_motion(frames: PosesLike, fps: float | None, n_frames: int | None, dura
     if n_frames is not None or duration is not None:
         raise ArgumentError("n_frames and duration go with a function: frames that are given are counted")
     if isinstance(frames, SceneAnimation):
-        return Motion(parse_frame_count(round(frames.duration * fps) + 1, "frames"), fps, lambda k: frames.at(k / fps))
+        return Motion(
+            parse_frame_count(round(frames.duration * fps) + 1, "frames"), fps, partial(_pose_scene, frames, fps)
+        )
     models = frames.as_models() if isinstance(frames, Trajectory) else frames
     poses = [as_pose(frame, f"frames[{k}]") for k, frame in enumerate(_iterate(models))]
     if not poses:
@@ -85,16 +88,30 @@ def _sample_function(
             raise ArgumentError.expecting("duration", limit, f"{seconds:g}")
         n_frames = max(1, round(seconds * fps))
     step = 1 if duration is None else 1 / fps
+    return Motion(parse_frame_count(n_frames, "n_frames"), fps, partial(_call, function, step))
 
-    def pose_at(k: int) -> Pose:
-        try:
-            frame = function(k * step)
-        except Exception as error:
-            what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-            raise ArgumentError(f"frames raised at frame {k}: {what}") from error
-        return as_pose(frame, f"frames({k * step:g})")
 
-    return Motion(parse_frame_count(n_frames, "n_frames"), fps, pose_at)
+def _pose_scene(frames: SceneAnimation, fps: float, k: int) -> Pose:
+    return frames.at(k / fps)
+
+
+def _call(function: Callable[[Any], Any], step: float, k: int) -> Pose:
+    """Return what a function of the user gives for a frame."""
+    try:
+        frame = function(k * step)
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+        raise ArgumentError(f"frames raised at frame {k}: {what}") from error
+    return as_pose(frame, f"frames({k * step:g})")
+
+
+def choose_frames(motion: Motion, chosen: range) -> Motion:
+    """Return the motion of some frames of another."""
+    return Motion(len(chosen), motion.fps, partial(_choose_pose, motion.pose_at, chosen))
+
+
+def _choose_pose(pose_at: Callable[[int], Pose], chosen: range, k: int) -> Pose:
+    return pose_at(chosen[k])
 
 
 def _iterate(frames: Any) -> Iterable[Any]:

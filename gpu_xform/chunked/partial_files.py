@@ -35,6 +35,10 @@ class FileSink:
         self._facts: list[dict[str, Any]] = []
         self._file: BinaryIO
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Leave the open file out: elsewhere parts are encoded, and none is written."""
+        return {name: value for name, value in self.__dict__.items() if name not in ("_file", "_facts")}
+
     def open(self, resume: bool, step: int, work: str) -> AbstractContextManager[int]:
         """Open the file, lend how many points its whole parts hold, and finish it at the end of the block."""
         return self._open_stream() if self._is_stream else self._open_partial(resume, step, work)

@@ -143,7 +143,7 @@ class ZarrSink:
         self._array: Any = None
 
     def __getstate__(self) -> dict[str, Any]:
-        return {**self.__dict__, "_array": None}
+        return {**self.__dict__, "_array": None, "_work": ""}  # elsewhere nothing is noted
 
     @property
     def _partial(self) -> Path:

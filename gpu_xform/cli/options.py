@@ -383,7 +383,7 @@ def add_general_options(parser: argparse.ArgumentParser, *, adapter: bool, raste
         group.add_argument(
             "--adapter",
             metavar="NAME",
-            help="graphics adapter, by a part of its name"
+            help="graphics adapter, by a part of its name, or #0, #1 for its place in the list of doctor"
             f"{'' if rasterizer else ', or host for the processors'} (default: $GPU_XFORM_ADAPTER, else the fastest)",
         )
     if rasterizer:

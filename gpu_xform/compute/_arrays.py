@@ -16,6 +16,7 @@ def as_point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
     Nothing is copied if the numbers are float32 or float64 already; integers become float64, float16 float32. A row
     that a mask hides becomes one that is shown.
     """
+    _refuse_dask(points)
     array = as_host_array(fill_hidden_rows(points), "points")
     if array.dtype.kind in "iu" or (array.size == 0 and not hasattr(points, "dtype")):
         array = array.astype(np.float64)
@@ -26,6 +27,14 @@ def as_point_array(points: npt.ArrayLike) -> npt.NDArray[Any]:
     if array.ndim < 2 or array.shape[-1] not in {2, 3}:
         raise ArgumentError.expecting("points", "have shape (n, 3) or (n, 2)", array.shape)
     return array
+
+
+def _refuse_dask(points: object) -> None:
+    """Raise for an array of Dask, which NumPy would pull into memory whole."""
+    if type(points).__module__.partition(".")[0] == "dask":
+        raise ArgumentTypeError.expecting(
+            "points", "be in memory", "a dask array: gpu_xform.dask has the same functions, a block at a time"
+        )
 
 
 def as_host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:

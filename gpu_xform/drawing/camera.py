@@ -49,6 +49,17 @@ class Camera(Pictured):
         self._clip_from_world = clip_from_world
         self._description = description
         self._fit_planes = fit_planes
+        self._recipe: tuple[str, dict[str, Any]] | None = None
+
+    def _with_recipe(self, maker: str, **options: Any) -> Camera:
+        """Note by which method and options this camera is made, which pickles hold instead of its functions."""
+        self._recipe = maker, options
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        if self._recipe is None:
+            raise ArgumentTypeError("a Camera of functions cannot be pickled; those of Camera.look_at, fit, ... can")
+        return _make_camera, (type(self), *self._recipe)
 
     def clip_from_world(self, aspect: float) -> Float64Array:
         """Return the matrix from the world to clip space.
@@ -150,7 +161,8 @@ class Camera(Pictured):
         description = f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r}{others})"
         is_fitted = given_near is None or given_far is None
         camera = cls(clip_from_world, description, fit_planes if is_fitted else None)
-        return camera
+        planes = {"near": given_near, "far": given_far, "orthographic": orthographic}
+        return camera._with_recipe("look_at", eye=eye, target=target, up=up, fov_y=fov_y, **planes)
 
     @classmethod
     def window(cls, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Camera:
@@ -178,7 +190,8 @@ class Camera(Pictured):
         def clip_from_world(aspect: float) -> Float64Array:
             return _window_matrix(limits, aspect)
 
-        return cls(clip_from_world, f"window(xlim={xlim!r}, ylim={ylim!r})")
+        camera = cls(clip_from_world, f"window(xlim={xlim!r}, ylim={ylim!r})")
+        return camera._with_recipe("window", xlim=xlim, ylim=ylim)
 
     @classmethod
     def eye_on_z(cls, d: float, xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Camera:
@@ -217,7 +230,8 @@ class Camera(Pictured):
             window[2] = 0.0, 0.0, 1.0, 0.0
             return window @ perspective
 
-        return cls(clip_from_world, f"eye_on_z({d!r}, xlim={xlim!r}, ylim={ylim!r})")
+        camera = cls(clip_from_world, f"eye_on_z({d!r}, xlim={xlim!r}, ylim={ylim!r})")
+        return camera._with_recipe("eye_on_z", d=d, xlim=xlim, ylim=ylim)
 
     @classmethod
     def fit(
@@ -284,7 +298,15 @@ class Camera(Pictured):
             return fit_projection(lowest, highest, fov_y, aspect, 1.0 - 2.0 * margin) @ view_from_world
 
         others = _non_default(fov_y=(fov_y, DEFAULT_FOV_Y), orthographic=(orthographic, False))
-        return cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r}{others})")
+        camera = cls(clip_from_world, f"fit(direction={direction!r}, up={up!r}, margin={margin!r}{others})")
+        view = {"direction": direction, "up": up, "margin": margin, "fov_y": fov_y, "orthographic": orthographic}
+        return camera._with_recipe("fit", model=points, **view)
+
+
+def _make_camera(kind: type[Camera], maker: str, options: dict[str, Any]) -> Camera:
+    """Return the camera of a pickle."""
+    camera: Camera = getattr(kind, maker)(**options)
+    return camera
 
 
 CameraLike: TypeAlias = Camera | Mapping[str, Any]

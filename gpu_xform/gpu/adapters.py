@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -36,7 +37,7 @@ def adapters() -> list[Adapter]:
     Returns
     -------
     list of Adapter
-        Empty if there is no driver. `Device(adapter.name)` opens one.
+        Empty if there is no driver. `Device(adapter.name)` opens one, `Device(index=1)` the second.
 
     Raises
     ------
@@ -70,13 +71,21 @@ def describe_adapter(adapter: wgpu.GPUAdapter) -> Adapter:
 
 
 def find_adapter(name: str | None) -> wgpu.GPUAdapter:
-    """Return the fastest adapter whose name contains `name`, in any case; raise `NoAdapterError` if there is none."""
+    """Return the fastest adapter whose name contains `name`, in any case, or the one at the place "#1" of all.
+
+    Raises `NoAdapterError` if there is none.
+    """
     found = list_native_adapters()
     if not found:
         raise NoAdapterError(
             f"no graphics adapter with a {' or '.join(NATIVE_BACKENDS)} driver; arrays of points can be transformed "
             f"without, by gx.Device('host') or --adapter host. {suggest_driver()}"
         )
+    if name is not None and re.fullmatch(r"#\d{1,9}", name):
+        if int(name[1:]) < len(found):
+            return found[int(name[1:])]
+        names = ", ".join(f"#{place} {adapter.info['device']!r}" for place, adapter in enumerate(found))
+        raise NoAdapterError(f"no graphics adapter at {name!r}; there are: {names}")
     for adapter in found:
         if name is None or name.casefold() in adapter.info["device"].casefold():
             return adapter

@@ -3,10 +3,10 @@
 import contextlib
 import threading
 from collections.abc import Iterator
-from typing import Self
+from typing import Self, SupportsIndex
 
 from .._core.interrupts import defer_interrupts
-from ..device import Device, Limits, default_device, resolve_device
+from ..device import Device, Limits, choose_adapter, default_device, resolve_device
 from ..errors import DeviceError
 from . import self_test
 from .buffer_pool import BufferPool
@@ -22,7 +22,10 @@ from .trace import Tracer, trace_from_environment
 class GpuDevice(Device):
     """A graphics adapter, opened, as a device: it transforms points and draws pictures."""
 
-    def __init__(self, adapter: str | None = None, *, limits: Limits | None = None) -> None:
+    def __init__(
+        self, adapter: str | None = None, *, limits: Limits | None = None, index: SupportsIndex | None = None
+    ) -> None:
+        adapter = choose_adapter(adapter, index)
         with defer_interrupts():  # a half-opened device would only be closed when Python finds it
             self._compose(GpuContext(adapter, limits=limits))
 

@@ -1,0 +1,163 @@
+"""Files on several processes: the same bytes as from one, also when a worker is killed."""
+
+import contextlib
+import os
+import shutil
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import laspy
+import numpy as np
+import pytest
+import zarr
+
+import gpu_xform as gx
+from gpu_xform.compute import cluster, device_plugin, streaming
+from tests.chunked.test_las import MATRIX
+from tests.support.las_files import make_las
+from tests.support.reference_transform import AFFINE, some_points
+
+# The libraries of the cluster leave sockets to the garbage collector when a process of theirs is killed.
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.filterwarnings("ignore::ResourceWarning"),
+    pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning"),
+    pytest.mark.filterwarnings("ignore::DeprecationWarning"),
+]
+
+
+@pytest.fixture(scope="module")
+def running() -> Iterator[Any]:
+    """A cluster of two spawned processes, for all tests that only need one."""
+    import distributed
+
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=":0", silence_logs=50
+    ) as local:
+        yield local
+
+
+@pytest.fixture(autouse=True)
+def _small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 1000)
+
+
+def write_zarr(path: Path, n: int) -> Any:
+    points = some_points(n, "f4")
+    array = zarr.create_array(store=str(path), shape=points.shape, shards=(100, 3), chunks=(50, 3), dtype="f4")
+    array[:] = points
+    return points
+
+
+def read_all(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+def test_a_running_scheduler_gives_the_same_store_and_the_same_files(
+    running: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_zarr(tmp_path / "in.zarr", 950)
+    told: list[int] = []
+    options = {"scheduler": running.scheduler_address}
+    gx.transform_file(
+        tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, progress=lambda done, _: told.append(done), **options
+    )
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE)
+    assert read_all(tmp_path / "out.zarr") == read_all(tmp_path / "one.zarr")
+    assert told == [*range(100, 950, 100), 950]
+    make_las(tmp_path / "in.las", 110_000, 6)
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 1_000_000)
+    for name in ("laz", "las"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / f"out.{name}", MATRIX, **options)
+        gx.transform_file(tmp_path / "in.las", tmp_path / f"one.{name}", MATRIX)
+        assert (tmp_path / f"out.{name}").read_bytes() == (tmp_path / f"one.{name}").read_bytes()
+    assert len(laspy.read(tmp_path / "out.laz")) == 110_000
+
+
+def test_an_error_of_a_worker_names_file_and_chunk(running: Any, tmp_path: Path) -> None:
+    write_zarr(tmp_path / "in.zarr", 950)
+    (tmp_path / "in.zarr" / "c" / "3" / "0").write_bytes(b"spoiled")
+    with pytest.raises(gx.ArgumentError, match=r"in\.zarr: chunk c/3/0 \(points 300 to 399\) cannot be read"):
+        gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, scheduler=running.scheduler_address)
+    assert not (tmp_path / "out.zarr").exists()
+
+
+def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    points = write_zarr(tmp_path / "in.zarr", 6000)
+    clients: list[Any] = []
+    original = cluster._connect
+
+    @contextlib.contextmanager
+    def watched(*arguments: Any) -> Iterator[Any]:
+        with original(*arguments) as client:
+            clients.append(client)
+            yield client
+
+    monkeypatch.setattr(cluster, "_connect", watched)
+    killed: list[int] = []
+
+    def kill(done: int, _: int) -> None:
+        if done == 1000:
+            pids = clients[0].run(os.getpid)
+            killed.append(next(iter(pids.values())))
+            os.kill(killed[0], signal.SIGKILL)
+
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, workers=2, progress=kill)
+    assert len(killed) == 1
+    result = zarr.open_array(str(tmp_path / "out.zarr"), mode="r")
+    assert np.asarray(result[:]).tobytes() == gx.transform_points(points, AFFINE).tobytes()
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE)
+    assert read_all(tmp_path / "out.zarr") == read_all(tmp_path / "one.zarr")
+
+
+def test_what_a_run_on_workers_left_is_resumed_by_one_process(running: Any, tmp_path: Path) -> None:
+    write_zarr(tmp_path / "in.zarr", 950)
+
+    def stop(done: int, _: int) -> None:
+        if done == 400:
+            raise RuntimeError
+
+    options = {"scheduler": running.scheduler_address}
+    with pytest.raises(RuntimeError):
+        gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, progress=stop, **options)
+    told: list[int] = []
+    gx.transform_file(
+        tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, resume=True, progress=lambda done, _: told.append(done)
+    )
+    assert told == [500, 600, 700, 800, 900, 950]
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE)
+    assert read_all(tmp_path / "out.zarr") == read_all(tmp_path / "one.zarr")
+    shutil.rmtree(tmp_path / "one.zarr")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"workers": 0}, "workers must be a positive whole number, got 0"),
+        ({"workers": 1.5}, "workers must be a whole number, got 1.5"),
+        ({"workers": 2, "scheduler": "tcp://x:1"}, "workers and scheduler exclude each other"),
+        ({"scheduler": 5}, "scheduler must be a text"),
+        ({"workers": 2, "device": gx.Device("host")}, "device is the process's own"),
+    ],
+)
+def test_wrong_workers_are_refused(tmp_path: Path, options: dict[str, Any], message: str) -> None:
+    np.save(tmp_path / "in.npy", some_points(10, "f4"))
+    with pytest.raises((gx.ArgumentError, gx.ArgumentTypeError), match=message):
+        gx.transform_file(tmp_path / "in.npy", tmp_path / "out.npy", AFFINE, **options)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.npy"]
+
+
+def test_a_worker_takes_the_adapter_of_its_slot(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fake(*kinds: str) -> None:
+        found = [type("Adapter", (), {"kind": kind}) for kind in kinds]
+        monkeypatch.setattr(device_plugin, "adapters", lambda: found)
+
+    fake("DiscreteGPU", "DiscreteGPU", "CPU")
+    names = ("0", "1", "2", "tcp://10.0.0.1:4000", "worker-3")
+    assert [device_plugin.choose_slot(name) for name in names] == ["#0", "#1", "#0", "#0", "#1"]
+    fake("CPU")
+    assert device_plugin.choose_slot("0") == "host"
+    with pytest.raises(gx.ArgumentTypeError, match="adapter must be a text"):
+        gx.dask.DevicePlugin(5)  # type: ignore[arg-type]
