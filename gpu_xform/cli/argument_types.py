@@ -235,6 +235,16 @@ def parse_dpi(text: str) -> float:
 
 
 @argument_type
+def parse_units(text: str) -> str:
+    """Parse the unit of a model's lengths."""
+    from ..drawing.page import UNITS_MM
+
+    if text not in UNITS_MM:
+        raise ValueError(f"expected {', '.join(UNITS_MM)}, got {quote(text)}")
+    return text
+
+
+@argument_type
 def parse_dash(text: str) -> str | tuple[float, ...]:
     """Parse lengths in line widths, or a line type of ISO 128."""
     return _parse_dash(text)

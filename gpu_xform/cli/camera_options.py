@@ -100,7 +100,7 @@ def _collect_lens_arguments(options: Namespace) -> dict[str, Any]:
     return {
         "up": _choose_view_up(options),
         "fov_y": options.camera_view_angle,
-        "orthographic": options.camera_orthographic,
+        "orthographic": options.camera_orthographic or getattr(options, "drawing_scale", None) is not None,
     }
 
 

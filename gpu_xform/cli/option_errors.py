@@ -13,7 +13,9 @@ OPTIONS_OF_ARGUMENTS = {
     "background": "--no-background",
     "bend": "--bend-stiffness",
     "damping": "--damping",
+    "dpi": "--dpi",
     "drag": "--drag",
+    "drawing_scale": "--drawing-scale",
     "duration": "--duration",
     "edge_colors": "--edge-colors",
     "edges": "--edges",
@@ -24,8 +26,10 @@ OPTIONS_OF_ARGUMENTS = {
     "friction": "--friction",
     "gap": "--gap",
     "labels": "--labels",
+    "margin": "--margin",
     "mass": "--mass",
     "drag_rate": "--drag",
+    "paper": "--paper",
     "path": "-o",
     "pinned": "--pin",
     "scalars": "--scalars",
@@ -34,6 +38,7 @@ OPTIONS_OF_ARGUMENTS = {
     "stretch": "--stretch-stiffness",
     "substeps": "--substeps",
     "wind": "--wind",
+    "units": "--units",
     "vertex_colors": "--vertex-colors",
 }
 # Those that together need more steps than there may be: named as far as they were given.

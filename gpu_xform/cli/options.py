@@ -366,13 +366,31 @@ def add_drawing_options(parser: argparse.ArgumentParser, resolution: str) -> Any
     return picture
 
 
-def add_dpi(picture: Any) -> None:
-    """Add what pictures of pixels have beside their size."""
+def add_page(picture: Any) -> None:
+    """Add the page that is drawn on, in place of a size in pixels, and how many pixels an inch has."""
+    picture.add_argument(
+        "--paper",
+        metavar="NAME|WxH",
+        help="draw on a page, in place of --resolution: A0 to A6, letter, legal or tabloid, with -landscape to turn "
+        "it, or a size, as 200x100mm",
+    )
+    picture.add_argument(
+        "--drawing-scale",
+        metavar="N:M",
+        help="lengths on the page over those of the models, as 1:10; projects in parallel (default: fill the page)",
+    )
+    picture.add_argument("--margin", metavar="LENGTH", help="margin of the page (default: 10mm)")
+    picture.add_argument(
+        "--units",
+        metavar="UNIT",
+        type=types.parse_units,
+        help="unit of the models: um, mm, cm, m, in or ft (default: mm)",
+    )
     picture.add_argument(
         "--dpi",
         metavar="N",
         type=types.parse_dpi,
-        help="pixels per inch, for lengths with a unit (default: 96)",
+        help="pixels per inch of a .png, for the page and for lengths with a unit (default: 96)",
     )
 
 

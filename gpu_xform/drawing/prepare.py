@@ -34,10 +34,12 @@ from .intersections import add_intersections
 from .keys import check_legend, check_titles, color_bars, legend_entries
 from .layer import Layer, Models, Style, as_layers, at_present, with_lengths_in_pixels
 from .lengths import PX_PER_INCH
+from .page import Page
 from .point_array import PointArray
 from .thin import thin_layer
 from .view import View
 
+DEFAULT_SIZE = (1024, 1024)
 MAX_SIDE_PX = 1 << 16  # single precision still places lines within a hundredth of a pixel there
 MAX_PIXELS = 1 << 30
 
@@ -52,12 +54,13 @@ class Frame:
     """
 
     camera: CameraLike | None = None
-    size: Size = (1024, 1024)
+    size: Size = DEFAULT_SIZE
     background: ColorLike | None = "white"
     device: Device | None = None
     annotations: AnnotationOptions = NO_OPTIONS
     dpi: float = PX_PER_INCH
     axes_bounds: Float64Array | None = None
+    page: Page | None = None
 
 
 @dataclass(frozen=True)
@@ -88,7 +91,8 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
     draws_clouds : points that nothing joins may come as the clouds of the draw list
     """
     background = parse_background(frame.background)
-    width, height = parse_size(frame.size)
+    page = frame.page
+    width, height = parse_size(frame.size if page is None else page.size_px(frame.dpi))
     asked = frame.annotations
     text_style = cache(lambda: make_text_style(asked.font, asked.font_size, (width, height), background))
     titles, legend = check_titles(asked.axes), check_legend(asked.legend)
@@ -105,7 +109,7 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
     for source in sources:
         if source.n_points == 0:
             raise MeshError("model must have edges to draw, got 0 points and 0 faces")
-    aspect = width / height
+    aspect = width / height if page is None else page.aspect
     framing = Framing(layers, sources)
     box = None
     if titles is not None:
@@ -116,14 +120,20 @@ def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: b
     def camera_for(aspect: float) -> Camera:
         if isinstance(frame.camera, Camera):
             return frame.camera.with_planes_around(framing.box_corners)
-        return _fit_camera(fit_options(frame.camera), framing, aspect)
+        options = fit_options(frame.camera)
+        return _fit_camera(options if page is None else page.fit_options(options), framing, aspect)
 
     def clip_for(aspect: float) -> Float64Array:
         return camera_for(aspect).clip_from_world(aspect)
 
-    layout = Layout(clip_for(aspect), NO_ANNOTATION, ())
+    forward_z = clip_for(aspect)
+    if page is not None:
+        forward_z = page.place(forward_z, framing.points_to_fit(lambda: forward_z[:2, :3]), frame.dpi)
+    layout = Layout(forward_z, NO_ANNOTATION, ())
     entries, bars = legend_entries(layers, sources, legend), color_bars(layers)
     if box is not None or entries or bars:
+        if page is not None:
+            raise ArgumentError.expecting("paper", "not be given with axes, a legend or a colour bar")
         column = lay_out_column(entries, bars, (width, height), text_style())
         layout = lay_out(clip_for, box, titles or (), column, (width, height), text_style())
     layers = [*layout.layers, *layers]

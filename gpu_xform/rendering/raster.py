@@ -13,7 +13,8 @@ from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.lengths import PX_PER_INCH, as_dpi
-from ..drawing.prepare import Frame, Size, prepare_frame
+from ..drawing.page import PaperLike, make_page
+from ..drawing.prepare import DEFAULT_SIZE, Frame, Size, prepare_frame
 from ..drawing.style_signature import show_style_keywords
 from ..gpu.device import GpuDevice
 from ..imaging import image as images
@@ -34,7 +35,7 @@ def render(
     models: Models,
     *,
     camera: CameraLike | None = None,
-    size: Size = (1024, 1024),
+    size: Size = DEFAULT_SIZE,
     background: ColorLike | None = "white",
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
@@ -43,6 +44,10 @@ def render(
     font: StrPath | None = None,
     font_size: float | None = None,
     dpi: float = PX_PER_INCH,
+    paper: PaperLike | None = None,
+    drawing_scale: str | float | None = None,
+    margin: float | str | None = None,
+    units: str = "mm",
     **style: Unpack[Style],
 ) -> Image:
     """Draw models as lines, points and filled faces; return a Pillow image.
@@ -78,7 +83,17 @@ def render(
     font_size : float, optional
         The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
     dpi : float
-        Pixels per inch, for lengths with a unit, such as `line_width="0.35mm"`.
+        Pixels per inch, for lengths with a unit, such as `line_width="0.35mm"`, and for pages.
+    paper : str or (width, height), optional
+        The page, in place of `size`: A0 to A6, letter, legal or tabloid, also "A4 landscape"; or its sides, as
+        "200x100mm" or in millimetres.
+    drawing_scale : str or float, optional
+        Lengths on paper over those of the models, such as "1:10", for an orthographic camera, which is the default
+        then. Without it, models fill the page between the margins.
+    margin : float or str, optional
+        The margin of the page in millimetres, or with a unit; 10 mm by default.
+    units : str
+        The unit of the models' lengths: um, mm, cm, m, in or ft.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
@@ -101,7 +116,10 @@ def render(
     OSError
         A model file cannot be read.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi))
+    page = make_page(paper, drawing_scale, margin, units, size, DEFAULT_SIZE)
+    frame = Frame(
+        camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi), page=page
+    )
     return images.to_pillow(begin_render(models, frame, style, rasterizer=rasterizer).result())
 
 
@@ -111,7 +129,7 @@ def render_array(
     models: Models,
     *,
     camera: CameraLike | None = None,
-    size: Size = (1024, 1024),
+    size: Size = DEFAULT_SIZE,
     background: ColorLike | None = "white",
     device: Device | None = None,
     rasterizer: RasterizerName = "auto",
@@ -120,6 +138,10 @@ def render_array(
     font: StrPath | None = None,
     font_size: float | None = None,
     dpi: float = PX_PER_INCH,
+    paper: PaperLike | None = None,
+    drawing_scale: str | float | None = None,
+    margin: float | str | None = None,
+    units: str = "mm",
     **style: Unpack[Style],
 ) -> images.Pixels:
     """Draw models as `render` does; return the pixels as an array.
@@ -155,7 +177,17 @@ def render_array(
     font_size : float, optional
         The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
     dpi : float
-        Pixels per inch, for lengths with a unit, such as `line_width="0.35mm"`.
+        Pixels per inch, for lengths with a unit, such as `line_width="0.35mm"`, and for pages.
+    paper : str or (width, height), optional
+        The page, in place of `size`: A0 to A6, letter, legal or tabloid, also "A4 landscape"; or its sides, as
+        "200x100mm" or in millimetres.
+    drawing_scale : str or float, optional
+        Lengths on paper over those of the models, such as "1:10", for an orthographic camera, which is the default
+        then. Without it, models fill the page between the margins.
+    margin : float or str, optional
+        The margin of the page in millimetres, or with a unit; 10 mm by default.
+    units : str
+        The unit of the models' lengths: um, mm, cm, m, in or ft.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
@@ -178,7 +210,10 @@ def render_array(
     OSError
         A model file cannot be read.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi))
+    page = make_page(paper, drawing_scale, margin, units, size, DEFAULT_SIZE)
+    frame = Frame(
+        camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi), page=page
+    )
     return begin_render(models, frame, style, rasterizer=rasterizer).result()
 
 

@@ -11,7 +11,8 @@ from ..annotation.options import AnnotationOptions, AxesLike, LegendLike
 from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
-from ..drawing.prepare import Frame, PreparedFrame, Size, prepare_frame
+from ..drawing.page import PaperLike, make_page
+from ..drawing.prepare import DEFAULT_SIZE, Frame, PreparedFrame, Size, prepare_frame
 from ..drawing.style_signature import show_style_keywords
 from ..errors import ArgumentError
 from ..imaging.colors import ColorLike, Rgba
@@ -28,13 +29,17 @@ def render_svg(
     models: Models,
     *,
     camera: CameraLike | None = None,
-    size: Size = (1024, 1024),
+    size: Size = DEFAULT_SIZE,
     background: ColorLike | None = "white",
     device: Device | None = None,
     axes: AxesLike = False,
     legend: LegendLike = False,
     font: StrPath | None = None,
     font_size: float | None = None,
+    paper: PaperLike | None = None,
+    drawing_scale: str | float | None = None,
+    margin: float | str | None = None,
+    units: str = "mm",
     **style: Unpack[Style],
 ) -> SvgText:
     """Draw models as `render` does; return an SVG document with a group per model.
@@ -65,6 +70,16 @@ def render_svg(
         "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
     font_size : float, optional
         The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
+    paper : str or (width, height), optional
+        The page, in place of `size`: A0 to A6, letter, legal or tabloid, also "A4 landscape"; or its sides, as
+        "200x100mm" or in millimetres.
+    drawing_scale : str or float, optional
+        Lengths on paper over those of the models, such as "1:10", for an orthographic camera, which is the default
+        then. Without it, models fill the page between the margins.
+    margin : float or str, optional
+        The margin of the page in millimetres, or with a unit; 10 mm by default.
+    units : str
+        The unit of the models' lengths: um, mm, cm, m, in or ft.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
@@ -103,7 +118,8 @@ def render_svg(
     Texts are text, in the family of the font, fitted to the widths that the font has here: viewers without it show
     another one of the same widths.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size))
+    page = make_page(paper, drawing_scale, margin, units, size, DEFAULT_SIZE)
+    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), page=page)
     return SvgText(format_svg(*_draw(models, frame, style)))
 
 
@@ -113,13 +129,17 @@ def render_pdf(
     models: Models,
     *,
     camera: CameraLike | None = None,
-    size: Size = (1024, 1024),
+    size: Size = DEFAULT_SIZE,
     background: ColorLike | None = "white",
     device: Device | None = None,
     axes: AxesLike = False,
     legend: LegendLike = False,
     font: StrPath | None = None,
     font_size: float | None = None,
+    paper: PaperLike | None = None,
+    drawing_scale: str | float | None = None,
+    margin: float | str | None = None,
+    units: str = "mm",
     **style: Unpack[Style],
 ) -> bytes:
     """Draw models as `render_svg` does; return a PDF document of one page.
@@ -150,6 +170,16 @@ def render_pdf(
         "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
     font_size : float, optional
         The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
+    paper : str or (width, height), optional
+        The page, in place of `size`: A0 to A6, letter, legal or tabloid, also "A4 landscape"; or its sides, as
+        "200x100mm" or in millimetres.
+    drawing_scale : str or float, optional
+        Lengths on paper over those of the models, such as "1:10", for an orthographic camera, which is the default
+        then. Without it, models fill the page between the margins.
+    margin : float or str, optional
+        The margin of the page in millimetres, or with a unit; 10 mm by default.
+    units : str
+        The unit of the models' lengths: um, mm, cm, m, in or ft.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
@@ -174,15 +204,19 @@ def render_pdf(
     MissingExtraError
         The extra `pdf` is not installed.
     """
-    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size))
+    page = make_page(paper, drawing_scale, margin, units, size, DEFAULT_SIZE)
+    frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), page=page)
     return format_pdf(*_draw(models, frame, style))
 
 
-def _draw(models: Models, frame: Frame, style: Style) -> tuple[tuple[int, int], Rgba, list[VectorLayer], Annotation]:
+def _draw(
+    models: Models, frame: Frame, style: Style
+) -> tuple[tuple[float, float], Rgba, list[VectorLayer], Annotation]:
     """Return the size, the background, the layers and the annotation of a picture, as the writers take them."""
     with prepare_frame(models, frame, style) as prepared:
         _require_depths_fit(prepared)
-        return prepared.view.size, prepared.background, build_layers(prepared), make_annotation(prepared)
+        size = prepared.view.size if frame.page is None else frame.page.sides_px(frame.dpi)
+        return size, prepared.background, build_layers(prepared), make_annotation(prepared)
 
 
 def _require_depths_fit(prepared: PreparedFrame) -> None:

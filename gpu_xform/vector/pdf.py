@@ -30,7 +30,7 @@ _CIRCLE_VERBS = (b" m\n", *(b" ", b" ", b" c\n") * 3, b" ", b" ", b" c f\n")
 
 
 def format_pdf(
-    size: tuple[int, int], background: Rgba, layers: Sequence[VectorLayer], annotation: Annotation = NO_ANNOTATION
+    size: tuple[float, float], background: Rgba, layers: Sequence[VectorLayer], annotation: Annotation = NO_ANNOTATION
 ) -> bytes:
     """Return a PDF document of one page that shows each layer over those before it; the same bytes every time.
 
@@ -54,7 +54,7 @@ def format_pdf(
 class _Page:
     """A page whose coordinates are pixels from the top left corner, and the resources that its content names."""
 
-    def __init__(self, pydyf: ModuleType, size: tuple[int, int]) -> None:
+    def __init__(self, pydyf: ModuleType, size: tuple[float, float]) -> None:
         self._pydyf = pydyf
         self._size = size
         self._pdf = pydyf.PDF()
@@ -67,7 +67,7 @@ class _Page:
     def fill(self, background: Rgba) -> None:
         """Fill the whole page with a colour."""
         [state] = self._states(quantize_colors(np.array([background]), 1), "rg")
-        self._content.append(b"q %b0 0 %d %d re f Q" % (state, *self._size))
+        self._content.append(b"q %b0 0 %b %b re f Q" % (state, *map(_to_number, self._size)))
 
     def draw(self, layer: VectorLayer) -> None:
         """Draw one model over what is there."""
@@ -190,3 +190,7 @@ class _Page:
         """Return the command that sets an alpha, from 0 to 255."""
         self._alphas[f"a{alpha}"] = self._pydyf.Dictionary({"CA": alpha / 255, "ca": alpha / 255})
         return f"/a{alpha} gs "
+
+
+def _to_number(value: float) -> bytes:
+    return f"{value:.10g}".encode()

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from ..annotation.items import NO_ANNOTATION, Annotation
+from ..drawing.lengths import MM_PER_INCH, PX_PER_INCH
 from ..imaging.colors import Rgba
 from .annotation_svg import escape_text, format_annotation
 from .decimal_text import Bytes, format_rows, to_fixed_point
@@ -15,19 +16,21 @@ from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, qu
 
 
 def format_svg(
-    size: tuple[int, int], background: Rgba, layers: Sequence[VectorLayer], annotation: Annotation = NO_ANNOTATION
+    size: tuple[float, float], background: Rgba, layers: Sequence[VectorLayer], annotation: Annotation = NO_ANNOTATION
 ) -> str:
     """Return an SVG document of `size` = (width, height) pixels that shows each layer over those before it.
 
+    Sizes that are no integers are those of paper, and written in millimetres as well.
     Each model is a group. Its id is derived from the model's name, its title is the name, and it holds groups of class
     "faces", "hidden", "visible" and "points", as far as the model has such. Colours, widths and dashes are attributes
     of these groups, and of a path only if it differs. Coordinates are rounded to hundredths of a pixel. The annotation
     is a group "annotation" over all models.
     """
-    width, height = size
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" width="{width}" height="{height}" viewBox="0 0 {width} {height}">\n'
-    ]
+    width, height = (f"{side:.10g}" for side in size)
+    is_paper = not all(isinstance(side, int) for side in size)
+    shown = [f"{side * MM_PER_INCH / PX_PER_INCH:.10g}mm" for side in size] if is_paper else [width, height]
+    box = f'viewBox="0 0 {width} {height}"'
+    parts = [f'<svg xmlns="http://www.w3.org/2000/svg" width="{shown[0]}" height="{shown[1]}" {box}>\n']
     if background[3] > 0.0:
         paint = _paint(quantize_colors(np.array([background]), 1)[0], "fill")
         parts.append(f'<rect id="background" width="{width}" height="{height}"{paint}/>\n')

@@ -56,6 +56,10 @@ examples:
   # vector graphics, for papers and plotters
   gpu-xform render part.stl -o part.svg --up +Z --edges feature,silhouette \\
       --hidden dash
+  # a drawing at 1:5 on paper, with dashed hidden lines
+  gpu-xform render part.stl -o part.pdf --up +Z --camera-direction +Y \\
+      --edges feature --hidden dash --paper A4-landscape --drawing-scale 1:5 \\
+      --line-width 0.35mm
   # filled faces; colours by height
   gpu-xform render ball.wrl -o ball.png --fill face
   gpu-xform render hills.ply -o hills.png --up +Z --scalars z --cmap terrain
@@ -96,7 +100,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "- for a PNG on standard output",
     )
     groups.add_reading_options(group)
-    groups.add_dpi(groups.add_drawing_options(parser, resolution="1024,1024"))
+    groups.add_page(groups.add_drawing_options(parser, resolution="1024,1024"))
     _add_reference(parser)
     groups.add_general_options(parser, adapter=True, rasterizer=True)
 
@@ -133,6 +137,7 @@ def run(options: argparse.Namespace) -> int:
     models = expand_globs(options.models)
     pictures = plan_outputs(models, options.output, options.reference, options.reference_diff)
     _require_pixels(options, pictures)
+    _require_page(options)
     open_device = functools.cache(lambda: choose_device(options))  # once for all pictures, when the first is read
     make = functools.partial(_make_picture, options, compose_transforms(options), open_device)
     if len(pictures) > 1:
@@ -147,6 +152,23 @@ def _require_pixels(options: argparse.Namespace, pictures: Sequence[PlannedPictu
         raise ArgumentError(f"{vector}: --rasterizer must come with a .png: other pictures have no pixels")
     if vector is not None and options.dpi is not None:
         raise ArgumentError(f"{vector}: --dpi must come with a .png: a pixel of other pictures is 1/96 inch")
+
+
+def _collect_page_arguments(options: argparse.Namespace) -> dict[str, Any]:
+    """Return the keywords of the page that were typed."""
+    names = ("paper", "drawing_scale", "margin", "units")
+    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
+
+
+def _require_page(options: argparse.Namespace) -> None:
+    """Raise `ArgumentError` for a page that cannot be, before models are read."""
+    from ...drawing.page import make_page
+    from ...drawing.prepare import DEFAULT_SIZE
+
+    given: dict[str, Any] = {"paper": None, "drawing_scale": None, "margin": None, "units": "mm"}
+    given |= _collect_page_arguments(options)
+    with name_options_in_errors(options, options.models):
+        make_page(**given, size=options.resolution, default_size=DEFAULT_SIZE)
 
 
 def _make_each(pictures: Sequence[PlannedPicture], make: Callable[[PlannedPicture], None]) -> int:
@@ -214,8 +236,9 @@ def _find_renderer(options: argparse.Namespace, file_type: str) -> Callable[...,
     if file_type == "png":
         from ...rendering import raster
 
-        given = {} if options.dpi is None else {"dpi": options.dpi}
-        return functools.partial(raster.render, rasterizer=options.rasterizer, **given)
+        page = _collect_page_arguments(options) | ({} if options.dpi is None else {"dpi": options.dpi})
+        return functools.partial(raster.render, rasterizer=options.rasterizer, **page)
     from ...rendering import vector
 
-    return {"svg": vector.render_svg, "pdf": vector.render_pdf}[file_type]
+    renderer = {"svg": vector.render_svg, "pdf": vector.render_pdf}[file_type]
+    return functools.partial(renderer, **_collect_page_arguments(options))

@@ -478,7 +478,7 @@ def test_extra_layers_have_their_own_style() -> None:
         (["--edges", "all,places.npy"], "places.npy: expected an array of shape (m, 2), got (3, 4, 4)"),
         (
             ["--edges", "pairs.npy,most"],
-            "--edges: expected all, feature, boundary, silhouette, an .npy file",
+            "--edges: expected all, feature, boundary, silhouette, intersection, an .npy file",
         ),
         (["--fill", "none.npy"], "none.npy: No such file"),
         (["--instances", "pairs.npy"], "pairs.npy: expected an array of shape (k, 4, 4), got (3, 2)"),
@@ -507,3 +507,21 @@ def test_arrays_and_layers_that_cannot_be(options: list[str], words: str, capsys
     message = error_of(["render", "house.obj", "-o", "out.png", *options], capsys)
     assert words in message
     assert not Path("out.png").exists()
+
+
+def test_a_page_is_true_to_scale(capsys: pytest.CaptureFixture[str]) -> None:
+    page = ["--paper", "A4-landscape", "--drawing-scale", "5:1", "--margin", "1cm", "--units", "cm"]
+    assert main(["render", "house.obj", "-o", "page.svg", "--camera-direction=-Z", *page]) == 0
+    text = Path("page.svg").read_text("utf-8")
+    assert 'width="297mm" height="210mm"' in text
+    given: dict[str, Any] = {"paper": "A4 landscape", "drawing_scale": 5, "margin": 10, "units": "cm"}
+    layer = Layer(samples.house(), name="house")
+    assert text == render_svg(layer, camera={"direction": (0, 0, -1)}, **given)
+    for options, message in (
+        (["--paper", "A6", "--drawing-scale", "99:1"], "--paper: paper must be at least"),
+        (["--paper", "A6", "--resolution", "10,10"], "--resolution: size must not be given with paper"),
+        (["--drawing-scale", "1:2"], "--drawing-scale: drawing_scale must go with paper"),
+        (["--paper", "A6", "--units", "yd"], "expected um, mm, cm"),
+    ):
+        assert message in error_of(["render", "house.obj", "-o", "out.svg", *options], capsys)
+        assert not Path("out.svg").exists()
