@@ -1,5 +1,6 @@
-"""Latency of small calls beside NumPy, and beside an empty dispatch: results are checked first, medians of one run."""
+"""Latency of small calls beside NumPy and a dispatch that only copies: results are checked first, one run's medians."""
 
+import itertools
 import os
 import platform
 import statistics
@@ -11,7 +12,10 @@ from harness import Contender, calm_threads
 
 import gpu_xform as gx
 from gpu_xform.gpu.buffers import Buffer
+from gpu_xform.gpu.chunking import DispatchPlan
 from gpu_xform.gpu.device import GpuDevice, default_gpu_device
+from gpu_xform.gpu.dispatch import dispatch
+from gpu_xform.gpu.shaders import ComputePipeline
 
 CALLS = 200  # per round: one call is too short for the clock
 ROUNDS = 15
@@ -55,27 +59,41 @@ def calls_on_host() -> list[str]:
 
 
 def calls_on_adapter(device: GpuDevice) -> list[str]:
-    """One call on few points on a graphics adapter, beside an empty submission and the read-back of as many bytes."""
+    """One call on few points on a graphics adapter, beside a dispatch that only copies them, and their read-back."""
     rows = []
     matrix = gx.rotate((1, 2, 3), 0.7)
     for n in (10, 100, 1000):
         points = np.random.default_rng(0).normal(size=(n, 3)).astype(np.float32)
         target = np.empty_like(points)
-        buffer = Buffer(device.context, 16 * n, label="latency")
+        plan = DispatchPlan.of(device, n, 3, points.dtype)
+        source, destination = (
+            Buffer(device.context, plan.chunk * plan.point_bytes, label="latency", persistent=True) for _ in range(2)
+        )
+        pipeline = plan.pipeline("copy_points")
 
-        def empty(buffer: Buffer = buffer, target: np.typing.NDArray[np.float32] = target) -> None:
-            with device.encode_commands(buffer, label="latency"):
-                pass
-            with buffer.map_read(target.nbytes) as view:
+        def copy(
+            plan: DispatchPlan = plan,
+            source: Buffer = source,
+            destination: Buffer = destination,
+            pipeline: ComputePipeline = pipeline,
+            target: np.typing.NDArray[np.float32] = target,
+        ) -> None:
+            with device.encode_commands(source, destination, label="latency") as encoder:
+                bindings = device.bind_groups.bind(pipeline, source=source, destination=destination)
+                dispatch(encoder, pipeline, bindings, plan.n_workgroups(len(target)))
+            with destination.map_read(target.nbytes) as view:
                 target[...] = view.view(np.float32).reshape(target.shape)
 
+        turns = itertools.cycle((matrix, gx.rotate((1, 2, 3), 0.8)))
         contenders: dict[str, Contender] = {
             "ours": lambda points=points: gx.transform_points(points, matrix, device=device),  # type: ignore[misc]
-            "empty": empty,
+            "others": lambda points=points, turns=turns: gx.transform_points(points, next(turns), device=device),  # type: ignore[misc]
+            "copy": copy,
         }
         seconds = medians(contenders, calls=20)
-        what = f"{device.name}, one call on {n:,} points"
-        rows.append(row(what, "an empty submission, read back", seconds["ours"], seconds["empty"], "1.3 x"))
+        what, against = f"{device.name}, one call on {n:,} points", "a dispatch that copies, read back"
+        rows.append(row(what, against, seconds["ours"], seconds["copy"], "1.3 x"))
+        rows.append(row(f"{what}, another matrix", against, seconds["others"], seconds["copy"], ""))
     return rows
 
 

@@ -2,6 +2,7 @@
 
 import contextlib
 import signal
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from types import FrameType
@@ -27,6 +28,12 @@ def describe_interrupt(interrupt: KeyboardInterrupt) -> tuple[int, str]:
     return TERMINATED if is_terminated else INTERRUPTED, line
 
 
+# What `signal` calls, without conversion to enumerations and back, which takes ten times as long: 10 us of each call of
+# a device.
+_signal = sys.modules.get("_signal", signal)
+
+_is_deferring = False  # by the main thread
+
 # What raises out of the middle of anything. A program that handles a signal in another way knows what it does.
 _RAISING_HANDLERS = ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, raise_terminated))
 
@@ -39,18 +46,22 @@ def defer_interrupts() -> Iterator[None]:
     some files moved. Nothing is deferred in threads other than the main one, which are never interrupted, or if the
     program handles the signals itself.
     """
+    global _is_deferring
     deferred: list[tuple[signal.Signals, Callable[[int, FrameType | None], Any]]] = []
-    if threading.current_thread() is threading.main_thread():
-        deferred = [(number, handler) for number, handler in _RAISING_HANDLERS if signal.getsignal(number) is handler]
+    # In a block within another there is nothing to do: asking for handlers takes as long as many calls of a driver.
+    if not _is_deferring and threading.current_thread() is threading.main_thread():
+        deferred = [(number, handler) for number, handler in _RAISING_HANDLERS if _signal.getsignal(number) is handler]
     if not deferred:
         yield
         return
     came: list[int] = []
     try:
         for number, _ in deferred:
-            signal.signal(number, lambda number, _: came.append(number))
+            _signal.signal(number, lambda number, _: came.append(number))
+        _is_deferring = True
         yield
     finally:
+        _is_deferring = False
         _restore(deferred)
         for number, handler in deferred:
             if number in came:
@@ -61,6 +72,6 @@ def _restore(handlers: list[tuple[signal.Signals, Callable[[int, FrameType | Non
     """Set each handler, even if the one before it raises at once."""
     if handlers:
         try:
-            signal.signal(*handlers[0])
+            _signal.signal(*handlers[0])
         finally:
             _restore(handlers[1:])

@@ -1,6 +1,8 @@
-"""The short way of few points through the host device: the usual call, checked once, without what it does not need."""
+"""The short way of few points: the usual call, checked once, without what it does not need."""
 
+from functools import cache
 from math import hypot
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -17,11 +19,10 @@ from .kernels.job import Epilogue
 _MAX_NORM = float(np.finfo(np.float32).max)
 
 
-@np.errstate(over="ignore", invalid="ignore")
 def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device | None) -> npt.NDArray[Any] | None:
-    """Return few points (n, 3) through one matrix (4, 4), if that is what came, and on the host; None for the long way.
+    """Return few points (n, 3) through one matrix (4, 4), if that is what came; None for the long way.
 
-    What is left to check, or to be warned of, is checked there: nothing is refused here.
+    What is left to check, or to be warned of, is checked there: no argument is refused here.
     """
     if type(points) is not np.ndarray or type(matrix) is not np.ndarray:
         return None
@@ -32,20 +33,41 @@ def transform_few(points: Any, matrix: Any, epilogue: Epilogue, device: Device |
     if (dtype is not SINGLE and dtype is not DOUBLE) or matrix.dtype is not DOUBLE:
         return None
     chosen = opened_device() if device is None else device
-    if type(chosen) is not HostDevice or chosen.is_closed:
+    if type(chosen) is HostDevice:
+        if chosen.is_closed:
+            return None
+    elif not isinstance(chosen, Device) or not _import_few().takes(chosen, shape[0], dtype):
         return None
     entries = matrix.ravel().tolist()
     if not hypot(*entries) < _MAX_NORM:  # true for NaN
         return None
     if epilogue is Epilogue.NONE and (entries[12] or entries[13] or entries[14] or entries[15] != 1.0):
         return None
-    if dtype is SINGLE:
-        if shape[0] > 1:  # as `may_be_coarse`, with all in one line; a call takes a tenth of the time
-            (x, y, z), (a, b, c) = points[0].tolist(), points[-1].tolist()
-            limit = (abs(x) + abs(y) + abs(z)) * MIN_EXTENT_PER_COORDINATE
-            if not (abs(x - a) > limit or abs(y - b) > limit or abs(z - c) > limit):
-                return None
-        matrix = matrix.astype(dtype)
-    out = np.empty(shape, dtype)
-    transform(points, matrix, out, epilogue)
+    if dtype is SINGLE and shape[0] > 1:  # as `may_be_coarse`, without a call of it
+        (x, y, z), (a, b, c) = points[0].tolist(), points[-1].tolist()
+        limit = (abs(x) + abs(y) + abs(z)) * MIN_EXTENT_PER_COORDINATE
+        if not (abs(x - a) > limit or abs(y - b) > limit or abs(z - c) > limit):
+            return None
+    out: npt.NDArray[Any] = np.empty(shape, dtype)
+    run = _transform_on_host if type(chosen) is HostDevice else _import_few().transform_few
+    run(chosen, points, matrix, out, epilogue)
     return out
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def _transform_on_host(
+    device: Device,  # noqa: ARG001
+    points: npt.NDArray[Any],
+    matrix: npt.NDArray[Any],
+    out: npt.NDArray[Any],
+    epilogue: Epilogue,
+) -> None:
+    transform(points, matrix if out.dtype is DOUBLE else matrix.astype(out.dtype), out, epilogue)
+
+
+@cache
+def _import_few() -> ModuleType:
+    """Return the short way on adapters, whose import is that of wgpu: the host has none."""
+    from .kernels import few
+
+    return few

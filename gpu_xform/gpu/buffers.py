@@ -107,6 +107,24 @@ class Buffer:
             if not self._is_lent:
                 self._end_mapping()
 
+    def lend_shared(self, n_bytes: int, dtype: np.dtype[Any]) -> npt.NDArray[Any]:
+        """Wait until the device is done with the first `n_bytes`, and lend them to read and write.
+
+        Only for memory that the host maps. The array is valid until `end_sharing`, which must come before a submission
+        uses the buffer; it may stay lent from one to the next: who finds it at rest unmaps it.
+        """
+        if self.handle.map_state != "mapped":
+            self.require_submittable(self.context)
+            # What is mapped for writing is the device's own memory, and so holds what the device has written.
+            self.handle.map_sync(wgpu.MapMode.WRITE, 0, n_bytes)
+        return np.frombuffer(self.handle._experimental_get_mapped_range(0, n_bytes), dtype)
+
+    def end_sharing(self) -> None:
+        """Give what `lend_shared` has lent to the device."""
+        self.content_key = None
+        if self.handle.map_state == "mapped":
+            self.handle.unmap()
+
     @contextlib.contextmanager
     def map_read(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the first `n_bytes` as an array, valid inside the block only."""

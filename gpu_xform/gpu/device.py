@@ -2,8 +2,8 @@
 
 import contextlib
 import threading
-from collections.abc import Iterator
-from typing import Self, SupportsIndex
+from collections.abc import Hashable, Iterator
+from typing import Any, Self, SupportsIndex
 
 from .._core.interrupts import defer_interrupts
 from ..device import Device, Limits, choose_adapter, default_device, resolve_device
@@ -47,6 +47,7 @@ class GpuDevice(Device):
         self.pool = BufferPool(context)
         self.textures = TexturePool(context)
         self.resource_cache = ResourceCache(context)
+        self.kept_ready: dict[Hashable, Any] = {}  # by kernels, for calls that come often; each has a `release()`
         self._trace = trace_from_environment()
         self._tracer = Tracer(context, self._trace) if self._trace else None
         if self._tracer:
@@ -103,6 +104,9 @@ class GpuDevice(Device):
                 self.pool.clear()
                 self.textures.clear()
                 self.resource_cache.clear()
+                for kept in self.kept_ready.values():
+                    kept.release()
+                self.kept_ready.clear()
                 self.context.close()
                 if self._trace:
                     self._trace.write()

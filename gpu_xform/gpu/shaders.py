@@ -150,6 +150,11 @@ class Pipelines:
             raise ShaderError(f"{row.file} with {dict(constants)} is refused: {error}") from error
         return RenderPipeline(handle, stage, self._sources.source(stage).bindings)
 
+    @property
+    def may_change(self) -> bool:
+        """Whether stages are compiled again when their files change, so that no pipeline may be kept elsewhere."""
+        return self._is_watching
+
     def _require_current(self) -> None:
         """Raise `DeviceError` if the device takes no work; forget what is compiled of files that have changed since."""
         self._context.require_usable()

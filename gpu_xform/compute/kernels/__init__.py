@@ -1,4 +1,4 @@
 """Kernels: the dispatches of each family of compute shaders.
 
-Reading order: job, reduction, convolution_job, transform, reduce, skin, store, convolve.
+Reading order: job, reduction, convolution_job, transform, few, reduce, skin, store, convolve.
 """
