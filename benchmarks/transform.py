@@ -1,15 +1,18 @@
 """Bulk transforms beside their peers: each output is checked before its time counts, ratios come from one run.
 
-The peers come with `pip install 'gpu_xform[bench]'`.
+The peers come with `pip install 'gpu_xform[bench]'`, but for open3d, which wants `libusb-1.0` besides.
 """
 
 import argparse
+import importlib
+import itertools
 import os
 import platform
 import statistics
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -79,6 +82,50 @@ def torch_addmm(points: Points, matrix: npt.NDArray[np.float64], out: Points) ->
     linear, offset = torch.from_numpy(single[:3, :3].T.copy()), torch.from_numpy(single[:3, 3].copy())
     torch_points, torch_out = torch.from_numpy(points), torch.from_numpy(out)
     return lambda: torch.addmm(offset, torch_points, linear, out=torch_out).numpy()
+
+
+def warp_kernel(points: Points, matrix: npt.NDArray[np.float64], out: Points) -> Contender:
+    """Return the same transform by a kernel of Warp for CPUs, which is one thread, on the arrays where they are."""
+    wp: Any = importlib.import_module("warp")
+    wp.config.quiet = True
+    wp.init()
+
+    @wp.kernel  # type: ignore[untyped-decorator, unused-ignore]
+    def transform(
+        m: wp.mat44,
+        source: wp.array(dtype=wp.vec3),  # type: ignore[valid-type]
+        destination: wp.array(dtype=wp.vec3),  # type: ignore[valid-type]
+    ) -> None:
+        i = wp.tid()
+        destination[i] = wp.transform_point(m, source[i])
+
+    arrays = [wp.array(array, dtype=wp.vec3, device="cpu", copy=False) for array in (points, out)]
+    m = wp.mat44(*matrix.astype(np.float32).ravel().tolist())
+
+    def run() -> Points:
+        wp.launch(transform, dim=len(points), inputs=[m, arrays[0]], outputs=[arrays[1]], device="cpu")
+        return out
+
+    return run
+
+
+def open3d_cloud(points: Points, matrix: npt.NDArray[np.float64]) -> Contender:
+    """Return open3d's transform of a cloud, which is in place: it goes there and back in turn."""
+    o3d: Any = importlib.import_module("open3d")
+    cloud = o3d.t.geometry.PointCloud(o3d.core.Tensor.from_numpy(points.copy()))
+    ways = itertools.cycle([o3d.core.Tensor(m.astype(np.float32)) for m in (matrix, gx.inverse(matrix))])
+    return lambda: cloud.transform(next(ways)).point.positions.numpy()
+
+
+def installed(peers: dict[str, Callable[[], Contender]]) -> dict[str, Contender]:
+    """Return the peers that are installed and start; say which are left out."""
+    found = {}
+    for name, start in peers.items():
+        try:
+            found[name] = start()
+        except ImportError as error:
+            print(f"{name} is left out: {error}")
+    return found
 
 
 def scipy_rotation(points: Points, rotation: npt.NDArray[np.float64]) -> Contender:
@@ -320,6 +367,12 @@ def on_host(n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     contenders: dict[str, Contender] = {"ours": run, "a bare numba loop": bare, "without": without_numba(run), **idioms}
     if points.dtype == np.float32:
         contenders["torch addmm(out=)"] = torch_addmm(points, matrix, theirs)
+        contenders |= installed(
+            {
+                "open3d transform": lambda: open3d_cloud(points, matrix),
+                "Warp, a kernel on the CPU": lambda: warp_kernel(points, matrix, theirs),
+            }
+        )
     contenders = checked(contenders, expected, tolerance)
     del expected
     contenders["ours, a rotation"] = lambda: gx.transform_points(points, rotation, out=ours, device=host)
@@ -334,7 +387,12 @@ def on_host(n_points: int, dtype: npt.DTypeLike) -> list[Row]:
         Row(f"{what}, without numba", f"best of NumPy: {best}", seconds["without"], seconds[best], 0.6),
     ]
     if is_single:
-        rows.append(Row(what, "torch addmm(out=)", seconds["ours"], seconds["torch addmm(out=)"], 0.4))
+        asked = {"torch addmm(out=)": 0.4, "open3d transform": 0.6, "Warp, a kernel on the CPU": 0.6}
+        rows += [
+            Row(what, name, seconds["ours"], seconds[name], at_most)
+            for name, at_most in asked.items()
+            if name in seconds
+        ]
         turned = "SciPy Rotation.apply"
         rows.append(Row(what, turned, seconds["ours, a rotation"], seconds[turned], 0.4))
     return rows

@@ -14,6 +14,7 @@ from ..errors import ArgumentError, MeshError
 from ..geometry.edges import list_edge_parts
 from ..gpu.buffers import Buffer
 from ..gpu.device import GpuDevice
+from ..gpu.device_points import DevicePoints
 from ..gpu.layouts import CANDIDATE
 from ..imaging.colors import pack_rgba8, to_rgba
 from .boxes import box_corners
@@ -25,14 +26,15 @@ from .depth import DepthCue, eye
 from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Cloud, Drawable, DrawList, Faces, Lines
 from .edge_sample import fit_line_width, project_sample
 from .enums import HIDDEN_FADE_ALPHA, ColorMode, Hidden
-from .geometry_source import EdgeSource, GeometrySource, SilhouetteCandidates
+from .geometry_source import EdgeSource, GeometrySource, MeshSource, SilhouetteCandidates
 from .layer import Layer, dot_diameter, is_auto
 from .layer_colors import NO_COLORS, LineColors, fill_colors, has_several_colors, line_colors
 from .lengths import to_pixels
-from .limits import max_batch_edges
-from .point_colors import Coloring, point_colors
+from .limits import max_batch_edges, max_points
+from .mesh_parts import split_by_points
+from .point_colors import Coloring
 from .shading import shade_faces
-from .silhouettes import extract_silhouette
+from .silhouettes import extract_silhouette, find_silhouette
 
 CLOUD_POINT_SIZE_PX = 2.0  # of points that nothing joins
 
@@ -120,7 +122,7 @@ def _build_cloud(
     """Return the dots of a cloud, drawn after `position` drawables."""
     model_from_points = source.points.model_from_points
     clip_from_points, scale = _clip_from_points(layer, clip_from_world, model_from_points)
-    colors = point_colors(layer, source.points.positions)
+    colors = source.colors
     scalar_row = np.zeros(4)
     if colors.coloring is Coloring.COORDINATE:
         low, high = colors.limits or source.bounds[:, colors.axis].tolist()
@@ -162,6 +164,8 @@ class _LayerBuilder:
         self._device = device
         self._stack = stack
         self._size = size
+        # The triangles (t, 3) of each part of a mesh that is cut, and the face of each, by the number of their buffer.
+        self._cut_faces: dict[int, tuple[npt.NDArray[Any], IndexArray]] = {}
 
     def fill_palette(self, clip_from_world: Float64Array) -> npt.NDArray[np.uint32]:
         """Return the packed colours of the faces: one, or one per face, of each instance if they are shaded."""
@@ -177,6 +181,8 @@ class _LayerBuilder:
     def build(self, clip_from_world: Float64Array, depth_cue: DepthCue, first_color: int) -> list[Drawable]:
         """Return the layer's instances as one drawable, and what differs between them, as silhouettes do, as others."""
         layer, source = self._layer, self._source
+        if isinstance(source, MeshSource) and source.n_points > max_points(self._device):
+            return self._build_parts(source, clip_from_world, depth_cue, first_color)
         edge_source, candidates = source.edges(layer), source.silhouette_candidates(layer)
         edges = self._on_device(edge_source.key, lambda: edge_source.find().astype(np.uint32))
         n_edges = edges.n_bytes // EDGE_BYTES
@@ -184,19 +190,11 @@ class _LayerBuilder:
         points, model_from_points = source.on_device(self._device)
         clip_from_points, scale = _clip_from_points(layer, clip_from_world, model_from_points)
         depth_cue = depth_cue._replace(distance_scale=depth_cue.distance_scale * scale)
-        style = Lines(
-            edges=edges,
-            n_edges=n_edges,
-            line_width=self._line_width(n_edges, clip_from_points) if layer.antialias else None,
-            hidden=Hidden.REMOVE if self._is_covered else hidden_mode(layer),
-            opacity=layer.alpha,
-            is_covered=self._is_covered,
-            depth_cue=depth_cue,
-        )
+        style = self._style(edges, n_edges, clip_from_points, depth_cue)
         strokes = self._strokes(style)
         colors = line_colors(layer, source.n_points, source.n_faces, edge_source.n_colors)
         lines: tuple[Lines, ...] = ()
-        is_seen = layer.alpha > 0.0 and not (colors.mode is ColorMode.UNIFORM and colors.uniform[3] == 0.0)
+        is_seen = self._is_seen(colors)
         if n_edges and is_seen:
             find_rows = edge_source.color_rows
             chains = self._chains(edge_source) if any(stroke.dash_px for stroke, _ in strokes) else None
@@ -228,15 +226,149 @@ class _LayerBuilder:
             drawables.append(Drawable(points, clip_from_points, None, dots))
         return drawables
 
+    def _is_seen(self, colors: LineColors) -> bool:
+        is_clear = colors.mode is ColorMode.UNIFORM and colors.uniform[3] == 0.0
+        return self._layer.alpha > 0.0 and not is_clear
+
+    def _style(self, edges: Buffer, n_edges: int, clip_from_points: Float64Array, depth_cue: DepthCue) -> Lines:
+        """Return the lines of some edges in the style of the layer, but for colours and dashes."""
+        layer = self._layer
+        return Lines(
+            edges=edges,
+            n_edges=n_edges,
+            line_width=self._line_width(n_edges, clip_from_points) if layer.antialias else None,
+            hidden=Hidden.REMOVE if self._is_covered else hidden_mode(layer),
+            opacity=layer.alpha,
+            is_covered=self._is_covered,
+            depth_cue=depth_cue,
+        )
+
+    def _build_parts(
+        self, source: MeshSource, clip_from_world: Float64Array, depth_cue: DepthCue, first_color: int
+    ) -> list[Drawable]:
+        """Return what `build` does of a mesh of more points than one drawable holds, as drawables of fewer each.
+
+        Silhouettes are found on the host. Lines of several colours, and dashes, begin anew with each part.
+        """
+        layer = self._layer
+        edge_source, candidates = source.edges(layer), source.silhouette_candidates(layer)
+        edges = edge_source.find()
+        point_size = dot_diameter(layer) if len(edges) else self._point_size_without_edges(candidates)
+        clip_from_points, scale = _clip_from_points(layer, clip_from_world, source.model_from_points)
+        depth_cue = depth_cue._replace(distance_scale=depth_cue.distance_scale * scale)
+        style = self._style(
+            self._on_device(None, lambda: np.empty(0, np.uint32)), len(edges), clip_from_points, depth_cue
+        )
+        colors = line_colors(layer, source.n_points, source.n_faces, edge_source.n_colors)
+        drawables = self._face_parts(source, clip_from_points, first_color, depth_cue)
+        if not self._is_seen(colors):
+            return drawables
+        find_rows = edge_source.color_rows
+        is_per_edge = colors.mode is ColorMode.PER_EDGE
+        rows = find_rows(edges) if find_rows and is_per_edge else None
+        strokes = self._strokes(style)
+        for stroke, own_colors in strokes:
+            drawables += self._line_parts(source, edges, stroke, own_colors or colors, rows, clip_from_points)
+        if candidates is not None:
+            among, planes = candidates.find(), candidates.planes()
+            for matrix in clip_from_points:
+                found = find_silhouette(among, planes, eye(matrix))
+                rows = candidates.color_rows(found) if is_per_edge else None
+                for stroke, own_colors in strokes:
+                    seen = replace(stroke, are_silhouettes=True)
+                    drawables += self._line_parts(source, found, seen, own_colors or colors, rows, matrix[None])
+        if point_size is not None:
+            hidden = Hidden.REMOVE if style.hidden is Hidden.DASH else style.hidden
+            dots = replace(style, line_width=point_size, hidden=hidden, are_points=True)
+            if colors.mode is ColorMode.PER_EDGE:
+                colors = LineColors(ColorMode.UNIFORM, colors.uniform, NO_COLORS)
+            ends = np.repeat(np.arange(source.n_points), 2).reshape(-1, 2)
+            drawables += self._line_parts(source, ends, dots, colors, None, clip_from_points)
+        return drawables
+
+    def _line_parts(
+        self,
+        source: MeshSource,
+        edges: IndexArray,
+        style: Lines,
+        colors: LineColors,
+        rows: IndexArray | None,
+        clip_from_points: Float64Array,
+    ) -> list[Drawable]:
+        """Return edges (m, 2) as drawables; `rows` says which of the packed colours each has, None in their order."""
+        drawables = []
+        for part in split_by_points(edges, source.n_points, max_points(self._device)):
+            lines = replace(
+                style,
+                edges=self._on_device(None, lambda part=part: part.indices),  # type: ignore[misc]
+                n_edges=len(part.indices),
+                color=colors.uniform,
+                color_mode=colors.mode,
+                has_transparency=colors.has_transparency,
+            )
+            if colors.mode is not ColorMode.UNIFORM:
+                order = (
+                    part.points
+                    if colors.mode is ColorMode.PER_VERTEX
+                    else part.rows
+                    if rows is None
+                    else rows[part.rows]
+                )
+                lines = replace(lines, colors=self._on_device(None, lambda order=order: colors.packed[order]))  # type: ignore[misc]
+            if style.dash_px:
+                own, ends = source.mesh.positions[part.points], part.indices.astype(np.int64)
+                chains = pack_chains(ends, own, max_batch_edges(self._device))
+                lines = replace(lines, chains=self._on_device(None, lambda chains=chains: chains))  # type: ignore[misc]
+            points = self._some_points(source, part.points)
+            drawables.append(Drawable(points, clip_from_points, None, (lines,), source.sample_edges))
+        return drawables
+
+    def _face_parts(
+        self, source: MeshSource, clip_from_points: Float64Array, first_color: int, depth_cue: DepthCue
+    ) -> list[Drawable]:
+        """Return the faces as drawables, if any hides or is filled: of each instance by itself, if they are shaded."""
+        layer = self._layer
+        if hidden_mode(layer) is Hidden.SHOW and layer.fill is None:
+            return []
+        fill = None if layer.fill is None else fill_colors(layer, source.n_faces)
+        has_several = fill is not None and (len(fill) > 1 or layer.shading != "none")
+        is_opaque = fill is not None and layer.alpha >= 1.0 and bool((fill[:, 3] >= 1.0).all())
+        corners, face_of = source.triangles()
+        instances = [clip_from_points] if layer.shading == "none" else [matrix[None] for matrix in clip_from_points]
+        drawables = []
+        for part in split_by_points(corners, source.n_points, max_points(self._device)):
+            triangles = self._on_device(None, lambda part=part: part.indices)  # type: ignore[misc]
+            own = face_of[part.rows].astype(np.uint32) if has_several else np.zeros(1, np.uint32)
+            indices = None if fill is None else self._on_device(None, lambda own=own: own)  # type: ignore[misc]
+            points = self._some_points(source, part.points)
+            self._cut_faces[triangles.id] = part.indices, face_of[part.rows]
+            for i, matrices in enumerate(instances):
+                first = first_color + i * source.n_faces
+                faces = Faces(triangles, len(part.indices), indices, first, depth_cue, is_opaque=is_opaque)
+                drawables.append(Drawable(points, matrices, faces, ()))
+        return drawables
+
+    def _some_points(self, source: MeshSource, rows: IndexArray) -> DevicePoints:
+        """Put some of the points of a mesh on the device, for this picture."""
+        buffer = self._on_device(None, lambda: source.pack_points(rows))
+        return DevicePoints(buffer, len(rows), np.dtype(np.float32), source.bounding_points)
+
     def build_covers(self, built: Sequence[Drawable], opaque: BoolArray) -> list[Drawable]:
         """Return the faces of drawables that are opaque, as `opaque` says: (n_faces,), or (1,) for all."""
         with_faces = [drawable for drawable in built if drawable.faces]
         if opaque.all():
             return [replace(drawable, lines=()) for drawable in with_faces]
-        corners, faces = self._source.triangles()
-        triangles = self._on_device(None, lambda: corners[opaque[faces]].astype(np.uint32))
-        cover = Faces(triangles, int(opaque[faces].sum()))
-        return [replace(drawable, faces=cover, lines=()) for drawable in with_faces] if cover.n_triangles else []
+        covers: list[Drawable] = []
+        kept: dict[int, Faces] = {}
+        for drawable in with_faces:
+            buffer = drawable.faces.triangles  # type: ignore[union-attr]
+            if buffer.id not in kept:
+                corners, faces = self._cut_faces.get(buffer.id) or self._source.triangles()
+                chosen = corners[opaque[faces]].astype(np.uint32)
+                kept[buffer.id] = Faces(self._on_device(None, lambda chosen=chosen: chosen), len(chosen))  # type: ignore[misc]
+            if kept[buffer.id].n_triangles:
+                covers.append(replace(drawable, faces=kept[buffer.id], lines=()))
+        return covers
 
     def _strokes(self, style: Lines) -> list[tuple[Lines, LineColors | None]]:
         """Return how lines are drawn, one after the other: hidden parts before visible ones if they differ in style.

@@ -16,6 +16,7 @@ from .geometry_source import GeometrySource
 from .layer import Layer, dot_diameter
 from .layer_colors import colors_by_face
 from .point_array import MIN_CLOUD_POINTS, PointArray, require_finite
+from .point_colors import Coloring, PointColors, point_colors
 
 MAX_DOT_PX = (
     100.0  # in diameter; an invocation that goes over the pixels of four larger ones could be ended by a driver
@@ -38,6 +39,11 @@ class CloudSource:
         self._open_device = open_device
         self.points = CloudPoints(positions, number, owner if isinstance(owner, Mesh) else None)
         self._corners: Float64Array | None = None
+        self.colors = PointColors(Coloring.UNIFORM)
+
+    def choose_colors(self, layer: Layer) -> None:
+        """Take the colours that `layer` asks for, before the points are looked at. Raises as `point_colors` does."""
+        self.colors = point_colors(layer, self.points.positions)
 
     def framing_points(self, world_from_model: Float64Array, axes: Float64Array | None = None) -> Float64Array:
         """Return points of the world (p, 3): those that reach farthest along axes (a, 3), or boxes around instances."""

@@ -33,8 +33,8 @@ from .boxes import box_corners, box_in_world, world_positions
 from .layer import Layer, at_present
 from .layer_colors import colors_by_face
 from .point_array import PointArray
+from .silhouettes import NO_FACE
 
-NO_FACE = 2**32 - 1
 MAX_SAMPLED_EDGES = 1 << 9
 MAX_BOUNDING_POINTS = 1 << 10  # of larger models, the corners of their box bound the drawable
 
@@ -241,18 +241,25 @@ class MeshSource:
 
         Single precision would lose the shape of a small model far from the origin, and cannot hold very large ones.
         """
+        buffer = device.resource_cache.get(self.owner, ("points", *self._frame), self.pack_points)
+        points = DevicePoints(buffer, self.n_points, np.dtype(np.float32), self.bounding_points)
+        return points, self.model_from_points
+
+    @property
+    def model_from_points(self) -> Float64Array:
+        """The (4, 4) matrix from the points on a device to the model's frame."""
         center, half_size = self._unit_cube()
         model_from_unit = np.diag([half_size, half_size, half_size, 1.0])
         model_from_unit[:3, 3] = center
+        return model_from_unit
 
-        with np.errstate(over="ignore"):  # of points that are not shown
-            buffer = device.resource_cache.get(
-                self.owner, ("points", *self._frame), lambda: pad_points(self._in_unit_cube(), np.float32)
-            )
+    @property
+    def bounding_points(self) -> Float64Array:
+        """Points (p, 3), in the frame of those on a device, whose convex hull holds all that are shown."""
+        center, half_size = self._unit_cube()
         bounding = self._shown if len(self._shown) <= MAX_BOUNDING_POINTS else box_corners(self._bounds)
-        return DevicePoints(
-            buffer, self.n_points, np.dtype(np.float32), (bounding - center) / half_size
-        ), model_from_unit
+        inside: Float64Array = (bounding - center) / half_size
+        return inside
 
     @property
     def sample_edges(self) -> Callable[[], Float64Array] | None:
@@ -284,17 +291,23 @@ class MeshSource:
         center, half_size = self._unit_cube()
         return *center.tolist(), half_size
 
-    def _in_unit_cube(self) -> Float64Array:
+    def in_unit_cube(self, rows: IndexArray | slice = slice(None)) -> Float64Array:
+        """Return the points, or some of them, in the frame of those on a device."""
         center, half_size = self._unit_cube()
-        with np.errstate(over="ignore"):
-            scaled: Float64Array = (self.mesh.positions - center) / half_size
+        with np.errstate(over="ignore"):  # of points that are not shown
+            scaled: Float64Array = (self.mesh.positions[rows] - center) / half_size
         return scaled
+
+    def pack_points(self, rows: IndexArray | slice = slice(None)) -> npt.NDArray[np.float32]:
+        """Return the points, or some of them, as a device holds them."""
+        with np.errstate(over="ignore"):  # of points that are not shown
+            return pad_points(self.in_unit_cube(rows), np.float32)
 
     def _planes(self) -> npt.NDArray[np.float32]:
         """Return the normal and the offset of each face, in the frame of the points on a device."""
         normals = compute_plane_normals(self.mesh, lambda: find_edge_faces(self.mesh))
         a_corner = self.mesh.indices[self.mesh.offsets[:-1]]
-        offsets = -np.einsum("ij,ij->i", normals, self._in_unit_cube()[a_corner])
+        offsets = -np.einsum("ij,ij->i", normals, self.in_unit_cube()[a_corner])
         return np.column_stack([normals, offsets]).astype(np.float32)
 
     def _edge_indices(self, pairs: IndexArray) -> IndexArray:

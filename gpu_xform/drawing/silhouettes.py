@@ -3,12 +3,28 @@
 import numpy as np
 import numpy.typing as npt
 
+from .._core.types import IndexArray
 from ..gpu import layouts, uniforms
 from ..gpu.buffers import Buffer
 from ..gpu.chunking import choose_workgroup_size, count_workgroups
 from ..gpu.device import GpuDevice
 from ..gpu.dispatch import dispatch
 from .draw_list import EDGE_BYTES
+
+NO_FACE = 2**32 - 1
+
+
+def find_silhouette(
+    candidates: npt.NDArray[np.void], planes: npt.NDArray[np.float32], eye: npt.NDArray[np.float64]
+) -> IndexArray:
+    """Return the edges (m, 2) that `extract_silhouette` leaves, found on the host, which any number of faces fits."""
+    looks_at_eye = planes @ (eye / (np.abs(eye).max() or 1.0)) > 0.0
+    has_two = candidates["faces"][:, 1] != NO_FACE
+    first, second = np.where(has_two[:, None], candidates["faces"], 0).T
+    is_same = looks_at_eye[first] == looks_at_eye[second]
+    is_drawn = ~has_two | (is_same == (candidates["is_turned"] == 1))
+    edges: IndexArray = candidates["edge"][is_drawn].astype(np.int64)
+    return edges
 
 
 def extract_silhouette(

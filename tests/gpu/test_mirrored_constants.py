@@ -12,8 +12,8 @@ from gpu_xform.drawing.cloud_points import NOT_FOUND
 from gpu_xform.drawing.dash_chains import CHAIN_IS_FIRST, CHAIN_IS_REVERSED
 from gpu_xform.drawing.draw_list import NO_POINT
 from gpu_xform.drawing.enums import HIDDEN_FADE_ALPHA, ColorMode, Dashes, Hidden
-from gpu_xform.drawing.geometry_source import NO_FACE
 from gpu_xform.drawing.point_colors import Coloring
+from gpu_xform.drawing.silhouettes import NO_FACE
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
 from gpu_xform.raster.clouds import BLOCK_SIDE_PX
 from gpu_xform.raster.dashes import EDGES_PER_SECTION

@@ -502,11 +502,79 @@ def test_a_model_without_edges_is_a_mesh_error(mesh: Mesh) -> None:
         gx.render_array(mesh)
 
 
-def test_a_model_larger_than_a_binding_is_refused(device_with_limits: DeviceFactory) -> None:
-    with pytest.raises(ArgumentError, match=r"^model must have at most 40 points on '.*', got 42$"):
-        gx.render_array(samples.icosphere(1), device=device_with_limits(max_binding_bytes=640))
-    with pytest.raises(ArgumentError, match=r"^model must have at most 40 points on '.*', got 42$"):
-        gx.render_array(samples.icosphere(1), device=device_with_limits(max_workgroups=10, max_workgroup_size=1))
+def test_points_on_the_device_larger_than_a_binding_are_refused(device_with_limits: DeviceFactory) -> None:
+    mesh = samples.icosphere(1)
+    for limits in ({"max_binding_bytes": 640}, {"max_workgroups": 10, "max_workgroup_size": 1}):
+        device = device_with_limits(**limits)
+        with (
+            gx.PointBuffer(mesh.positions, device=device) as points,
+            pytest.raises(ArgumentError, match=r"^model must have at most 40 points on '.*', got 42$"),
+        ):
+            gx.render_array(points, edges=mesh.edges)
+
+
+SEVERAL_COLORS = -1
+
+
+@pytest.mark.parametrize("points_per_drawable", [16, 41])
+@pytest.mark.parametrize(
+    ("style", "most"),
+    [
+        ({}, 2),
+        ({"hidden": "remove", "line_width": 2.5, "depth_cue": 0.5}, 2),
+        ({"antialias": False, "hidden": "remove"}, 0),
+        ({"fill": "white", "color": "red", "edges": "feature", "feature_angle": 5}, 2),
+        ({"fill": "face", "shading": "flat", "alpha": 0.6}, 2),
+        ({"edges": "silhouette", "line_width": 3}, 2),
+        ({"edges": [(0, 5), (41, 3), (7, 7)], "line_width": "auto"}, 2),
+        ({"hidden": "remove", "scalars": "z", "antialias": False}, SEVERAL_COLORS),
+        ({"hidden": "remove", "edge_colors": "rows", "antialias": False}, SEVERAL_COLORS),
+        ({"color": "face", "hidden": "remove", "antialias": False}, SEVERAL_COLORS),
+        ({"fill": "white", "point_size": 2, "vertex_colors": "rows", "antialias": False}, SEVERAL_COLORS),
+    ],
+)
+def test_a_mesh_larger_than_a_binding_is_drawn_in_parts(
+    style: dict[str, Any], most: int, points_per_drawable: int, device: GpuDevice, device_with_limits: DeviceFactory
+) -> None:
+    """One that is cut looks as one that is whole, for two instances."""
+    mesh = samples.icosphere(1)
+    rows = {"edge_colors": len(mesh.edges), "vertex_colors": mesh.n_points}
+    style = {
+        name: some_colors(rows[name]) if name in rows and given == "rows" else given for name, given in style.items()
+    }
+    if "scalars" in style:
+        style["scalars"] = mesh.positions[:, 2]
+    instances = np.stack([gx.rotate_x(0.3), gx.translate(1.5, 0.4, 0.2) @ gx.scale(1.1)])
+    narrow = device_with_limits(max_binding_bytes=16 * points_per_drawable)
+    layer = Layer(mesh, transform=instances, **style)
+    whole = gx.render_array(layer, size=(96, 64), device=device)
+    cut_up = gx.render_array(layer, size=(96, 64), device=narrow)
+    assert (whole != 255).any()
+    difference = np.abs(whole.astype(int) - cut_up).max(axis=2)
+    if most == SEVERAL_COLORS:  # where edges meet, the ones of the last part lie over others
+        is_lit, is_lit_cut = ((picture != 255).any(axis=2) for picture in (whole, cut_up))
+        assert np.array_equal(is_lit, is_lit_cut)
+        assert np.mean(difference[is_lit] > 2) < 0.2
+    else:
+        assert difference.max() <= most
+
+
+def test_dashes_and_covers_of_a_mesh_in_parts(device: GpuDevice, device_with_limits: DeviceFactory) -> None:
+    mesh = samples.icosphere(1)
+    narrow = device_with_limits(max_binding_bytes=16 * 20)
+    dashed = [gx.render_array(mesh, hidden="dash", size=(96, 64), device=each) for each in (device, narrow)]
+    # The phase of dashes begins anew in each part.
+    assert np.mean(dashed[0].astype(int) - dashed[1]) == pytest.approx(0, abs=1.5)
+    colors = np.repeat([[1.0, 0.5, 0.0, 1.0], [0.0, 0.5, 1.0, 0.5]], 40, axis=0)  # half of the faces hide
+    layers = [Layer(mesh, fill=colors), Layer(samples.cube(), transform=gx.scale(0.7))]
+    whole, cut_up = (gx.render_array(layers, size=(96, 64), device=each) for each in (device, narrow))
+    assert np.abs(whole.astype(int) - cut_up).max() <= 2
+    with pytest.raises(ArgumentError, match=r"^model must have at most 20 points on '.*', got 42$"):
+        gx.render_svg(mesh, device=narrow)
+
+
+def some_colors(n: int) -> Array:
+    return np.random.default_rng(n).uniform(size=(n, 3))
 
 
 BAD_ARGUMENTS: list[tuple[dict[str, Any], type[Exception], str]] = [

@@ -15,11 +15,12 @@ from ...host import HostDevice, count_threads
 from ..kernels.convolution_job import Extend, Stencil, copy_extended, fits
 
 # Sides of blocks: shorter ones transform more overlap, longer ones leave the caches of a CPU.
-KERNELS_PER_BLOCK = 8
-MIN_BLOCK, MAX_BLOCK = 128, 512  # MAX_BLOCK where the kernel is no larger than half of it
+KERNELS_PER_BLOCK = 12
+BLOCKS_PER_STRIP = 4
+MIN_BLOCK, MAX_BLOCK = 256, 512  # MAX_BLOCK where the kernel is no larger than half of it
 # On a CPU a dense kernel of more takes longer on the device; measured with float32.
 MAX_DIRECT_TAPS_ON_CPU = 256
-MAX_DIRECT_TAPS_ON_HOST = 700
+MAX_DIRECT_TAPS_ON_HOST = 361
 
 
 def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: Device, dtype: np.dtype[Any]) -> bool:
@@ -46,20 +47,29 @@ def correlate_by_fourier(
     height, width = images.shape[1:3]
 
     def fill(corner: tuple[int, int]) -> None:
-        y, x = corner
-        n_y, n_x = min(step_y, height - y), min(step_x, width - x)
+        """Correlate a strip of blocks side by side: its rows are long, and read and written one after the other."""
+        y, left = corner
+        n_y, n_strip = min(step_y, height - y), min(BLOCKS_PER_STRIP * step_x, width - left)
         rows = extend(y - stencil.top, y + n_y + stencil.bottom, height)
-        columns = extend(x - stencil.left, x + n_x + stencil.right, width)
-        block = np.empty((*images.shape[:1], len(rows), len(columns), *images.shape[3:]), images.dtype)
-        copy_extended(images, rows, columns, block)
-        product = np.fft.rfft2(np.moveaxis(block, 3, 1).astype(dtype, copy=False), sides)
-        product *= spectrum
-        result = np.fft.irfft2(product, sides)[..., overlap[0] : overlap[0] + n_y, overlap[1] : overlap[1] + n_x]
+        columns = extend(left - stencil.left, left + n_strip + stencil.right, width)
+        strip = np.empty((*images.shape[:1], len(rows), len(columns), *images.shape[3:]), images.dtype)
+        copy_extended(images, rows, columns, strip)
+        planes = np.moveaxis(strip, 3, 1).astype(dtype, copy=False)
+        results = np.empty((*planes.shape[:2], n_y, n_strip), dtype)
+        for x in range(0, n_strip, step_x):
+            n_x = min(step_x, n_strip - x)
+            product = np.fft.rfft(planes[..., x : x + n_x + overlap[1]], sides[1])
+            product = np.fft.fft(product, sides[0], axis=-2)
+            product *= spectrum
+            # The rows at the start are not transformed back.
+            product = np.fft.ifft(product, axis=-2)[..., overlap[0] : overlap[0] + n_y, :]
+            results[..., x : x + n_x] = np.fft.irfft(product, sides[1])[..., overlap[1] : overlap[1] + n_x]
         if out.dtype.kind == "u":
-            result = np.clip(np.rint(result), 0, np.iinfo(out.dtype).max)
-        out[:, y : y + n_y, x : x + n_x] = np.moveaxis(result, 1, 3)
+            results = np.clip(np.rint(results), 0, np.iinfo(out.dtype).max)
+        out[:, y : y + n_y, left : left + n_strip] = np.moveaxis(results, 1, 3)
 
-    corners = [(y, x) for y in range(0, height, step_y) for x in range(0, width, step_x)]
+    step_strip = BLOCKS_PER_STRIP * step_x
+    corners = [(y, x) for y in range(0, height, step_y) for x in range(0, width, step_strip)]
     with ThreadPoolExecutor(min(len(corners), count_threads())) as pool:
         list(pool.map(fill, corners))
 
@@ -71,12 +81,5 @@ def _choose_block(n: int, size: int) -> int:
 
 
 def _next_fast_length(n: int) -> int:
-    """Return the smallest product of powers of 2, 3 and 5 that is `n` or more."""
-    products = (
-        2**i * 3**j * 5**k
-        for i in range(n.bit_length() + 1)
-        for j in range(n.bit_length() + 1)
-        for k in range(n.bit_length() + 1)
-        if 2**i * 3**j * 5**k >= n
-    )
-    return int(min(products))
+    """Return the smallest power of 2, or 3 or 5 times one, that is `n` or more."""
+    return min(factor << max(0, (-(-n // factor) - 1).bit_length()) for factor in (1, 3, 5))

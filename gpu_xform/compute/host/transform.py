@@ -19,6 +19,9 @@ POINTS_PER_PART = 1 << 21
 def run_transform(job: Job) -> None:
     """Write each matrix applied to all points into `job.out`, which may share memory with the points if k is 1."""
     matrices = job.matrices.astype(job.dtype)
+    if _needs_no_copy(job.points, job.dtype) and _needs_no_copy(job.out, job.dtype):
+        apply_matrices(job.points, matrices, job.out, job.epilogue)
+        return
     for part in iterate_parts(len(job.points)):
         points = np.asarray(job.points[part], job.dtype)
         target = job.out[:, part]
@@ -28,6 +31,11 @@ def run_transform(job: Job) -> None:
             target[...] = out
         release_pages(job.points[part])
         release_pages(job.out[0][part])
+
+
+def _needs_no_copy(array: npt.NDArray[Any], dtype: np.dtype[Any]) -> bool:
+    """Say whether loops take an array as it is: of their number type, and not a file that is mapped into memory."""
+    return array.dtype == dtype and not isinstance(array, np.memmap)
 
 
 def apply_matrices(
