@@ -290,7 +290,7 @@ def test_what_the_library_raises_has_its_exit_code(
         raise error
 
     monkeypatch.setattr(wireframe, "render", fail)
-    monkeypatch.setattr(transform, "find_backend", fail)
+    monkeypatch.setattr(transform, "transform_few", fail)
     assert words in error_of(shlex.split(RENDER), capsys, code)
     assert words in error_of(shlex.split(TRANSFORM), capsys, code)
     assert words in error_of(shlex.split(ARRAY), capsys, code)
