@@ -25,6 +25,7 @@ OPTIONS_OF_ARGUMENTS = {
     "fps": "--fps",
     "friction": "--friction",
     "gap": "--gap",
+    "gravity": "--gravity",
     "labels": "--labels",
     "margin": "--margin",
     "mass": "--mass",

@@ -28,6 +28,7 @@ Event: TypeAlias = Mapping[str, Any]
 LEFT, RIGHT, MIDDLE = 1, 2, 3
 UNITS_PER_NOTCH = 100.0  # of a wheel, in `dy` of its events
 ZOOM_PER_NOTCH = 1.2
+MAX_NOTCHES = 100  # of one event: farther than any view can zoom
 RADIANS_PER_HEIGHT = math.pi  # for a drag from the top of the window to its bottom
 ROTATION_STEP_RAD = math.radians(15.0)
 
@@ -133,6 +134,7 @@ class Controls:
         self._show(orbit)
 
     def _zoom(self, notches: float, at: Float64Array, size: tuple[float, float]) -> None:
+        notches = min(max(notches, -MAX_NOTCHES), MAX_NOTCHES)
         self._show(self._orbit(size).zoomed(ZOOM_PER_NOTCH**notches, at, size[0] / size[1]))
 
     def _key(self, event: Event, size: tuple[float, float]) -> Request | None:

@@ -109,6 +109,13 @@ def test_a_wheel_zooms_at_the_pointer(notches: int) -> None:
     assert_same(orbit(on), START.zoomed(1.2**notches, np.array([-0.5, 0.5]), 2.0))
 
 
+@pytest.mark.parametrize("dy", [1e9, -1e9])
+def test_a_wheel_that_turns_wildly_zooms_as_far_as_it_goes(dy: float) -> None:
+    on = controls()
+    on.handle({"event_type": "wheel", "dx": 0, "dy": dy, "x": 100, "y": 50, "modifiers": ()}, SIZE)
+    assert_same(orbit(on), START.zoomed(1.2 ** math.copysign(100.0, dy), np.array([-0.5, 0.5]), 2.0))
+
+
 @pytest.mark.parametrize(
     ("name", "expected"),
     [

@@ -380,7 +380,9 @@ def _make_mesh(options: argparse.Namespace) -> Mesh:
 
 def _collect_material(options: argparse.Namespace, mesh: Mesh) -> dict[str, Any]:
     """Return keywords of `Springs`."""
-    mass = 0.1 if options.mass is None else options.mass
+    from ...simulation._validation import as_positive_float
+
+    mass = 0.1 if options.mass is None else as_positive_float(options.mass, "mass")
     stretch = options.stretch_stiffness
     if stretch is None:
         size = float(np.ptp(mesh.positions, axis=0).max(initial=0.0)) if mesh.n_points else 0.0
@@ -422,8 +424,12 @@ def _make_obstacles(
     """Return the obstacles, and meshes of those that are drawn, with their style."""
     from ... import samples
     from ...matrices import chain, scale, translate
+    from ...simulation._validation import MAX_SQUARED, require_at_most
     from ...simulation.obstacles import Box, HalfSpace, Sphere
 
+    for flag, given in (("--sphere", options.sphere), ("--box", options.box)):
+        require_at_most([number for one in given for number in np.hstack(one)], flag, MAX_SQUARED)
+    require_at_most(options.floor, "--floor", MAX_SQUARED)
     surface = {"friction": options.friction, "gap": gap_m if options.gap is None else options.gap}
     obstacles: list[Obstacle] = []
     bodies: list[Mesh] = []
