@@ -9,7 +9,7 @@ import numpy as np
 from .._core.arguments import as_square_matrix
 from .._core.types import Float64Array, MatrixLike
 from ..compute.point_buffer import PointBuffer
-from ..drawing.layer import Layer, Model, Models, Style, as_layers
+from ..drawing.layer import Layer, Model, Models, Style, as_layers, as_own_model
 from ..drawing.load_models import PATH_TYPES, load_models
 from ..drawing.point_array import PointArray
 from ..errors import ArgumentTypeError
@@ -24,6 +24,7 @@ Pose: TypeAlias = Float64Array | dict[str, Float64Array] | NodePoses | Mesh | Po
 
 def as_pose(frame: PoseLike, name: str) -> Pose:
     """Return a checked pose for what stands for a frame; errors call it `name`."""
+    frame = as_own_model(frame)
     if isinstance(frame, (Mesh, PointBuffer, PointArray, SupportsAsModel, Layer, Scene, *PATH_TYPES)):
         return load_models(frame)  # type: ignore[return-value]  # one model stays one
     if isinstance(frame, Mapping):

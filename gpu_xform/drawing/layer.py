@@ -21,8 +21,10 @@ from ..compute.mesh_buffer import MeshBuffer
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.edges import EdgesLike, as_crease_angle, list_edge_parts
+from ..geometry.foreign_meshes import mesh_of_other_library
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene, SupportsAsModel
+from ..geometry.trimesh_scenes import is_trimesh_scene
 from ..imaging.colormaps import find_limits
 from ..imaging.colors import ColorLike, to_rgba
 from .attribute_colors import AXES, FILE, find_scalars, resolve_fill, resolve_line_colors, resolve_scalars
@@ -81,6 +83,7 @@ class Layer(Pictured):
         What is drawn. A `Mesh` is made of an array of points; one of more than a hundred thousand is not copied, and
         must not change while the layer is used. A `PointBuffer` of shape (n, 3) is drawn from the device memory that
         holds it, a `MeshBuffer` with its edges and faces. A `Springs` is drawn as it is when the picture is made.
+        Meshes, lines and points of trimesh, PyVista (PolyData), Open3D and meshio become meshes.
     transform : (4, 4) or (k, 4, 4) numbers, optional
         The matrix from the model to the world, or the matrices of k instances; the identity by default.
     name : str, optional
@@ -207,6 +210,7 @@ class Layer(Pictured):
         return super().__new__(cls)
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "model", as_own_model(self.model))
         if is_point_array(self.model):
             if (hidden_rows := find_hidden_rows(self.model)) is not None and hidden_rows.ndim == 1:
                 self._drop_styles_of(hidden_rows)
@@ -354,6 +358,14 @@ def _limits_of(scalars: Any, clim: Sequence[float] | None) -> tuple[float, float
     return find_limits(np.zeros(0) if values is None else np.asarray(values), clim)
 
 
+def as_own_model(model: Any) -> Any:
+    """Return the mesh or the scene of a model of another library; anything else as it is."""
+    if is_trimesh_scene(model):
+        return Scene.from_trimesh(model)
+    mesh = mesh_of_other_library(model)
+    return model if mesh is None else mesh
+
+
 def at_present(layer: Layer) -> Layer:
     """Return the layer with what is drawn of its model at present, if that knows."""
     model = layer.model
@@ -423,7 +435,8 @@ def as_layers(models: Models, style: Style) -> list[Layer]:
     return layers
 
 
-def _layers(model: Model | Layer | Scene, style: Style) -> list[Layer]:
+def _layers(given: Model | Layer | Scene, style: Style) -> list[Layer]:
+    model = as_own_model(given)
     if isinstance(model, Layer):
         return [model]
     if isinstance(model, Scene):

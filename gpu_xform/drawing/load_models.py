@@ -11,7 +11,7 @@ from ..errors import ArgumentTypeError
 from ..formats import load_mesh
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene, SupportsAsModel
-from .layer import Layer, Model, Models, is_point_array, mesh_from_points
+from .layer import Layer, Model, Models, as_own_model, is_point_array, mesh_from_points
 
 PATH_TYPES = (str, os.PathLike)
 
@@ -36,7 +36,8 @@ def load_models(models: Models, *, is_live: bool = False) -> Models:
             clouds[id(model)] = mesh_from_points(model)
         return clouds[id(model)]
 
-    def load_one(model: Model | Layer | Scene) -> Model | Layer | Scene:
+    def load_one(given: Model | Layer | Scene) -> Model | Layer | Scene:
+        model = as_own_model(given)
         if isinstance(model, Scene):
             return model.with_models(load)
         if isinstance(model, Layer):

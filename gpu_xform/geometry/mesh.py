@@ -121,7 +121,7 @@ class Mesh(Pictured):
 
     @classmethod
     def from_trimesh(cls, mesh: Any) -> Mesh:
-        """Return a mesh of the vertices and triangles of a `trimesh.Trimesh`.
+        """Return a mesh of the vertices and triangles of a `trimesh.Trimesh`, with its colours as attributes "color".
 
         Parameters
         ----------
@@ -132,7 +132,9 @@ class Mesh(Pictured):
         -------
         Mesh
         """
-        return cls(mesh.vertices, np.asarray(mesh.faces))
+        kind = {"vertex": "point", "face": "face"}.get(getattr(mesh.visual, "kind", None) or "")
+        colors = {} if kind is None else {kind: {"color": getattr(mesh.visual, f"{mesh.visual.kind}_colors")}}
+        return cls(mesh.vertices, np.asarray(mesh.faces), attributes=colors)
 
     def _set(self, positions: Float64Array, offsets: IndexArray, indices: IndexArray) -> None:
         """Validate the indices, and take over the three arrays as read-only ones."""

@@ -19,8 +19,10 @@ from ..errors import ArgumentError, ArgumentTypeError
 from ..matrices._affine import require_finite
 from ..matrices._composition import require_broadcast
 from .deformable_mesh import DeformableMesh
+from .foreign_meshes import mesh_of_other_library
 from .mesh import Mesh
 from .scene_animation import NodePoses, SceneAnimation
+from .trimesh_scenes import add_nodes_of_trimesh, is_trimesh_scene, to_trimesh_scene
 
 
 class PointsOnDevice(Protocol):
@@ -194,7 +196,8 @@ class Node:
             raise ArgumentError.expecting("transform", "be that of a node", reason="a model stands where its node is")
         if not isinstance(self._models, list):  # from `with_models`, or pickled before it was one
             self._models = [*self._models]
-        self._models.append(Shown(model, style))
+        own = mesh_of_other_library(model)
+        self._models.append(Shown(model if own is None else own, style))
 
     def __repr__(self) -> str:
         return f"<Node {_summarize(self)}>"
@@ -333,6 +336,48 @@ class Scene(Pictured):
         """
         path = self._path(self._node(node, "node"))
         return _require_finite_world(_multiply_down(path), path[0])
+
+    @classmethod
+    def from_trimesh(cls, source: Any) -> "Scene":
+        """Return the nodes, matrices and geometries of a `trimesh.Scene`.
+
+        Parameters
+        ----------
+        source : trimesh.Scene
+            Its arrays are copied. A geometry that several nodes show is one mesh here too. Cameras and lights are left
+            out.
+
+        Returns
+        -------
+        Scene
+
+        Raises
+        ------
+        ArgumentTypeError
+            `source` is not a `trimesh.Scene`.
+        """
+        if not is_trimesh_scene(source):
+            raise ArgumentTypeError.expecting("source", "be a trimesh.Scene", type(source).__name__)
+        scene = cls()
+        add_nodes_of_trimesh(scene, source)
+        return scene
+
+    def to_trimesh(self) -> Any:
+        """Return a `trimesh.Scene` of the visible nodes and their models, with polygons as triangles.
+
+        Styles are left out. A mesh that deforms is as the node's `weights` say.
+
+        Returns
+        -------
+        trimesh.Scene
+
+        Raises
+        ------
+        ArgumentTypeError
+            A model is not a mesh, but points on a device or a path.
+        """
+        require_one_pose(self)
+        return to_trimesh_scene(self)
 
     def transform_between(self, source: str | Node, target: str | Node) -> Float64Array:
         """Return the matrix from one node to another: `target_from_source`.
