@@ -1,8 +1,6 @@
-"""Scenes of trimesh, to and from trees of nodes."""
+"""Scenes of trimesh, to and from a `Scene`, which calls this and is not imported here."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -11,16 +9,13 @@ from .deformable_mesh import DeformableMesh
 from .foreign_meshes import mesh_of_other_library
 from .mesh import Mesh
 
-if TYPE_CHECKING:
-    from .scene import Node, Scene
-
 
 def is_trimesh_scene(model: Any) -> bool:
     """Say whether a model is a `trimesh.Scene`, by its public attributes."""
     return all(hasattr(model, name) for name in ("geometry", "graph", "add_geometry"))
 
 
-def add_nodes_of_trimesh(scene: Scene, source: Any) -> None:
+def add_nodes_of_trimesh(scene: Any, source: Any) -> None:
     """Add the nodes of a `trimesh.Scene` to an empty scene; a geometry that several of them show is one mesh."""
     meshes = {name: mesh_of_other_library(geometry) for name, geometry in source.geometry.items()}
     names: dict[Any, str | None] = {source.graph.base_frame: None}
@@ -37,7 +32,7 @@ def add_nodes_of_trimesh(scene: Scene, source: Any) -> None:
             names[child] = str(child)
 
 
-def to_trimesh_scene(scene: Scene) -> Any:
+def to_trimesh_scene(scene: Any) -> Any:
     """Return a `trimesh.Scene` of the visible models of a scene; a mesh that several nodes show is one geometry."""
     import trimesh
 
@@ -67,7 +62,7 @@ def to_trimesh_scene(scene: Scene) -> Any:
     return found
 
 
-def _as_mesh(model: Any, node: Node) -> Mesh:
+def _as_mesh(model: Any, node: Any) -> Mesh:
     if isinstance(model, DeformableMesh):
         return model.posed(node.weights)
     if not isinstance(model, Mesh):
