@@ -3,7 +3,7 @@
 import os
 import weakref
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -42,6 +42,10 @@ class _Kept(NamedTuple):
 
 
 _kept: list[_Kept] = []
+
+
+class IntersectionLayer(Layer):
+    """A layer that nobody gave: the lines of intersection of another one."""
 
 
 def add_intersections(layers: Sequence[Layer]) -> list[Layer]:
@@ -108,16 +112,16 @@ def _without_intersections(layer: Layer, rest: list[Any]) -> Layer:
 
 def _line_layer(layer: Layer, lines: Mesh) -> Layer:
     """Return a layer of lines in the world, in the style of the lines of `layer`."""
-    changes: dict[str, Any] = dict.fromkeys(_NOT_OF_LINES)
-    return replace(
-        layer,
-        model=lines,
-        name=f"{layer.name or ''} {INTERSECTION}".strip(),
-        hidden=layer.hidden or ("remove" if layer.fill is not None and layer.hidden_style is None else None),
-        color="black" if isinstance(layer.color, str) and layer.color == "face" else layer.color,
-        shading="none",
-        **changes,
-    )
+    own = {each.name: getattr(layer, each.name) for each in fields(layer)}
+    changes: dict[str, Any] = own | dict.fromkeys(_NOT_OF_LINES) | {"labels": None, "colorbar": False}
+    changes |= {
+        "model": lines,
+        "name": f"{layer.name or ''} {INTERSECTION}".strip(),
+        "hidden": layer.hidden or ("remove" if layer.fill is not None and layer.hidden_style is None else None),
+        "color": "black" if isinstance(layer.color, str) and layer.color == "face" else layer.color,
+        "shading": "none",
+    }
+    return IntersectionLayer(**changes)
 
 
 def _find_lines(layers: Sequence[Layer], asks: BoolArray) -> dict[int, Mesh | None]:

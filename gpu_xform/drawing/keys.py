@@ -16,6 +16,7 @@ from ..imaging.colormaps import apply_colormap, tabulate_colormap
 from ..imaging.colors import Rgba, to_rgba
 from .build_draw_list import CLOUD_POINT_SIZE_PX
 from .cloud_source import CloudSource, Source
+from .intersections import IntersectionLayer
 from .layer import Layer
 from .layer_colors import LineColors, fill_colors, line_colors
 
@@ -34,9 +35,11 @@ def legend_entries(layers: Sequence[Layer], sources: Sequence[Source], legend: L
         if not any(names):
             raise ArgumentError.expecting("legend", "come with models that have names, or be a text per model", "none")
     else:
-        names = legend
-        if len(names) != len(layers):
-            raise ArgumentError.expecting("legend", f"have one text for each of the {len(layers)} models", len(names))
+        given = [i for i, layer in enumerate(layers) if not isinstance(layer, IntersectionLayer)]
+        if len(legend) != len(given):
+            raise ArgumentError.expecting("legend", f"have one text for each of the {len(given)} models", len(legend))
+        texts = dict(zip(given, legend, strict=True))
+        names = [texts.get(i) for i in range(len(layers))]
     return [
         _describe(layer, source, name)
         for layer, source, name in zip(layers, sources, names, strict=True)

@@ -92,6 +92,16 @@ def test_a_colour_bar_has_the_name_and_the_limits_of_its_numbers(scalars: Any, t
     assert (numbers[0], numbers[-1]) == (-1.0, 1.0)
 
 
+def test_lines_of_intersection_are_no_models_of_a_legend_and_have_no_labels() -> None:
+    both = [
+        gx.Layer(CUBE, name="a", edges=["all", "intersection"], labels="indices", scalars="y", colorbar=True),
+        gx.Layer(CUBE, name="b", transform=gx.translate(1, 0.5, 0.3)),
+    ]
+    prepared = prepare(both, options={"legend": ["A", "B"], "font_size": 5})
+    assert [layer.labels is None for layer in prepared.layers] == [False, True, True]
+    assert [text.text for text in prepared.annotation.texts][:2] == ["A", "B"]
+
+
 def test_layers_share_a_colour_bar_if_it_is_the_same() -> None:
     def bars(**other: Any) -> int:
         first = gx.Layer(CUBE, scalars="y", colorbar="h", clim=(0, 1))
