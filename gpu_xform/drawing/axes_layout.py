@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._core.types import Float64Array
-from ..annotation.axes import AxesFigure, inset_matrix, lay_out_axes, overflow
+from ..annotation.axes import PADDING, AxesFigure, inset_matrix, lay_out_axes, overflow
 from ..annotation.column import Column
 from ..annotation.items import Annotation, Box
 from ..annotation.text_style import TextStyle
@@ -17,6 +17,7 @@ from .layer import Layer
 MAX_INSET_SHARE = 0.4  # of a side of the picture, at either end
 _MARGIN = 0.4  # around the texts, in sizes of the font
 _MAX_ROUNDS = 5
+_BEYOND = 2.0 * PADDING  # of the frame
 _GRID_COLORS = {True: "#d9d9d9", False: "#4d4d4d"}  # on light and on dark
 _SPINE_COLORS = {True: "#555555", False: "#bbbbbb"}
 
@@ -58,7 +59,7 @@ def lay_out(
         forward_z: Float64Array = inset_matrix(inset, size) @ clip_from_world(aspect)
         if box is None:
             return Layout(forward_z, column.annotation, ())
-        figure = lay_out_axes(box, forward_z, find_eye(forward_z), size, inner.widened(0.5), titles, style)
+        figure = lay_out_axes(box, forward_z, find_eye(forward_z), size, _widen(inner), titles, style)
         room = (size[0] - column.width, size[1])
         lacking = overflow(figure.annotation.texts, room, _MARGIN * style.size)
         if (lacking < 0.5).all():
@@ -66,6 +67,12 @@ def lay_out(
         lacking[2] = min(lacking[2], max(0.0, MAX_INSET_SHARE * size[0] + column.width - right))
         inset = np.minimum(inset + lacking, MAX_INSET_SHARE * sides + (0.0, 0.0, column.width, 0.0))
     return Layout(forward_z, figure.annotation + column.annotation, _make_layers(figure, style))
+
+
+def _widen(frame: Box) -> Box:
+    """Return where ticks may lie: a little beyond the frame too, as the box of the axes is larger than the models."""
+    x, y = _BEYOND * (frame.right - frame.left), _BEYOND * (frame.bottom - frame.top)
+    return Box(frame.left - x, frame.top - y, frame.right + x, frame.bottom + y)
 
 
 def _make_layers(figure: AxesFigure, style: TextStyle) -> list[Layer]:

@@ -46,6 +46,13 @@ def test_its_contents_lead_to_its_sections() -> None:
     assert [anchor for *_, anchor in listed] == [title.replace(" ", "-") for title in titles]
 
 
+def test_figures_name_their_parts_themselves() -> None:
+    code = "\n".join(cell.source for cell in notebook().cells if cell.cell_type == "code")
+    assert "labels={0: name}" in code  # the triangles of the eighth figure
+    assert 'print(f"{color}: {name}")' not in code
+    assert len(re.findall(r"axes=(?:\(|chart_axes)", code)) >= 2
+
+
 def outputs(cells: list[Any], kind: str) -> dict[int, list[str]]:
     """Return what the cells of each section put out in one MIME type, "" for what is printed."""
     section, found = 0, dict[int, list[str]]()

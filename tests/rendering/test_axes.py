@@ -33,6 +33,14 @@ def test_every_text_lies_in_the_picture_and_the_models_in_the_frame() -> None:
         assert (np.abs(clip[:, :2]) < clip[:, 3:]).all()
 
 
+def test_a_chart_whose_window_ends_where_its_line_does_has_numbers_on_both_axes() -> None:
+    line = gx.Mesh([(0.0, -0.1, 0.0), (0.5, 0.1, 0.0), (1.0, 0.0, 0.0)], [(0, 1), (1, 2)])
+    prepared = prepare(line, gx.Camera.window((0, 1), (-0.15, 0.15)), {"axes": ("t", "x", None)})
+    *numbers, t, x = [text.text for text in prepared.annotation.texts]
+    assert (t, x) == ("t", "x")
+    assert {-0.1, 0.0, 0.1, 1.0} <= set(map(float, numbers))
+
+
 def test_a_picture_with_axes_is_the_same_picture_made_smaller() -> None:
     camera = gx.Camera.look_at((4, 3, 9), (0, 0, 0), near=1.0, far=50.0)
     plain, framed = prepare(CUBE, camera, {"font_size": 9.0}), prepare(CUBE, camera)
