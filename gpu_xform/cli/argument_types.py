@@ -17,6 +17,7 @@ from ..drawing.camera import MIN_MARGIN
 from ..drawing.dash_patterns import MAX_DASHES, as_dash_pattern
 from ..drawing.enums import HIDDEN_STYLES, SHADE, SHADINGS
 from ..drawing.lengths import as_dpi, to_pixels
+from ..drawing.sheet import PROJECTIONS, VIEW_NAMES
 from ..errors import GpuXformError
 from ..geometry.edges import EDGE_SETS
 from ..imaging.colors import ColorLike, to_rgba
@@ -312,6 +313,27 @@ def parse_view_angle(text: str) -> float:
     if not 0.0 < degrees < 180.0:
         raise ValueError(f"expected degrees between 0 and 180, got {quote(text)}")
     return degrees
+
+
+@argument_type
+def parse_views(text: str) -> tuple[str, ...]:
+    """Parse names of views, separated by commas."""
+    names = tuple(name.strip() for name in text.split(","))
+    unknown = next((name for name in names if name not in VIEW_NAMES), None)
+    if unknown is not None:
+        hint = did_you_mean(unknown, VIEW_NAMES)
+        raise ValueError(f"expected names among {', '.join(VIEW_NAMES)}, got {quote(unknown)}{hint}")
+    if len(set(names)) < len(names):
+        raise ValueError(f"expected each view once, got {quote(text)}")
+    return names
+
+
+@argument_type
+def parse_projection(text: str) -> str:
+    """Parse the angle of a projection."""
+    if text not in PROJECTIONS:
+        raise ValueError(f"expected {' or '.join(PROJECTIONS)}, got {quote(text)}")
+    return text
 
 
 @argument_type

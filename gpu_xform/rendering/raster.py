@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Unpack
+
+import numpy as np
 
 from .._core.public import public
 from .._core.types import StrPath
@@ -14,16 +17,18 @@ from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.lengths import PX_PER_INCH, as_dpi
 from ..drawing.page import PaperLike, make_page
-from ..drawing.prepare import DEFAULT_SIZE, Frame, Size, prepare_frame
+from ..drawing.prepare import DEFAULT_SIZE, Frame, Size, parse_size, prepare_frame
+from ..drawing.sheet import Projection, ViewName
 from ..drawing.style_signature import show_style_keywords
 from ..gpu.device import GpuDevice
 from ..imaging import image as images
-from ..imaging.colors import ColorLike
+from ..imaging.colors import ColorLike, parse_background
 from ..raster.base import PendingImage
 from ..raster.choose import rasterizer_for, require_rasterizer
 from ..raster.names import RasterizerName
 from ..raster.workload import estimate_workload
 from .annotate import make_annotation
+from .sheets import plan_sheet
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -48,6 +53,8 @@ def render(
     drawing_scale: str | float | None = None,
     margin: float | str | None = None,
     units: str = "mm",
+    views: Sequence[ViewName] | str | None = None,
+    projection: Projection = "third",
     **style: Unpack[Style],
 ) -> Image:
     """Draw models as lines, points and filled faces; return a Pillow image.
@@ -94,6 +101,12 @@ def render(
         The margin of the page in millimetres, or with a unit; 10 mm by default.
     units : str
         The unit of the models' lengths: um, mm, cm, m, in or ft.
+    views : names among front, back, left, right, top, bottom and iso, optional
+        Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
+        text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
+        `camera={"up": ...}`. Axes and a legend cannot go with views.
+    projection : "third" or "first"
+        Where views lie: the top view above the front view, as in America, or below it, as in Europe.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
@@ -120,7 +133,7 @@ def render(
     frame = Frame(
         camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi), page=page
     )
-    return images.to_pillow(begin_render(models, frame, style, rasterizer=rasterizer).result())
+    return images.to_pillow(_draw(models, frame, style, rasterizer, views, projection))
 
 
 @public
@@ -142,6 +155,8 @@ def render_array(
     drawing_scale: str | float | None = None,
     margin: float | str | None = None,
     units: str = "mm",
+    views: Sequence[ViewName] | str | None = None,
+    projection: Projection = "third",
     **style: Unpack[Style],
 ) -> images.Pixels:
     """Draw models as `render` does; return the pixels as an array.
@@ -188,6 +203,12 @@ def render_array(
         The margin of the page in millimetres, or with a unit; 10 mm by default.
     units : str
         The unit of the models' lengths: um, mm, cm, m, in or ft.
+    views : names among front, back, left, right, top, bottom and iso, optional
+        Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
+        text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
+        `camera={"up": ...}`. Axes and a legend cannot go with views.
+    projection : "third" or "first"
+        Where views lie: the top view above the front view, as in America, or below it, as in Europe.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
@@ -214,7 +235,29 @@ def render_array(
     frame = Frame(
         camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi), page=page
     )
-    return begin_render(models, frame, style, rasterizer=rasterizer).result()
+    return _draw(models, frame, style, rasterizer, views, projection)
+
+
+def _draw(
+    models: Models,
+    frame: Frame,
+    style: Style,
+    rasterizer: RasterizerName,
+    views: Sequence[ViewName] | str | None,
+    projection: Projection,
+) -> images.Pixels:
+    """Return the pixels of a picture, or of a sheet of views."""
+    sheet = plan_sheet(models, frame, style, views, projection)
+    if sheet is None:
+        return begin_render(models, frame, style, rasterizer=rasterizer).result()
+    width, height = parse_size(frame.size) if frame.page is None else frame.page.size_px(frame.dpi)
+    red, green, blue, alpha = parse_background(frame.background)
+    pixels = np.empty((height, width, 4), np.uint8)
+    pixels[:] = np.floor(255.0 * np.array([red, green, blue, alpha]) + 0.5)
+    for layers, own, (x, y) in sheet:
+        image = begin_render(layers, own, {}, rasterizer=rasterizer).result()
+        pixels[y : y + image.shape[0], x : x + image.shape[1]] = image
+    return pixels
 
 
 def begin_render(

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Unpack
 
 from .._core.public import public
 from .._core.types import StrPath
-from ..annotation.items import Annotation
+from ..annotation.items import NO_ANNOTATION, Annotation
 from ..annotation.options import AnnotationOptions, AxesLike, LegendLike
 from ..device import Device
 from ..drawing.camera import CameraLike
 from ..drawing.layer import Models, Style
 from ..drawing.page import PaperLike, make_page
-from ..drawing.prepare import DEFAULT_SIZE, Frame, PreparedFrame, Size, prepare_frame
+from ..drawing.prepare import DEFAULT_SIZE, Frame, PreparedFrame, Size, parse_size, prepare_frame
+from ..drawing.sheet import Projection, ViewName
 from ..drawing.style_signature import show_style_keywords
 from ..errors import ArgumentError
 from ..imaging.colors import ColorLike, Rgba
@@ -21,6 +23,7 @@ from ..vector.build_layers import build_layers
 from ..vector.edge_visibility import MARGIN_PX
 from ..vector.svg_text import SvgText
 from .annotate import make_annotation
+from .sheets import plan_sheet
 
 
 @public
@@ -40,6 +43,8 @@ def render_svg(
     drawing_scale: str | float | None = None,
     margin: float | str | None = None,
     units: str = "mm",
+    views: Sequence[ViewName] | str | None = None,
+    projection: Projection = "third",
     **style: Unpack[Style],
 ) -> SvgText:
     """Draw models as `render` does; return an SVG document with a group per model.
@@ -80,6 +85,12 @@ def render_svg(
         The margin of the page in millimetres, or with a unit; 10 mm by default.
     units : str
         The unit of the models' lengths: um, mm, cm, m, in or ft.
+    views : names among front, back, left, right, top, bottom and iso, optional
+        Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
+        text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
+        `camera={"up": ...}`. Axes and a legend cannot go with views.
+    projection : "third" or "first"
+        Where views lie: the top view above the front view, as in America, or below it, as in Europe.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
@@ -120,7 +131,7 @@ def render_svg(
     """
     page = make_page(paper, drawing_scale, margin, units, size, DEFAULT_SIZE)
     frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), page=page)
-    return SvgText(format_svg(*_draw(models, frame, style)))
+    return SvgText(format_svg(*_draw_all(models, frame, style, views, projection)))
 
 
 @public
@@ -140,6 +151,8 @@ def render_pdf(
     drawing_scale: str | float | None = None,
     margin: float | str | None = None,
     units: str = "mm",
+    views: Sequence[ViewName] | str | None = None,
+    projection: Projection = "third",
     **style: Unpack[Style],
 ) -> bytes:
     """Draw models as `render_svg` does; return a PDF document of one page.
@@ -180,6 +193,12 @@ def render_pdf(
         The margin of the page in millimetres, or with a unit; 10 mm by default.
     units : str
         The unit of the models' lengths: um, mm, cm, m, in or ft.
+    views : names among front, back, left, right, top, bottom and iso, optional
+        Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
+        text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
+        `camera={"up": ...}`. Axes and a legend cannot go with views.
+    projection : "third" or "first"
+        Where views lie: the top view above the front view, as in America, or below it, as in Europe.
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
@@ -206,7 +225,7 @@ def render_pdf(
     """
     page = make_page(paper, drawing_scale, margin, units, size, DEFAULT_SIZE)
     frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), page=page)
-    return format_pdf(*_draw(models, frame, style))
+    return format_pdf(*_draw_all(models, frame, style, views, projection))
 
 
 def _draw(
@@ -217,6 +236,19 @@ def _draw(
         _require_depths_fit(prepared)
         size = prepared.view.size if frame.page is None else frame.page.sides_px(frame.dpi)
         return size, prepared.background, build_layers(prepared), make_annotation(prepared)
+
+
+def _draw_all(
+    models: Models, frame: Frame, style: Style, views: Sequence[ViewName] | str | None, projection: Projection
+) -> tuple[tuple[float, float], Rgba, list[VectorLayer], Annotation]:
+    """Return what `_draw` does, of a picture or of a sheet of views."""
+    sheet = plan_sheet(models, frame, style, views, projection)
+    if sheet is None:
+        return _draw(models, frame, style)
+    parts = [(offset, _draw(layers, own, {})) for layers, own, offset in sheet]
+    all_layers = [layer.moved(*offset) for offset, (_, _, layers, _) in parts for layer in layers]
+    size = parse_size(frame.size) if frame.page is None else frame.page.sides_px(frame.dpi)
+    return size, parts[0][1][1], all_layers, NO_ANNOTATION
 
 
 def _require_depths_fit(prepared: PreparedFrame) -> None:

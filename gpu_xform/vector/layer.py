@@ -4,7 +4,7 @@ Coordinates are pixels from the top left corner of the picture, x to the right a
 green, blue and alpha from 0 to 1; alpha is final and includes all fades.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -84,6 +84,15 @@ class VectorLayer:
     hidden_stroke: Stroke
     polygons: Polygons | None = None
     points: Points | None = None
+
+    def moved(self, x: float, y: float) -> "VectorLayer":
+        """Return the layer, moved by pixels."""
+        polygons, points = self.polygons, self.points
+        if polygons is not None:
+            polygons = replace(polygons, points=polygons.points + np.array([x, y]))
+        if points is not None:
+            points = replace(points, circles=points.circles + np.array([x, y, 0.0]))
+        return replace(self, segments=self.segments + np.array([x, y, x, y]), polygons=polygons, points=points)
 
     def stroke(self, *, hidden: bool) -> Stroke:
         """Return how hidden or visible segments are drawn."""

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..._core.types import Float64Array
+from ...drawing.sheet import PROJECTIONS, VIEW_NAMES
 from ...errors import ArgumentError
 from .. import argument_types as types
 from .. import exit_codes, files, references
@@ -72,6 +73,9 @@ examples:
   gpu-xform render floor.obj -o room.png --fill tan \\
       --layer "chair.obj table.obj --fill white --translate 0,0.5,0"
   gpu-xform render *.obj -o "thumbs/{{model}}.png" --resolution 256,256
+  # three views and an isometric one on one sheet, in SVG
+  gpu-xform render part.stl -o part.svg --views front,top,right,iso \\
+      --up +Z --hidden dash --edges feature,silhouette
   # a regression test: do the models look as expected?
   gpu-xform render *.obj --reference "expected/{{model}}.png"
   # pipes
@@ -101,8 +105,25 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     groups.add_reading_options(group)
     groups.add_page(groups.add_drawing_options(parser, resolution="1024,1024"))
+    _add_views(parser)
     _add_reference(parser)
     groups.add_general_options(parser, adapter=True, rasterizer=True)
+
+
+def _add_views(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("several views on one sheet, at one scale")
+    group.add_argument(
+        "--views",
+        metavar="VIEW[,...]",
+        type=types.parse_views,
+        help=f"views to draw in parallel projection, among {', '.join(VIEW_NAMES)}; --up says which side is the top",
+    )
+    group.add_argument(
+        "--projection",
+        metavar="ANGLE",
+        type=types.parse_projection,
+        help=f"{' or '.join(PROJECTIONS)}: the top view lies above the front view, or below it (default: third)",
+    )
 
 
 def _add_reference(parser: argparse.ArgumentParser) -> None:
@@ -133,6 +154,7 @@ def _add_reference(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw the models, in one picture or in one per model, and compare the pictures with references."""
     require_drawing_options(options)
+    _require_view_options(options)
     references.require_reference_options(options)
     models = expand_globs(options.models)
     pictures = plan_outputs(models, options.output, options.reference, options.reference_diff)
@@ -144,6 +166,20 @@ def run(options: argparse.Namespace) -> int:
         return _make_each(pictures, make)
     make(pictures[0])
     return 0
+
+
+def _require_view_options(options: argparse.Namespace) -> None:
+    if options.views is None and options.projection is not None:
+        raise ArgumentError("--projection must come with --views")
+    aims = ("direction", "position", "view_up", "zoom_factor", "azimuth_angle", "elevation_angle")
+    given = {name: getattr(options, f"camera_{name}") for name in aims}
+    aimed = next(
+        (n for n, value in given.items() if not (value is None or (isinstance(value, float) and not value))), None
+    )
+    if options.views is not None and aimed is not None:
+        raise ArgumentError(
+            f"--camera-{aimed.replace('_', '-')} cannot go with --views, which aim cameras of their own"
+        )
 
 
 def _require_pixels(options: argparse.Namespace, pictures: Sequence[PlannedPicture]) -> None:
@@ -229,7 +265,11 @@ def _draw(
     layers = read_layers(options, picture.models, world_from_model)
     with name_options_in_errors(options, picture.models):
         renderer = _find_renderer(options, picture.file_type)
-        return renderer(layers, **collect_picture_arguments(options, layers, open_device()))
+        arguments = collect_picture_arguments(options, layers, open_device())
+        if options.views is not None:
+            arguments |= {"views": options.views, "camera": {"up": options.up}}
+            arguments |= {} if options.projection is None else {"projection": options.projection}
+        return renderer(layers, **arguments)
 
 
 def _find_renderer(options: argparse.Namespace, file_type: str) -> Callable[..., Any]:

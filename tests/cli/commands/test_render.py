@@ -236,6 +236,19 @@ def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.Capt
     assert not Path("out.png").exists()
 
 
+def test_views_on_one_sheet(capsys: pytest.CaptureFixture[str]) -> None:
+    views = ["--views", "front,top,right,iso", "--projection", "first", "--size", "120,80"]
+    expected = render_array(samples.house(), size=(120, 80), views="front,top,right,iso", projection="first")
+    assert np.array_equal(run_render(*views), expected)
+    for options, message in (
+        (["--views", "side"], "--views: expected names among"),
+        (["--projection", "first"], "--projection must come with --views"),
+        (["--views", "front", "--camera-direction", "x"], "--camera-direction cannot go with --views"),
+        (["--views", "front", "--camera-elevation-angle", "3"], "--camera-elevation-angle cannot go with --views"),
+    ):
+        assert message in error_of(["render", "house.obj", "-o", "out.png", *options], capsys)
+
+
 def test_the_help_names_the_library_s_defaults() -> None:
     defaults = {field.name: field.default for field in dataclasses.fields(Layer)}
     in_words = {
