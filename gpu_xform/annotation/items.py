@@ -79,6 +79,16 @@ class Disc:
 Shape = Line | Rectangle | Disc
 
 
+def box_of_shape(shape: Shape) -> Box:
+    """Return the box that holds a shape."""
+    if isinstance(shape, Rectangle):
+        return shape.box
+    if isinstance(shape, Disc):
+        return Box(shape.x, shape.y, shape.x, shape.y).widened(0.5 * shape.diameter)
+    ends = min(shape.x0, shape.x1), min(shape.y0, shape.y1), max(shape.x0, shape.x1), max(shape.y0, shape.y1)
+    return Box(*ends).widened(0.5 * shape.width)
+
+
 @dataclass(frozen=True)
 class Annotation:
     """What is drawn over the models: shapes in their order, and all texts over them."""

@@ -8,7 +8,7 @@ import numpy.typing as npt
 from .._core.types import Float64Array
 from ..imaging.colors import Rgba
 from ..imaging.image import Pixels
-from .items import Annotation, Box, Disc, Line, Rectangle, Shape, Text
+from .items import Annotation, Box, Disc, Line, Rectangle, Shape, Text, box_of_shape
 from .text_style import HALO_WIDTH
 
 
@@ -42,22 +42,13 @@ def _split_dashes(shape: Shape) -> list[Shape]:
 
 
 def _draw_shape(pixels: Pixels, shape: Shape) -> None:
-    box = _bounds(shape)
+    box = box_of_shape(shape).widened(1.0)
     region = _region(pixels, box)
     if region is None:
         return
     rows, columns = region
     y, x = np.mgrid[rows, columns] + 0.5
     _blend(pixels[rows, columns], shape.color, _coverage(shape, x, y))
-
-
-def _bounds(shape: Shape) -> Box:
-    if isinstance(shape, Rectangle):
-        return shape.box
-    if isinstance(shape, Disc):
-        return Box(shape.x, shape.y, shape.x, shape.y).widened(0.5 * shape.diameter + 1.0)
-    ends = min(shape.x0, shape.x1), min(shape.y0, shape.y1), max(shape.x0, shape.x1), max(shape.y0, shape.y1)
-    return Box(*ends).widened(0.5 * shape.width + 1.0)
 
 
 def _region(pixels: Pixels, box: Box) -> tuple[slice, slice] | None:

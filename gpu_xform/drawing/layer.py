@@ -157,7 +157,8 @@ class Layer(Pictured):
         "indices" the index of each point at the point; a sequence holds a text per point, "" or None for none; the keys
         of a dict are indices of points, or points (x, y, z) of the model's frame. No two texts overlap: the nearest
         point chooses first, and if some find no room, a `TextWarning` says how many. Of hidden points, labels are left
-        out if `hidden` is "remove", and faded if it is "dash" or "fade"; names are always shown.
+        out if `hidden` is "remove", and faded if it is "dash" or "fade"; by default opaque filled faces of other models
+        hide them. Names are always shown.
     colorbar : bool or str
         Whether a bar at the right of the picture says which numbers the colours of `scalars` stand for; a text is its
         title, by default the name of the attribute. Layers of the same title, limits and colormap share one.

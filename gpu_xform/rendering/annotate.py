@@ -10,12 +10,12 @@ import numpy as np
 from .._core.error_context import prefix_errors
 from .._core.types import BoolArray, Float64Array
 from ..annotation.boxes import TakenBoxes
-from ..annotation.items import Annotation
+from ..annotation.items import Annotation, box_of_shape
 from ..annotation.labels import MAX_LABELS, Anchor, place_labels
 from ..annotation.text_style import TextStyle
 from ..drawing.build_draw_list import build_draw_list
+from ..drawing.covers import find_covered, find_covers
 from ..drawing.depth import NO_DEPTH_CUE
-from ..drawing.draw_list import Drawable
 from ..drawing.enums import HIDDEN_FADE_ALPHA, Hidden
 from ..drawing.geometry_source import geometry_source
 from ..drawing.layer import Layer
@@ -37,6 +37,8 @@ class _Shown:
     """The labels of a layer that lie in the picture: the nearest ones, where they are (k, 2), and how far away (k,).
 
     n_farther : the number of all others in the picture
+    hidden : what becomes of those of hidden points
+    is_covered : only opaque filled faces hide the points
     """
 
     labels: LayerLabels
@@ -45,6 +47,8 @@ class _Shown:
     centers_px: Float64Array
     distances: Float64Array
     n_farther: int
+    hidden: Hidden
+    is_covered: bool
 
 
 def make_annotation(prepared: PreparedFrame) -> Annotation:
@@ -52,13 +56,14 @@ def make_annotation(prepared: PreparedFrame) -> Annotation:
     fixed = prepared.annotation
     several = len(prepared.layers) > 1
     shown: list[_Shown] = []
+    is_covered = _find_covered(prepared)
     for i, layer in enumerate(prepared.layers):
         if layer.labels is None:
             continue
         with prefix_errors(layer.name or f"models[{i}]") if several else ExitStack():
             labels = layer_labels(layer)
         if labels is not None:
-            shown.append(_locate_labels(labels, prepared.view))
+            shown.append(_locate_labels(labels, prepared.view, is_covered=is_covered[i] and not labels.are_centred))
     shown = _name_nodes_once(shown)
     if not any(part.rows for part in shown):
         return fixed
@@ -67,7 +72,7 @@ def make_annotation(prepared: PreparedFrame) -> Annotation:
     anchors = [
         anchor for part, hidden in zip(shown, is_hidden, strict=True) for anchor in _make_anchors(part, hidden, style)
     ]
-    taken = TakenBoxes(text.box for text in fixed.texts)
+    taken = TakenBoxes([*(text.box for text in fixed.texts), *map(box_of_shape, fixed.shapes)])
     labels_of_points, n_without = place_labels(anchors, taken, prepared.view.size, style)
     n_farther = sum(part.n_farther for part in shown)
     if n_without + n_farther:
@@ -77,7 +82,14 @@ def make_annotation(prepared: PreparedFrame) -> Annotation:
     return fixed + labels_of_points
 
 
-def _locate_labels(labels: LayerLabels, view: View) -> _Shown:
+def _find_covered(prepared: PreparedFrame) -> list[bool]:
+    """Return of which layers opaque filled faces of others hide the labels, as they hide lines and dots."""
+    if all(layer.labels is None for layer in prepared.layers):
+        return [False] * len(prepared.layers)
+    return find_covered(prepared.layers, find_covers(prepared.layers, prepared.sources))
+
+
+def _locate_labels(labels: LayerLabels, view: View, *, is_covered: bool) -> _Shown:
     """Return the labels whose points lie in the picture, between the near and the far plane."""
     clip = labels.points @ view.clip_from_world[:, :3].T + view.clip_from_world[:, 3]
     w = clip[:, 3]
@@ -91,7 +103,9 @@ def _locate_labels(labels: LayerLabels, view: View) -> _Shown:
     rows = np.flatnonzero(inside)
     nearest = np.sort(rows[np.argsort(-depth[rows], kind="stable")[:MAX_LABELS]])
     n_farther = len(rows) - len(nearest)
-    return _Shown(labels, nearest.tolist(), points_px[nearest], centers_px[nearest], -depth[nearest], n_farther)
+    where = points_px[nearest], centers_px[nearest], -depth[nearest]
+    hidden = Hidden.REMOVE if is_covered else labels.hidden
+    return _Shown(labels, nearest.tolist(), *where, n_farther, hidden, is_covered)
 
 
 def _name_nodes_once(shown: Sequence[_Shown]) -> list[_Shown]:
@@ -111,7 +125,7 @@ def _name_nodes_once(shown: Sequence[_Shown]) -> list[_Shown]:
         chosen = [k for k, row in enumerate(part.rows) if (i, row) in kept]
         rows = [part.rows[k] for k in chosen]
         where = part.points_px[chosen], part.centers_px[chosen], part.distances[chosen]
-        result.append(_Shown(part.labels, rows, *where, part.n_farther))
+        result.append(_Shown(part.labels, rows, *where, part.n_farther, part.hidden, part.is_covered))
     return result
 
 
@@ -119,7 +133,7 @@ def _find_hidden(prepared: PreparedFrame, shown: Sequence[_Shown]) -> list[BoolA
     """Return for each label whether faces hide its point: by the depths that hide lines."""
     hidden = [np.zeros(len(part.rows), np.bool_) for part in shown]
     walls = [replace(drawable, lines=()) for drawable in prepared.draw_list.drawables if drawable.faces is not None]
-    asked = [i for i, part in enumerate(shown) if part.labels.hidden is not Hidden.SHOW and part.rows]
+    asked = [i for i, part in enumerate(shown) if part.hidden is not Hidden.SHOW and part.rows]
     if not walls or not asked:
         return hidden
     device = prepared.device
@@ -129,11 +143,15 @@ def _find_hidden(prepared: PreparedFrame, shown: Sequence[_Shown]) -> list[BoolA
         sources = [geometry_source(layer) for layer in layers]
         cues = [NO_DEPTH_CUE] * len(layers)
         dots = build_draw_list(layers, sources, view.clip_from_world, cues, device, stack, view.size)
-        drawables: list[Drawable] = [*walls, *dots.drawables]
-        splits, _ = split_edges_by_visibility(device, drawables, view, lambda _: UNLIMITED_PX, find_visible=False)
-        layer_of = {
-            id(lines): n for n, dot in zip(dots.layer_indices, dots.drawables, strict=True) for lines in dot.lines
-        }
+        marks = [
+            replace(dot, lines=tuple(replace(lines, is_covered=shown[asked[n]].is_covered) for lines in dot.lines))
+            for n, dot in zip(dots.layer_indices, dots.drawables, strict=True)
+        ]
+        covers = prepared.draw_list.covers
+        splits, _ = split_edges_by_visibility(
+            device, [*walls, *marks], view, lambda _: UNLIMITED_PX, find_visible=False, covers=covers
+        )
+        layer_of = {id(lines): n for n, dot in zip(dots.layer_indices, marks, strict=True) for lines in dot.lines}
         for split in splits:
             points = split.edges[split.spans["edge"] % split.batch.n_edges, 0]
             is_hidden = split.spans["is_hidden"] == 1
@@ -156,7 +174,7 @@ def _make_anchors(shown: _Shown, is_hidden: BoolArray, style: TextStyle) -> list
     color = style.color if own is None or _contrast(own, style.halo) < MIN_CONTRAST else (*own[:3], 1.0)
     anchors = []
     for k, row in enumerate(shown.rows):
-        if is_hidden[k] and labels.hidden is Hidden.REMOVE:
+        if is_hidden[k] and shown.hidden is Hidden.REMOVE:
             continue
         alpha = HIDDEN_FADE_ALPHA if is_hidden[k] else 1.0
         text = style.text(labels.texts[row], "labels", color=(*color[:3], color[3] * alpha))

@@ -3,6 +3,7 @@
 import html
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -66,6 +67,12 @@ def test_faces_of_other_models_hide_labels() -> None:
     wall = gx.Layer(gx.Mesh([(-9, -9, 3), (9, -9, 3), (9, 9, 3), (-9, 9, 3)], [(0, 1, 2, 3)]), fill="white")
     points = gx.Layer(np.array([(0.0, 0, 0), (0.7, 0.5, 3.5)]), labels=["behind", "before"], hidden="remove")
     assert set(texts_of([points, wall])) == {"before"}
+    # As dots: opaque faces of others hide them unless the layer says otherwise, the wall beside a body as well.
+    points = replace(points, hidden=None)
+    body = gx.Layer(CUBE, transform=gx.translate(0, -40, 0), hidden="remove")
+    assert set(texts_of([points, wall])) == set(texts_of([points, body, wall])) == {"before"}
+    for models in ([replace(points, hidden="show"), wall], [points, replace(wall, alpha=0.5)]):
+        assert set(texts_of(models)) == {"before", "behind"}
 
 
 @pytest.mark.parametrize(
