@@ -1,9 +1,21 @@
 # Each target sets up what it needs on a fresh machine: a .venv here; for what draws or computes, a Vulkan driver where
 # there is none; for all tests, a browser and a screen. `make PYTHON=python3.13` picks the Python that .venv is made of.
 
+# `make test ADAPTER=swiftshader` picks the adapter by a part of its name, DRIVER_FILE=.../lvp_icd.json the Vulkan driver
+# by its JSON file, as of a Mesa that is unpacked beside the installed one; LOCKED=1 installs what requirements/ names.
+
 PYTHON ?= python3
 BIN := .venv/bin
 PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
+ADAPTER ?=
+DRIVER_FILE ?= $(if $(filter swiftshader,$(ADAPTER)),/usr/lib/chromium/vk_swiftshader_icd.json)
+LOCKED ?=
+ifneq ($(ADAPTER),)
+export GPU_XFORM_ADAPTER := $(ADAPTER)
+endif
+ifneq ($(DRIVER_FILE),)
+export VK_DRIVER_FILES := $(DRIVER_FILE)
+endif
 DRIVER_PACKAGES := mesa-vulkan-drivers libvulkan1
 BROWSER_PACKAGES := chromium-driver
 SCREEN_PACKAGES := xvfb xdotool libx11-6
@@ -44,11 +56,23 @@ bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/springs.py
 
 SECONDS ?= 300
+SHARE ?= 1
 MOMENTS ?= 200
 
 .PHONY: fuzz
-fuzz: .venv/tools ## give damaged files to every reader for SECONDS=300
+fuzz: .venv/tools driver ## give damaged files to every reader, and odd arguments to functions, for SECONDS=300 each
 	@$(BIN)/python -m tests.fuzz.readers --seconds $(SECONDS)
+	@$(BIN)/python -m tests.fuzz.calls --seconds $(SECONDS)
+
+.PHONY: soak
+soak: .venv/tools driver ## do the same for long, and see that nothing grows; SHARE=0.1 a tenth of it
+	@$(BIN)/python -m tests.fuzz.soak --share $(SHARE)
+	@GPU_XFORM_STABLE_STEPS=1000000 $(PYTEST) tests/simulation/test_acceptance.py -k stay_stable
+
+.PHONY: lock
+lock: ## write requirements/, the versions that CI installs with LOCKED=1; needs uv
+	@uv pip compile --quiet --universal --python-version 3.11 --extra dev --generate-hashes --no-emit-index-url \
+	  --custom-compile-command "make lock" --output-file requirements/ci.txt pyproject.toml
 
 .PHONY: attack
 attack: .venv/tools driver ## interrupt and kill commands at MOMENTS=200 random moments
@@ -75,7 +99,12 @@ clean: ## remove what the other targets made
 
 .venv/tools: .venv/python pyproject.toml
 	@echo "Installing gpu_xform and its development tools into .venv ..."
+ifeq ($(LOCKED),)
 	@$(BIN)/pip --quiet --disable-pip-version-check install --editable '.[dev]'
+else
+	@$(BIN)/pip --quiet --disable-pip-version-check install --require-hashes --requirement requirements/ci.txt
+	@$(BIN)/pip --quiet --disable-pip-version-check install --no-deps --editable .
+endif
 	@touch $@ .venv/library
 
 .venv/bench: .venv/python pyproject.toml

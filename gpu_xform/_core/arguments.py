@@ -12,6 +12,8 @@ from ..errors import ArgumentError, ArgumentTypeError
 from .masked import require_unmasked
 from .types import Float64Array, MatrixLike, SupportsAsMatrix
 
+MAX_REPEATED_BYTES = 1 << 38  # of a broadcast array, whose memory is a few numbers only
+
 
 def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float64Array:
     """Return a new C-ordered float64 array of `value`, which must hold real numbers, and finite ones by default."""
@@ -22,10 +24,17 @@ def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Fl
         raise ArgumentError.expecting(name, "be a rectangular array of numbers", reason=error) from None
     if array.dtype.kind not in "fiu":
         raise ArgumentTypeError.expecting(name, "hold real numbers", f"dtype {array.dtype}")
+    require_room(array, name)
     result = np.array(array, dtype=np.float64, order="C")
     if finite and not np.isfinite(result).all():
         raise ArgumentError.expecting(name, "be finite", describe_first_non_finite(result))
     return result
+
+
+def require_room(array: npt.NDArray[Any], name: str) -> None:
+    """Raise `ArgumentError` for what a broadcast repeats, of a shape that no memory holds, before it is written out."""
+    if array.nbytes > MAX_REPEATED_BYTES and 0 in array.strides:
+        raise ArgumentError.expecting(name, f"take at most {MAX_REPEATED_BYTES:,} bytes", f"shape {array.shape}")
 
 
 def describe_first_non_finite(array: npt.NDArray[np.floating[Any]]) -> str:

@@ -47,3 +47,7 @@ def require_path(path: object, name: str) -> None:
     text = os.fspath(path)
     if ("\0" if isinstance(text, str) else b"\0") in text:
         raise ArgumentError.expecting(name, "hold no NUL character", repr(text))
+    try:
+        os.fsencode(text)
+    except UnicodeEncodeError:
+        raise ArgumentError.expecting(name, "hold characters that the system can write", repr(text)) from None

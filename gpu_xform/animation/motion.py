@@ -54,6 +54,8 @@ def make_motion(frames: PosesLike, fps: float | None, n_frames: int | None, dura
             parse_frame_count(round(frames.duration * fps) + 1, "frames"), fps, partial(_pose_scene, frames, fps)
         )
     models = frames.as_models() if isinstance(frames, Trajectory) else frames
+    if isinstance(models, np.ndarray) and models.ndim:
+        parse_frame_count(max(len(models), 1), "frames")
     poses = [as_pose(frame, f"frames[{k}]") for k, frame in enumerate(_iterate(models))]
     if not poses:
         raise ArgumentError.expecting("frames", "hold at least one", "none")

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core.arguments import require_room
 from .._core.masked import fill_hidden_rows, require_unmasked
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError
@@ -45,11 +46,13 @@ def as_host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
         if hasattr(value, "__dlpack__") and not isinstance(value, np.ndarray | np.generic):
             return np.from_dlpack(value)  # type: ignore[arg-type]
         # A map keeps its type, by which its pages are released again.
-        return value if isinstance(value, np.memmap) else np.asarray(value)
+        array = value if isinstance(value, np.memmap) else np.asarray(value)
     except ValueError as error:  # a ragged list
         raise ArgumentError.expecting(name, "be a rectangular array of numbers", reason=error) from None
     except (BufferError, RuntimeError) as error:  # memory of another device, or one that records gradients
         raise ArgumentTypeError.expecting(name, "be in the host's memory", reason=error) from None
+    require_room(array, name)
+    return array
 
 
 def require_output(out: npt.NDArray[Any], shape: tuple[int, ...], points: npt.NDArray[Any]) -> None:

@@ -24,7 +24,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import matrices
-from .._core.arguments import as_square_matrices, require_affine, require_text
+from .._core.arguments import as_square_matrices, require_affine, require_flag, require_text
 from .._core.masked import Mask, find_hidden_rows, hide_rows
 from .._core.public import public
 from .._core.types import Float64Array, MatrixLike
@@ -326,7 +326,7 @@ def project_points(
 
 
 def _length_epilogue(normalize: bool) -> Epilogue:
-    return Epilogue.NORMALIZE if normalize else Epilogue.NONE
+    return Epilogue.NORMALIZE if require_flag(normalize, "normalize") else Epilogue.NONE
 
 
 def _affine_matrices(matrix: MatrixLike, points: npt.NDArray[Any]) -> Float64Array:

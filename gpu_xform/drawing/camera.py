@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import matrices
-from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_unit_vector, as_vector
+from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_unit_vector, as_vector, require_room
 from .._core.masked import require_unmasked
 from .._core.pictured import Pictured
 from .._core.public import public
@@ -449,6 +449,7 @@ def _copy_points(points: npt.ArrayLike) -> npt.NDArray[Any]:
     """Return a copy of points in single precision if they are so, else in double."""
     if isinstance(points, np.ndarray) and points.dtype == np.float32:
         require_unmasked(points, "model")
+        require_room(points, "model")
         return np.array(points, np.float32, order="C")
     return as_real_array(points, "model", finite=False)
 

@@ -58,7 +58,12 @@ def to_pixels(picture: ImageLike, name: str) -> Pixels:
         return _decode_png(picture, name)
     if isinstance(picture, Image.Image):
         return _pillow_to_pixels(picture, name)
-    array = np.asarray(picture)
+    try:
+        array = np.asarray(picture)
+    except ValueError as error:  # a ragged list
+        raise ArgumentError.expecting(
+            name, "be an image, an array of uint8 or a PNG file's path", reason=error
+        ) from None
     if array.dtype != np.uint8:
         raise ArgumentTypeError.expecting(name, "be an image, an array of uint8 or a PNG file's path", array.dtype)
     if array.ndim != 3 or array.shape[2] not in {3, 4}:

@@ -263,7 +263,7 @@ def _as_masses(
             argument="mass",
         )
     if mass is not None:
-        if np.ndim(mass) == 0:
+        if not isinstance(mass, list | tuple) and np.ndim(mass) == 0:
             masses = np.full(n_points, as_positive_float(mass, "mass") / n_points)  # type: ignore[arg-type]
             return _require_heavy(masses, "mass")
         masses = as_column(mass, "mass", n_points, "point")

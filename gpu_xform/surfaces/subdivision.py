@@ -155,10 +155,12 @@ def subdivide(
         raise ArgumentError.expecting("levels", "be at least 0", n_levels)
     _require_scipy()
     is_loop = scheme == "loop"
-    n_faces = mesh.n_faces * 4**n_levels if is_loop else len(mesh.indices) * 4 ** (n_levels - 1)
+    # Of no larger power, which itself would take for ever.
+    n_faces = mesh.n_faces * 4 ** min(n_levels, 30) if is_loop else len(mesh.indices) * 4 ** min(n_levels - 1, 30)
     if n_levels and n_faces > MAX_FACES:
+        needed = f"{n_faces}" if n_levels <= 30 else "far more"
         raise ArgumentError.expecting(
-            "levels", f"need at most {MAX_FACES} faces", n_levels, reason=f"it needs {n_faces}"
+            "levels", f"need at most {MAX_FACES} faces", n_levels, reason=f"it needs {needed}"
         )
     cage = make_cage(mesh.n_points, mesh.offsets, mesh.indices)
     require_manifold(cage, "mesh")

@@ -55,3 +55,33 @@ def test_a_wrong_kind_is_named(name: str) -> None:
 def test_a_rasteriser_that_is_no_text_is_named() -> None:
     with pytest.raises(ArgumentError, match="rasterizer must be"):
         gx.render(CUBE, rasterizer=ARRAY)
+
+
+def test_what_a_broadcast_repeats_beyond_any_memory_is_refused_by_its_shape() -> None:
+    points = np.broadcast_to(np.float32(1), (1 << 40, 3))
+    matrices = np.broadcast_to(1.0, (1 << 40, 4, 4))
+    for call in (
+        lambda: gx.transform_points(points, np.eye(4)),
+        lambda: gx.transform_points(np.ones((2, 3)), matrices),
+        lambda: gx.inverse(matrices),
+        lambda: gx.rotate_x(np.broadcast_to(1.0, (1 << 40,))),
+        lambda: gx.bounds(points),
+    ):
+        with pytest.raises(ArgumentError, match=r"must take at most 274,877,906,944 bytes, got shape \(1099511627776"):
+            call()
+    assert gx.transform_points(np.broadcast_to(np.float32(1), (1000, 3)), np.eye(4)).shape == (1000, 3)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda: gx.transform_vectors(np.ones((2, 3)), np.eye(4), normalize=np.ones((2, 2))),  # type: ignore[arg-type]
+        lambda: gx.compare_images([[1, 2], [3]], [[1, 2], [3]]),  # type: ignore[arg-type]
+        lambda: gx.Springs(gx.samples.cube(), mass=[[1, 2], [3]], stretch=1.0),
+        lambda: gx.render(gx.samples.cube(), size=np.ma.masked_array([1.0, 2.0], [True, False])),  # type: ignore[arg-type]
+        lambda: gx.Camera.fit(np.broadcast_to(np.float32(1), (1 << 40, 3))),
+    ],
+)
+def test_what_random_calls_found_is_an_argument_error(call: Callable[[], object]) -> None:
+    with pytest.raises((ArgumentError, ArgumentTypeError)):
+        call()

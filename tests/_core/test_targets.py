@@ -121,3 +121,10 @@ def test_a_stream_is_not_resumed(capsys: pytest.CaptureFixture[str]) -> None:
 def test_a_path_with_a_nul_is_an_argument_error(call: Callable[[], object]) -> None:
     with pytest.raises(ArgumentError, match=r"hold no NUL character, got 'a\\x00b"):
         call()
+
+
+def test_a_path_that_no_system_writes_is_an_argument_error() -> None:
+    """Half of a surrogate pair, as a file name in broken JSON has it."""
+    for call in (lambda: gx.load_mesh("\ud800.obj"), lambda: gx.save_mesh(gx.samples.cube(), "\ud800.obj")):
+        with pytest.raises(ArgumentError, match="hold characters that the system can write"):
+            call()

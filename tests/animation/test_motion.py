@@ -183,3 +183,9 @@ def test_what_a_function_gives_is_checked(frame: Any, options: dict[str, Any], m
 def test_a_mesh_is_kept_as_it_is() -> None:
     mesh = Mesh([(0, 0, 0), (1, 0, 0)], [(0, 1)])
     assert of([mesh]).pose_at(0) is mesh
+
+
+def test_more_frames_than_there_may_be_are_refused_before_they_are_looked_at() -> None:
+    stack = np.broadcast_to(np.eye(4), (1 << 40, 4, 4))
+    with pytest.raises(ArgumentError, match=r"^frames must be at most \d+, got 1099511627776"):
+        make_motion(stack, None, None, None)

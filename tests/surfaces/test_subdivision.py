@@ -249,3 +249,9 @@ def test_without_scipy_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(builtins, "__import__", refuse)
     with pytest.raises(gx.MissingExtraError, match=r"pip install 'gpu_xform\[surfaces\]'"):
         gx.subdivide(CUBE)
+
+
+def test_no_number_of_levels_is_too_large_to_be_refused() -> None:
+    """Four to the power of it would not come to an end."""
+    with pytest.raises(gx.ArgumentError, match=r"levels must need at most 16777216 faces.*far more"):
+        gx.subdivide(gx.samples.cube(), 10**30)
