@@ -22,9 +22,14 @@ if TYPE_CHECKING:
     from ..drawing.layer import Layer
 
 
-def read_layers(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
-    """Read a layer per model file, those of --layer after the others."""
-    layers = _read_styled(options, paths, world_from_model)
+def read_layers(
+    options: Namespace, paths: Sequence[str], world_from_model: Float64Array, size: tuple[int, int] | None = None
+) -> list["Layer"]:
+    """Read a layer per model file, those of --layer after the others.
+
+    size : of a picture that is one of many, in which models have `legible_style` if none is typed
+    """
+    layers = _read_styled(options, paths, world_from_model, size)
     for extra in options.extra_layers:
         layers += _read_styled(extra, expand_globs(extra.models), compose_transforms(extra))
     return layers
@@ -39,16 +44,20 @@ def read_style(options: Namespace, path: str, use: str) -> dict[str, Any]:
     return {name: _read_value(name, value, path) for name, value in typed.items()}
 
 
-def _read_styled(options: Namespace, paths: Sequence[str], world_from_model: Float64Array) -> list["Layer"]:
+def _read_styled(
+    options: Namespace, paths: Sequence[str], world_from_model: Float64Array, size: tuple[int, int] | None = None
+) -> list["Layer"]:
     """Read a layer per model; the limits of scalars are those of all models together."""
-    from ..drawing.layer import Layer
+    from ..drawing.layer import Layer, Style
+    from ..drawing.legible_style import legible_style
 
     meshes = [files.read_mesh(path, options.file_type, options.tolerance) for path in paths]
     typed = collect_style_arguments(options)
+    legible = [legible_style(mesh, size) if size and not typed else Style() for mesh in meshes]
     source, instances = typed.pop("scalars", None), typed.pop("instances", None)
     styles = [
-        {name: _read_value(name, value, path) for name, value in typed.items()} | {"name": Path(path).stem}
-        for path in paths
+        {**own, **{name: _read_value(name, value, path) for name, value in typed.items()}, "name": Path(path).stem}
+        for path, own in zip(paths, legible, strict=True)
     ]
     for style, path in zip(styles, paths, strict=True):
         style["transform"] = (

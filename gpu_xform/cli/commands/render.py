@@ -36,7 +36,9 @@ model."""
 EPILOG = f"""\
 In the paths of pictures, {{model}} stands for the name of a model without folder
 and type, and {{folder}} for its folder. Missing folders of such a path are made.
-If one of several pictures fails, the others are still made.
+If one of several pictures fails, the others are still made. Without any option
+of style, such pictures show shaded faces, with sharp edges and outlines where
+the faces are few for the picture: a cube is legible so, and a scan is too.
 
 The camera is placed so that all models fit the picture, unless a position is
 given. Colours are names, #rrggbb, or R,G,B from 0 to 1. PDF needs pydyf:
@@ -262,7 +264,9 @@ def _draw(
     picture: PlannedPicture,
 ) -> Any:
     """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
-    layers = read_layers(options, picture.models, world_from_model)
+    templates = (options.output, options.reference, options.reference_diff)
+    is_of_many = any(template is not None and template.is_per_model for template in templates)
+    layers = read_layers(options, picture.models, world_from_model, options.resolution if is_of_many else None)
     with name_options_in_errors(options, picture.models):
         renderer = _find_renderer(options, picture.file_type)
         arguments = collect_picture_arguments(options, layers, open_device())
