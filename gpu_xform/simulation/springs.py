@@ -181,13 +181,14 @@ class Springs:
         self._held: dict[int, _Hold] = {}
         self._inspected: tuple[Obstacle, ...] = ()
         self._topology = strip_directions(system.mesh)
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # held during a run
+        self._state_lock = threading.RLock()  # held during a frame, and while the state is read or written
         self._runner: int | None = None  # the thread that takes steps
         self.reset()
 
     def reset(self) -> None:
         """Go back to the positions and velocities of the start, and to time 0; held points are released."""
-        with self._alone():
+        with self._alone(), self._state_lock:
             self.release()
             self._write(self._system.points, self._start)
             self._epoch, self._n_frames, self._frame_s = 0.0, 0, 0.0
@@ -247,7 +248,8 @@ class Springs:
         MeshBuffer
             `render` and its kin draw it without a way through the host's memory; they take a Springs itself as well.
         """
-        return MeshBuffer.at_points(self._topology, self._stepper.store_positions())
+        with self._state_lock:
+            return MeshBuffer.at_points(self._topology, self._stepper.store_positions())
 
     def as_model(self) -> Mesh | MeshBuffer:
         """Return what `render` and its kin draw of a Springs.
@@ -267,23 +269,28 @@ class Springs:
     @property
     def positions(self) -> npt.NDArray[np.float32]:
         """The positions in metres: (n, 3) float32, a copy. They can be assigned; velocities stay."""
-        return self._stepper.read_positions()
+        with self._state_lock:
+            return self._stepper.read_positions()
 
     @positions.setter
     def positions(self, positions: npt.ArrayLike) -> None:
         """Move the points, (n, 3) finite numbers."""
-        velocities = self.velocities
-        self._write(as_points(positions, "positions", self.n_points), velocities)
+        points = as_points(positions, "positions", self.n_points)
+        with self._state_lock:
+            self._write(points, self.velocities)
 
     @property
     def velocities(self) -> npt.NDArray[np.float32]:
         """The velocities in m/s: (n, 3) float32, a copy. They can be assigned; positions stay."""
-        return self._stepper.read_kicked_velocities(self._lag_s, self._last)
+        with self._state_lock:
+            return self._stepper.read_kicked_velocities(self._lag_s, self._last)
 
     @velocities.setter
     def velocities(self, velocities: npt.ArrayLike) -> None:
         """Give the points other velocities, (n, 3) finite numbers; those of pinned points are zero."""
-        self._write(self.positions, as_points(velocities, "velocities", self.n_points))
+        given = as_points(velocities, "velocities", self.n_points)
+        with self._state_lock:
+            self._write(self.positions, given)
 
     @property
     def largest_step(self) -> float:
@@ -326,7 +333,7 @@ class Springs:
         ArgumentError
             If `gravity` is no vector of three finite numbers.
         """
-        return measure_energy(self._system, self.positions, self.velocities, as_vector(gravity, "gravity", 3))
+        return measure_energy(self._system, *self._state(), as_vector(gravity, "gravity", 3))
 
     def momentum(self) -> Momentum:
         """Return the momenta of the present state, computed in float64.
@@ -336,7 +343,7 @@ class Springs:
         Momentum
             `linear`, (3,) in kg m/s, and `angular` about the origin, (3,) in kg m^2/s.
         """
-        return measure_momentum(self._system, self.positions, self.velocities)
+        return measure_momentum(self._system, *self._state())
 
     def simulate(
         self,
@@ -448,7 +455,7 @@ class Springs:
             n_done = 1
             try:
                 for k in range(1, n_frames + 1):
-                    with defer_interrupts():  # so that the state is always that of the last frame
+                    with defer_interrupts(), self._state_lock:  # so that the state is always that of the last frame
                         self._advance(times[k - 1], times[k], n_steps, conditions)
                         self._keep_frame(frames, k, times[k])
                         n_done = k + 1
@@ -475,6 +482,10 @@ class Springs:
         """
         point = self._as_index(point)
         target = None if position is None else as_small_vector(position, "position")
+        with self._state_lock:
+            self._hold(point, target)
+
+    def _hold(self, point: int, target: Float64Array | None) -> None:
         if point not in self._held:
             here = self.positions[point].astype(np.float64)
             self._held[point] = _Hold(here, here)
@@ -495,10 +506,12 @@ class Springs:
         ArgumentError
             If there is no such point.
         """
-        released = list(self._held) if point is None else [self._as_index(point)]
-        if any(self._held.pop(index, None) is not None for index in released):
-            self._held = {} if point is None else self._held
-            self._stepper.write_inverse_masses(self._inverse_masses())
+        index = None if point is None else self._as_index(point)
+        with self._state_lock:
+            released = list(self._held) if index is None else [index]
+            if any(self._held.pop(each, None) is not None for each in released):
+                self._held = {} if index is None else self._held
+                self._stepper.write_inverse_masses(self._inverse_masses())
 
     def count_substeps(self, fps: float = 30.0, **conditions: Unpack[ConditionOptions]) -> int:
         """Return how many steps a frame takes, without taking them.
@@ -545,7 +558,7 @@ class Springs:
         require_condition_names(conditions)
         frame = Conditions(self._system, **conditions)
         dt = self._steps.choose_step(frame, dt)
-        with self._alone(), defer_interrupts():
+        with self._alone(), defer_interrupts(), self._state_lock:
             self._begin_frames(n * dt)
             self._advance(self.time, self.time + n * dt, n, frame, dt)
 
@@ -563,9 +576,10 @@ class Springs:
         SimulationError
             If a position or a velocity is not finite.
         """
-        saved = SavedState(
-            *self._stepper.read_state(), self._epoch, self._n_frames, self._frame_s, self._lag_s, self._last.step
-        )
+        with self._state_lock:
+            saved = SavedState(
+                *self._stepper.read_state(), self._epoch, self._n_frames, self._frame_s, self._lag_s, self._last.step
+            )
         return pack_state(saved, self._system)
 
     def restore(self, state: bytes | bytearray | memoryview) -> None:
@@ -584,7 +598,7 @@ class Springs:
             If it is no bytes.
         """
         saved = unpack_state(state, self._system)
-        with self._alone():
+        with self._alone(), self._state_lock:
             self.release()
             self._stepper.write(saved.positions, saved.velocities)
             self._inspected = ()
@@ -658,7 +672,8 @@ class Springs:
         frames.append(buffer)
 
     def _state(self) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:
-        return self.positions, self.velocities
+        with self._state_lock:
+            return self.positions, self.velocities
 
     def _begin_frames(self, frame_s: float) -> None:
         """Count frames of another length from now on."""

@@ -793,3 +793,23 @@ def test_frames_on_the_device_are_not_pickled(device: Any) -> None:
 
 def test_a_reversed_trajectory_has_the_same_frame_rate() -> None:
     assert pair().simulate(0.2)[::-1].fps == pytest.approx(30.0)
+
+
+def test_another_thread_sees_no_frame_that_is_half_done(monkeypatch: pytest.MonkeyPatch) -> None:
+    springs, alone = make_cloth(4, pinned=[0]), make_cloth(4, pinned=[0])
+    seen: list[npt.NDArray[np.float32]] = []
+    viewer = threading.Thread(target=lambda: seen.append(springs.velocities))
+    take_steps = springs._stepper.step
+
+    def step(*arguments: Any) -> None:
+        if viewer.ident is None:
+            viewer.start()
+            viewer.join(0.1)
+            assert not seen
+        take_steps(*arguments)
+
+    monkeypatch.setattr(springs._stepper, "step", step)
+    path = springs.simulate(0.1)
+    viewer.join()
+    assert np.array_equal(path, alone.simulate(0.1))
+    assert np.isfinite(seen[0]).all()
