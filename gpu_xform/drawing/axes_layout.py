@@ -6,10 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .._core.types import Float64Array
-from ..annotation.axes import PADDING, AxesFigure, inset_matrix, lay_out_axes, overflow
+from ..annotation.axes import PADDING, AxesFigure, inset_matrix, lay_out_axes, overflow, pad_bounds
 from ..annotation.column import Column
 from ..annotation.items import Annotation, Box
 from ..annotation.text_style import TextStyle
+from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from .depth import eye, reverse_z
 from .layer import Layer
@@ -32,6 +33,13 @@ class Layout(NamedTuple):
     forward_z: Float64Array
     annotation: Annotation
     layers: Sequence[Layer]
+
+
+def box_of_axes(points: Float64Array) -> Float64Array:
+    """Return the bounds (2, 3) of the box of axes around points (n, 3)."""
+    if len(points) == 0:
+        raise MeshError("models must have finite points with w > 0 to have axes around them")
+    return pad_bounds(np.stack([points.min(axis=0), points.max(axis=0)]))
 
 
 def lay_out(

@@ -23,7 +23,7 @@ from ..geometry.mesh import Mesh
 from ..gpu.device import GpuDevice, resolve_gpu_device
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from . import limits
-from .axes_layout import Layout, lay_out
+from .axes_layout import Layout, box_of_axes, lay_out
 from .boxes import box_corners
 from .build_draw_list import build_draw_list, needs_depth_order
 from .camera import Camera, CameraLike, fit_axes, fit_options, require_in_range
@@ -208,11 +208,11 @@ def _fit_camera(options: Mapping[str, Any], framing: Framing, aspect: float) -> 
 
 def _find_box(framing: Framing) -> Float64Array:
     """Return the bounds (2, 3) of the box of axes around what is shown."""
-    corners = framing.box_corners()
-    if len(corners) == 0:
-        raise MeshError("models must have finite points with w > 0 to have axes around them")
-    require_in_range(corners, "models")
-    return pad_bounds(np.stack([corners.min(axis=0), corners.max(axis=0)]))
+    points = framing.points_to_fit(lambda: np.eye(3))
+    if len(points) == 0:
+        points = framing.box_corners()
+    require_in_range(points, "models")
+    return box_of_axes(points)
 
 
 def _own_device(layers: Sequence[Layer]) -> Device | None:

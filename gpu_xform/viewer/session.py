@@ -14,6 +14,8 @@ from .._core.atomic_files import atomic_write
 from .._core.types import Float64Array
 from ..annotation.options import NO_OPTIONS, AnnotationOptions, scale_font
 from ..device import Device
+from ..drawing.axes_layout import box_of_axes
+from ..drawing.boxes import box_corners
 from ..drawing.camera import Camera, CameraLike, fit_options
 from ..drawing.framing import framing_points
 from ..drawing.layer import Models, Style, as_layers, at_present
@@ -78,7 +80,8 @@ class Session:
         )
         points = framing_points(self._layers)
         if not isinstance(camera, Camera):
-            camera = Camera.fit(points, **camera)
+            beside = [] if annotations.axes is False else [box_corners(box_of_axes(points))]
+            camera = Camera.fit(np.concatenate([points, *beside]), **camera)
         present = [at_present(layer) for layer in self._layers]
         first = next((layer for layer in present if has_faces(layer)), present[0])
         self._camera = camera

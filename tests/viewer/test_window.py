@@ -14,6 +14,7 @@ from PIL import Image
 from rendercanvas.offscreen import OffscreenRenderCanvas
 
 from gpu_xform import Camera, Layer, Mesh, Scene, render_array, samples, save_mesh, translate, view
+from gpu_xform.annotation.options import NO_OPTIONS, AnnotationOptions
 from gpu_xform.cli import main
 from gpu_xform.drawing.camera import CameraLike
 from gpu_xform.drawing.layer import Models, Style
@@ -42,9 +43,10 @@ class Window:
         up: Array | None = None,
         background: ColorLike | None = "white",
         pixel_ratio: float = 1.0,
+        annotations: AnnotationOptions = NO_OPTIONS,
         **style: Unpack[Style],
     ) -> None:
-        self.session = Session(models, camera, up, SIZE, background, None, "auto", style)
+        self.session = Session(models, camera, up, SIZE, background, None, "auto", style, annotations=annotations)
         self.canvas = OffscreenRenderCanvas(size=SIZE, pixel_ratio=pixel_ratio)
         self.titles: list[str] = []
         self.canvas._rc_set_title = self.titles.append
@@ -184,6 +186,17 @@ def test_a_finer_screen_shows_the_same_in_more_pixels() -> None:
     window.drag((60, 40), (80, 44))
     orbit = START.rotated(np.pi * 20 / 80, np.pi * 4 / 80)
     np.testing.assert_array_equal(window.shown(), expected(size=(240, 160), line_width=3.0, camera=orbit.camera))
+
+
+def test_texts_are_as_large_on_a_finer_screen() -> None:
+    options: dict[str, Any] = {"axes": True, "legend": ["house"]}
+    annotations = AnnotationOptions(**options, font_size=7.0)
+    style: dict[str, Any] = {"labels": "names", "name": "house"}
+    for ratio in (1, 2):
+        shown = Window(pixel_ratio=float(ratio), annotations=annotations, line_width=1.5, **style).shown()
+        size = SIZE[0] * ratio, SIZE[1] * ratio
+        picture = expected(size=size, line_width=1.5 * ratio, font_size=7.0 * ratio, **options, **style)
+        np.testing.assert_array_equal(shown, picture)
 
 
 def test_a_window_of_another_shape_shows_all_of_the_model() -> None:
