@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import device as device_module
 from gpu_xform.device import Device
-from gpu_xform.errors import ArgumentTypeError, DeviceError
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError
 from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.host import HostDevice
 from tests.support.python_run import python_output
@@ -83,6 +83,24 @@ def test_it_draws_nothing_and_says_so(tmp_path: Path) -> None:
         with pytest.raises(DeviceError, match="the host device draws no pictures"):
             draw()
     assert not list(tmp_path.iterdir())
+
+
+def test_a_stack_where_one_matrix_is_meant_is_refused(tmp_path: Path) -> None:
+    host, stack = gx.Device("host"), np.stack([AFFINE, AFFINE])
+    points = some_points(10, np.float32)
+    source, destination = tmp_path / "in.npy", tmp_path / "out.npy"
+    np.save(source, points)
+    with gx.PointBuffer(points, device=host) as buffer:
+        for call in (
+            lambda: buffer.transformed(stack),
+            lambda: gx.samples.cube().transformed(stack),
+            lambda: gx.transform_file(source, destination, stack, device=host),
+        ):
+            with pytest.raises(ArgumentError, match=r"^matrix must have shape .*\(4, 4\), got \(2, 4, 4\)"):
+                call()
+    with pytest.raises(ArgumentError, match=r"^out must have shape \(2, 10, 3\), got \(10, 3\)$"):
+        gx.transform_points(points, stack, out=points, device=host)
+    assert not destination.exists()
 
 
 def test_a_device_must_be_one() -> None:
