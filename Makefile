@@ -54,6 +54,7 @@ bench: .venv/bench driver ## measure side by side with other libraries
 	@$(BIN)/python benchmarks/shading.py
 	@$(BIN)/python benchmarks/animate.py
 	@$(BIN)/python benchmarks/springs.py
+	@$(BIN)/python benchmarks/scale.py --fraction 0.1
 
 SECONDS ?= 300
 SHARE ?= 1

@@ -13,6 +13,8 @@ from .._core.types import StrPath
 from ..errors import ArgumentError
 from .protocol import Encoded
 
+WRITE_BYTES = 1 << 20  # Linux takes half the time for large writes that come in pieces
+
 
 class FileSink:
     """The part of a sink that all files have in common: a header, the parts in order, and what is patched at the end.
@@ -46,7 +48,9 @@ class FileSink:
     def append(self, part: Encoded) -> None:
         """Write a part, and hand it to the system."""
         with self.name_destination():
-            self._file.write(part.body)
+            body = memoryview(part.body).cast("B")
+            for start in range(0, len(body), WRITE_BYTES):
+                self._file.write(body[start : start + WRITE_BYTES])
             self._file.flush()
             self._facts.append(part.facts)
             self._n_points += part.n_points
