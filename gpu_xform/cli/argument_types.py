@@ -246,6 +246,27 @@ def parse_units(text: str) -> str:
 
 
 @argument_type
+def parse_section(text: str) -> tuple[list[float], list[float]]:
+    """Parse a point and a normal, X,Y,Z,NX,NY,NZ."""
+    numbers = parse_numbers(text, "a point and a normal, X,Y,Z,NX,NY,NZ", 6)
+    as_nonzero_vector(numbers[3:], "the normal", 3)
+    return numbers[:3], numbers[3:]
+
+
+@argument_type
+def parse_hatch(text: str) -> bool | float | tuple[float, float]:
+    """Parse `auto`, degrees, or degrees and a distance."""
+    if text == "auto":
+        return True
+    numbers = parse_numbers(text, "auto, degrees, or degrees and a distance, DEG,D", 1, 2)
+    if len(numbers) == 1:
+        return numbers[0]
+    if not numbers[1] > 0.0:
+        raise ValueError(f"expected a positive distance, got {quote(text)}")
+    return numbers[0], numbers[1]
+
+
+@argument_type
 def parse_dash(text: str) -> str | tuple[float, ...]:
     """Parse lengths in line widths, or a line type of ISO 128."""
     return _parse_dash(text)

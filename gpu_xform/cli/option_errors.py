@@ -34,6 +34,8 @@ OPTIONS_OF_ARGUMENTS = {
     "path": "-o",
     "pinned": "--pin",
     "scalars": "--scalars",
+    "section": "--section",
+    "hatch": "--hatch",
     "shear": "--shear-stiffness",
     "size": "--resolution",
     "stretch": "--stretch-stiffness",

@@ -141,6 +141,19 @@ STYLE = (
         types.parse_limits,
         "scalar values mapped to the ends of the colormap (default: the smallest and the largest)",
     ),
+    ValueOption(
+        "--section",
+        "X,Y,Z,NX,NY,NZ",
+        types.parse_section,
+        "cut the models by the plane through the point X,Y,Z with the normal NX,NY,NZ, remove what lies before it, and "
+        "draw the outline of the cut thick",
+    ),
+    ValueOption(
+        "--hatch",
+        "auto|DEG[,D]",
+        types.parse_hatch,
+        "hatch what --section cuts: auto, by 45 or 135 degrees, or by DEG, with lines D apart",
+    ),
     ValueOption("--alpha", "A", types.parse_fraction, "opacity, 0 to 1 (default: 1)"),
     ValueOption(
         "--labels",

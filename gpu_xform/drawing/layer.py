@@ -33,6 +33,7 @@ from .enums import HIDDEN_STYLES, SHADE, SHADINGS, HiddenStyle, Shading
 from .label_options import NAMES, InstanceNames, LabelsLike, check_labels
 from .lengths import to_pixels
 from .point_array import PointArray, as_point_array
+from .section_options import HatchLike, SectionLike, parse_hatch, parse_section
 
 Model: TypeAlias = Mesh | npt.NDArray[Any] | PointBuffer | SupportsAsModel | StrPath | PointArray
 
@@ -69,6 +70,8 @@ class Style(TypedDict, total=False):
     point_size: float | str | None
     max_points: int | None
     labels: LabelsLike | None
+    section: SectionLike | None
+    hatch: HatchLike
     colorbar: bool | str
 
 
@@ -162,6 +165,15 @@ class Layer(Pictured):
     colorbar : bool or str
         Whether a bar at the right of the picture says which numbers the colours of `scalars` stand for; a text is its
         title, by default the name of the attribute. Layers of the same title, limits and colormap share one.
+    section : (point, normal), optional
+        A plane of the world, by a point (3,) and a normal (3,), that cuts the model. What lies before it, where the
+        normal points, is removed, the outline of the cut is drawn twice as wide as other lines, and the areas that
+        closed bodies leave in the plane are filled as faces are, and hide what is behind them. `hidden` is "remove" by
+        default then.
+    hatch : bool, float or (float, float), optional
+        True hatches these areas by lines at 45 degrees, and at 135 degrees in every other body; a number is another
+        angle in degrees, and a pair (degrees, spacing) says how far apart the lines are, in units of the world. They
+        are half as wide as other lines.
 
     Raises
     ------
@@ -201,6 +213,8 @@ class Layer(Pictured):
     point_size: float | str | None = None
     max_points: int | None = None
     labels: LabelsLike | None = None
+    section: SectionLike | None = None
+    hatch: HatchLike = None
     colorbar: bool | str = False
 
     def __new__(cls, *_: object, **given: object) -> Self:
@@ -242,6 +256,9 @@ class Layer(Pictured):
         if not is_auto(self.line_width):
             _require_width(self.line_width, "line_width", also=f"{AUTO!r}, ")
         object.__setattr__(self, "dash", as_dash_pattern(self.dash, "dash") or None)
+        if self.section is not None:
+            object.__setattr__(self, "section", parse_section(self.section))
+        object.__setattr__(self, "hatch", parse_hatch(self.hatch, has_section=self.section is not None))
         if self.hidden_style is not None:
             object.__setattr__(self, "hidden_style", self._parse_hidden_style(self.hidden_style))
         if self.point_size is not None:

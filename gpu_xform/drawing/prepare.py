@@ -38,6 +38,7 @@ from .layer import Layer, Models, Style, as_layers, at_present, with_lengths_in_
 from .lengths import PX_PER_INCH
 from .page import Page
 from .point_array import PointArray
+from .sections import cut_sections
 from .thin import thin_layer
 from .view import View
 
@@ -104,7 +105,7 @@ def prepare_frame(
     if asked != NO_OPTIONS:
         text_style()  # raises now, whether or not there are texts
     given = [with_lengths_in_pixels(layer, frame.dpi) for layer in as_layers(models, style)]
-    layers = add_intersections([thin_layer(at_present(layer)) for layer in given])
+    layers = add_intersections(cut_sections([thin_layer(at_present(layer)) for layer in given]))
     open_device = cache(lambda: resolve_gpu_device(_own_device(layers) if frame.device is None else frame.device))
     sources: list[Source] = [
         _cloud_source(layer, number, open_device) if draws_any_size and is_cloud(layer) else geometry_source(layer)

@@ -94,7 +94,8 @@ def render_svg(
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels and colorbar.
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels, colorbar,
+        section and hatch.
         `help(gpu_xform.Layer)` describes them.
 
     Returns
@@ -202,7 +203,8 @@ def render_pdf(
     **style
         Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
         hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels and colorbar.
+        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels, colorbar,
+        section and hatch.
         `help(gpu_xform.Layer)` describes them.
 
     Returns
