@@ -65,15 +65,23 @@ class CommandParser(Parser):
     def __init__(self, command: str, **settings: Any) -> None:
         super().__init__(**settings)
         self._command = command
+        self._is_filled = False
 
-    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """Import the command, add its options, and parse; `run` and `parser` of the result are the command's own."""
+    def fill(self) -> None:
+        """Import the command, and add its texts and options; `run` and `parser` of the result are the command's own."""
+        if self._is_filled:
+            return
+        self._is_filled = True
         command = import_module(f".commands.{self._command}", __package__)
         self.usage = f"gpu-xform {self._command} {command.USAGE}"
         self.description = command.DESCRIPTION
         self.epilog = command.EPILOG
         command.add_options(self)
         self.set_defaults(run=command.run, parser=self)
+
+    def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
+        """Fill the parser, and parse."""
+        self.fill()
         return super().parse_known_args(args, namespace)
 
 
@@ -123,4 +131,5 @@ def make_parser() -> Parser:
     group.add_argument(
         "-V", "--version", action="version", version=f"gpu-xform {__version__}", help="print the version"
     )
+    parser.set_defaults(whole_parser=parser, command_parsers=commands.choices)
     return parser

@@ -2,7 +2,7 @@
 
 `run` returns the exit code. A module is imported when its command is chosen.
 
-Reading order: render, animate, simulate, view, transform, convolve, info, explain, doctor, bench.
+Reading order: render, animate, simulate, view, transform, convolve, info, explain, doctor, bench, completion.
 """
 
 SUMMARIES = {
@@ -16,4 +16,5 @@ SUMMARIES = {
     "explain": "print the matrices of a transform",
     "doctor": "check the graphics adapter and its driver",
     "bench": "measure the speed of bulk transforms",
+    "completion": "print a script that completes options in a shell",
 }
