@@ -10,6 +10,7 @@ from PIL import Image
 
 import gpu_xform as gx
 from gpu_xform.cli import main
+from gpu_xform.drawing.point_array import MIN_CLOUD_POINTS
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 
 pytestmark = pytest.mark.usefixtures("rasterizer_name")
@@ -136,3 +137,18 @@ def test_the_command_draws_and_converts_arrays(tmp_path: Path, monkeypatch: pyte
     assert main(["transform", "moved.ply", "back.npy"]) == 0
     assert np.array_equal(gx.load_mesh("moved.ply").positions, np.load("moved.npy"))
     assert np.array_equal(np.load("back.npy"), np.load("moved.npy"))
+
+
+def test_what_cannot_be_drawn_is_refused_before_its_points_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    def look(*_: object, **__: object) -> None:
+        raise AssertionError("the points have been looked at")
+
+    monkeypatch.setattr("gpu_xform.drawing.cloud_source.find_extremes", look)
+    monkeypatch.setattr("gpu_xform.drawing.prepare.Framing", look)
+    cloud = np.zeros((MIN_CLOUD_POINTS, 3), np.float32)
+    with pytest.raises(ArgumentError, match="^scalars must have one number for each of the 131072 points, got 3$"):
+        draw(cloud, scalars=np.zeros(3))
+    monkeypatch.setattr("gpu_xform.drawing.prepare.MANY_POINTS", 30)
+    monkeypatch.setattr("gpu_xform.drawing.limits.max_points", lambda _: 36)
+    with pytest.raises(ArgumentError, match=r"^model must have at most 36 points on '.*', got 42$"):
+        gx.render_svg(gx.samples.icosphere(1))
