@@ -33,6 +33,17 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     mark_by_fixtures(items)
 
 
+def pytest_runtest_setup(item: pytest.Item) -> None:
+    """Skip what needs double precision on an adapter without; fail on lavapipe, which has it."""
+    if item.get_closest_marker("float64") is None:
+        return
+    device = default_gpu_device()
+    if not device.has_float64:
+        if "llvmpipe" in device.adapter.name:
+            pytest.fail(f"{device} should compute in double precision")
+        pytest.skip(f"{device} has no double precision")
+
+
 @pytest.fixture
 def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty folder, in which the test runs."""
