@@ -19,7 +19,7 @@ def test_a_cube_has_its_edges_and_a_dense_ball_is_no_blot() -> None:
         assert (inside[:, 0] > 100).mean() > 0.5  # most of what is covered is light
         assert np.ptp(inside[:, 0].astype(int)) > 60  # and not all alike
     assert legible_style(samples.cube(), SIZE)["edges"] == ["feature", "silhouette"]
-    assert legible_style(samples.icosphere(5), SIZE)["edges"] == "boundary"
+    assert legible_style(samples.icosphere(5), SIZE)["color"] == "none"
     assert legible_style(Mesh(np.eye(3)), SIZE) == {}
 
 
