@@ -135,7 +135,7 @@ def _left_layer(part: _CutLayer) -> Layer:
         values = getattr(layer, name)
         if values is not None and not isinstance(values, str):
             array = np.asarray(values, np.float64)
-            share = part.cut.shares.reshape(-1, *(1,) * (array.ndim - 1))
+            share = part.cut.weights.reshape(-1, *(1,) * (array.ndim - 1))
             changes[name] = (1.0 - share) * array[cut.ends[:, 0]] + share * array[cut.ends[:, 1]]
     if layer.fill is not None:
         colors = fill_colors(layer, whole.n_faces)

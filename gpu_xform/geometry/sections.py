@@ -17,14 +17,14 @@ class CutMesh(NamedTuple):
     """What a plane leaves of a mesh.
 
     mesh : with the points that are left, and new ones in the plane
-    ends, shares : (n, 2) points of the whole mesh between which each point lies, and (n,) how far towards the second
+    ends, weights : (n, 2) points of the whole mesh between which each point lies, and (n,) how far towards the second
     faces : (f,) the face of the whole mesh that each face is of
     outline : (m, 2) edges in the plane, in the direction in which their face passes them
     """
 
     mesh: Mesh
     ends: IndexArray
-    shares: Float64Array
+    weights: Float64Array
     faces: IndexArray
     outline: IndexArray
 
@@ -71,9 +71,9 @@ def cut_mesh(mesh: Mesh, distances: Float64Array) -> CutMesh:
     ends = np.concatenate([np.repeat(np.arange(n)[:, np.newaxis], 2, axis=1), unique.reshape(-1, 2)])
     first, second = distances[ends].T
     with np.errstate(divide="ignore", invalid="ignore"):
-        shares = np.where(first == second, 0.0, first / (first - second))
+        weights = np.where(first == second, 0.0, first / (first - second))
     in_plane = np.concatenate([distances == 0.0, np.ones(len(unique), np.bool_)])
-    points = (1.0 - shares)[:, np.newaxis] * mesh.positions[ends[:, 0]] + shares[:, np.newaxis] * mesh.positions[
+    points = (1.0 - weights)[:, np.newaxis] * mesh.positions[ends[:, 0]] + weights[:, np.newaxis] * mesh.positions[
         ends[:, 1]
     ]
     outline = _find_outline(points, flat, counts[is_kept], in_plane)
@@ -83,7 +83,7 @@ def cut_mesh(mesh: Mesh, distances: Float64Array) -> CutMesh:
         is_used[:n] = distances <= 0.0
     place = np.cumsum(is_used) - 1
     left = Mesh.from_offsets(points[is_used], np.append(0, np.cumsum(counts[is_kept])), place[flat])
-    return CutMesh(left, ends[is_used], shares[is_used], faces[is_kept], place[outline])
+    return CutMesh(left, ends[is_used], weights[is_used], faces[is_kept], place[outline])
 
 
 def _split_notched(mesh: Mesh, distances: Float64Array) -> tuple[IndexArray, IndexArray, IndexArray]:

@@ -49,7 +49,7 @@ def test_a_sphere_is_cut_in_a_circle(normal: tuple[float, float, float], offset:
     np.testing.assert_allclose(np.linalg.norm(on_plane - offset * unit, axis=1), radius, atol=1e-3)
     assert (cut.mesh.positions @ unit <= offset + 1e-12).all()
     assert (np.bincount(cut.outline.ravel())[np.unique(cut.outline)] == 2).all()
-    between = (1.0 - cut.shares)[:, None] * BALL.positions[cut.ends[:, 0]] + cut.shares[:, None] * BALL.positions[
+    between = (1.0 - cut.weights)[:, None] * BALL.positions[cut.ends[:, 0]] + cut.weights[:, None] * BALL.positions[
         cut.ends[:, 1]
     ]
     np.testing.assert_allclose(between, cut.mesh.positions, atol=1e-14)
