@@ -6,6 +6,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from .._core.arguments import as_int, as_vector
+from .._core.masked import Mask
 from .._core.suggestions import did_you_mean
 from ..errors import ArgumentError, ArgumentTypeError
 
@@ -39,6 +40,18 @@ def check_labels(labels: Any) -> LabelsLike | InstanceNames | None:
         expected = "be 'names', 'indices', a text per point, or a dict from points to texts"
         raise ArgumentTypeError.expecting("labels", expected, type(labels).__name__)
     return tuple(_check_text(text, f"labels[{i}]") for i, text in enumerate(labels))
+
+
+def drop_hidden_labels(labels: Any, hidden: Mask) -> Any:
+    """Return labels of n points without those of the points that a mask (n,) hides: the others are counted anew."""
+    if isinstance(labels, Mapping):
+        new_index = np.cumsum(~hidden) - 1
+        indices = [key for key in labels if not isinstance(key, tuple) and -len(hidden) <= key < len(hidden)]
+        shown = {int(new_index[key]): labels[key] for key in indices if not hidden[key]}
+        return shown | {key: text for key, text in labels.items() if key not in indices}
+    if labels is None or isinstance(labels, str) or not hasattr(labels, "__len__") or len(labels) != len(hidden):
+        return labels
+    return [text for text, is_hidden in zip(labels, hidden.tolist(), strict=True) if not is_hidden]
 
 
 def _check_key(key: Any) -> PointKey:

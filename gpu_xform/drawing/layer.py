@@ -30,7 +30,7 @@ from ..imaging.colors import ColorLike, to_rgba
 from .attribute_colors import AXES, FILE, find_scalars, resolve_fill, resolve_line_colors, resolve_scalars
 from .dash_patterns import DashLike, as_dash_pattern
 from .enums import HIDDEN_STYLES, SHADE, SHADINGS, HiddenStyle, Shading
-from .label_options import NAMES, InstanceNames, LabelsLike, check_labels
+from .label_options import NAMES, InstanceNames, LabelsLike, check_labels, drop_hidden_labels
 from .lengths import to_pixels
 from .point_array import PointArray, as_point_array
 from .section_options import HatchLike, SectionLike, parse_hatch, parse_section
@@ -352,6 +352,7 @@ class Layer(Pictured):
             if value is not None and not isinstance(value, str) and len(value) == len(hidden):
                 shown = value[~hidden] if isinstance(value, np.ndarray) else [value[i] for i in np.flatnonzero(~hidden)]
                 object.__setattr__(self, name, shown)
+        object.__setattr__(self, "labels", drop_hidden_labels(self.labels, hidden))
 
     @property
     def world_from_model(self) -> Float64Array:

@@ -121,6 +121,19 @@ def test_points_on_the_device_and_of_clouds_have_labels() -> None:
             assert set(texts_of(model, labels=LETTERS)) == set(LETTERS)
 
 
+@pytest.mark.parametrize(
+    ("labels", "expected"),
+    [(LETTERS, set("ABDEFGH")), ({2: "hidden", 3: "fourth", -1: "last", (0, 0, 0): "O"}, {"fourth", "last", "O"})],
+)
+def test_points_that_a_mask_hides_have_no_labels(labels: Any, expected: set[str]) -> None:
+    points = np.ma.array(CUBE.positions, mask=np.zeros((8, 3), np.bool_))
+    points[2] = np.ma.masked
+    texts = texts_of(points, labels=labels)
+    assert set(texts) == expected
+    for letter in set(texts) & {"D", "fourth"}:
+        assert distance(texts[letter].box, world_to_pixels(CUBE.positions[3:4], CAMERA, SIZE)[0]) < 6.0
+
+
 def test_labels_that_find_no_room_are_counted() -> None:
     crowd = np.random.default_rng(0).normal(scale=0.1, size=(400, 3))
     with pytest.warns(TextWarning, match=r"^\d+ of 400 labels have no room: a larger picture or a smaller font_size"):
