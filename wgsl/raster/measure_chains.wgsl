@@ -38,12 +38,7 @@ fn is_within(a: vec4<f32>) -> bool {
     return a.z > 0.0 && a.z < a.w && abs(a.x) < a.w && abs(a.y) < a.w;
 }
 
-fn length_in_picture(start: u32, end: u32, first: u32) -> f32 {
-    if start == NO_POINT {
-        return 0.0;
-    }
-    let a = clip_positions[first + start];
-    let b = clip_positions[first + end];
+fn length_in_picture(a: vec4<f32>, b: vec4<f32>) -> f32 {
     if is_within(a) && is_within(b) {
         return distance(clip_to_pixels(a, tile.size), clip_to_pixels(b, tile.size));
     }
@@ -57,6 +52,9 @@ fn end_of(section: u32) -> u32 {
 
 fn measure(section: u32, instance: u32, n_sections: u32) {
     var end = SectionEnd(0.0, 0u);
+    let first = instance * style.instance_stride;
+    var last = NO_POINT; // where the edge before ends: most begin there, and points are far apart in memory
+    var last_position = vec4(0.0);
     for (var place = section * EDGES_PER_SECTION; place < end_of(section); place++) {
         let entry = chains[place];
         if (entry.edge & CHAIN_IS_FIRST) != 0u {
@@ -64,7 +62,15 @@ fn measure(section: u32, instance: u32, n_sections: u32) {
         }
         let slot = instance * style.n_edges + (entry.edge & CHAIN_EDGE_MASK);
         let start_px = end.length_px;
-        end.length_px += length_in_picture(entry.start, entry.end, instance * style.instance_stride);
+        if entry.start != NO_POINT {
+            var position = last_position;
+            if entry.start != last {
+                position = clip_positions[first + entry.start];
+            }
+            last = entry.end;
+            last_position = clip_positions[first + last];
+            end.length_px += length_in_picture(position, last_position);
+        }
         dash_starts[slot] = select(start_px, -end.length_px, (entry.edge & CHAIN_IS_REVERSED) != 0u);
     }
     section_ends[instance * n_sections + section] = end;
