@@ -15,6 +15,7 @@ from ..errors import ArgumentError, MeshError, MissingExtraError
 from .las_fields import describe_record
 from .las_header import COPC_USER, LasHeader, build_head, choose_grid, patch_head, read_las_header
 from .laz import CHUNK_POINTS, ChunkTable, LazError, compress, import_lazrs, make_laz_record, write_table
+from .npy import find_extremes
 from .partial_files import FileSink
 from .protocol import Block, Bounds, ChunkError, Encoded, PointSource, describe_file
 
@@ -23,7 +24,6 @@ _INT32 = np.iinfo(np.int32)
 DEFAULT_SCALE = 0.001
 _NORMAL_NAMES = ("nx", "ny", "nz")
 _CHUNK_POINTS_OF_LAS = 1
-_ROWS_TOGETHER = 512
 
 
 def import_laspy() -> Any:
@@ -356,17 +356,6 @@ def round_to_grid(positions: npt.NDArray[Any]) -> Bounds:
         return np.zeros(3), np.zeros(3)
     np.rint(positions, out=positions)
     return find_extremes(positions)
-
-
-def find_extremes(positions: npt.NDArray[Any]) -> Bounds:
-    """Return the least and the greatest of each column; many rows at a time, as NumPy is slow along short ones."""
-    whole = len(positions) - len(positions) % _ROWS_TOGETHER
-    low, high = [positions[whole:]], [positions[whole:]]
-    if whole:
-        wide = positions[:whole].reshape(-1, 3 * _ROWS_TOGETHER)
-        low.append(wide.min(axis=0).reshape(-1, 3))
-        high.append(wide.max(axis=0).reshape(-1, 3))
-    return np.concatenate(low).min(axis=0), np.concatenate(high).max(axis=0)
 
 
 def _view_positions(records: npt.NDArray[Any]) -> npt.NDArray[Any]:

@@ -102,7 +102,7 @@ class FileSink:
         """
         with self.name_destination():
             self._file = self._open_locked()
-        with self._file:
+        with self._close_named():
             held = os.fstat(self._file.fileno()).st_size
             before, _, journal = read_note(self._note)
             if resume and held and before != work:
@@ -129,6 +129,15 @@ class FileSink:
                     self._partial.unlink(missing_ok=True)
                     self._note.unlink(missing_ok=True)
                 raise
+
+    @contextmanager
+    def _close_named(self) -> Iterator[None]:
+        """Close the file at the end of the block: what a full disk has not taken is tried again then."""
+        try:
+            yield
+        finally:
+            with self.name_destination():
+                self._file.close()
 
     def _open_locked(self) -> BinaryIO:
         """Open the unfinished file, or make it; raise `ArgumentError` if another run holds it."""

@@ -11,12 +11,13 @@ import numpy.typing as npt
 from .._core.types import StrPath
 from ..errors import ArgumentError, MeshError
 from ..formats.ply_header import NAMES_OF_TYPES, Header, parse_header
-from .npy import scan_bounds
+from .npy import find_extremes, scan_bounds
 from .partial_files import FileSink
 from .protocol import Block, Bounds, ChunkError, Directions, Encoded, PointSource, describe_file
 
 AXES = ("x", "y", "z")
 _MAX_HEADER_BYTES = 1 << 20
+_MAX_FLOAT32 = float(np.finfo(np.float32).max)
 _NORMAL = Directions(("nx", "ny", "nz"), True)
 
 
@@ -92,10 +93,6 @@ class PlySource:
         positions = np.empty((len(records), 3))
         for i, axis in enumerate(AXES):
             positions[:, i] = records[axis]
-        if not np.isfinite(positions.sum()) and not np.isfinite(positions).all():
-            row = int(np.argmin(np.isfinite(positions).all(axis=1)))
-            where = f"{self.path}: vertex {start + row}"
-            raise MeshError(f"{where}: coordinates must be finite, got {positions[row].tolist()}")
         return Block(start, positions, records)
 
     def read_raw(self, start: int, stop: int) -> Block:
@@ -186,15 +183,17 @@ def can_hold(dtype: np.dtype[Any]) -> bool:
 def _put_positions(
     records: npt.NDArray[Any], positions: npt.NDArray[Any], block: Block, source: PointSource
 ) -> Encoded:
-    if not np.isfinite(positions.sum()) and not np.isfinite(positions).all():
-        row = int(np.argmin(np.isfinite(positions).all(axis=1)))
-        where = f"{source.path}, transformed"
-        raise MeshError(
-            f"{where}: point {block.start + row}: coordinates must be finite, got {positions[row].tolist()}"
-        )
+    if len(positions) == 0:
+        return Encoded(block.start, 0, b"")
+    reach = np.abs(find_extremes(positions)).max(axis=0)
+    if not np.isfinite(reach).all():  # in the source or since
+        for where, points in ((f"{source.path}: vertex", block.positions), (f"{source.path}: moved vertex", positions)):
+            is_finite = np.isfinite(points).all(axis=1)
+            if not is_finite.all():
+                row = int(np.argmin(is_finite))
+                raise MeshError(f"{where} {block.start + row}: coordinates must be finite, got {points[row].tolist()}")
     for i, axis in enumerate(AXES):
-        with np.errstate(over="ignore"):
-            records[axis] = positions[:, i]
-        if records.dtype[axis].itemsize == 4 and np.isinf(records[axis].max(initial=0) - records[axis].min(initial=0)):
+        if records.dtype[axis].itemsize == 4 and reach[i] > _MAX_FLOAT32:
             raise MeshError(f"{source.path}, transformed: coordinates overflow the float of {axis}")
+        records[axis] = positions[:, i]
     return Encoded(block.start, len(records), records.view(np.uint8).data)

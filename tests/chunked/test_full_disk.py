@@ -1,0 +1,47 @@
+"""A disk that is full in the middle: an error that names the destination, nothing half-written, and a way on."""
+
+import resource
+import signal
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform.chunked import zarr as module
+from gpu_xform.compute import streaming
+from tests.support.las_files import make_las
+from tests.support.reference_transform import AFFINE, some_points
+
+
+@contextmanager
+def largest_file(n_bytes: int) -> Iterator[None]:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        signal.signal(signal.SIGXFSZ, ignored)
+
+
+@pytest.mark.parametrize(("source", "target"), [("las", "las"), ("npy", "ply"), ("npy", "zarr")])
+def test_a_full_disk_names_the_destination_and_the_run_goes_on(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, target: str
+) -> None:
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 3000)
+    monkeypatch.setattr(module, "SHARD_POINTS", 4000)
+    read, out, whole = tmp_path / f"in.{source}", tmp_path / f"out.{target}", tmp_path / f"whole.{target}"
+    make_las(read, 1000) if source == "las" else np.save(read, some_points(6000, "f8"))
+    with largest_file(30_000), pytest.raises(OSError, match=f"File too large: '.*out.{target}'"):
+        gx.transform_file(read, out, AFFINE)
+    assert not out.exists()
+    gx.transform_file(read, out, AFFINE, resume=True)
+    gx.transform_file(read, whole, AFFINE)
+    files = [path for path in out.rglob("*") if path.is_file()] if out.is_dir() else [out]
+    for file in files:
+        assert file.read_bytes() == (whole / file.relative_to(out) if out.is_dir() else whole).read_bytes()
+    assert {path.name for path in tmp_path.iterdir()} == {read.name, out.name, whole.name}
