@@ -48,13 +48,11 @@ def test_ticks_stand_where_their_numbers_are_and_no_two_texts_overlap(
     corners = np.array(list(itertools.product(*bounds.T)))
     camera = gx.Camera.fit(corners, direction=direction, orthographic=orthographic, margin=0.15)
     axes = figure(camera, bounds)
-    n_spines = 0
     outline = np.array([to_pixels(corner, camera) for corner in corners])
     for axis, ticks in enumerate(axes.ticks):
         if not ticks:
             continue
-        spine = axes.spines[n_spines]
-        n_spines += 1
+        spine = next(spine for spine in axes.spines if spine[0, axis] != spine[1, axis])
         values = [tick.value for tick in ticks]
         steps = np.diff(values)
         if len(values) > 1:
