@@ -146,7 +146,7 @@ def test_what_cannot_be_drawn_is_refused_before_its_points_are_looked_at(monkeyp
     monkeypatch.setattr("gpu_xform.drawing.cloud_source.find_extremes", look)
     monkeypatch.setattr("gpu_xform.drawing.prepare.Framing", look)
     cloud = np.zeros((MIN_CLOUD_POINTS, 3), np.float32)
-    with pytest.raises(ArgumentError, match="^scalars must have one number for each of the 131072 points, got 3$"):
+    with pytest.raises(ArgumentError, match=r"^scalars must have one number for each of the 131072 points, got 3$"):
         draw(cloud, scalars=np.zeros(3))
     monkeypatch.setattr("gpu_xform.drawing.prepare.MANY_POINTS", 30)
     monkeypatch.setattr("gpu_xform.drawing.limits.max_points", lambda _: 36)
