@@ -1,7 +1,7 @@
 """Section cuts of layers: what lies before a plane is removed, and what it cuts is capped, outlined and hatched."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ from ..geometry.sections import (
 )
 from ..imaging.colors import to_rgba_array
 from .build_draw_list import normalize_w
-from .intersections import with_mesh
+from .intersections import IntersectionLayer, with_mesh
 from .layer import SHADED_FILL, Layer, is_auto
 from .layer_colors import fill_colors
 from .lengths import to_pixels
@@ -233,10 +233,10 @@ def _cap_layer(layer: Layer, cap: Mesh) -> Layer:
     name = f"{layer.name or ''} cut area".strip()
     style: dict[str, Any] = {**_PLAIN, "name": name, "color": "black", "shading": "none", "hidden": "remove"}
     if layer.fill is None:
-        return replace(layer, **style | {"model": cap, "alpha": 0.0})
+        return _without_legend(layer, style | {"model": cap, "alpha": 0.0})
     colors = fill_colors(layer, layer.model.n_faces if isinstance(layer.model, Mesh) else 0)
     fill = tuple(colors[0].tolist()) if len(colors) == 1 else SHADED_FILL
-    return replace(layer, **style | {"model": cap, "fill": fill, "edges": np.empty((0, 2), np.int64)})
+    return _without_legend(layer, style | {"model": cap, "fill": fill, "edges": np.empty((0, 2), np.int64)})
 
 
 def _line_layer(layer: Layer, lines: Mesh, name: str, widths: float) -> Layer:
@@ -244,4 +244,10 @@ def _line_layer(layer: Layer, lines: Mesh, name: str, widths: float) -> Layer:
     color = "black" if isinstance(layer.color, str) and layer.color in ("face", "file") else layer.color
     style: dict[str, Any] = {**_PLAIN, "name": f"{layer.name or ''} {name}".strip(), "color": color, "shading": "none"}
     style |= {"model": lines, "fill": None, "line_width": widths * width, "hidden": layer.hidden or "remove"}
-    return replace(layer, **style)
+    return _without_legend(layer, style)
+
+
+def _without_legend(layer: Layer, style: dict[str, Any]) -> Layer:
+    """Return a layer with changes, and with no place in a legend and no colour bar."""
+    own = {each.name: getattr(layer, each.name) for each in fields(layer)}
+    return IntersectionLayer(**own | style | {"colorbar": False})

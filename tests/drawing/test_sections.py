@@ -146,3 +146,9 @@ def test_it_works_in_svg_and_with_intersections_and_cut_files(tmp_path: Any) -> 
 def test_what_cuts_nothing_is_refused(style: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         gx.render_array(samples.cube(), size=SIZE, **style)
+
+
+def test_caps_and_hatching_have_no_colour_bar_and_no_place_in_a_legend() -> None:
+    layer = Layer(BALL, scalars="x", colorbar=True, section=PLANE, hatch=True)
+    assert gx.render_array(layer, size=(200, 128)).shape == (128, 200, 4)
+    assert gx.render_array(Layer(BALL, section=PLANE, hatch=True), size=(200, 128), legend=["ball"]).shape[1] == 200
