@@ -45,7 +45,7 @@ _kept: list[_Kept] = []
 
 
 class IntersectionLayer(Layer):
-    """A layer that nobody gave: the lines of intersection of another one."""
+    """A layer that nobody gave: the lines of intersection of another one, or what a section adds to it."""
 
 
 def add_intersections(layers: Sequence[Layer]) -> list[Layer]:
