@@ -31,7 +31,10 @@ def legend_entries(layers: Sequence[Layer], sources: Sequence[Source], legend: L
     if legend is False:
         return []
     if legend is True:
-        names: Sequence[str | None] = [source.name for source in sources]
+        own = [not isinstance(layer, IntersectionLayer) for layer in layers]
+        names: Sequence[str | None] = [
+            source.name if is_own else None for source, is_own in zip(sources, own, strict=True)
+        ]
         if not any(names):
             raise ArgumentError.expecting("legend", "come with models that have names, or be a text per model", "none")
     else:

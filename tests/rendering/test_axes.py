@@ -110,6 +110,14 @@ def test_lines_of_intersection_are_no_models_of_a_legend_and_have_no_labels() ->
     assert [text.text for text in prepared.annotation.texts][:2] == ["A", "B"]
 
 
+@pytest.mark.parametrize(("legend", "name"), [(["b"], "b"), (True, "box")])
+def test_the_parts_of_a_section_are_one_model_of_a_legend_and_have_one_colour_bar(legend: Any, name: str) -> None:
+    style: dict[str, Any] = {"section": ((0, 0, 0), (0, 0, 1)), "scalars": "y", "colorbar": True, "name": "box"}
+    prepared = prepare(CUBE, options={"legend": legend, "font_size": 5}, **style)
+    texts = [text.text for text in prepared.annotation.texts if text.text[-1].isalpha()]
+    assert texts == [name, "y"]
+
+
 def test_layers_share_a_colour_bar_if_it_is_the_same() -> None:
     def bars(**other: Any) -> int:
         first = gx.Layer(CUBE, scalars="y", colorbar="h", clim=(0, 1))
