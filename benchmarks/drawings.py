@@ -99,7 +99,8 @@ def main() -> None:
     options: Any = {"width": DRAWING[0], "height": DRAWING[1], "projectionDir": (1, -1, 1), "showAxes": False}
 
     def theirs(*, hidden: bool) -> str:
-        return str(cadquery.exporters.getSVG(solid.val(), {**options, "showHidden": hidden}))
+        exporters: Any = cadquery.exporters
+        return str(exporters.getSVG(solid.val(), {**options, "showHidden": hidden}))
 
     for hidden in ("dash", "remove"):
 
