@@ -81,7 +81,7 @@ CALLS: list[tuple[Callable[[], Any], str, str]] = [
     (lambda: load_mesh(3), "source", "be a path or a binary file"),  # type: ignore[arg-type]
     (lambda: gx.compare_images("a.png", "b.png", threshold=256), "threshold", "be from 0 to 255"),
     (lambda: gx.Layer(gx.samples.cube(), hidden="fog"), "hidden", "be one of 'show', 'remove', 'dash', 'fade'"),  # type: ignore[arg-type]
-    (lambda: gx.Camera.fit(gx.samples.cube(), margin=1), "margin", "lie in [0, 0.5)"),
+    (lambda: gx.Camera.fit(gx.samples.cube(), margin=1), "margin", "lie in [-50, 0.5)"),
 ]
 
 

@@ -34,7 +34,7 @@ def test_misspelt_styles(style: dict[str, object], message: str) -> None:
     ("keywords", "message"),
     [
         ({"frmes": 3}, "unexpected keyword argument 'frmes'; did you mean 'frames'?"),
-        ({"axes": "x"}, "unexpected keyword argument 'axes'; did you mean 'axis'?"),
+        ({"axi": "x"}, "unexpected keyword argument 'axi'; did you mean 'axis'?"),
         ({"backgroud": "red"}, "unexpected keyword argument 'backgroud'; did you mean 'background'?"),
         ({"progres": None}, "unexpected keyword argument 'progres'; did you mean 'progress'?"),
         ({"colour": "red"}, "unexpected keyword argument 'colour'; did you mean 'color'?"),
@@ -43,7 +43,7 @@ def test_misspelt_styles(style: dict[str, object], message: str) -> None:
 def test_misspelt_keywords_of_an_animation(keywords: dict[str, object], message: str) -> None:
     with pytest.raises(gx.ArgumentTypeError, match=re.escape(message)):
         gx.turntable("missing.obj", **keywords)  # type: ignore[arg-type]
-    if "frmes" not in keywords and "axes" not in keywords:
+    if "frmes" not in keywords and "axi" not in keywords:
         with pytest.raises(gx.ArgumentTypeError, match=re.escape(message)):
             gx.animate(CUBE, np.eye(4)[None], **keywords)  # type: ignore[arg-type]
 

@@ -67,7 +67,7 @@ def test_words_of_an_option(text: str, elsewhere: list[str], on_windows: list[st
     [
         (
             "rendr a.obj",
-            "explain, doctor, bench, got 'rendr'; did you mean 'render'?",
+            "explain, doctor, bench, completion, got 'rendr'; did you mean 'render'?",
         ),
         (
             "bench --dtype float23",

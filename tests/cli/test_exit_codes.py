@@ -70,7 +70,7 @@ def _files(working_folder: Path) -> Iterator[None]:
 @pytest.mark.parametrize(
     ("typed", "words"),
     [
-        ("", "render, animate, simulate, view, transform, convolve, info, explain, doctor or bench"),
+        ("", "render, animate, simulate, view, transform, convolve, info, explain, doctor, bench or completion"),
         ("rendr", "rendr"),
         ("--verison", "--verison"),
         ("render", "MODEL"),

@@ -17,6 +17,7 @@ from tests.support.pty_run import run_on_terminal
 from tests.support.types import Pixels
 
 SIZE = ("--resolution", "60,40")
+PLAIN = (*SIZE, "--line-width", "1.5")  # one picture of many has another style if none is typed
 MODELS = {
     "house.obj": samples.house(),
     "cube.off": samples.cube(),
@@ -36,7 +37,7 @@ def expected_picture(mesh: Mesh | list[Mesh], **arguments: Any) -> Pixels:
 
 
 def test_each_model_gets_the_picture_it_would_get_alone(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["render", *MODELS, "-o", "thumbs/small/{model}.png", *SIZE, "--rotate-y", "20"]) == 0
+    assert main(["render", *MODELS, "-o", "thumbs/small/{model}.png", *PLAIN, "--rotate-y", "20"]) == 0
     assert capsys.readouterr() == ("", "gpu-xform: 4 pictures: 4 done\n")
     assert list_pngs() == sorted(f"thumbs/small/{Path(name).stem}.png" for name in MODELS)
     for name in MODELS:
@@ -66,7 +67,7 @@ def test_folders_keep_models_of_one_name_apart(capsys: pytest.CaptureFixture[str
     for name, mesh in (("a", samples.cube()), ("b/c", samples.house())):
         Path(name).mkdir(parents=True)
         save_mesh(mesh, f"{name}/model.obj")
-    both = ["render", "a/model.obj", "b/c/model.obj", *SIZE, "-o"]
+    both = ["render", "a/model.obj", "b/c/model.obj", *PLAIN, "-o"]
     assert main([*both, "t/{model}.png"]) == 2
     expected = "t/model.png: two pictures would be written there, of a/model.obj and of b/c/model.obj"
     assert capsys.readouterr().err == f"gpu-xform: error: {expected}\n"
@@ -90,7 +91,7 @@ def test_a_bad_model_does_not_stop_the_others(capsys: pytest.CaptureFixture[str]
     Path("bad.obj").write_text("v 0 0 zero\n")
     save_mesh(Mesh([(0, 0, 0), (1, 0, 0)], [(1, 1)]), "dot.obj")
     names = ["bad.obj", "house.obj", "none.obj", "dot.obj", "cube.off", "model.xyz"]
-    assert main(["render", *names, "-o", "{model}.png", *SIZE]) == 2
+    assert main(["render", *names, "-o", "{model}.png", *PLAIN]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
     *complaints, summary = printed.err.splitlines()

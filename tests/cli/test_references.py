@@ -126,7 +126,7 @@ def test_each_of_many_has_its_own_reference(capsys: pytest.CaptureFixture[str]) 
 def test_one_reference_for_many_models(capsys: pytest.CaptureFixture[str]) -> None:
     shutil.copy("house.obj", "copy.obj")
     models = ["house.obj", "open.obj", "copy.obj"]
-    assert render(*models, "--reference", "expected.png", "--reference-diff", "{model}.png") == 4
+    assert render(*models, "--reference", "expected.png", "--line-width", "1.5", "--reference-diff", "{model}.png") == 4
     assert capsys.readouterr().err.splitlines()[1] == "gpu-xform: 3 pictures: 2 done, 1 not matching the reference"
     assert sorted(path.name for path in Path().glob("*.png")) == ["expected.png", "open.png"]
 

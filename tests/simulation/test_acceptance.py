@@ -171,7 +171,7 @@ def test_steps_just_below_the_largest_stay_stable() -> None:
 
 def test_steps_just_above_the_largest_blow_up(monkeypatch: pytest.MonkeyPatch) -> None:
     springs, dt = pair_at(1.01)
-    monkeypatch.setattr("gpu_xform.simulation.springs.find_largest_step", lambda *_: math.inf)
+    monkeypatch.setattr("gpu_xform.simulation.step_choice.find_largest_step", lambda *_: math.inf)
     springs.step(300, dt, gravity=(0, 0, 0))
     assert not np.abs(springs.positions).max() <= 10.0  # it may be NaN
 
@@ -179,7 +179,7 @@ def test_steps_just_above_the_largest_blow_up(monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("damping", [1e-3, 0.1, 1.0])
 def test_damping_shortens_the_largest_step_exactly(damping: float, monkeypatch: pytest.MonkeyPatch) -> None:
     """The damper acts on the velocity half a step earlier: for w = 10 / s, overdamped or not, the bound is sharp."""
-    monkeypatch.setattr("gpu_xform.simulation.springs.find_largest_step", lambda *_: math.inf)
+    monkeypatch.setattr("gpu_xform.simulation.step_choice.find_largest_step", lambda *_: math.inf)
     for part, is_stable in ((0.99, True), (1.01, False)):
         springs = gx.Springs(
             [[0.0, 0.0, 0.0], [1.001, 0.0, 0.0]],
