@@ -55,6 +55,7 @@ def cut(keywords: dict[str, Any], n: int) -> dict[str, Any]:
     return {name: value[:n] if name in ("index", "weights") else value for name, value in keywords.items()}
 
 
+@pytest.mark.filterwarnings("ignore::gpu_xform.PrecisionWarning")  # random points may be coarse
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("columns", [2, 3])
 @given(
