@@ -79,6 +79,7 @@ class CommandEncoder:
         self._label = label
         self._handle = context.handle.create_command_encoder(label=label)
         self._compute_pass: wgpu.GPUComputePassEncoder | None = None  # of the last dispatch, if nothing came after it
+        self._pipeline: wgpu.GPUComputePipeline | None = None  # of that pass at present
 
     @property
     def handle(self) -> wgpu.GPUCommandEncoder:
@@ -119,13 +120,17 @@ class CommandEncoder:
         """Copy the first `extent` texels of `source` to the same place in `destination`."""
         self.handle.copy_texture_to_texture({"texture": source.handle}, {"texture": destination.handle}, (*extent, 1))
 
-    def begin_compute_pass(self) -> wgpu.GPUComputePassEncoder:
-        """Return wgpu's encoder of a pass, for one dispatch; `end_dispatch` follows it.
+    def begin_compute_pass(self, pipeline: wgpu.GPUComputePipeline) -> wgpu.GPUComputePassEncoder:
+        """Return wgpu's encoder of a pass, for one dispatch of a pipeline; `end_dispatch` follows it.
 
         Dispatches that follow one another share a pass: beginning one takes as long as many dispatches.
         """
         if self._compute_pass is None:
             self._compute_pass = self._handle.begin_compute_pass(timestamp_writes=self._timestamp_writes())
+            self._pipeline = None
+        if pipeline is not self._pipeline:
+            self._compute_pass.set_pipeline(pipeline)
+            self._pipeline = pipeline
         return self._compute_pass
 
     def end_dispatch(self, label: str) -> None:

@@ -103,8 +103,7 @@ def dispatch(
 
     n_workgroups : up to three numbers, or the one buffer that begins with three
     """
-    compute = encoder.begin_compute_pass()
-    compute.set_pipeline(pipeline.handle)
+    compute = encoder.begin_compute_pass(pipeline.handle)
     compute.set_bind_group(0, bindings)
     if isinstance(n_workgroups[0], Buffer):
         compute.dispatch_workgroups_indirect(n_workgroups[0].handle, 0)
