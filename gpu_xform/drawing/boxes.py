@@ -6,10 +6,13 @@ import numpy as np
 
 from .._core.types import Float64Array
 
+_CORNERS = np.array(list(itertools.product((0, 1), repeat=3)))  # of which bound each corner takes its coordinates
+
 
 def box_corners(bounds: Float64Array) -> Float64Array:
     """Return the corners (8, 3) of the box between `bounds` (2, 3)."""
-    return np.array(list(itertools.product(*bounds.T)))
+    corners: Float64Array = bounds[_CORNERS, (0, 1, 2)]
+    return corners
 
 
 def box_in_world(points: Float64Array, world_from_model: Float64Array) -> Float64Array:

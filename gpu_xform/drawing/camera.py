@@ -143,24 +143,31 @@ class Camera(Pictured):
         matrices.perspective(fov_y, 1.0, near, far)  # raises now, not at the first picture
         half_height = distance * math.tan(math.radians(fov_y) / 2.0)
 
-        def clip_from_world(aspect: float) -> Float64Array:
-            if orthographic:
-                half_width = half_height * aspect
-                clip_from_view = matrices.orthographic(-half_width, half_width, -half_height, half_height, near, far)
-            else:
-                clip_from_view = matrices.perspective(fov_y, aspect, near, far)
-            return clip_from_view @ view_from_world
+        def project(near: float, far: float) -> Callable[[float], Float64Array]:
+            def clip_from_world(aspect: float) -> Float64Array:
+                if orthographic:
+                    half_width = half_height * aspect
+                    view = matrices.orthographic(-half_width, half_width, -half_height, half_height, near, far)
+                else:
+                    view = matrices.perspective(fov_y, aspect, near, far)
+                return view @ view_from_world
+
+            return clip_from_world
+
+        def with_planes(near: float, far: float) -> Camera:
+            """Return the camera with other planes; making it anew would take a tenth of a small picture's time."""
+            others = _non_default(near=(near, None), far=(far, None), orthographic=(orthographic, False))
+            fitted = cls(project(near, far), f"{description}{others})")
+            planes = {"near": near, "far": far, "orthographic": orthographic}
+            return fitted._with_recipe("look_at", eye=eye, target=target, up=up, fov_y=fov_y, **planes)
 
         def fit_planes(points: Float64Array) -> Camera:
             fitted = _fit_planes(view_from_world, points, distance, given_near, given_far)
-            if fitted is None:
-                return camera
-            near, far = fitted
-            return cls.look_at(eye, target, up, fov_y=fov_y, near=near, far=far, orthographic=orthographic)
+            return camera if fitted is None else with_planes(*fitted)
 
-        description = f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r}{others})"
+        description = f"look_at(eye={eye!r}, target={target!r}, up={up!r}, fov_y={fov_y!r}"
         is_fitted = given_near is None or given_far is None
-        camera = cls(clip_from_world, description, fit_planes if is_fitted else None)
+        camera = cls(project(near, far), f"{description}{others})", fit_planes if is_fitted else None)
         planes = {"near": given_near, "far": given_far, "orthographic": orthographic}
         return camera._with_recipe("look_at", eye=eye, target=target, up=up, fov_y=fov_y, **planes)
 

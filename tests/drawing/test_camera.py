@@ -394,3 +394,16 @@ def test_a_camera_among_the_points_shows_near_ones_and_far_ones() -> None:
     depth = seen(fitted, points[:2])[:, 2]
     assert ((depth > 0) & (depth < 1)).all()
     assert camera.with_planes_around(lambda: points[2:]) is camera  # all is behind
+
+
+def test_a_camera_whose_planes_are_fitted_says_so_and_is_made_again_by_what_it_says() -> None:
+    points = samples.cube().positions
+    camera = Camera.look_at((3, 2, 5), (0, 0.5, 0), fov_y=30.0, orthographic=True, near=0.5)
+    fitted = camera.with_planes_around(lambda: points)
+    assert repr(fitted).startswith("Camera.look_at(eye=(3, 2, 5), target=(0, 0.5, 0), up=(0.0, 1.0, 0.0), fov_y=30.0, ")
+    assert "near=0.5" in repr(fitted)
+    assert repr(fitted).endswith("orthographic=True)")
+    again: Camera = eval(repr(fitted), {"Camera": Camera})  # noqa: S307
+    assert np.array_equal(again.clip_from_world(1.5), fitted.clip_from_world(1.5))
+    depths = np.column_stack((points, np.ones(8))) @ fitted.clip_from_world(1.5)[2]
+    assert ((depths > 0.0) & (depths < 1.0)).all()
