@@ -19,6 +19,7 @@ import numpy as np
 from .._core.error_context import prefix_errors
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
+from ..geometry.attributes import sign_of_determinant
 from ..geometry.mesh import Mesh
 from ..matrices import rotate
 from ._beside import find_beside
@@ -349,7 +350,7 @@ def _is_turned(shape: PlacedNode, state: _State) -> bool:
     shape.flag("solid", True)
     shape.flag("convex", True)
     is_clockwise = state.is_clockwise if state.is_vrml1 else not shape.flag("ccw", True)
-    return is_clockwise != bool(np.linalg.slogdet(state.matrix[:3, :3])[0] < 0)
+    return is_clockwise != (sign_of_determinant(state.matrix[:3, :3]) < 0)
 
 
 def _reverse_faces(sizes: IndexArray) -> IndexArray:

@@ -284,7 +284,8 @@ def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Arr
 
 def sign_of_determinant(matrix: Float64Array) -> float:
     """Return -1 for a matrix that mirrors, else 1; the determinant itself could underflow."""
-    return -1.0 if np.linalg.slogdet(matrix)[0] < 0 else 1.0
+    with np.errstate(divide="ignore"):  # the logarithm of what has underflowed to 0
+        return -1.0 if np.linalg.slogdet(matrix)[0] < 0 else 1.0
 
 
 def freeze_value(value: Any) -> Any:

@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from gpu_xform import Mesh, Scene, chain, homogeneous, load_mesh, load_scene, samples, save_mesh, scale, translate
 from gpu_xform.errors import ArgumentError, MeshError
+from gpu_xform.geometry.attributes import sign_of_determinant
 from tests.support.gltf_files import BINARY, POINTS, TRIANGLE, as_text, change, data_uri, document, pack
 
 
@@ -127,7 +128,7 @@ def test_every_node_is_where_the_product_of_its_matrices_puts_it(forest: list[tu
         size = np.abs(worlds[i]).max()
         assert np.allclose(node.transform, local(forest[i][1]), rtol=1e-12, atol=1e-12)
         assert np.allclose(scene.world(node), worlds[i], rtol=1e-9, atol=1e-9 * size)
-        order = (0, 2, 1) if np.linalg.slogdet(scene.world(node))[0] < 0 else (0, 1, 2)
+        order = (0, 2, 1) if sign_of_determinant(scene.world(node)) < 0 else (0, 1, 2)
         corners.extend(len(points) + corner for corner in order)
         points.extend(TRIANGLE.positions @ scene.world(node)[:3, :3].T + scene.world(node)[:3, 3])
     assert len(scene) == len(forest)

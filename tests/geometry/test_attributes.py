@@ -219,3 +219,11 @@ def test_a_name_that_is_not_there_is_told_with_those_that_are() -> None:
         mesh.attributes.face["area"]
     assert mesh.attributes.point.get("temp") is None
     assert "temp" not in mesh.attributes.point
+
+
+def test_a_matrix_that_flattens_by_less_than_any_number_is_no_warning() -> None:
+    mesh = gx.samples.cube()
+    pointed = gx.Mesh(mesh.positions, mesh.faces, attributes={"point": {"normal": np.tile((0.6, 0.0, 0.8), (8, 1))}})
+    matrix = gx.chain(gx.scale(5e-324, 1, 1), gx.rotate_z(90, degrees=True))
+    flat = pointed.transformed(matrix)  # slogdet divides by zero for it
+    assert np.isfinite(flat.positions).all()
