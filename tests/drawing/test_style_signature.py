@@ -1,6 +1,7 @@
 """What completion and help show of the functions that take a style."""
 
 import inspect
+from importlib import import_module
 from typing import Any, get_type_hints
 
 import pytest
@@ -44,7 +45,7 @@ def test_annotations_of_public_names_are_found(name: str) -> None:
 @pytest.mark.parametrize("use_jedi", [False, True])
 @pytest.mark.parametrize("call", ["gx.render(mesh, line_w", "gx.animate(mesh, poses, line_w", "gx.Layer(mesh, line_w"])
 def test_ipython_completes_style_keywords(call: str, use_jedi: bool) -> None:
-    completer: Any = pytest.importorskip("IPython.core.completer")
+    completer: Any = import_module("IPython.core.completer")
     own = completer.IPCompleter(namespace={"gx": gx}, use_jedi=use_jedi)
     with completer.provisionalcompleter():
         found = [completion.text for completion in own.completions(call, len(call))]

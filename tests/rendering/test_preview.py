@@ -1,6 +1,7 @@
 """What notebooks show of models, cameras and SVG documents."""
 
 import io
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -66,7 +67,7 @@ def test_without_an_adapter_a_model_is_shown_as_text(monkeypatch: pytest.MonkeyP
 
 
 def test_ipython_shows_the_picture_beside_the_text_and_a_terminal_draws_none(monkeypatch: pytest.MonkeyPatch) -> None:
-    formatters = pytest.importorskip("IPython.core.formatters")
+    formatters = import_module("IPython.core.formatters")
     formatter = formatters.DisplayFormatter()
     data, _ = formatter.format(CUBE)
     assert data == {"text/plain": repr(CUBE), "image/png": CUBE._repr_png_()}
