@@ -80,13 +80,21 @@ attack: .venv/tools driver ## interrupt and kill commands at MOMENTS=200 random 
 	@GPU_XFORM_INTERRUPTIONS=$(MOMENTS) $(PYTEST) tests/gpu/test_interruptions.py
 	@$(BIN)/python -m tests.fuzz.attack --moments $(MOMENTS)
 
+.PHONY: docs
+docs: .venv/docs driver ## build the documentation site into build/site/html; warnings and broken links are errors
+	@$(BIN)/python -m docs.builder
+
+.PHONY: test-docs
+test-docs: .venv/tools docs browser ## build the site, and look at each of its pages in a browser
+	@$(BIN)/pytest docs/tests
+
 .PHONY: wheel
 wheel: .venv/tools ## build dist/*.whl
 	@$(BIN)/pip --quiet wheel --no-deps --wheel-dir dist .
 
 .PHONY: clean
 clean: ## remove what the other targets made
-	rm -rf .venv demo dist test-failures .hypothesis .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv build demo dist test-failures .hypothesis .mypy_cache .pytest_cache .ruff_cache
 
 .venv/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "Python 3.11 or later is needed: make PYTHON=...")'
@@ -110,6 +118,11 @@ endif
 
 .venv/bench: .venv/python pyproject.toml
 	@$(BIN)/pip --quiet --disable-pip-version-check install --editable '.[bench]'
+	@touch $@ .venv/library
+
+.venv/docs: .venv/python pyproject.toml
+	@echo "Installing gpu_xform and what builds its documentation into .venv ..."
+	@$(BIN)/pip --quiet --disable-pip-version-check install --editable '.[docs]'
 	@touch $@ .venv/library
 
 # Shell commands that install the packages $(1), called $(2), where that may be done; elsewhere $(3) says what to do.
