@@ -56,6 +56,7 @@ _PUBLIC_NAMES = {
     "vector.svg_text": "SvgText",
     "animation": "Animation animate turntable",
     "viewer.window": "view",
+    "web.page": "save_page",
 }
 _MODULES = {name: module for module, names in _PUBLIC_NAMES.items() for name in names.split()}
 
@@ -167,6 +168,7 @@ if TYPE_CHECKING:
     from .surfaces.subdivision import subdivide as subdivide
     from .vector.svg_text import SvgText as SvgText
     from .viewer.window import view as view
+    from .web.page import save_page as save_page
 else:
 
     def __getattr__(name: str) -> Any:

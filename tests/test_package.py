@@ -49,6 +49,7 @@ DOCUMENTED = {
         "SvgText",
         "render_pdf",
         "view",
+        "save_page",
         "default_device",
         "Attributes",
         "RaggedArray",

@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform.drawing.layer import Style
 
-TAKE_A_STYLE = ("render", "render_array", "render_svg", "render_pdf", "animate", "turntable", "view")
+TAKE_A_STYLE = ("render", "render_array", "render_svg", "render_pdf", "animate", "turntable", "view", "save_page")
 PLAIN = gx.Layer(gx.samples.cube())
 
 

@@ -19,11 +19,13 @@ from selenium.webdriver.chrome.service import Service
 from selenium.webdriver.common.by import By
 
 FLAGS = (
-    *("--headless", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run"),
+    *("--headless", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run"),
     *("--force-device-scale-factor=1", "--hide-scrollbars"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic"),
     "--host-resolver-rules=MAP * ~NOTFOUND",  # without a network, pages that need one must fail here too
 )
+
+NO_GPU_FLAGS = ("--disable-gpu",)  # with which a page loses its WebGPU device as soon as a canvas shows a picture
 
 WEBGPU_FLAGS = (
     *("--enable-unsafe-webgpu", "--enable-features=Vulkan", "--use-vulkan=swiftshader", "--use-angle=swiftshader"),
@@ -55,7 +57,7 @@ class Browser:
                 "chromedriver is not installed: 'make browser' installs it with Chromium, or says what to do"
             )
         options = Options()
-        for flag in FLAGS + (WEBGPU_FLAGS if webgpu else ()):
+        for flag in FLAGS + (WEBGPU_FLAGS if webgpu else NO_GPU_FLAGS):
             options.add_argument(flag)
         options.set_capability("goog:loggingPrefs", {"browser": "WARNING"})
         self._folder = tempfile.TemporaryDirectory(ignore_cleanup_errors=True)

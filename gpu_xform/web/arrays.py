@@ -1,0 +1,59 @@
+"""Arrays for a page: integers as planes of bytes, which compress well, and floats; `js/arrays.js` reads them."""
+
+import json
+import struct
+import zlib
+from base64 import b64encode
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+_LEVEL = 9
+
+
+class ArrayStore:
+    """Arrays that a page holds, each named by its number."""
+
+    def __init__(self) -> None:
+        self._layouts: list[dict[str, Any]] = []
+        self._parts: list[bytes] = []
+
+    def add_integers(self, values: npt.NDArray[Any]) -> int:
+        """Return the number of integers (n,) or (n, columns), taken modulo 2**32, as they are or as differences."""
+        table = np.atleast_2d(values.T).T if values.ndim == 1 else values
+        words = np.ascontiguousarray(table.T.astype(np.int64).astype(np.uint32))  # (columns, n)
+        steps = np.diff(words, axis=1, prepend=np.uint32(0)).view(np.int32)
+        deltas = ((steps << 1) ^ (steps >> 31)).view(np.uint32)
+        plain, delta = (_split_planes(each) for each in (words, deltas))
+        is_delta = len(zlib.compress(delta[1], 1)) < len(zlib.compress(plain[1], 1))
+        n_bytes, content = delta if is_delta else plain
+        return self._add(content, n=words.shape[1], columns=words.shape[0], bytes=n_bytes, isDelta=is_delta)
+
+    def add_floats(self, values: npt.NDArray[np.float64]) -> int:
+        """Return the number of floats (n, columns)."""
+        columns = np.ascontiguousarray(values.T, "<f8")
+        planes = columns.reshape(-1).view(np.uint8).reshape(-1, 8).T.tobytes()
+        return self._add(planes, n=values.shape[0], columns=values.shape[1], bytes=8, isFloat=True)
+
+    def _add(self, content: bytes, **layout: Any) -> int:
+        self._layouts.append(layout)
+        self._parts.append(content)
+        return len(self._parts) - 1
+
+    def encode(self, content: dict[str, Any]) -> str:
+        """Return the text, in base64, of what a page holds: `content` as JSON, and the arrays."""
+        head = json.dumps({**content, "arrays": self._layouts}, separators=(",", ":")).encode()
+        return encode_bytes(struct.pack("<I", len(head)) + head + b"".join(self._parts))
+
+
+def encode_bytes(content: bytes) -> str:
+    """Return bytes compressed, in base64, as `inflate` of `js/arrays.js` reads them."""
+    return b64encode(zlib.compress(content, _LEVEL)).decode()
+
+
+def _split_planes(words: npt.NDArray[np.uint32]) -> tuple[int, bytes]:
+    """Return how many bytes the values (columns, n) need, and the planes of those bytes, lowest first."""
+    n_bytes = max((int(words.max(initial=0)).bit_length() + 7) // 8, 1)
+    planes = words.reshape(-1).astype("<u4").view(np.uint8).reshape(-1, 4)[:, :n_bytes]
+    return n_bytes, planes.T.tobytes()

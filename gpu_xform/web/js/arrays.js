@@ -1,0 +1,53 @@
+// Arrays as pages hold them: integers whose bytes lie plane by plane, which compress well, and floats; `pack.py` writes
+// them.
+
+export async function inflate(base64) {
+  const bytes = Uint8Array.from(atob(base64.trim()), c => c.charCodeAt(0));
+  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
+  return new Uint8Array(await new Response(stream).arrayBuffer());
+}
+
+// What a page holds: a number of bytes, JSON of so many bytes, and arrays, whose places in the rest the JSON's last
+// field tells.
+export function unpack(bytes) {
+  const nJson = new DataView(bytes.buffer).getUint32(0, true);
+  const content = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + nJson)));
+  let offset = 4 + nJson;
+  const arrays = content.arrays.map(layout => {
+    const nBytes = layout.n * layout.columns * layout.bytes;
+    const read = (layout.isFloat ? readFloats : readIntegers)(bytes.subarray(offset, offset + nBytes), layout);
+    offset += nBytes;
+    return read;
+  });
+  return { ...content, arrays };
+}
+
+// Each column is the planes of its values' bytes, lowest first; the values are differences from row to row if they
+// are deltas, the sign in the lowest bit.
+function readIntegers(bytes, { n, columns, bytes: nPlanes, isDelta }) {
+  const values = new Uint32Array(n * columns);
+  for (let column = 0; column < columns; column++) {
+    let previous = 0;
+    for (let row = 0; row < n; row++) {
+      let value = 0;
+      for (let plane = 0; plane < nPlanes; plane++) {
+        value |= bytes[(plane * columns + column) * n + row] << (8 * plane);
+      }
+      if (isDelta) value = previous = (previous + ((value >>> 1) ^ -(value & 1))) | 0;
+      values[row * columns + column] = value;
+    }
+  }
+  return values;
+}
+
+function readFloats(bytes, { n, columns }) {
+  const values = new Float64Array(n * columns), own = new Uint8Array(values.buffer);
+  const count = n * columns;
+  for (let row = 0; row < n; row++) {
+    for (let column = 0; column < columns; column++) {
+      const at = 8 * (row * columns + column);
+      for (let plane = 0; plane < 8; plane++) own[at + plane] = bytes[plane * count + column * n + row];
+    }
+  }
+  return values;
+}

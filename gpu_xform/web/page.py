@@ -1,0 +1,284 @@
+"""Pages: `save_page` writes models into one file that a browser draws live."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+from typing import Unpack
+
+import numpy as np
+
+from .._core.atomic_files import atomic_write
+from .._core.error_context import prefix_errors
+from .._core.public import public
+from .._core.targets import find_target
+from .._core.types import StrPath
+from ..animation.motion import PosesLike, make_motion
+from ..animation.poses import apply_pose
+from ..device import Device
+from ..drawing.camera import Camera, CameraLike, fit_options
+from ..drawing.intersections import add_intersections
+from ..drawing.layer import Layer, Models, Style, as_layers, is_auto, require_style
+from ..drawing.load_models import PATH_TYPES, load_models
+from ..drawing.prepare import Frame, Size, parse_size, prepare_frame
+from ..drawing.sections import cut_sections
+from ..drawing.style_signature import show_style_keywords
+from ..drawing.thin import thin_layer
+from ..errors import ArgumentError, ArgumentTypeError
+from ..geometry.edges import list_edge_parts
+from ..imaging.colors import ColorLike, Rgba, parse_background
+from ..imaging.image import Pixels
+from ..rendering.raster import render_array
+from ..viewer.key_bindings import KEYS, POINTER
+from .arrays import ArrayStore, encode_bytes
+from .poster import encode_poster
+from .program import join_scripts, make_program
+from .scene import Frames, as_mesh_layer, describe_camera, describe_layers
+
+DEFAULT_SIZE = (960, 720)
+DEFAULT_TITLE = "gpu_xform"
+PAGE_SHADINGS = ("none", "flat")
+_LEFT_OUT = ("S", "H, ?", "Q, Esc")  # of the window's keys, those that a page has in its own way, or has not
+_OWN_KEYS = (("S", "save the picture as PNG"), ("H, ?", "show or hide this list"))
+_PLAYER_KEYS = (("Space", "play or pause the animation"),)
+
+
+@public
+@show_style_keywords
+def save_page(
+    models: Models,
+    path: StrPath,
+    frames: PosesLike | None = None,
+    *,
+    n_frames: int | None = None,
+    duration: float | None = None,
+    fps: float | None = None,
+    title: str | None = None,
+    camera: CameraLike | None = None,
+    size: Size = DEFAULT_SIZE,
+    background: ColorLike | None = "white",
+    device: Device | None = None,
+    **style: Unpack[Style],
+) -> None:
+    """Write a web page that draws models live: one file, which needs no network and no server.
+
+    The page holds the models, and draws them with the package's own WGSL through WebGPU, so its pictures are those of
+    `render`; a browser without WebGPU draws them on a 2D canvas. Drags rotate the models, and the keys are those of
+    `view`. Where scripts do not run, the page shows a picture.
+
+    Parameters
+    ----------
+    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
+        The models, as `render` takes them.
+    path : path
+        The file, whose name ends in .html or .htm. It is written as a whole or not at all.
+    frames : sequence, (k, 4, 4) numbers, or function, optional
+        One item per frame of an animation, as `animate` takes them, of those that move the models by matrices: a matrix
+        (4, 4), or a dict from names of a scene's nodes to their matrices. The page has a player then.
+    n_frames, duration, fps : optional
+        As `animate` takes them.
+    title : str, optional
+        The title of the page; by default the name of the model.
+    camera : Camera or dict, optional
+        The first view, as `render` takes it. By default the models fill windows of any shape.
+    size : (width, height)
+        The size in pixels of the picture that stands for the page where scripts do not run, and for which lines of
+        the width "auto" are meant. The page itself is as large as its window.
+    background : color or None
+        The colour behind the models; None is transparent, and shows what is behind the page.
+    device : Device, optional
+        The device that draws the picture for browsers without scripts.
+    **style
+        Keywords of `Layer`, as `render` takes them, but for `labels` and `colorbar`: a page has no texts. Positions are
+        kept to a millionth of the extent of their model.
+
+    Raises
+    ------
+    ArgumentError
+        An argument has an impossible value, or a page cannot show it: "path must end in .html or .htm, got 'a.png'",
+        "labels cannot go into a page".
+    ArgumentTypeError
+        An argument has a wrong type: "title must be a text, got int".
+    MeshError
+        A model has nothing to draw, or its file is malformed.
+    OSError
+        The operating system refuses to read a model or to write the file.
+    """
+    require_page_path(path)
+    find_target(path)
+    data = make_page(
+        models,
+        frames,
+        n_frames=n_frames,
+        duration=duration,
+        fps=fps,
+        title=title,
+        camera=camera,
+        size=size,
+        background=background,
+        device=device,
+        **style,
+    )
+    with atomic_write(path) as file:
+        file.write(data)
+
+
+def make_page(
+    models: Models,
+    frames: PosesLike | None = None,
+    *,
+    n_frames: int | None = None,
+    duration: float | None = None,
+    fps: float | None = None,
+    title: str | None = None,
+    camera: CameraLike | None = None,
+    size: Size = DEFAULT_SIZE,
+    background: ColorLike | None = "white",
+    device: Device | None = None,
+    **style: Unpack[Style],
+) -> bytes:
+    """Return the file that `save_page` writes; raises as that does."""
+    require_style(style)
+    if title is not None and not isinstance(title, str):
+        raise ArgumentTypeError.expecting("title", "be a text", type(title).__name__)
+    if frames is None and not (n_frames is None and duration is None and fps is None):
+        raise ArgumentError("n_frames, duration and fps go with frames")
+    color, (width, height) = parse_background(background), parse_size(size)
+    name = Path(models).stem if isinstance(models, PATH_TYPES) else ""
+    layers, moving = _make_frames(load_models(models), frames, n_frames, duration, fps, style)
+    frame = Frame(camera, (width, height), background, device)
+    page = _Page(title or name or layers[0].name or DEFAULT_TITLE, color, layers, moving, frame)
+    return page.encode()
+
+
+def require_page_path(path: StrPath) -> None:
+    """Raise `ArgumentError` for a path that does not end as a page does."""
+    if not isinstance(path, str | os.PathLike):
+        raise ArgumentTypeError.expecting("path", "be a path", type(path).__name__)
+    if Path(os.fspath(path)).suffix.lower() not in (".html", ".htm"):
+        raise ArgumentError.expecting("path", "end in .html or .htm", repr(str(path)))
+
+
+def _make_frames(
+    models: Models,
+    frames: PosesLike | None,
+    n_frames: int | None,
+    duration: float | None,
+    fps: float | None,
+    style: Style,
+) -> tuple[list[Layer], Frames]:
+    """Return the layers as they are at first, their models meshes in memory, and where they stand in each frame."""
+    if frames is None:
+        first = as_layers(models, style)
+        _require_showable(first, is_moving=False)
+        prepared = add_intersections(cut_sections([thin_layer(as_mesh_layer(layer)) for layer in first]))
+        return prepared, Frames([layer.world_from_model[np.newaxis] for layer in prepared], 1.0)
+    motion = make_motion(frames, fps, n_frames, duration)
+    first, worlds = [], []
+    for k in range(motion.n_frames):
+        posed = apply_pose(models, motion.pose_at(k), style)
+        if k == 0:
+            first = posed
+            _require_showable(first, is_moving=True)
+        elif [id(layer.model) for layer in posed] != [id(layer.model) for layer in first]:
+            raise ArgumentError.expecting(
+                "frames", "move the models by matrices in a page", f"other models at frame {k}"
+            )
+        worlds.append([layer.world_from_model for layer in posed])
+    layers = [thin_layer(as_mesh_layer(layer)) for layer in first]
+    return layers, Frames([np.stack(stack) for stack in zip(*worlds, strict=True)], motion.fps)
+
+
+def _require_showable(layers: Sequence[Layer], *, is_moving: bool) -> None:
+    """Raise `ArgumentError` for styles that a page does not show."""
+    for i, layer in enumerate(layers):
+        with prefix_errors(layer.name or f"models[{i}]"):
+            if layer.labels is not None:
+                raise ArgumentError("labels cannot go into a page, which has no texts", argument="labels")
+            if layer.colorbar is not False:
+                raise ArgumentError("colorbar cannot go into a page, which has no texts", argument="colorbar")
+            if layer.shading not in PAGE_SHADINGS:
+                names = " or ".join(map(repr, PAGE_SHADINGS))
+                raise ArgumentError.expecting("shading", f"be {names} in a page", repr(layer.shading))
+            parts = [] if layer.edges is None else list_edge_parts(layer.edges)
+            if is_moving and any(isinstance(part, str) and part == "intersection" for part in parts):
+                raise ArgumentError("edges='intersection' cannot go into a page with frames", argument="edges")
+            if is_moving and layer.section is not None:
+                raise ArgumentError("section cannot go into a page with frames", argument="section")
+
+
+@dataclass(frozen=True)
+class _Page:
+    """What a page is made of.
+
+    background : straight alpha
+    """
+
+    title: str
+    background: Rgba
+    layers: Sequence[Layer]
+    frames: Frames
+    frame: Frame
+
+    def encode(self) -> bytes:
+        """Return the file."""
+        picture, widths = self._draw()
+        store = ArrayStore()
+        described = describe_layers(self.layers, self.frames, widths, store)
+        scene = {**described, "camera": self._describe_camera(), "background": list(self.background)}
+        program = {**make_program(), "script": join_scripts()}
+        fields = {
+            "title": escape(self.title),
+            "background": _css_color(self.background),
+            "poster": encode_poster(picture),
+            "help": self._make_help(),
+            "program": encode_bytes(json.dumps(program, separators=(",", ":")).encode()),
+            "scene": store.encode(scene),
+        }
+        before, *parts = files(__package__).joinpath("page.html").read_text("utf-8").split("/* ")
+        return "".join(
+            [before, *(fields[name] + rest for name, rest in (part.split(" */", 1) for part in parts))]
+        ).encode()
+
+    def _draw(self) -> tuple[Pixels, list[float]]:
+        """Return the picture of the first frame, and the width of the lines of each layer in it."""
+        widths = [1.5 if is_auto(layer.line_width) else float(layer.line_width) for layer in self.layers]
+        if any(is_auto(layer.line_width) for layer in self.layers):
+            with prepare_frame(self.layers, self.frame, {}) as prepared:
+                for i, drawable in zip(prepared.draw_list.layer_indices, prepared.draw_list.drawables, strict=True):
+                    fitted = [lines.line_width for lines in drawable.lines if not lines.are_points]
+                    if is_auto(self.layers[i].line_width) and fitted and fitted[-1]:
+                        widths[i] = fitted[-1]
+        frame = self.frame
+        picture = render_array(
+            self.layers, camera=frame.camera, size=frame.size, background=frame.background, device=frame.device
+        )
+        return picture, widths
+
+    def _describe_camera(self) -> dict[str, object]:
+        width, height = self.frame.size
+        camera = self.frame.camera
+        if isinstance(camera, Camera):
+            return describe_camera(camera, {}, self.layers, self.frames, width / height)
+        return describe_camera(None, fit_options(camera), self.layers, self.frames, width / height)
+
+    def _make_help(self) -> str:
+        """Return the list of keys: rows that are buttons, for those who have no keyboard."""
+        keys = [row for row in KEYS if row[0] not in _LEFT_OUT] + list(_OWN_KEYS)
+        keys += _PLAYER_KEYS if self.frames.n_frames > 1 else ()
+        rows = [f"<div><b>{escape(what)}</b><span>{escape(effect)}</span></div>" for what, effect in POINTER]
+        for names, effect in keys:
+            first = names.split(",")[0]
+            key = {"Space": " "}.get(first, first.lower() if len(first) == 1 else first)
+            rows.append(f'<button data-key="{key}"><b>{escape(names)}</b><span>{escape(effect)}</span></button>')
+        return "\n".join(rows) + "\n"
+
+
+def _css_color(color: Rgba) -> str:
+    red, green, blue, alpha = color
+    return f"rgb({255 * red:g} {255 * green:g} {255 * blue:g} / {alpha:g})"

@@ -1,0 +1,161 @@
+"""The program of a page: its scripts, the WGSL stages that they run, and the numbers that both languages share."""
+
+import functools
+import json
+import re
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+
+from ..drawing import (
+    build_draw_list,
+    camera,
+    dash_chains,
+    dash_patterns,
+    enums,
+    shading,
+)
+from ..geometry import chains
+from ..gpu import layouts
+from ..gpu.wgsl import IMPORT, REAL, Sources, installed_sources
+from ..imaging.colors import COLOR_CYCLE, to_rgba
+from ..raster import dashes, line_batches, line_stage, rasterizer, tiles, triangles
+from ..viewer import controls, key_bindings, orbit, style_overrides
+
+SCRIPTS = (
+    *(
+        "matrices",
+        "arrays",
+        "wgsl",
+        "camera",
+        "mesh",
+        "style",
+        "draw_list",
+        "gpu",
+        "flat",
+        "controls",
+        "player",
+        "page",
+    ),
+)
+STAGES = (
+    *("vertex_transform", "measure_chains", "depth_small_triangles", "depth_large_triangles", "composite_triangles"),
+    *("accumulate_lines", "composite_lines", "composite_colored_lines"),
+    *("rasterize_aliased_lines", "composite_aliased_lines"),
+)
+NUMBER_TYPE = "f32"
+_LAYOUTS = ("TILE", "LINE_STYLE", "FACES", "VERTEX_TRANSFORM")
+_SHARED: tuple[tuple[Any, tuple[str, ...]], ...] = (
+    (build_draw_list, ("CLOUD_POINT_SIZE_PX",)),
+    (camera, ("DEFAULT_FOV_Y", "DEFAULT_MARGIN", "FAR_FRACTION", "NEAR_FRACTION")),
+    (chains, ("MAX_TURN_DEGREES",)),
+    (
+        controls,
+        ("RADIANS_PER_HEIGHT", "ROTATION_KEYS", "SIDE_KEYS", "UNITS_PER_NOTCH", "MAX_NOTCHES", "ZOOM_PER_NOTCH"),
+    ),
+    (dash_chains, ("CHAIN_IS_FIRST", "CHAIN_IS_REVERSED")),
+    (dash_patterns, ("HIDDEN_DASHES", "MAX_DASHES", "MIN_HIDDEN_DASH_WIDTH_PX")),
+    (dashes, ("EDGES_PER_SECTION",)),
+    (enums, ("HIDDEN_FADE_ALPHA", "HIDDEN_STYLES")),
+    (
+        line_batches,
+        (
+            *("BUSY_INVOCATIONS", "MAX_PIXELS_PER_INVOCATION", "MIN_COLUMNS_PER_INVOCATION", "MIN_EDGE_BITS"),
+            *("MIN_SIMPLE_DASH_PX", "NO_DASH_PX"),
+        ),
+    ),
+    (
+        line_stage,
+        ("ABSORBANCE_STEPS_PER_E", "MAX_EDGES_FOR_DEEP_K_BUFFER", "MAX_NARROW_WIDTH_PX", "MIN_TRANSMITTANCE"),
+    ),
+    (orbit, ("DIRECTION_EPSILON", "MAX_DISTANCE_RADII", "MIN_DISTANCE_RADII", "SIDES")),
+    (rasterizer, ("MAX_DEPTH_MARGIN_PX",)),
+    (shading, ("AMBIENT",)),
+    (style_overrides, ("EDGE_CYCLE",)),
+    (tiles, ("TILE_SIDE_PX",)),
+    (triangles, ("MAX_FEW_TRIANGLES", "PIXELS_PER_FLAT")),
+)
+_TYPES = {"f": "Float32", "i": "Int32", "u": "Uint32"}
+_JS_IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
+_JS_COMMENT = re.compile(r"^\s*//.*\n|\s+// .*$", re.MULTILINE)
+_MARGIN = re.compile(r"^[ \t]+|\n(?=\n)", re.MULTILINE)
+
+
+@functools.cache
+def make_program() -> dict[str, Any]:
+    """Return what a page runs beside its scripts, for JSON: WGSL by file, stages, layouts of structs, and constants."""
+    sources = installed_sources()
+    wgsl = {name: _strip_wgsl(text) for name, text in collect_wgsl(sources).items()}
+    stages = {
+        name: {"file": sources.stages[name].file, "entry_points": dict(sources.stages[name].entry_points)}
+        for name in STAGES
+    }
+    structs = {name: describe_layout(getattr(layouts, name)) for name in _LAYOUTS}
+    return {"files": wgsl, "stages": stages, "layouts": structs, "constants": collect_constants()}
+
+
+def collect_wgsl(sources: Sources) -> dict[str, str]:
+    """Return the texts of the stages' files and of all that they import, by path."""
+    texts: dict[str, str] = {}
+
+    def add(file: str) -> None:
+        if file in texts:
+            return
+        texts[file] = (sources.folder / file).read_text("utf-8")
+        for line in texts[file].splitlines():
+            found = IMPORT.fullmatch(line)
+            if found:
+                name = f"{REAL}_{NUMBER_TYPE}" if found[1] == REAL else found[1]
+                add(f"shared/{name}.wgsl")
+
+    for stage in STAGES:
+        add(sources.stages[stage].file)
+    return texts
+
+
+def describe_layout(dtype: np.dtype[Any]) -> dict[str, Any]:
+    """Return the size of a struct in bytes, and the offset and type of each field."""
+    fields = {}
+    for name, (kind, offset, *_) in (dtype.fields or {}).items():
+        if kind.fields:
+            fields[name] = {"offset": offset, **describe_layout(kind)}
+        else:
+            fields[name] = {"offset": offset, "type": _TYPES[kind.base.kind]}
+    return {"size": dtype.itemsize, "fields": fields}
+
+
+def collect_constants() -> dict[str, Any]:
+    """Return the numbers and names that the scripts have from Python, so that neither can be changed alone."""
+    constants = {name: getattr(module, name) for module, names in _SHARED for name in names}
+    named = {"LIGHT": style_overrides.LIGHT, "DARK": style_overrides.DARK}
+    constants |= {name: {"name": color, "color": to_rgba(color, name)} for name, color in named.items()}
+    constants["DEFAULT_FILL"] = to_rgba(style_overrides.DEFAULT_FILL, "fill")
+    constants["COLOR_CYCLE"] = [to_rgba(color, "color") for color in COLOR_CYCLE]
+    constants["HELP"] = key_bindings.HELP
+    plain: dict[str, Any] = json.loads(json.dumps(constants, default=_as_plain))
+    return plain
+
+
+def _as_plain(value: Any) -> Any:
+    return value.tolist() if isinstance(value, np.ndarray | np.generic) else list(value)
+
+
+@functools.cache
+def join_scripts() -> str:
+    """Return the modules of `js/` as one, without imports, comments and indentation."""
+    return "\n".join(_strip_script(read_script(name)) for name in SCRIPTS)
+
+
+def read_script(name: str) -> str:
+    """Return the text of a module of `js/`."""
+    return (files(__package__) / "js" / f"{name}.js").read_text("utf-8")
+
+
+def _strip_script(text: str) -> str:
+    plain = re.sub(r"^export ", "", _JS_IMPORT.sub("", text), flags=re.MULTILINE)
+    return _MARGIN.sub("", _JS_COMMENT.sub("\n", plain))
+
+
+def _strip_wgsl(text: str) -> str:
+    return _MARGIN.sub("", re.sub(r"\s*//.*", "", text)).strip("\n") + "\n"

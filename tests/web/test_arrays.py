@@ -1,0 +1,61 @@
+"""Arrays as pages hold them come back as they were, through the layout that `js/arrays.js` reads."""
+
+import json
+import struct
+import zlib
+from base64 import b64decode
+from typing import Any
+
+import hypothesis.extra.numpy as hnp
+import numpy as np
+import numpy.typing as npt
+from hypothesis import given
+
+from gpu_xform.web.arrays import ArrayStore
+
+
+def decode(text: str) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
+    """Return the JSON and the arrays of a page's text, read one byte after the other as the script does."""
+    content = zlib.decompress(b64decode(text))
+    (n_head,) = struct.unpack("<I", content[:4])
+    head: dict[str, Any] = json.loads(content[4 : 4 + n_head])
+    offset, arrays = 4 + n_head, []
+    for layout in head["arrays"]:
+        n, columns, n_bytes = layout["n"], layout["columns"], layout["bytes"]
+        planes = np.frombuffer(content, np.uint8, n * columns * n_bytes, offset).reshape(n_bytes, columns, n)
+        offset += planes.size
+        if layout.get("isFloat"):
+            arrays.append(np.ascontiguousarray(planes.transpose(2, 1, 0)).view("<f8")[..., 0])
+            continue
+        words = sum(planes[i].astype(np.uint64) << (8 * i) for i in range(n_bytes)).astype(np.uint32)
+        if layout["isDelta"]:
+            steps = (words >> np.uint32(1)) ^ np.where(words & np.uint32(1), np.uint32(0xFFFFFFFF), np.uint32(0))
+            words = np.cumsum(steps, axis=1, dtype=np.uint32)
+        arrays.append(words.T)
+    assert offset == len(content)
+    return head, arrays
+
+
+@given(hnp.arrays(np.uint32, hnp.array_shapes(min_dims=2, max_dims=2, min_side=0, max_side=9)))
+def test_integers_come_back(values: npt.NDArray[np.uint32]) -> None:
+    store = ArrayStore()
+    number = store.add_integers(values)
+    head, arrays = decode(store.encode({"size": [3, 4]}))
+    assert head["size"] == [3, 4]
+    assert np.array_equal(arrays[number], values)
+
+
+@given(hnp.arrays(np.float64, hnp.array_shapes(min_dims=2, max_dims=2, max_side=9)))
+def test_floats_come_back_bit_by_bit(values: npt.NDArray[np.float64]) -> None:
+    store = ArrayStore()
+    store.add_integers(np.arange(5))
+    number = store.add_floats(values)
+    _, arrays = decode(store.encode({}))
+    assert arrays[number].tobytes() == values.tobytes()
+
+
+def test_negative_numbers_keep_their_bits() -> None:
+    store = ArrayStore()
+    store.add_integers(np.array([[-3, 7], [2, -(1 << 19)]]))
+    _, (found,) = decode(store.encode({}))
+    assert found.view(np.int32).tolist() == [[-3, 7], [2, -(1 << 19)]]
