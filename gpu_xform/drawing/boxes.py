@@ -19,7 +19,12 @@ def box_in_world(points: Float64Array, world_from_model: Float64Array) -> Float6
     """Return the corners (c, 3) of the box around `points` (n, 3) of each of the instances (k, 4, 4)."""
     if len(points) == 0:
         return np.empty((0, 3))
-    corners = box_corners(np.stack([points.min(axis=0), points.max(axis=0)]))
+    return corners_in_world(np.stack([points.min(axis=0), points.max(axis=0)]), world_from_model)
+
+
+def corners_in_world(bounds: Float64Array, world_from_model: Float64Array) -> Float64Array:
+    """Return the corners (8 * k, 3) of the box between `bounds` (2, 3) of each of the instances (k, 4, 4)."""
+    corners = box_corners(bounds)
     return np.concatenate([world_positions(corners, matrix) for matrix in world_from_model])
 
 

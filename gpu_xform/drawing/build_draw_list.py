@@ -86,6 +86,8 @@ def build_draw_list(
 def normalize_w(matrices: Float64Array) -> Float64Array:
     """Return matrices (k, 4, 4), affine ones with a 1 in the last place: homogeneous matrices stay the same map."""
     last = matrices[:, 3:, 3:]
+    if (last == 1.0).all():
+        return matrices
     is_affine = (matrices[:, 3:, :3] == 0.0).all(axis=2, keepdims=True) & (last > 0.0)
     return matrices / np.where(is_affine, last, 1.0)
 
@@ -197,13 +199,11 @@ class _LayerBuilder:
         is_seen = self._is_seen(colors)
         if n_edges and is_seen:
             find_rows = edge_source.color_rows
-            chains = self._chains(edge_source) if any(stroke.dash_px for stroke, _ in strokes) else None
+            if any(stroke.dash_px for stroke, _ in strokes):
+                chains = self._chains(edge_source)
+                strokes = [(replace(stroke, chains=chains), own_colors) for stroke, own_colors in strokes]
             lines = tuple(
-                self._colored(
-                    replace(stroke, chains=chains),
-                    own_colors or colors,
-                    lambda: find_rows and find_rows(edge_source.find()),
-                )
+                self._colored(stroke, own_colors or colors, lambda: find_rows and find_rows(edge_source.find()))
                 for stroke, own_colors in strokes
             )
         dots: tuple[Lines, ...] = ()
@@ -379,7 +379,7 @@ class _LayerBuilder:
         width = style.line_width or 1.0
         dash_px = scale_dashes(as_dash_pattern(layer.dash, "dash"), width)
         if style.hidden is not Hidden.DASH and hidden_style is None:
-            return [(replace(style, dash_px=dash_px), None)]
+            return [(replace(style, dash_px=dash_px) if dash_px else style, None)]
         if hidden_style is None and not dash_px:
             return [(replace(style, dash_px=hidden_dashes(width)), None)]
         own = hidden_style or {}
@@ -429,12 +429,14 @@ class _LayerBuilder:
 
     def _colored(self, style: Lines, colors: LineColors, find_rows: Callable[[], IndexArray | None]) -> Lines:
         """Return `style` in `colors`; `find_rows` returns the row of each edge, or None if they are in order."""
+        if colors.mode is ColorMode.UNIFORM:
+            return replace(style, color=colors.uniform)
 
         def per_edge_or_vertex() -> npt.NDArray[np.uint32]:
             rows = find_rows() if colors.mode is ColorMode.PER_EDGE else None
             return colors.packed if rows is None else colors.packed[rows]
 
-        buffer = None if colors.mode is ColorMode.UNIFORM else self._on_device(colors.key, per_edge_or_vertex)
+        buffer = self._on_device(colors.key, per_edge_or_vertex)
         return replace(
             style,
             color=colors.uniform,

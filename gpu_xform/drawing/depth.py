@@ -67,13 +67,12 @@ def eye(clip_from_points: Float64Array) -> Float64Array:
 
 def depth_slope_per_pixel(clip_from_world: Float64Array, width: int) -> tuple[float, float]:
     """Return (a, b): over the width of a pixel, along the view, the reversed-Z depth d changes by a * d + b."""
-    x, y, depth, w = clip_from_world
-    largest = float(np.abs(x[:3]).max())
-    if largest == 0.0:
+    x, y, depth, w = clip_from_world[:, :3]
+    pixels_per_unit = math.hypot(*x.tolist()) * width / 2.0  # at w = 1
+    if pixels_per_unit == 0.0:
         return 0.0, 0.0
-    pixels_per_unit = largest * float(np.linalg.norm(x[:3] / largest)) * width / 2.0  # at w = 1
-    forward = _cross(x[:3], y[:3])
-    w_rate, depth_rate = float(forward @ w[:3]), float(forward @ depth[:3])
+    forward = _cross(x, y)
+    w_rate, depth_rate = float(forward @ w), float(forward @ depth)
     if w_rate == 0.0:
         return 0.0, abs(depth_rate) / pixels_per_unit
     # d = c / w + e, where e is its limit far away: d' = -w' (d - e) / w, over a width of w / pixels_per_unit.
@@ -112,6 +111,12 @@ def depth_cue_loss(depth_cue: DepthCue, corners: Float64Array) -> Float64Array:
 
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
     """Return the direction (3,) of the cross product, of length 1 however long `a` and `b` are; zero if that is."""
-    (a0, a1, a2), (b0, b1, b2) = (a / (np.abs(a).max() or 1.0)).tolist(), (b / (np.abs(b).max() or 1.0)).tolist()
+    (a0, a1, a2), (b0, b1, b2) = _scaled_to_one(a.tolist()), _scaled_to_one(b.tolist())
     product = (a1 * b2 - a2 * b1, a2 * b0 - a0 * b2, a0 * b1 - a1 * b0)
     return np.array(product) / (math.hypot(*product) or 1.0)
+
+
+def _scaled_to_one(vector: list[float]) -> list[float]:
+    """Return a vector over its largest component; plain numbers, as NumPy takes longer to begin than to do this."""
+    largest = max(map(abs, vector)) or 1.0
+    return [component / largest for component in vector]

@@ -29,7 +29,7 @@ from ..geometry.triangulation import triangulate
 from ..gpu.device import GpuDevice
 from ..gpu.device_points import DevicePoints, pad_points
 from ..gpu.layouts import CANDIDATE
-from .boxes import box_corners, box_in_world, world_positions
+from .boxes import box_corners, box_in_world, corners_in_world, world_positions
 from .layer import Layer, at_present
 from .layer_colors import colors_by_face
 from .point_array import PointArray
@@ -234,7 +234,7 @@ class MeshSource:
 
     def box_corners(self, world_from_model: Float64Array) -> Float64Array:
         """Return the corners of the box of each instance."""
-        return box_in_world(self._bounds, world_from_model)
+        return corners_in_world(self._bounds, world_from_model)
 
     def on_device(self, device: GpuDevice) -> tuple[DevicePoints, Float64Array]:
         """Return the points in single precision, moved and scaled so that those that are shown lie in [-1, 1]^3.
@@ -248,7 +248,7 @@ class MeshSource:
     @property
     def model_from_points(self) -> Float64Array:
         """The (4, 4) matrix from the points on a device to the model's frame."""
-        center, half_size = self._unit_cube()
+        center, half_size = self._unit_cube
         model_from_unit = np.diag([half_size, half_size, half_size, 1.0])
         model_from_unit[:3, 3] = center
         return model_from_unit
@@ -256,7 +256,7 @@ class MeshSource:
     @property
     def bounding_points(self) -> Float64Array:
         """Points (p, 3), in the frame of those on a device, whose convex hull holds all that are shown."""
-        center, half_size = self._unit_cube()
+        center, half_size = self._unit_cube
         bounding = self._shown if len(self._shown) <= MAX_BOUNDING_POINTS else box_corners(self._bounds)
         inside: Float64Array = (bounding - center) / half_size
         return inside
@@ -267,7 +267,7 @@ class MeshSource:
         mesh = self.mesh
 
         def sample() -> Float64Array:
-            center, half_size = self._unit_cube()
+            center, half_size = self._unit_cube
             step = -(-len(mesh.edges) // MAX_SAMPLED_EDGES) or 1
             ends: Float64Array = (mesh.positions[mesh.edges[::step]] - center) / half_size
             return ends
@@ -281,19 +281,21 @@ class MeshSource:
             return self.mesh.bounds
         return np.stack([self._shown.min(axis=0), self._shown.max(axis=0)])
 
+    @cached_property
     def _unit_cube(self) -> tuple[Float64Array, float]:
+        """The centre and half the size of the cube around the points that are shown."""
         center = 0.5 * self._bounds[0] + 0.5 * self._bounds[1]
         return center, float((self._bounds[1] - center).max()) or 1.0
 
     @property
     def _frame(self) -> tuple[float, ...]:
         """What tells the frames of points on a device apart: layers may show different points of one mesh."""
-        center, half_size = self._unit_cube()
+        center, half_size = self._unit_cube
         return *center.tolist(), half_size
 
     def in_unit_cube(self, rows: IndexArray | slice = slice(None)) -> Float64Array:
         """Return the points, or some of them, in the frame of those on a device."""
-        center, half_size = self._unit_cube()
+        center, half_size = self._unit_cube
         with np.errstate(over="ignore"):  # of points that are not shown
             scaled: Float64Array = (self.mesh.positions[rows] - center) / half_size
         return scaled

@@ -72,6 +72,13 @@ class Buffer:
             else:
                 self.context.handle.queue.write_buffer(self.handle, 0, array)
 
+    def upload_changed(self, array: npt.NDArray[Any]) -> None:
+        """Copy `array` (C-ordered) to the buffer's start, unless it is small and there already, as in an animation."""
+        content = array.tobytes() if array.nbytes <= MAX_QUEUED_BYTES else None
+        if content is None or content != self.content_key:
+            self.upload(array)
+            self.content_key = content
+
     @contextlib.contextmanager
     def map_write(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the first `n_bytes` (a multiple of 4) as an array to fill, valid inside the block only.
@@ -218,11 +225,9 @@ class Buffer:
         context.require_usable()
         if self.context is not context:
             raise DeviceError(f"the buffer {self.label!r} of {self.context!r} cannot be used on {context!r}")
-        is_at_rest = self.is_at_rest()
-        if self._released:
-            raise DeviceError(f"the buffer {self.label!r} has been released")
-        if not is_at_rest:
-            raise DeviceError(f"the buffer {self.label!r} is mapped by the host: finish reading it first")
+        if not self.is_at_rest():
+            state = "has been released" if self._released else "is mapped by the host: finish reading it first"
+            raise DeviceError(f"the buffer {self.label!r} {state}")
 
     def release(self) -> None:
         """Give the memory back; releasing twice does nothing."""

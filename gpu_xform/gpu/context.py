@@ -173,9 +173,10 @@ class CommandEncoder:
 
         wgpu aborts the process if a submission is not valid: what could make it so is checked here.
         """
-        for buffer in self._used:
+        used = dict.fromkeys(self._used)  # each once
+        for buffer in used:
             buffer.require_submittable(self.context)
-        with self.context.translate_errors("record the commands", self._label, *[each.label for each in self._used]):
+        with self.context.translate_errors("record the commands", self._label, *[each.label for each in used]):
             commands = self.handle.finish()
         self.context.handle.queue.submit([commands])
         self.context.n_submissions += 1

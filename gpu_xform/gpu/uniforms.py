@@ -27,8 +27,5 @@ def upload(device: GpuDevice, owner: str, key: str, structs: Sequence[npt.NDArra
     for slot, struct in zip(slots, structs, strict=True):
         slot[: struct.nbytes] = as_bytes(struct)
     buffer = device.pool.scratch(owner, key, slots.nbytes, UNIFORM)
-    content = slots.tobytes()
-    if buffer.content_key != content:
-        buffer.upload(slots)
-        buffer.content_key = content
+    buffer.upload_changed(slots)
     return [Binding(buffer, i * spacing, struct.nbytes) for i, struct in enumerate(structs)]

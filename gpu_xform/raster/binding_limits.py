@@ -17,5 +17,8 @@ def split_to_binding_limits(device: GpuDevice, drawable: Drawable) -> Iterator[D
     instance_bytes = max(align_points(drawable.points.n_points) * CLIP_POSITION_BYTES, n_numbers * INDEX_BYTES)
     max_bytes = device.limits.max_bound_bytes - HEAD_BYTES
     max_instances = max(1, min(max_bytes // instance_bytes, device.limits.max_workgroups))
+    if len(drawable.clip_from_points) <= max_instances:
+        yield drawable
+        return
     for start in range(0, len(drawable.clip_from_points), max_instances):
         yield replace(drawable, clip_from_points=drawable.clip_from_points[start : start + max_instances])

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import accumulate
 from typing import TypeAlias
 
 import numpy as np
@@ -92,12 +93,11 @@ def make_line_style(batch: LineBatch) -> npt.NDArray[np.void]:
     struct["instance_stride"] = batch.projected.instance_stride
     struct["edge_bits"] = max(batch.n_instance_edges.bit_length(), MIN_EDGE_BITS)  # edges are counted from 1
     struct["log2_lanes"] = choose_log2_lanes(batch)
-    bounds = np.cumsum((0.0, *lines.dash_px))
+    bounds = [0.0, *accumulate(lines.dash_px)]
     struct["dash_period_px"] = bounds[-1] or 1.0
-    for name, places in (("dash_begins", bounds[:-1:2]), ("dash_ends", bounds[1::2])):
-        padded = np.full(2 * 4, NO_DASH_PX)
-        padded[: len(places)] = places
-        struct[name] = padded.reshape(2, 4)
+    struct["dash_begins"] = struct["dash_ends"] = NO_DASH_PX
+    struct["dash_begins"].reshape(-1)[: len(bounds) // 2] = bounds[:-1:2]
+    struct["dash_ends"].reshape(-1)[: len(bounds) // 2] = bounds[1::2]
     return struct
 
 

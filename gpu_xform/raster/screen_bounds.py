@@ -50,14 +50,16 @@ def _list_extents(draw_list: DrawList) -> Iterator[tuple[Float64Array | None, Fl
 
 
 def _bounding_pixels(points: Float64Array | None, matrices: Float64Array, size: tuple[int, int]) -> Float64Array | None:
-    """Return pixels (p, 2) between which all lies that some points bound; None if it may lie anywhere."""
+    """Return two pixels (2, 2) between which all lies that some points bound; None if it may lie anywhere."""
     if points is None:
         return None
     if len(matrices) > 1:
         points = box_corners(np.array([points.min(axis=0), points.max(axis=0)]))
     rows = matrices[:, [0, 1, 3]]
-    clip = np.einsum("kij,nj->kni", rows[:, :, :3], points) + rows[:, np.newaxis, :, 3]
-    w = clip[..., 2:]
-    if not w.min() > MIN_RELATIVE_W * np.abs(clip).max():
+    clip = rows[:, :, :3] @ points.T + rows[:, :, 3:]
+    w = clip[:, 2:]
+    if not w.min() > MIN_RELATIVE_W * max(clip.max(), -clip.min()):
         return None
-    return ndc_to_pixels(clip[..., :2] / w, size).reshape(-1, 2)
+    ndc = clip[:, :2] / w
+    bounds = np.stack([ndc.min(axis=(0, 2)), ndc.max(axis=(0, 2))])
+    return ndc_to_pixels(bounds, size)

@@ -47,7 +47,7 @@ class VertexStage:
             clip_positions = device.pool.scratch(POOL_OWNER, f"clip positions {number}", n_bytes)
             stack = layouts.pack_matrices(drawable.clip_from_points, drawable.points.dtype)
             matrices = device.pool.scratch(POOL_OWNER, f"clip from points {number}", stack.nbytes)
-            matrices.upload(stack)
+            matrices.upload_changed(stack)
             struct = np.array((stride // POINTS_PER_INVOCATION,), layouts.VERTEX_TRANSFORM)
             (uniform,) = uniforms.upload(device, POOL_OWNER, f"vertex transform {number}", [struct])
             self._bindings.append(

@@ -250,10 +250,7 @@ def _upload_coefficients(device: GpuDevice, job: ConvolutionJob, number: int) ->
     content = np.zeros(MAX_STENCIL_BYTES // job.dtype.itemsize, job.dtype)
     content[: padded.size] = padded.ravel()
     buffer = device.pool.scratch(POOL_OWNER, f"coefficients {number}", MAX_STENCIL_BYTES, UNIFORM)
-    key = content.tobytes()
-    if buffer.content_key != key:
-        buffer.upload(content)
-        buffer.content_key = key
+    buffer.upload_changed(content)
     return Binding(buffer, 0, MAX_STENCIL_BYTES)
 
 
