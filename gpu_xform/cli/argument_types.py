@@ -545,7 +545,7 @@ def parse_hidden(text: str) -> str:
 def parse_shading(text: str) -> str:
     """Parse how faces are lit."""
     if text not in SHADINGS:
-        raise ValueError(f"expected {' or '.join(SHADINGS)}, got {quote(text)}{did_you_mean(text, SHADINGS)}")
+        raise ValueError(f"expected {', '.join(SHADINGS)}, got {quote(text)}{did_you_mean(text, SHADINGS)}")
     return text
 
 

@@ -100,13 +100,14 @@ STYLE = (
         "COLOR",
         types.parse_fill,
         "colour of the faces: one, 'face' for a cycle of ten, 'file' for the model's own, 'shade' for grey with "
-        "--shading flat, or an .npy file with a row per face (default: no fill)",
+        "--shading flat or smooth, or an .npy file with a row per face (default: no fill)",
     ),
     ValueOption(
         "--shading",
         "HOW",
         types.parse_shading,
-        f"how a lamp at the eye lights the faces: {' or '.join(SHADINGS)} (default: none)",
+        f"how a lamp at the eye lights the faces: {', '.join(SHADINGS)}; smooth keeps edges sharp where faces turn by "
+        "more than --feature-angle (default: none)",
     ),
     ValueOption(
         "--color",

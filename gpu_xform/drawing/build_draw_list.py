@@ -33,7 +33,7 @@ from .lengths import to_pixels
 from .limits import max_batch_edges, max_points
 from .mesh_parts import split_by_points
 from .point_colors import Coloring
-from .shading import shade_faces
+from .shading import light_from_normals, pack_normals, shade_faces, triangle_normals
 from .silhouettes import extract_silhouette, find_silhouette
 
 CLOUD_POINT_SIZE_PX = 2.0  # of points that nothing joins
@@ -170,13 +170,13 @@ class _LayerBuilder:
         self._cut_faces: dict[int, tuple[npt.NDArray[Any], IndexArray]] = {}
 
     def fill_palette(self, clip_from_world: Float64Array) -> npt.NDArray[np.uint32]:
-        """Return the packed colours of the faces: one, or one per face, of each instance if they are shaded."""
+        """Return the packed colours of the faces: one, or one per face, of each instance if each face is shaded."""
         colors = fill_colors(self._layer, self._source.n_faces) * (1.0, 1.0, 1.0, self._layer.alpha)
-        if self._layer.shading == "none":
-            return pack_rgba8(colors)
         mesh = self._source.mesh
-        if mesh is None:
+        if self._layer.shading != "none" and mesh is None:
             raise ArgumentError.expecting("shading", "be 'none' for a model without faces", repr(self._layer.shading))
+        if self._layer.shading != "flat" or mesh is None:
+            return pack_rgba8(colors)
         shaded = [shade_faces(colors, mesh, matrix, clip_from_world) for matrix in self._layer.world_from_model]
         return pack_rgba8(np.concatenate(shaded))
 
@@ -211,11 +211,15 @@ class _LayerBuilder:
             dots = (self._dots(replace(style, line_width=point_size), colors),)
         faces = self._faces(first_color, depth_cue)
         drawables = []
-        if faces is not None and layer.shading != "none" and len(clip_from_points) > 1:
-            for i, matrix in enumerate(clip_from_points):  # each in a light of its own
-                lit = replace(faces, first_color=first_color + i * source.n_faces)
-                drawables.append(Drawable(points, matrix[None], lit, ()))
-            faces = None
+        if faces is not None and layer.shading != "none":
+            lit = self._lit_faces(faces, clip_from_world)
+            if len(lit) == 1:
+                [faces] = lit
+            else:
+                drawables += [
+                    Drawable(points, matrix[None], each, ()) for matrix, each in zip(clip_from_points, lit, strict=True)
+                ]
+                faces = None
         if candidates is None or not is_seen:
             return [*drawables, Drawable(points, clip_from_points, faces, lines + dots, source.sample_edges)]
         drawables.append(Drawable(points, clip_from_points, faces, lines, source.sample_edges))
@@ -225,6 +229,16 @@ class _LayerBuilder:
         if dots:
             drawables.append(Drawable(points, clip_from_points, None, dots))
         return drawables
+
+    def _lit_faces(self, faces: Faces, clip_from_world: Float64Array) -> list[Faces]:
+        """Return shaded faces for each instance: each is in a light of its own."""
+        if self._layer.shading == "flat":
+            n_instances, n_colors = len(self._layer.world_from_model), self._source.n_faces
+            return [replace(faces, first_color=faces.first_color + i * n_colors) for i in range(n_instances)]
+        return [
+            replace(faces, light_from_normals=light_from_normals(matrix, clip_from_world))
+            for matrix in self._layer.world_from_model
+        ]
 
     def _is_seen(self, colors: LineColors) -> bool:
         is_clear = colors.mode is ColorMode.UNIFORM and colors.uniform[3] == 0.0
@@ -260,7 +274,7 @@ class _LayerBuilder:
             self._on_device(None, lambda: np.empty(0, np.uint32)), len(edges), clip_from_points, depth_cue
         )
         colors = line_colors(layer, source.n_points, source.n_faces, edge_source.n_colors)
-        drawables = self._face_parts(source, clip_from_points, first_color, depth_cue)
+        drawables = self._face_parts(source, clip_from_points, clip_from_world, first_color, depth_cue)
         if not self._is_seen(colors):
             return drawables
         find_rows = edge_source.color_rows
@@ -324,16 +338,22 @@ class _LayerBuilder:
         return drawables
 
     def _face_parts(
-        self, source: MeshSource, clip_from_points: Float64Array, first_color: int, depth_cue: DepthCue
+        self,
+        source: MeshSource,
+        clip_from_points: Float64Array,
+        clip_from_world: Float64Array,
+        first_color: int,
+        depth_cue: DepthCue,
     ) -> list[Drawable]:
         """Return the faces as drawables, if any hides or is filled: of each instance by itself, if they are shaded."""
         layer = self._layer
         if hidden_mode(layer) is Hidden.SHOW and layer.fill is None:
             return []
         fill = None if layer.fill is None else fill_colors(layer, source.n_faces)
-        has_several = fill is not None and (len(fill) > 1 or layer.shading != "none")
+        has_several = fill is not None and (len(fill) > 1 or layer.shading == "flat")
         is_opaque = fill is not None and layer.alpha >= 1.0 and bool((fill[:, 3] >= 1.0).all())
         corners, face_of = source.triangles()
+        normals = self._packed_normals() if fill is not None and layer.shading == "smooth" else None
         instances = [clip_from_points] if layer.shading == "none" else [matrix[None] for matrix in clip_from_points]
         drawables = []
         for part in split_by_points(corners, source.n_points, max_points(self._device)):
@@ -342,10 +362,12 @@ class _LayerBuilder:
             indices = None if fill is None else self._on_device(None, lambda own=own: own)  # type: ignore[misc]
             points = self._some_points(source, part.points)
             self._cut_faces[triangles.id] = part.indices, face_of[part.rows]
-            for i, matrices in enumerate(instances):
-                first = first_color + i * source.n_faces
-                faces = Faces(triangles, len(part.indices), indices, first, depth_cue, is_opaque=is_opaque)
-                drawables.append(Drawable(points, matrices, faces, ()))
+            faces = Faces(triangles, len(part.indices), indices, first_color, depth_cue, is_opaque=is_opaque)
+            if normals is not None:
+                own = normals[part.rows]
+                faces = replace(faces, corner_normals=self._on_device(None, lambda own=own: own))  # type: ignore[misc]
+            lit = [faces] if layer.shading == "none" else self._lit_faces(faces, clip_from_world)
+            drawables += [Drawable(points, matrices, each, ()) for matrices, each in zip(instances, lit, strict=True)]
         return drawables
 
     def _some_points(self, source: MeshSource, rows: IndexArray) -> DevicePoints:
@@ -519,12 +541,31 @@ class _LayerBuilder:
         color_indices = None
         if layer.fill is not None:
             color_indices = self._on_device("one colour", lambda: np.zeros(1, np.uint32))
-            if len(fill_colors(layer, source.n_faces)) > 1 or layer.shading != "none":
+            if len(fill_colors(layer, source.n_faces)) > 1 or layer.shading == "flat":
                 color_indices = self._on_device("triangles' faces", lambda: source.triangles()[1].astype(np.uint32))
         is_opaque = layer.fill is not None and layer.alpha >= 1.0
         if is_opaque:
             is_opaque = bool((fill_colors(layer, source.n_faces)[:, 3] >= 1.0).all())
-        return Faces(triangles, n_triangles, color_indices, first_color, depth_cue, is_opaque=is_opaque)
+        normals = None
+        if layer.fill is not None and layer.shading == "smooth" and source.mesh is not None:
+            key = ("corner normals", layer.feature_angle) if source.mesh is source.owner else None
+            normals = self._on_device(key, self._packed_normals)
+        return Faces(
+            triangles,
+            n_triangles,
+            color_indices,
+            first_color,
+            depth_cue,
+            is_opaque=is_opaque,
+            corner_normals=normals,
+        )
+
+    def _packed_normals(self) -> npt.NDArray[np.uint32]:
+        """Return the normals at the corners of the triangles: (t, 3)."""
+        source = self._source
+        if source.mesh is None:
+            return np.empty((0, 3), np.uint32)
+        return pack_normals(triangle_normals(source.mesh, *source.triangles(), self._layer.feature_angle))
 
     def _on_device(self, key: Hashable | None, array: Callable[[], npt.NDArray[Any]]) -> Buffer:
         """Return the array on the device: kept from picture to picture if it has a key, else for this picture."""

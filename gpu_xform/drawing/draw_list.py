@@ -27,6 +27,9 @@ class Faces:
     color_indices : (n_triangles,) or (1,) uint32, the index of each triangle's colour in the palette of the draw list,
         counted from `first_color`; None for triangles that only hide
     is_opaque : all are filled, with opaque colours
+    corner_normals : (n_triangles, 3) uint32, as `pack_normals` packs them, in the model's frame; None unless shading is
+        smooth
+    light_from_normals : (3, 3), from these to a frame whose third axis is towards the eye
     """
 
     triangles: Buffer
@@ -35,6 +38,8 @@ class Faces:
     first_color: int = 0
     depth_cue: DepthCue = NO_DEPTH_CUE
     is_opaque: bool = False
+    corner_normals: Buffer | None = None
+    light_from_normals: npt.NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ HiddenStyle: TypeAlias = Literal["show", "remove", "dash", "fade"]
 HIDDEN_STYLES: tuple[HiddenStyle, ...] = get_args(HiddenStyle)
 
 
-Shading: TypeAlias = Literal["none", "flat"]
+Shading: TypeAlias = Literal["none", "flat", "smooth"]
 SHADE = "shade"  # a fill, which is shaded
 SHADINGS: tuple[Shading, ...] = get_args(Shading)
 

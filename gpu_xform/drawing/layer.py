@@ -97,7 +97,7 @@ class Layer(Pictured):
         penetrate one another: other layers, other instances, or parts of the model that no edge connects; an array
         holds indices of points. By default all edges of a mesh, and none of a `PointBuffer`.
     feature_angle : float
-        The least angle between two faces at a sharp edge, in degrees.
+        The least angle between two faces at a sharp edge, in degrees: of lines, and of `shading="smooth"`.
     hidden : "show", "remove", "dash" or "fade", optional
         What is done with edges behind faces, of this model or another. Dashes run on from edge to edge where the line
         turns by at most 50 degrees. The default is "show", or "remove" if `fill` is given. The faces of a layer hide
@@ -145,10 +145,15 @@ class Layer(Pictured):
         to their distance.
     fill : color, "face", (f, 3) or (f, 4) numbers, or f colors, optional
         The colour that faces are filled with; "face" takes the cycle of ten, and "file" the colours of the model as
-        `color` does; "shade" is a light grey with `shading="flat"`. By default faces are not filled.
-    shading : "none" or "flat"
+        `color` does; "shade" is a light grey with `shading="flat"`, or "smooth" if that is given. By default faces are
+        not filled.
+    shading : "none", "flat" or "smooth"
         "flat" darkens each face that is filled the more, the more it turns away from a lamp at the eye: its colour
-        times 0.3 + 0.7 |n · l|, with the normal n of the face and the direction l against that of the view.
+        times 0.3 + 0.7 |n · l|, with the normal n of the face and the direction l against that of the view. "smooth"
+        takes normals at the corners, and what lies between them within the face: the attribute "normal" of the model
+        where it has one, else the mean of the faces about a point that turn by at most `feature_angle` from one to the
+        next, so that the edges of `edges="feature"` stay sharp. In SVG and PDF, the colour changes linearly across
+        parts of faces so small that this shows the same.
     point_size : float or str, optional
         The diameter in pixels, or with a unit, of a dot at each point. By default there are no dots, but dots of 2
         pixels for models that have points alone.
@@ -243,11 +248,12 @@ class Layer(Pictured):
             raise ArgumentError.expecting("hidden", f"be one of {names}", f"{self.hidden!r}{hint}")
         shading: object = self.shading
         if not (isinstance(shading, str) and shading in SHADINGS):
-            names = " or ".join(map(repr, SHADINGS))
-            raise ArgumentError.expecting("shading", f"be {names}", repr(shading))
+            names = ", ".join(map(repr, SHADINGS))
+            hint = did_you_mean(shading, SHADINGS) if isinstance(shading, str) else ""
+            raise ArgumentError.expecting("shading", f"be one of {names}", f"{shading!r}{hint}")
         if isinstance(self.fill, str) and self.fill == SHADE:
             object.__setattr__(self, "fill", SHADED_FILL)
-            object.__setattr__(self, "shading", "flat")
+            object.__setattr__(self, "shading", "flat" if self.shading == "none" else self.shading)
         if not isinstance(self.antialias, bool | np.bool_):
             raise ArgumentTypeError.expecting("antialias", "be True or False", repr(self.antialias))
         object.__setattr__(self, "feature_angle", as_crease_angle(self.feature_angle, "feature_angle"))

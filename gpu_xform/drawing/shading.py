@@ -1,10 +1,13 @@
 """Shading: faces as bright as a lamp at the eye makes them, by Lambert's law."""
 
 import weakref
+from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
+from ..geometry.corner_normals import find_corner_normals
 from ..geometry.edges import compute_plane_normals, find_edge_faces
 from ..geometry.mesh import Mesh
 from .depth import eye
@@ -27,7 +30,7 @@ def shade_faces(
     against the camera's direction of view, both in the world: Lambert, "Photometria", 1760. Both sides of a face are
     lit, since files wind their faces either way.
     """
-    lit = AMBIENT + (1.0 - AMBIENT) * np.abs(_cosines(mesh, world_from_model, _towards_eye(clip_from_world)))
+    lit = lit_share(np.abs(_cosines(mesh, world_from_model, _towards_eye(clip_from_world))))
     shaded = np.empty((mesh.n_faces, 4))
     shaded[:, :3] = colors[:, :3] * lit[:, np.newaxis]
     shaded[:, 3] = colors[:, 3]
@@ -36,14 +39,61 @@ def shade_faces(
 
 def _cosines(mesh: Mesh, world_from_model: Float64Array, towards_eye: Float64Array) -> Float64Array:
     """Return n · l for each face (f,), 0 for one without a normal."""
-    # Normals go to the world by the inverse transpose, of which the cofactors are a multiple; they exist for a matrix
-    # that flattens the model too.
-    columns = world_from_model[:3, :3].T
-    cofactors = np.stack([np.cross(columns[1], columns[2]), np.cross(columns[2], columns[0]), np.cross(*columns[:2])])
-    normals = _face_normals(mesh) @ cofactors
+    normals = _face_normals(mesh) @ _cofactors(world_from_model)
     lengths = np.sqrt(np.einsum("ij,ij->i", normals, normals))
     result: Float64Array = normals @ towards_eye / np.where(lengths > 0.0, lengths, 1.0)
     return result
+
+
+def lit_share(light: Float64Array) -> Float64Array:
+    """Return what is left of a colour where `light` is |n · l|."""
+    return AMBIENT + (1.0 - AMBIENT) * light
+
+
+def light_from_normals(world_from_model: Float64Array, clip_from_world: Float64Array) -> Float64Array:
+    """Return the matrix (3, 3) from normals of a model to a frame whose third axis is l of `shade_faces`."""
+    towards_eye = _towards_eye(clip_from_world)
+    aside = np.cross(towards_eye, np.eye(3)[np.abs(towards_eye).argmin()])
+    aside /= np.linalg.norm(aside) or 1.0
+    matrix: Float64Array = np.stack([aside, np.cross(towards_eye, aside), towards_eye]) @ _cofactors(world_from_model).T
+    return matrix / (np.abs(matrix).max() or 1.0)
+
+
+def triangle_normals(mesh: Mesh, triangles: IndexArray, faces: IndexArray, crease_angle: float) -> Float64Array:
+    """Return the unit normals at the corners of triangles: (t, 3, 3), as `find_corner_normals` has them.
+
+    triangles : (t, 3) points, of the mesh's faces (t,)
+    """
+    normals = find_corner_normals(mesh, crease_angle)
+    if len(mesh.indices) == triangles.size:  # all faces are triangles
+        return normals.reshape(-1, 3, 3)
+    sizes = np.diff(mesh.offsets)
+    keys = np.repeat(np.arange(mesh.n_faces), sizes) * mesh.n_points + mesh.indices
+    order = np.argsort(keys, kind="stable")
+    corners = order[np.searchsorted(keys[order], faces[:, np.newaxis] * mesh.n_points + triangles)]
+    at_corners: Float64Array = normals[corners]
+    return at_corners
+
+
+def pack_normals(normals: Float64Array) -> npt.NDArray[np.uint32]:
+    """Return unit vectors (..., 3) as numbers (...,) of 32 bits, which wgsl/shared/octahedral.wgsl unpacks."""
+    with np.errstate(invalid="ignore"):
+        x, y, z = np.moveaxis(normals / np.abs(normals).sum(axis=-1, keepdims=True), -1, 0)
+    fold = np.maximum(-z, 0.0)
+    square: npt.NDArray[Any] = np.stack([x + np.where(x >= 0.0, fold, -fold), y + np.where(y >= 0.0, fold, -fold)], -1)
+    halves = np.rint(np.nan_to_num(square) * 32767.0).astype(np.int16)
+    packed: npt.NDArray[np.uint32] = halves.view(np.uint32)[..., 0]
+    return packed
+
+
+def _cofactors(world_from_model: Float64Array) -> Float64Array:
+    """Return the matrix (3, 3) that rows of normals are multiplied by to take them to the world.
+
+    Normals go there by the inverse transpose, of which the cofactors are a multiple; they exist for a matrix that
+    flattens the model too.
+    """
+    columns = world_from_model[:3, :3].T
+    return np.stack([np.cross(columns[1], columns[2]), np.cross(columns[2], columns[0]), np.cross(*columns[:2])])
 
 
 def _face_normals(mesh: Mesh) -> Float64Array:

@@ -204,14 +204,22 @@ def _find_feature_edges(mesh: Mesh, found: EdgeFaces, angle_degrees: float) -> I
     two = np.flatnonzero(found.n_faces == 2)
     normals = compute_plane_normals(mesh, lambda: found)
     one, other = normals[found.faces[two, 0]], normals[found.faces[two, 1]]
-    apart, together = _compute_lengths(one - other), _compute_lengths(one + other)
-    apart, together = np.where(found.inconsistent_winding[two], (together, apart), (apart, together))
-    # Kahan's formula: exact at 90 degrees, and accurate near 0 and 180, where an arc cosine loses half the digits.
-    angle = np.degrees(2.0 * np.arctan2(apart, together))
+    angle = measure_turns(one, other, found.inconsistent_winding[two])
     has_area = (normals != 0.0).any(axis=1)[found.faces[two]].all(axis=1)
     is_feature[two] |= has_area & (angle > angle_degrees)
     edges: IndexArray = found.edges[is_feature & is_drawable(mesh, found)]
     return edges
+
+
+def measure_turns(one: Float64Array, other: Float64Array, is_reversed: BoolArray) -> Float64Array:
+    """Return the angles in degrees (n,) between unit normals (n, 3), of which some are to be reversed for that (n,).
+
+    Kahan's formula: exact at 90 degrees, and accurate near 0 and 180, where an arc cosine loses half the digits.
+    """
+    apart, together = _compute_lengths(one - other), _compute_lengths(one + other)
+    apart, together = np.where(is_reversed, (together, apart), (apart, together))
+    turns: Float64Array = np.degrees(2.0 * np.arctan2(apart, together))
+    return turns
 
 
 def _compute_lengths(vectors: Float64Array) -> Float64Array:

@@ -6,6 +6,7 @@ import numpy as np
 
 from .._core.types import BoolArray, Float64Array, IndexArray
 from .box_tree import find_overlapping_boxes
+from .components import number_components
 from .edges import find_edge_faces, merge_coincident_points
 from .mesh import Mesh
 
@@ -27,17 +28,7 @@ def number_bodies(mesh: Mesh) -> IndexArray:
     """Return the number of each face's body, from 0: faces that `find_edge_faces` finds at one edge are of one body."""
     pairs = find_edge_faces(mesh).faces
     pairs = pairs[(pairs >= 0).all(axis=1)]
-    parent = np.arange(mesh.n_faces)
-    # Shiloach and Vishkin, "An O(log n) parallel connectivity algorithm", 1982: roots hook onto lower roots.
-    while True:
-        roots = parent[pairs]
-        low, high = roots.min(axis=1), roots.max(axis=1)
-        differs = low != high
-        if not differs.any():
-            return np.unique(parent, return_inverse=True)[1].astype(np.int64)
-        np.minimum.at(parent, high[differs], low[differs])
-        while ((grandparent := parent[parent]) != parent).any():
-            parent = grandparent
+    return number_components(mesh.n_faces, pairs)
 
 
 def intersect_bodies(points: Float64Array, triangles: IndexArray, bodies: IndexArray) -> Segments:

@@ -91,10 +91,12 @@ LINE_STYLE = np.dtype(
 
 FACES = np.dtype(
     {
-        "names": ["depth_cue", "n_triangles", "instance_stride", "first_id", "writes_visibility"],
-        "formats": [DEPTH_CUE, "<u4", "<u4", "<u4", "<u4"],
-        "offsets": [0, 16, 20, 24, 28],
-        "itemsize": 32,
+        "names": [
+            *("depth_cue", "n_triangles", "instance_stride", "first_id", "writes_visibility", "light_from_normals")
+        ],
+        "formats": [DEPTH_CUE, "<u4", "<u4", "<u4", "<u4", ("<f4", (3, 4))],
+        "offsets": [0, 16, 20, 24, 28, 32],
+        "itemsize": 80,
     }
 )
 

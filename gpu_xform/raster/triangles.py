@@ -24,11 +24,11 @@ from .vertex_stage import ProjectedDrawable
 INDEX_BYTES = 4
 HEAD_BYTES = 16  # of the list of large triangles: three counts of workgroups, and that of the triangles
 TRIANGLE_ALIGNMENT = 64  # triangles: a binding that begins at a multiple begins where any adapter lets it
-OPACITY_BITS = 8  # of a pixel of the visibility buffer, if a depth cue fades faces
+VISIBILITY_BITS = 32  # of a pixel of the visibility buffer
+OPACITY_BITS = 8  # of these, if a depth cue fades faces; and as many for light, if shading is smooth
 # Few triangles are looked at for planes, which hide what is less than a pixel under them; dense models have none.
 PIXELS_PER_FLAT = 64
 MAX_FEW_TRIANGLES = 2048
-MAX_CUED_COLORS = (1 << (32 - OPACITY_BITS)) - 1
 
 
 @dataclass(frozen=True)
@@ -39,6 +39,7 @@ class _TriangleBatch:
     n_triangles: int
     triangles: Binding
     color_indices: Binding | None
+    corner_normals: Binding | None
     first_id: int
     depth_cue: DepthCue
 
@@ -48,7 +49,12 @@ class _TriangleBatch:
 
     def struct(self, *, writes_visibility: bool) -> npt.NDArray[np.void]:
         stride = self.projected.instance_stride
-        return np.array((self.depth_cue, self.n_triangles, stride, self.first_id, writes_visibility), layouts.FACES)
+        rows = np.zeros((3, 4))
+        if self.corner_normals is not None and self.projected.drawable.faces:
+            rows[:, :3] = self.projected.drawable.faces.light_from_normals
+        return np.array(
+            (self.depth_cue, self.n_triangles, stride, self.first_id, writes_visibility, rows), layouts.FACES
+        )
 
 
 class TriangleStage:
@@ -83,11 +89,9 @@ class TriangleStage:
         self._has_depth_cue = not write_ids and any(
             batch.color_indices and batch.depth_cue.amount > 0.0 for batch in self._batches
         )
-        if self._has_depth_cue and palette and palette.n_bytes // 4 > MAX_CUED_COLORS:
-            raise ArgumentError(
-                f"fill must have at most {MAX_CUED_COLORS:,} colours if depth_cue fades them, "
-                f"got {palette.n_bytes // 4:,}"
-            )
+        self._has_light = not write_ids and any(batch.corner_normals for batch in self._batches)
+        if palette and (self._has_light or self._has_depth_cue):
+            _require_few_colors(palette.n_bytes // 4, has_light=self._has_light, has_depth_cue=self._has_depth_cue)
         self._n_depths = n_depths
         pool = device.pool
         self.face_depths: Buffer = pool.scratch(POOL_OWNER, f"{name}: depths", 4 * n_depths if self._batches else 4)
@@ -113,7 +117,7 @@ class TriangleStage:
         own += [self._palette] if self._palette else []
         for batch in self._batches:
             own += [batch.projected.clip_positions, batch.triangles.buffer]
-            own += [batch.color_indices.buffer] if batch.color_indices else []
+            own += [part.buffer for part in (batch.color_indices, batch.corner_normals) if part]
         return own
 
     def depth_prepass(self, encoder: CommandEncoder, tile: Binding) -> None:
@@ -130,7 +134,8 @@ class TriangleStage:
         """Record the filled faces, if there are any."""
         if self._palette:
             bindings: dict[str, Bindable] = {"tile": tile, "visibility": self._visibility, "palette": self._palette}
-            target.composite(encoder, "composite_triangles", bindings, has_depth_cue=self._has_depth_cue)
+            constants = {"has_light": self._has_light, "has_depth_cue": self._has_depth_cue}
+            target.composite(encoder, "composite_triangles", bindings, **constants)
 
     def visible_triangles(self, projected: Sequence[ProjectedDrawable]) -> list[npt.NDArray[np.bool_]]:
         """Return which triangles of each drawable are the nearest in some pixel: (n_instances, n_triangles).
@@ -152,6 +157,7 @@ class TriangleStage:
         constants = {
             "workgroup_size": choose_workgroup_size(self._device),
             "writes_ids": self._write_ids,
+            "has_light": self._has_light,
             "has_depth_cue": self._has_depth_cue,
         }
         small = self._device.pipelines.compute("depth_small_triangles", **constants)
@@ -169,6 +175,7 @@ class TriangleStage:
                 "face_depths": self.face_depths,
                 "visibility": self._visibility,
                 "color_indices": batch.color_indices or self._no_color_indices,
+                "corner_normals": batch.corner_normals or self._no_color_indices,
                 "large_triangles": self._large_triangles,
             }
             encoder.clear_buffer(self._large_triangles, HEAD_BYTES)
@@ -186,6 +193,16 @@ class Hiders(NamedTuple):
     def of(self, lines: Lines | Cloud) -> TriangleStage:
         """Return the faces that may hide some lines or dots."""
         return self.covers if lines.is_covered else self.faces
+
+
+def _require_few_colors(n_colors: int, *, has_light: bool, has_depth_cue: bool) -> None:
+    """Raise ArgumentError if the bits of a pixel that are left do not tell so many colours apart."""
+    largest = (1 << (VISIBILITY_BITS - OPACITY_BITS * (has_light + has_depth_cue))) - 1
+    if n_colors > largest:
+        causes = ["shading='smooth' lights"] * has_light + ["depth_cue fades"] * has_depth_cue
+        raise ArgumentError.expecting(
+            "fill", f"have at most {largest:,} colours if {' and '.join(causes)} them", f"{n_colors:,}"
+        )
 
 
 def _with_consecutive_ids(batches: Sequence[_TriangleBatch]) -> list[_TriangleBatch]:
@@ -209,4 +226,9 @@ def _split(device: GpuDevice, projected: ProjectedDrawable) -> Iterator[_Triangl
             first, n_indices = (0, 1) if is_one else (start, n_triangles)
             color_indices = Binding(faces.color_indices, first * INDEX_BYTES, n_indices * INDEX_BYTES)
         triangles = Binding(faces.triangles, start * TRIANGLE_BYTES, n_triangles * TRIANGLE_BYTES)
-        yield _TriangleBatch(projected, n_triangles, triangles, color_indices, faces.first_color, faces.depth_cue)
+        normals = None
+        if faces.corner_normals is not None:
+            normals = Binding(faces.corner_normals, start * TRIANGLE_BYTES, n_triangles * TRIANGLE_BYTES)
+        yield _TriangleBatch(
+            projected, n_triangles, triangles, color_indices, normals, faces.first_color, faces.depth_cue
+        )

@@ -26,6 +26,17 @@ class Stroke(NamedTuple):
     dash: DashPattern
 
 
+class Gradients(NamedTuple):
+    """Colours that change linearly along axes.
+
+    axes : (k, 4) from x0, y0 to x1, y1
+    ends : (k, 2, 4) the colours at both ends of each, of one alpha; the same twice for one colour
+    """
+
+    axes: FloatArray
+    ends: FloatArray
+
+
 @dataclass(frozen=True, eq=False)
 class Polygons:
     """Filled polygons from back to front; of polygons of one alpha, only the nearest shows.
@@ -33,11 +44,13 @@ class Polygons:
     offsets : (k + 1,) int; polygon i has the points from offsets[i] to offsets[i + 1]
     points : (p, 2)
     colors : (1, 4) or (k, 4)
+    gradients : over the polygons, convex then; None if each has one colour
     """
 
     offsets: npt.NDArray[np.integer[Any]]
     points: FloatArray
     colors: FloatArray
+    gradients: Gradients | None = None
 
     def __post_init__(self) -> None:
         _require_coordinates(self.points, "points", 2)
@@ -89,7 +102,10 @@ class VectorLayer:
         """Return the layer, moved by pixels."""
         polygons, points = self.polygons, self.points
         if polygons is not None:
-            polygons = replace(polygons, points=polygons.points + np.array([x, y]))
+            gradients = polygons.gradients
+            if gradients is not None:
+                gradients = gradients._replace(axes=gradients.axes + np.array([x, y, x, y]))
+            polygons = replace(polygons, points=polygons.points + np.array([x, y]), gradients=gradients)
         if points is not None:
             points = replace(points, circles=points.circles + np.array([x, y, 0.0]))
         return replace(self, segments=self.segments + np.array([x, y, x, y]), polygons=polygons, points=points)

@@ -17,9 +17,11 @@ from .._core.types import BoolArray, IndexArray
 from ..imaging.colors import pack_rgba8
 from .decimal_text import Bytes, FixedPoint, to_fixed_point
 from .join_segments import MAX_POINTS_PER_LINE, join_dashes, join_segments
-from .layer import FloatArray, Polygons, VectorLayer
+from .layer import FloatArray, Gradients, Polygons, VectorLayer
 
 SEAM_WIDTH_PX = 0.5  # overlap of polygons of several paths, or what lies behind would glimmer between them
+
+SMOOTH_SEAM_WIDTH_PX = 1.0  # the same where one colour goes on across seams, and a twentieth of what is behind shows
 
 
 @dataclass(frozen=True)
@@ -32,6 +34,8 @@ class Paths:
     colors : (p, 4) red, green, blue, alpha from 0 to 255
     phases : (p,) offset into the dash pattern at which each line of a path starts; None if lines are not dashed
     closed : whether lines end where they begin, as polygons do
+    axes, end_colors : (p, 4) and (p, 2, 4) from 0 to 255, of the gradients that paths are filled with in place of
+        colours; one colour twice for none
     """
 
     points: FixedPoint
@@ -40,6 +44,16 @@ class Paths:
     colors: Bytes
     phases: FixedPoint | None = None
     closed: bool = False
+    axes: FloatArray | None = None
+    end_colors: Bytes | None = None
+
+    @property
+    def is_gradient(self) -> BoolArray:
+        """Which paths are filled with a gradient: (p,)."""
+        if self.end_colors is None:
+            return np.zeros(len(self.colors), np.bool_)
+        differs: BoolArray = (self.end_colors[:, 0] != self.end_colors[:, 1]).any(axis=1)
+        return differs
 
     @property
     def ends(self) -> BoolArray:
@@ -120,10 +134,15 @@ def make_polygon_paths(polygons: Polygons) -> Iterator[tuple[int, Paths]]:
     for start, end in pairwise([*np.flatnonzero(_differs_from_previous(colors[:, 3:])), n]):
         alpha = int(colors[start, 3])
         if alpha > 0:
-            yield alpha, _make_opaque_paths(points, polygons.offsets[start : end + 1], colors[start:end])
+            gradients = polygons.gradients
+            if gradients is not None:
+                gradients = Gradients(gradients.axes[start:end], gradients.ends[start:end])
+            yield alpha, _make_opaque_paths(points, polygons.offsets[start : end + 1], colors[start:end], gradients)
 
 
-def _make_opaque_paths(points: FixedPoint, offsets: npt.NDArray[np.integer[Any]], colors: Bytes) -> Paths:
+def _make_opaque_paths(
+    points: FixedPoint, offsets: npt.NDArray[np.integer[Any]], colors: Bytes, gradients: Gradients | None
+) -> Paths:
     points, offsets = points[offsets[0] : offsets[-1]], offsets - offsets[0]
     sizes = np.diff(offsets)
     polygon = np.repeat(np.arange(len(sizes)), sizes)
@@ -135,8 +154,16 @@ def _make_opaque_paths(points: FixedPoint, offsets: npt.NDArray[np.integer[Any]]
     points = points[np.where(areas[polygon] < 0.0, offsets[polygon] + offsets[polygon + 1] - 1 - index, index)]
     opaque = colors.copy()
     opaque[:, 3] = 255
-    paths = _path_offsets(begins, _number_runs(opaque)[polygon])
-    return Paths(points, begins, paths, opaque[polygon[paths[:-1]]], closed=True)
+    if gradients is None:
+        paths = _path_offsets(begins, _number_runs(opaque)[polygon])
+        return Paths(points, begins, paths, opaque[polygon[paths[:-1]]], closed=True)
+    ends = np.stack([quantize_colors(gradients.ends[:, i], len(opaque)) for i in range(2)], axis=1)
+    ends[..., 3] = 255
+    is_gradient = (ends[:, 0] != ends[:, 1]).any(axis=1)
+    is_alone = is_gradient | np.append(False, is_gradient[:-1])
+    paths = _path_offsets(begins, np.cumsum(_differs_from_previous(opaque) | is_alone)[polygon])
+    first = polygon[paths[:-1]]
+    return Paths(points, begins, paths, opaque[first], closed=True, axes=gradients.axes[first], end_colors=ends[first])
 
 
 def _differs_from_previous(rows: npt.NDArray[np.integer[Any]]) -> BoolArray:

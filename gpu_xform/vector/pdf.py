@@ -3,6 +3,7 @@
 import io
 import zlib
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from types import ModuleType
 from typing import Any
 
@@ -13,6 +14,7 @@ from ..errors import MissingExtraError
 from ..imaging.colors import Rgba
 from .annotation_pdf import AnnotationWriter
 from .decimal_text import Bytes, format_rows, to_fixed_point
+from .gouraud import pack_gouraud
 from .layer import Points, Stroke, VectorLayer
 from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
 
@@ -61,6 +63,7 @@ class _Page:
         self._alphas: dict[str, Any] = {}
         self._groups: dict[str, Any] = {}
         self._models: dict[str, Any] = {}
+        self._shadings: dict[str, Any] = {}
         self._writer = AnnotationWriter(pydyf, self._pdf, self._opacity)
         self._content = [b"%f 0 0 %f 0 %f cm" % (POINTS_PER_PIXEL, -POINTS_PER_PIXEL, POINTS_PER_PIXEL * size[1])]
 
@@ -87,6 +90,8 @@ class _Page:
         pydyf, pdf = self._pydyf, self._pdf
         content = self._add_stream(self._content)
         resources = {"ExtGState": self._alphas, "XObject": self._groups, "Properties": self._models}
+        if self._shadings:
+            resources["Shading"] = self._shadings
         if self._writer.fonts:
             resources["Font"] = self._writer.fonts
         page = {
@@ -120,10 +125,13 @@ class _Page:
             yield from self._draw_points(layer.points)
 
     def _draw_faces(self, paths: Paths, alpha: int) -> Iterator[bytes]:
-        if len(paths.colors) == 1:
+        if len(paths.colors) == 1 and not paths.is_gradient.any():
             commands = [b"q", *self._draw_paths(paths, "rg", b"f"), b"Q"]
         else:
-            commands = [b"q %f w 1 j" % SEAM_WIDTH_PX, *self._draw_paths(paths, "rg RG", b"b"), b"Q"]
+            drawn = list(self._draw_paths(paths, "rg RG", b"b"))
+            if paths.is_gradient.any():
+                drawn = self._shade(paths, drawn)
+            commands = [b"q %f w 1 j" % SEAM_WIDTH_PX, *drawn, b"Q"]
         if alpha == 255:
             yield from commands
             return
@@ -134,9 +142,36 @@ class _Page:
             "BBox": self._pydyf.Array([0, 0, *self._size]),
             "Group": self._pydyf.Dictionary({"S": "/Transparency"}),
         }
+        if paths.is_gradient.any():
+            group["Resources"] = self._pydyf.Dictionary({"Shading": self._pydyf.Dictionary(self._shadings)})
         name = f"g{len(self._groups)}"
         self._groups[name] = self._add_stream(commands, **group).reference
         yield f"q {self._opacity(alpha)}/{name} Do Q".encode()
+
+    def _shade(self, paths: Paths, drawn: list[bytes]) -> list[bytes]:
+        """Return the commands of paths, and after each run of those with gradients a mesh of triangles over it.
+
+        The paths are drawn too, because some viewers leave out rows of pixels between the triangles of meshes.
+        """
+        starts = np.flatnonzero(np.diff(paths.is_gradient, prepend=~paths.is_gradient[:1]))
+        commands = []
+        for start, end in pairwise([*starts.tolist(), len(drawn)]):
+            commands += drawn[start:end]
+            if not paths.is_gradient[start]:
+                continue
+            box, content = pack_gouraud(paths, start, end)
+            name = f"s{len(self._shadings)}"
+            mesh = {
+                "ShadingType": 4,
+                "ColorSpace": "/DeviceRGB",
+                "BitsPerCoordinate": 32,
+                "BitsPerComponent": 8,
+                "BitsPerFlag": 8,
+                "Decode": self._pydyf.Array([*box, 0, 1, 0, 1, 0, 1]),
+            }
+            self._shadings[name] = self._add_stream([content], **mesh).reference
+            commands.append(b"/%b sh" % name.encode())
+        return commands
 
     def _draw_lines(self, paths: Paths, stroke: Stroke) -> Iterator[bytes]:
         if paths.phases is None:

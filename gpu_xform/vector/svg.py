@@ -2,17 +2,27 @@
 
 import re
 import unicodedata
+import zlib
 from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from .._core.types import BoolArray
 from ..annotation.items import NO_ANNOTATION, Annotation
 from ..drawing.lengths import MM_PER_INCH, PX_PER_INCH
 from ..imaging.colors import Rgba
 from .annotation_svg import escape_text, format_annotation
 from .decimal_text import Bytes, format_rows, to_fixed_point
-from .layer import Points, Stroke, VectorLayer
-from .paths import SEAM_WIDTH_PX, Paths, make_line_paths, make_polygon_paths, quantize_colors, unique_colors
+from .layer import FloatArray, Points, Stroke, VectorLayer
+from .paths import (
+    SEAM_WIDTH_PX,
+    SMOOTH_SEAM_WIDTH_PX,
+    Paths,
+    make_line_paths,
+    make_polygon_paths,
+    quantize_colors,
+    unique_colors,
+)
 
 
 def format_svg(
@@ -82,17 +92,47 @@ def _format_stroke(stroke: Stroke) -> str:
 
 
 def _format_faces(paths: Paths, alpha: int) -> Iterator[str]:
-    if len(paths.colors) == 1:
+    if len(paths.colors) == 1 and not paths.is_gradient.any():
         common, own = _styles(paths.colors, "fill")
     else:
         common, own = _styles(paths.colors, "fill", "stroke")
-        common += f' stroke-width="{_to_text(SEAM_WIDTH_PX)}" stroke-linejoin="round"'
+        width = SMOOTH_SEAM_WIDTH_PX if paths.is_gradient.any() else SEAM_WIDTH_PX
+        common += f' stroke-width="{_to_text(width)}" stroke-linejoin="round"'
     if alpha < 255:
         # Of the group as a whole: polygons do not show through one another.
         common += f' opacity="{_to_text(alpha / 255)}"'
     yield f'<g class="faces"{common}>\n'
-    yield from _format_paths(paths, own)
+    if paths.axes is None or paths.end_colors is None:
+        yield from _format_paths(paths, own)
+    else:
+        gradients = _format_gradients(paths.axes, paths.end_colors, paths.is_gradient)
+        references = [f' fill="url(#{name})" stroke="url(#{name})"' if name else "" for name, _ in gradients]
+        own = [reference or colors for reference, colors in zip(references, own, strict=True)]
+        for (_, gradient), path in zip(gradients, _format_paths(paths, own), strict=True):
+            yield gradient + path
     yield "</g>\n"
+
+
+def _format_gradients(axes: FloatArray, ends: Bytes, is_gradient: BoolArray) -> list[tuple[str, str]]:
+    """Return the id of the gradient of each path, and its element; two empty texts for none.
+
+    An id tells apart the gradients of all documents, which a page may hold several of, and no model has one with a dot.
+    """
+    prefix = f"g{zlib.crc32(axes.tobytes() + ends.tobytes()):08x}"
+    result = []
+    for i, (axis, colors, varies) in enumerate(zip(axes.round(2).tolist(), ends, is_gradient.tolist(), strict=True)):
+        if not varies:
+            result.append(("", ""))
+            continue
+        x1, y1, x2, y2 = (f"{value:.10g}" for value in axis)
+        first, last = (color[:3].tobytes().hex() for color in colors)
+        name = f"{prefix}.{i}"
+        element = (
+            f'<linearGradient id="{name}" gradientUnits="userSpaceOnUse" x1="{x1}" y1="{y1}" x2="{x2}" y2="{y2}">'
+            f'<stop stop-color="#{first}"/><stop offset="1" stop-color="#{last}"/></linearGradient>\n'
+        )
+        result.append((name, element))
+    return result
 
 
 def _format_lines(name: str, paths: Paths, style: str) -> Iterator[str]:

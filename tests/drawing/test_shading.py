@@ -94,6 +94,6 @@ def test_a_flat_face_without_a_normal_keeps_the_ambient_light() -> None:
 
 @pytest.mark.parametrize("shading", ["smoth", None, 1, ["flat"]])
 def test_another_shading_is_an_error_that_names_those_there_are(shading: Any) -> None:
-    with pytest.raises(ArgumentError, match="shading must be 'none' or 'flat', got"):
+    with pytest.raises(ArgumentError, match="shading must be one of 'none', 'flat', 'smooth', got"):
         Layer(BALL, shading=shading)
-    assert SHADINGS == ("none", "flat")
+    assert SHADINGS == ("none", "flat", "smooth")

@@ -13,6 +13,7 @@ from gpu_xform.drawing.dash_chains import CHAIN_IS_FIRST, CHAIN_IS_REVERSED
 from gpu_xform.drawing.draw_list import NO_POINT
 from gpu_xform.drawing.enums import HIDDEN_FADE_ALPHA, ColorMode, Dashes, Hidden
 from gpu_xform.drawing.point_colors import Coloring
+from gpu_xform.drawing.shading import AMBIENT
 from gpu_xform.drawing.silhouettes import NO_FACE
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
 from gpu_xform.raster.clouds import BLOCK_SIDE_PX
@@ -37,6 +38,7 @@ ENUMERATIONS = {
 }
 
 TWINS = {
+    "AMBIENT": AMBIENT,
     **{f"{prefix}_{member.name}": member for prefix, enumeration in ENUMERATIONS.items() for member in enumeration},
     "BLOCK_EDGES": BLOCK_EDGES,
     "CHAIN_EDGE_MASK": float(~(CHAIN_IS_FIRST | CHAIN_IS_REVERSED)),

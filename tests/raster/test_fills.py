@@ -239,9 +239,14 @@ def test_each_instance_and_each_layer_fades_by_its_distance_and_its_own_depth_cu
 
 
 def test_more_colours_than_the_visibility_buffer_tells_apart_cannot_fade(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(face_pass, "MAX_CUED_COLORS", 5)
+    monkeypatch.setattr(face_pass, "VISIBILITY_BITS", 10)
     cube = samples.cube()
-    with pytest.raises(ArgumentError, match=r"^fill must have at most 5 colours if depth_cue fades them, got 6$"):
+    with pytest.raises(ArgumentError, match=r"^fill must have at most 3 colours if depth_cue fades them, got 6$"):
         gx.render_array(cube, fill="face", depth_cue=0.5, size=SIZE)
+    with pytest.raises(ArgumentError, match=r"^fill must have at most 3 colours if shading='smooth' lights them, got"):
+        gx.render_array(cube, fill="face", shading="smooth", size=SIZE)
+    monkeypatch.setattr(face_pass, "VISIBILITY_BITS", 18)
+    with pytest.raises(ArgumentError, match=r"at most 3 colours if shading='smooth' lights and depth_cue fades them"):
+        gx.render_array(cube, fill="face", shading="smooth", depth_cue=0.5, size=SIZE)
     gx.render_array(cube, fill="face", size=SIZE)
     gx.render_array(cube, fill="red", depth_cue=0.5, size=SIZE)

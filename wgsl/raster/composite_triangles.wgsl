@@ -5,11 +5,14 @@
 #import tile_cover
 #import visibility
 
+const AMBIENT = 0.3; // of a face's colour, that one seen edge-on keeps
+
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var<storage, read> visibility: array<u32>;
 @group(0) @binding(2) var<storage, read> palette: array<u32>; // straight alpha
 @group(0) @binding(3) var destination: texture_2d<f32>; // premultiplied
 
+override has_light: bool;
 override has_depth_cue: bool;
 override is_first: bool; // nothing has been drawn yet: the background is the destination
 
@@ -20,9 +23,10 @@ fn vertex_main(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f3
 
 fn color_at(pixel: vec2<i32>) -> vec4<f32> {
     let value = visibility[depth_index(tile, pixel)];
-    let id = select(value, unpack_color_id(value), has_depth_cue);
-    let opacity = select(1.0, unpack_opacity(value), has_depth_cue);
-    return premultiply(unpack4x8unorm(palette[max(id, 1u) - 1u]), select(0.0, opacity, value != 0u));
+    let seen = unpack_visibility(value);
+    let color = unpack4x8unorm(palette[max(seen.color_id, 1u) - 1u]);
+    let lit = vec4(color.rgb * mix(AMBIENT, 1.0, seen.light), color.a);
+    return premultiply(lit, select(0.0, seen.opacity, value != 0u));
 }
 
 @fragment

@@ -23,9 +23,11 @@ const MAX_ROUNDS = 32768u; // per invocation: lavapipe stops loops after twice a
 @group(0) @binding(5) var<storage, read_write> visibility: array<atomic<u32>>;
 @group(0) @binding(6) var<storage, read> color_indices: array<u32>; // one per triangle, or one for all
 @group(0) @binding(7) var<storage, read_write> large_triangles: LargeTriangles;
+@group(0) @binding(8) var<storage, read> corner_normals: array<u32>; // three per triangle, octahedral
 
 override workgroup_size: u32;
 override writes_ids: bool; // the visibility buffer holds ids of triangles, not indices of their colours
+override has_light: bool; // on some faces, that differs from pixel to pixel
 override has_depth_cue: bool;
 
 // How many workgroups take `n` large triangles, each of which may be as large as the tile.

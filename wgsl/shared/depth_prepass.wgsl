@@ -1,8 +1,9 @@
 // Triangles to depths, and, when all depths are known, to the visibility buffer. Both times through the same pipelines:
 // others might round otherwise, and no face would be as near as the nearest.
-// Entry declares: tile, faces, clip_positions, triangles, face_depths, visibility, color_indices, writes_ids,
-//     has_depth_cue.
+// Entry declares: tile, faces, clip_positions, triangles, face_depths, visibility, color_indices, corner_normals,
+//     writes_ids, has_light, has_depth_cue.
 #import depth_cue
+#import octahedral
 #import tile
 #import triangle_setup
 #import uniform_flag
@@ -14,6 +15,8 @@ struct Faces {
     instance_stride: u32, // points from one instance to the next in the clip positions
     first_id: u32, // of a triangle's ids or of its colours' indices, whichever the visibility buffer holds
     writes_visibility: u32, // the second time, when all depths are known
+    // From normals of the model to a frame whose z is towards the eye, its rows as columns; 0 without corner normals.
+    light_from_normals: mat3x4<f32>,
 }
 
 const COPLANAR_FACTOR = 1.0 + 1e-6; // faces in one plane are rounded apart
@@ -37,6 +40,17 @@ fn load_triangle(index: u32) -> Triangle {
     );
 }
 
+// How far a triangle is turned to the eye in a pixel, 0 to 1. Corners count by their weights, of any sum.
+fn light_at(index: u32, weights: vec3<f32>) -> f32 {
+    let corner = 3u * (index % faces.n_triangles);
+    let normal = weights.x * unpack_octahedral(corner_normals[corner])
+        + weights.y * unpack_octahedral(corner_normals[corner + 1u])
+        + weights.z * unpack_octahedral(corner_normals[corner + 2u]);
+    let turned = vec4(normal, 0.0) * faces.light_from_normals;
+    let length = length(turned);
+    return select(0.0, min(abs(turned.z) / length, 1.0), length > 0.0);
+}
+
 fn rasterize_pixel(triangle: Triangle, index: u32, pixel: vec2<i32>) {
     let fragment = triangle_fragment(triangle, pixel, tile.depth_slope_per_pixel);
     if !fragment.is_covered {
@@ -56,12 +70,15 @@ fn rasterize_pixel(triangle: Triangle, index: u32, pixel: vec2<i32>) {
     }
     let color_index = color_indices[min(index % faces.n_triangles, arrayLength(&color_indices) - 1u)];
     let color_id = faces.first_id + color_index + 1u;
-    if !has_depth_cue {
-        atomicMax(&visibility[slot], color_id);
-        return;
+    var light = 1.0;
+    if has_light && any(faces.light_from_normals[2] != vec4(0.0)) {
+        light = light_at(index, fragment.weights);
     }
-    let cue = faces.depth_cue;
-    let w = 1.0 / (fragment.weights.x + fragment.weights.y + fragment.weights.z);
-    let opacity = 1.0 - cue.amount * normalized_depth(cue, fragment.depth, w);
-    atomicMax(&visibility[slot], pack_visibility(color_id, opacity));
+    var opacity = 1.0;
+    if has_depth_cue {
+        let cue = faces.depth_cue;
+        let w = 1.0 / (fragment.weights.x + fragment.weights.y + fragment.weights.z);
+        opacity = 1.0 - cue.amount * normalized_depth(cue, fragment.depth, w);
+    }
+    atomicMax(&visibility[slot], pack_visibility(color_id, light, opacity));
 }
