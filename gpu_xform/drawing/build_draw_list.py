@@ -27,6 +27,7 @@ from .draw_list import EDGE_BYTES, TRIANGLE_BYTES, Cloud, Drawable, DrawList, Fa
 from .edge_sample import fit_line_width, project_sample
 from .enums import HIDDEN_FADE_ALPHA, ColorMode, Hidden
 from .geometry_source import EdgeSource, GeometrySource, MeshSource, SilhouetteCandidates
+from .intersections import MeetingLines
 from .layer import Layer, dot_diameter, is_auto
 from .layer_colors import NO_COLORS, LineColors, fill_colors, has_several_colors, line_colors
 from .lengths import to_pixels
@@ -254,6 +255,7 @@ class _LayerBuilder:
             hidden=Hidden.REMOVE if self._is_covered else hidden_mode(layer),
             opacity=layer.alpha,
             is_covered=self._is_covered,
+            are_silhouettes=isinstance(layer, MeetingLines),
             depth_cue=depth_cue,
         )
 

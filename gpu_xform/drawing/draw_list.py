@@ -53,7 +53,7 @@ class Lines:
     opacity : of all of them, 0 to 1
     has_transparency : whether some of colors are not opaque
     are_points : the edges join points to themselves
-    are_silhouettes : faces turn away from the eye along them
+    are_silhouettes : faces turn away from the eye along them, or may do so close beside them, as where bodies meet
     dash_px : lengths of dashes and gaps, in turn, of hidden parts if `hidden` is DASH, else of all that is drawn; empty
         for continuous lines
     chains : `layouts.CHAIN_EDGE` (n_edges,), along which dashes run on from edge to edge; None without dashes

@@ -48,6 +48,10 @@ class IntersectionLayer(Layer):
     """A layer that nobody gave: the lines of intersection of another one, or what a section adds to it."""
 
 
+class MeetingLines(IntersectionLayer):
+    """Lines of intersection alone: beside the outline of a body, as they often lie, they are as hard to hide as it."""
+
+
 def add_intersections(layers: Sequence[Layer]) -> list[Layer]:
     """Return layers in which each that asks for the edge set "intersection" is followed by one of those lines.
 
@@ -110,7 +114,7 @@ def _without_intersections(layer: Layer, rest: list[Any]) -> Layer:
     return replace(layer, edges=None, alpha=0.0)
 
 
-def _line_layer(layer: Layer, lines: Mesh) -> Layer:
+def _line_layer(layer: Layer, lines: Mesh) -> MeetingLines:
     """Return a layer of lines in the world, in the style of the lines of `layer`."""
     own = {each.name: getattr(layer, each.name) for each in fields(layer)}
     changes: dict[str, Any] = own | dict.fromkeys(_NOT_OF_LINES) | {"labels": None, "colorbar": False}
@@ -121,7 +125,7 @@ def _line_layer(layer: Layer, lines: Mesh) -> Layer:
         "color": "black" if isinstance(layer.color, str) and layer.color == "face" else layer.color,
         "shading": "none",
     }
-    return IntersectionLayer(**changes)
+    return MeetingLines(**changes)
 
 
 def _find_lines(layers: Sequence[Layer], asks: BoolArray) -> dict[int, Mesh | None]:
