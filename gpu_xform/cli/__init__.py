@@ -1,8 +1,8 @@
 """The command `gpu-xform`: parse the options, call the library, report each failure in one line and an exit code.
 
 Reading order: exit_codes, argv, paths, streams, files, matrix_table, image_files, path_templates, argument_types,
-options, layer_option, camera_options, arguments_from_options, read_layers, option_errors, outputs, references,
-commands, parser.
+options, model_paths, layer_option, camera_options, arguments_from_options, read_layers, option_errors, outputs,
+outcome, references, contact_sheet, reports, make_pictures, commands, parser.
 """
 
 import sys

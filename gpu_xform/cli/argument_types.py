@@ -24,7 +24,7 @@ from ..imaging.colors import ColorLike, to_rgba
 from ..raster.names import RASTERIZERS
 from . import files
 from .path_templates import Template
-from .paths import STDIO, file_type, require_path
+from .paths import STDIO, file_type, require_path, require_type
 
 MAX_ZOOM_FACTOR = 1.0 - 2.0 * MIN_MARGIN
 
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 Value = TypeVar("Value")
 
+PICTURE_TYPES = ("png", "svg", "pdf")
+REPORT_TYPES = ("html", "json", "xml")
 AXES = ("x", "y", "z")
 LABEL_SETS = ("names", "indices")
 LABEL_FILES = ("txt", "csv")
@@ -440,8 +442,28 @@ def parse_workers(text: str) -> int:
 
 @argument_type
 def parse_template(text: str) -> Template:
-    """Parse a path, with or without {model} or {folder}."""
+    """Parse a path, with or without placeholders such as {model}."""
     return Template(parse_file_path(text))
+
+
+@argument_type
+def parse_report_path(text: str) -> str:
+    """Parse the path of a report, whose type there is."""
+    return _parse_typed_path(text, REPORT_TYPES)
+
+
+@argument_type
+def parse_sheet_path(text: str) -> str:
+    """Parse the path of a contact sheet."""
+    return _parse_typed_path(text, PICTURE_TYPES)
+
+
+def _parse_typed_path(text: str, known: tuple[str, ...]) -> str:
+    path = parse_file_path(text)
+    if path == STDIO:
+        raise ValueError(f"expected a file of type {', '.join(known)}, not standard output")
+    require_type(path, known)
+    return path
 
 
 @argument_type

@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any, NoReturn
 
 from .. import __version__
@@ -91,7 +92,7 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     options, rest = parser.parse_known_args(attach_values(argv))
     if "models" in options and not any(re.match("-.", word) for word in rest):
         options.models += rest  # argparse takes positional arguments only up to the first option between them
-        _require_models(parser, options.models)
+        _require_models(parser, options.models, takes_folders=options.command == "render")
     elif rest:
         chosen = parser if options.command is None else options.parser
         parser.error(f"unrecognized arguments: {' '.join(rest)}{chosen.did_you_mean(rest)}")
@@ -101,10 +102,11 @@ def parse(argv: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def _require_models(parser: Parser, models: Sequence[str]) -> None:
+def _require_models(parser: Parser, models: Sequence[str], *, takes_folders: bool) -> None:
     try:
         for path in models:
-            require_path(path)
+            if not (takes_folders and path and Path(path).is_dir()):
+                require_path(path)
     except ArgumentError as error:
         parser.error(f"argument MODEL: {error}")
 

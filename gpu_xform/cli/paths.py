@@ -1,5 +1,6 @@
 """Paths on the command line: file types, patterns, and `-` for standard input and output."""
 
+import errno
 import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
@@ -36,6 +37,18 @@ def require_target(path: str) -> None:
     """Raise `OSError` if nothing can be written to `path`, before there is work; `-` is standard output."""
     if path != STDIO:
         find_target(path)
+
+
+def require_room(path: str) -> None:
+    """Raise `OSError` if no file can be made at `path`, whose missing folders are made, before there is work."""
+    target = find_target(path).path
+    folder = target.parent
+    while not folder.exists() and folder != folder.parent:
+        folder = folder.parent
+    if not folder.is_dir():
+        raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), path)
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
 
 
 def expand_globs(patterns: Sequence[str]) -> list[str]:

@@ -1,51 +1,148 @@
-"""Comparison of pictures with reference pictures."""
+"""Comparison of pictures with reference pictures, and their update."""
 
+import contextlib
+import os
 from argparse import Namespace
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import ArgumentError
+from ..errors import ArgumentError, GpuXformError
 from . import files
 from .exit_codes import MismatchError
+from .outcome import DifferenceNumbers, Outcome
+from .outputs import PlannedPicture
+from .path_templates import Template
 
 if TYPE_CHECKING:
     from PIL.Image import Image
+
+LFS_POINTER = b"version https://git-lfs.github.com/spec/"
+
+
+# Pixels that may differ by more than the threshold, at any size, and per pixel of the picture: four times what was
+# measured between drivers. docs/continuous_integration.md has the figures.
+MIN_ALLOWED_PIXELS = 8
+PIXELS_PER_ALLOWED_ONE = 20_000
+
+
+class MissingReferenceError(ArgumentError):
+    """A reference does not exist."""
 
 
 def require_reference_options(options: Namespace) -> None:
     """Raise `ArgumentError` for options that mean nothing without --reference."""
     if options.reference is not None:
         return
-    if options.output is None:
+    if options.output is None and not options.report and options.sheet is None:
         raise ArgumentError("-o must give the file of the picture, or --reference a picture to compare it with")
     for name in ("threshold", "pixels", "diff"):
         if getattr(options, f"reference_{name}") is not None:
             raise ArgumentError(f"--reference-{name} must come with --reference")
+    if options.update_references:
+        raise ArgumentError("--update-references must come with --reference")
 
 
-def require_match(reference: str, image: "Image", difference: str | None, options: Namespace) -> None:
-    """Raise `MismatchError` if `image` does not match the PNG file `reference`, after writing `difference`."""
-    from ..imaging.compare import DEFAULT_THRESHOLD, compare_images
+def find_threshold(options: Namespace) -> float:
+    """Return the largest difference of a pixel that still matches: the one typed, or the default."""
+    from ..imaging.compare import DEFAULT_THRESHOLD
+
+    return DEFAULT_THRESHOLD if options.reference_threshold is None else float(options.reference_threshold)
+
+
+def compare_with_reference(image: "Image", outcome: Outcome, options: Namespace) -> None:
+    """Compare a picture with its reference, and say in `outcome` how they differ.
+
+    Raises `MismatchError` if they do not match, after writing the difference, and `MissingReferenceError`; with
+    --update-references, writes the picture in place of the reference instead, and says so.
+    """
+    problem = _find_problem(image, outcome, options)
+    reference = outcome.picture.reference
+    if problem is None:
+        outcome.status = "matched"
+        return
+    if not options.update_references or reference is None:
+        outcome.status = "differs" if isinstance(problem, MismatchError) else "no reference"
+        raise problem
+    files.write_picture(image, reference, make_folders=options.reference.is_per_model)
+    is_new = isinstance(problem, MissingReferenceError)
+    outcome.status = "added" if is_new else "updated"
+    from .._core import progress
+
+    change = "added" if is_new else f"updated: {str(problem).removeprefix(f'{reference}: ')}"
+    progress.write_lines(f"gpu-xform: {reference}: {change}\n")
+
+
+def keep_reference(outcome: Outcome) -> None:
+    """Keep the picture of a reference that can be read for the report, also if the model's own cannot be drawn."""
+    from ..imaging.image import to_pillow, to_pixels
+
+    if outcome.picture.reference is not None:
+        with contextlib.suppress(GpuXformError, OSError):
+            outcome.images["reference"] = to_pillow(to_pixels(outcome.picture.reference, "--reference"))
+
+
+def find_unused_references(template: Template, pictures: Sequence[PlannedPicture]) -> list[str]:
+    """Return the files that could be references by the template, but of no model among all those of the pictures.
+
+    If neither the folder nor the names of references are apart from those of other files, none is found.
+    """
+    used = {os.path.realpath(picture.reference) for picture in pictures if picture.reference is not None}
+    used |= {os.path.realpath(path) for picture in pictures for path in picture.written_paths}
+    found = [path for path in _list_candidates(template, pictures) if template.matches(path)]
+    return sorted(path for path in found if os.path.realpath(path) not in used)
+
+
+def _list_candidates(template: Template, pictures: Sequence[PlannedPicture]) -> Iterator[str]:
+    if not template.is_per_model:
+        return
+    if template.root:
+        for folder, _, names in os.walk(template.root):
+            yield from (os.path.join(folder, name) for name in names)  # noqa: PTH118 - written as the template is
+    elif template.marks_names:
+        for folder in sorted({os.path.dirname(picture.reference or "") for picture in pictures}):  # noqa: PTH120
+            if Path(folder).is_dir():
+                yield from (os.path.join(folder, path.name) for path in Path(folder).iterdir())  # noqa: PTH118
+
+
+def _find_problem(image: "Image", outcome: Outcome, options: Namespace) -> GpuXformError | None:
+    """Return why a picture does not match its reference, after writing the difference; None if it does."""
+    from ..imaging.compare import compare_images
     from ..imaging.image import find_size, to_pixels
 
+    reference = outcome.picture.reference
+    if reference is None:
+        return None
     if not Path(reference).exists():
-        raise ArgumentError(
-            f"{reference}: the reference does not exist; to make it, give -o {reference} instead of --reference"
+        return MissingReferenceError(
+            f"{reference}: the reference does not exist; if the picture is right, --update-references makes it one"
         )
+    _require_content(reference)
     width, height = find_size(reference, "--reference")
     if image.size != (width, height):
-        raise MismatchError(
+        return MismatchError(
             f"{reference}: the reference is {width} x {height} pixels, the picture {image.width} x {image.height}"
         )
-    threshold = DEFAULT_THRESHOLD if options.reference_threshold is None else options.reference_threshold
-    allowed = options.reference_pixels or 0
+    threshold, allowed = find_threshold(options), options.reference_pixels
+    if allowed is None:
+        allowed = MIN_ALLOWED_PIXELS + width * height // PIXELS_PER_ALLOWED_ONE
     found = compare_images(image, to_pixels(reference, "--reference"), threshold=threshold)
+    outcome.numbers = DifferenceNumbers(found.n_pixels, allowed, found.largest, found.largest_at, found.mean)
     if found.n_pixels <= allowed:
-        return
-    if difference is not None:
-        files.write_picture(found.image(), difference, make_folders=options.reference_diff.is_per_model)
+        return None
+    if options.keeps_images:
+        outcome.images["difference"] = found.image()
+    if outcome.picture.difference is not None:
+        files.write_picture(found.image(), outcome.picture.difference, make_folders=options.reference_diff.is_per_model)
     x, y = found.largest_at
-    raise MismatchError(
+    return MismatchError(
         f"{reference}: the picture differs by more than {threshold:g} of 255 in {found.n_pixels:,} pixels, "
         f"{allowed:,} allowed; the largest difference is {found.largest}, at {x},{y}, the mean {found.mean:.3g}"
     )
+
+
+def _require_content(reference: str) -> None:
+    """Raise `ArgumentError` for what stands in a checkout for a file that has not been fetched."""
+    with Path(reference).open("rb") as file:
+        if file.read(len(LFS_POINTER)) == LFS_POINTER:
+            raise ArgumentError(f"{reference}: a pointer of Git LFS, not the picture, which git lfs pull fetches")

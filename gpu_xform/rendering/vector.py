@@ -132,7 +132,7 @@ def render_svg(
     """
     page = make_page(paper, drawing_scale, margin, units, size, DEFAULT_SIZE)
     frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), page=page)
-    return SvgText(format_svg(*_draw_all(models, frame, style, views, projection)))
+    return SvgText(format_svg(*draw_layers(models, frame, style, views, projection)))
 
 
 @public
@@ -227,27 +227,27 @@ def render_pdf(
     """
     page = make_page(paper, drawing_scale, margin, units, size, DEFAULT_SIZE)
     frame = Frame(camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), page=page)
-    return format_pdf(*_draw_all(models, frame, style, views, projection))
+    return format_pdf(*draw_layers(models, frame, style, views, projection))
 
 
-def _draw(
+def _draw_one(
     models: Models, frame: Frame, style: Style
 ) -> tuple[tuple[float, float], Rgba, list[VectorLayer], Annotation]:
-    """Return the size, the background, the layers and the annotation of a picture, as the writers take them."""
+    """Return what `draw_layers` does, of a picture."""
     with prepare_frame(models, frame, style) as prepared:
         _require_depths_fit(prepared)
         size = prepared.view.size if frame.page is None else frame.page.sides_px(frame.dpi)
         return size, prepared.background, build_layers(prepared), make_annotation(prepared)
 
 
-def _draw_all(
+def draw_layers(
     models: Models, frame: Frame, style: Style, views: Sequence[ViewName] | str | None, projection: Projection
 ) -> tuple[tuple[float, float], Rgba, list[VectorLayer], Annotation]:
-    """Return what `_draw` does, of a picture or of a sheet of views."""
+    """Return the size, the background, the layers and the annotation of a picture or of a sheet of views."""
     sheet = plan_sheet(models, frame, style, views, projection)
     if sheet is None:
-        return _draw(models, frame, style)
-    parts = [(offset, _draw(layers, own, {})) for layers, own, offset in sheet]
+        return _draw_one(models, frame, style)
+    parts = [(offset, _draw_one(layers, own, {})) for layers, own, offset in sheet]
     all_layers = [layer.moved(*offset) for offset, (_, _, layers, _) in parts for layer in layers]
     size = parse_size(frame.size) if frame.page is None else frame.page.sides_px(frame.dpi)
     return size, parts[0][1][1], all_layers, NO_ANNOTATION

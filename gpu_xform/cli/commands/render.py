@@ -1,44 +1,43 @@
 """`gpu-xform render`: pictures of models, and their comparison with references."""
 
 import argparse
-import functools
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
-from ..._core.types import Float64Array
 from ...drawing.sheet import PROJECTIONS, VIEW_NAMES
 from ...errors import ArgumentError
 from .. import argument_types as types
-from .. import exit_codes, files, references
 from .. import options as groups
-from ..arguments_from_options import (
-    choose_device,
-    collect_picture_arguments,
-    compose_transforms,
-    require_drawing_options,
-)
+from .. import references
+from ..arguments_from_options import require_drawing_options
+from ..contact_sheet import require_sheet_options
 from ..exit_codes import DEVICE_FAILED, MISMATCH, NO_ADAPTER, WRONG_INPUT
 from ..layer_option import parse_layer
+from ..make_pictures import collect_page_arguments, make_pictures
+from ..model_paths import find_models
 from ..option_errors import name_options_in_errors
 from ..outputs import PlannedPicture, plan_outputs
-from ..paths import expand_globs
-from ..read_layers import read_layers
-from ..streams import print_stderr
+from ..paths import file_type, require_room
 
-if TYPE_CHECKING:
-    from ...device import Device
-
-USAGE = "MODEL... (-o OUT | --reference PNG) [options]"
+USAGE = "MODEL... (-o OUT | --reference PNG | ...) [options]"
 DESCRIPTION = """\
 Draw the edges of models, transformed, as a PNG, SVG or PDF picture: all models
 in one picture, or, if the path of the picture holds {model}, one picture per
-model."""
+model; compare the pictures with references, and report on them."""
 EPILOG = f"""\
-In the paths of pictures, {{model}} stands for the name of a model without folder
-and type, and {{folder}} for its folder. Missing folders of such a path are made.
-If one of several pictures fails, the others are still made. Without any option
-of style, such pictures show shaded faces, with sharp edges and outlines where
-the faces are few for the picture: a cube is legible so, and a scan is too.
+A MODEL may be a folder, for the models in it but for .npy files, or
+'FOLDER/**', quoted, also for those in all folders below it. In the paths of
+pictures, {{model}} stands for the name of a model without folder and type,
+{{suffix}} for its type, {{parent}} for the name of its folder, and {{folder}} for the
+path of that. Missing folders of such paths are made, and paths that two
+pictures would share are refused. If one of several pictures fails, the others
+are still made. Without any option of style, such pictures show shaded faces,
+with sharp edges and outlines where the faces are few for the picture: a cube is
+legible so, and a scan is too.
+
+If a folder or a pattern is given, references of no model are named, too. They
+do not change the exit code. docs/continuous_integration.md has recipes for
+GitHub, GitLab, pre-commit and Docker.
 
 The camera is placed so that all models fit the picture, unless a position is
 given. Colours are names, #rrggbb, or R,G,B from 0 to 1. PDF needs pydyf:
@@ -78,8 +77,11 @@ examples:
   # three views and an isometric one on one sheet, in SVG
   gpu-xform render part.stl -o part.svg --views front,top,right,iso \\
       --up +Z --hidden dash --edges feature,silhouette
-  # a regression test: do the models look as expected?
-  gpu-xform render *.obj --reference "expected/{{model}}.png"
+  # a regression test: do the models look as expected? the second line says yes
+  gpu-xform render parts --reference "refs/{{model}}.png" --report report.html
+  gpu-xform render parts --reference "refs/{{model}}.png" --update-references
+  # a contact sheet
+  gpu-xform render "parts/**" --sheet parts.pdf
   # pipes
   gpu-xform render house.obj -o - --rotate-x -90 | display
   zcat ball.wrl.gz | gpu-xform render - --file-type wrl -o ball.png
@@ -87,7 +89,7 @@ examples:
 exit codes (for several pictures, the lowest code of those that fail):
   0  done
   {DEVICE_FAILED}  the device failed
-  {WRONG_INPUT}  wrong usage or input
+  {WRONG_INPUT}  wrong usage or input; a reference that does not exist
   {NO_ADAPTER}  no graphics adapter: gpu-xform doctor says what to install
   {MISMATCH}  a picture does not match its reference
 """
@@ -109,6 +111,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     groups.add_page(groups.add_drawing_options(parser, resolution="1024,1024"))
     _add_views(parser)
     _add_reference(parser)
+    _add_reports(parser)
     groups.add_general_options(parser, adapter=True, rasterizer=True)
 
 
@@ -143,7 +146,8 @@ def _add_reference(parser: argparse.ArgumentParser) -> None:
         "--reference-pixels",
         metavar="N",
         type=types.parse_count,
-        help="number of pixels allowed to exceed the threshold (default: 0)",
+        help="number of pixels allowed to exceed the threshold (default: 8, and one per 20,000 of the picture, so that "
+        "a reference holds on other adapters)",
     )
     group.add_argument(
         "--reference-diff",
@@ -151,23 +155,56 @@ def _add_reference(parser: argparse.ArgumentParser) -> None:
         type=types.parse_template,
         help="write a picture of the pixels that differ to this file, if the picture does not match",
     )
+    group.add_argument(
+        "--update-references",
+        action="store_true",
+        help="write the pictures that do not match, or have no reference, as references, and say which",
+    )
+
+
+def _add_reports(parser: argparse.ArgumentParser) -> None:
+    group = parser.add_argument_group("all pictures together")
+    group.add_argument(
+        "--report",
+        metavar="FILE",
+        type=types.parse_report_path,
+        action="append",
+        default=[],
+        help="write what became of each picture: .html to look at, .json for programs, .xml (JUnit) for CI services; "
+        "may be given several times",
+    )
+    group.add_argument(
+        "--sheet",
+        metavar="FILE",
+        type=types.parse_sheet_path,
+        help="lay the models out on one contact sheet with their names: a .png, .svg or .pdf file",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
-    """Draw the models, in one picture or in one per model, and compare the pictures with references."""
+    """Draw the models, in one picture or in one per model, compare the pictures with references, and report."""
     require_drawing_options(options)
     _require_view_options(options)
     references.require_reference_options(options)
-    models = expand_globs(options.models)
-    pictures = plan_outputs(models, options.output, options.reference, options.reference_diff)
+    found = find_models(options.models)
+    pictures = plan_outputs(
+        found.paths,
+        options.output,
+        options.reference,
+        options.reference_diff,
+        updates_references=options.update_references,
+        others=[*options.report, *([] if options.sheet is None else [options.sheet])],
+    )
     _require_pixels(options, pictures)
+    require_sheet_options(options, pictures)
     _require_page(options)
-    open_device = functools.cache(lambda: choose_device(options))  # once for all pictures, when the first is read
-    make = functools.partial(_make_picture, options, compose_transforms(options), open_device)
-    if len(pictures) > 1:
-        return _make_each(pictures, make)
-    make(pictures[0])
-    return 0
+    for path in (*options.report, *([] if options.sheet is None else [options.sheet])):
+        require_room(path)
+    unused: list[str] = []
+    if options.reference is not None and found.is_whole_set:
+        unused = references.find_unused_references(options.reference, pictures)
+    options.keeps_images = any(file_type(path) == "html" for path in options.report)
+    return make_pictures(options, pictures, unused)
 
 
 def _require_view_options(options: argparse.Namespace) -> None:
@@ -192,97 +229,12 @@ def _require_pixels(options: argparse.Namespace, pictures: Sequence[PlannedPictu
         raise ArgumentError(f"{vector}: --dpi must come with a .png: a pixel of other pictures is 1/96 inch")
 
 
-def _collect_page_arguments(options: argparse.Namespace) -> dict[str, Any]:
-    """Return the keywords of the page that were typed."""
-    names = ("paper", "drawing_scale", "margin", "units")
-    return {name: getattr(options, name) for name in names if getattr(options, name) is not None}
-
-
 def _require_page(options: argparse.Namespace) -> None:
     """Raise `ArgumentError` for a page that cannot be, before models are read."""
     from ...drawing.page import make_page
     from ...drawing.prepare import DEFAULT_SIZE
 
     given: dict[str, Any] = {"paper": None, "drawing_scale": None, "margin": None, "units": "mm"}
-    given |= _collect_page_arguments(options)
+    given |= collect_page_arguments(options)
     with name_options_in_errors(options, options.models):
         make_page(**given, size=options.resolution, default_size=DEFAULT_SIZE)
-
-
-def _make_each(pictures: Sequence[PlannedPicture], make: Callable[[PlannedPicture], None]) -> int:
-    """Make all pictures that can be made; print the errors of the others, and how many there are of each kind."""
-    from ..._core import progress
-
-    codes = []
-    with progress.show_progress("render", " pictures") as move:
-        for done, picture in enumerate(pictures, 1):
-            try:
-                make(picture)
-            except exit_codes.FAILURES as error:
-                progress.write_lines(exit_codes.format_error(error, picture.name))
-                codes.append(exit_codes.exit_code_for(error))
-            move(done, len(pictures))
-    n_mismatched = codes.count(MISMATCH)
-    counts = {
-        "done": len(pictures) - len(codes),
-        "failed": len(codes) - n_mismatched,
-        "not matching the reference": n_mismatched,
-    }
-    summary = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count or outcome == "done")
-    print_stderr(f"gpu-xform: {len(pictures)} pictures: {summary}\n")
-    return min(codes, default=0)
-
-
-def _make_picture(
-    options: argparse.Namespace,
-    world_from_model: Float64Array,
-    open_device: Callable[[], "Device"],
-    picture: PlannedPicture,
-) -> None:
-    """Draw a picture, write it, and compare it with its reference."""
-    drawn = _draw(options, world_from_model, open_device, picture)
-    _warn_if_blank(drawn, picture)
-    if picture.output is not None:
-        files.write_picture(drawn, picture.output, make_folders=options.output.is_per_model)
-    if picture.reference is not None:
-        references.require_match(picture.reference, drawn, picture.difference, options)
-
-
-def _warn_if_blank(drawn: Any, picture: PlannedPicture) -> None:
-    """Say so if all pixels are alike, as they are if a camera looks past the models."""
-    if picture.file_type == "png" and all(low == high for low, high in drawn.getextrema()):
-        from ..._core import progress
-
-        reason = "the picture is blank: nothing of the models is in view, or all is of the background's colour"
-        progress.write_lines(f"gpu-xform: warning: {picture.output or picture.reference}: {reason}\n")
-
-
-def _draw(
-    options: argparse.Namespace,
-    world_from_model: Float64Array,
-    open_device: Callable[[], "Device"],
-    picture: PlannedPicture,
-) -> Any:
-    """Return a Pillow image, the text of an SVG, or the bytes of a PDF."""
-    templates = (options.output, options.reference, options.reference_diff)
-    is_of_many = any(template is not None and template.is_per_model for template in templates)
-    layers = read_layers(options, picture.models, world_from_model, options.resolution if is_of_many else None)
-    with name_options_in_errors(options, picture.models):
-        renderer = _find_renderer(options, picture.file_type)
-        arguments = collect_picture_arguments(options, layers, open_device())
-        if options.views is not None:
-            arguments |= {"views": options.views, "camera": {"up": options.up}}
-            arguments |= {} if options.projection is None else {"projection": options.projection}
-        return renderer(layers, **arguments)
-
-
-def _find_renderer(options: argparse.Namespace, file_type: str) -> Callable[..., Any]:
-    if file_type == "png":
-        from ...rendering import raster
-
-        page = _collect_page_arguments(options) | ({} if options.dpi is None else {"dpi": options.dpi})
-        return functools.partial(raster.render, rasterizer=options.rasterizer, **page)
-    from ...rendering import vector
-
-    renderer = {"svg": vector.render_svg, "pdf": vector.render_pdf}[file_type]
-    return functools.partial(renderer, **_collect_page_arguments(options))

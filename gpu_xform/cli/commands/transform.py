@@ -17,6 +17,7 @@ from .. import argument_types as types
 from .. import exit_codes, files
 from .. import options as groups
 from ..arguments_from_options import choose_device, compose_transforms
+from ..path_templates import PLACEHOLDERS
 from ..paths import STDIO, expand_globs, file_type, require_target, require_type
 from ..streams import name_file_in_errors, print_stderr, raise_warnings
 
@@ -40,8 +41,9 @@ needs the extra las, Zarr the extra zarr, several processes the extra dask:
 pip install 'gpu_xform[las]'.
 
 If there are several inputs, OUT holds {model}, which stands for the name of
-each without folder and type, or {folder}, which stands for its folder; missing
-folders are made. If one of them fails, the others are still made.
+each without folder and type, {suffix} for its type, {parent} for the name of
+its folder, or {folder} for the path of that; missing folders are made. If one
+of them fails, the others are still made.
 
 A --matrix-table is JSON ({"tile.laz": [16 numbers, row by row], ...}, a list,
 or a pose graph or camera trajectory of Open3D), CSV (a name and 16 numbers, 12,
@@ -143,7 +145,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _plan_tasks(options: argparse.Namespace, inputs: Sequence[str]) -> list[argparse.Namespace]:
     """Return the options for each input, with its `input`, `output` and `place`; raise for paths written twice."""
-    is_template = "{model}" in options.output or "{folder}" in options.output
+    is_template = any(placeholder in options.output for placeholder in PLACEHOLDERS)
     if len(inputs) > 1 and not is_template:
         raise ArgumentError(f"{options.output}: {len(inputs)} files need a path with {{model}} in it")
     table = None

@@ -383,7 +383,7 @@ def test_one_colour_means_one_number_in_a_picture_of_two_models() -> None:
         ),
         (["--scalars", "words.npy"], "words.npy must hold real numbers"),
         (["--scalars", "infinite.npy"], "scalars must be finite"),
-        (["--scalars", "{name}.npy"], "expected {model} or {folder}"),
+        (["--scalars", "{name}.npy"], "expected {model}, {suffix}, {parent} or {folder}, or"),
         (["--scalars", "x", "--color", "red"], "not allowed with"),
         (["--scalars", "x", "--cmap", "nonesuch"], "--cmap: cmap must be a colormap's name"),
         (["--scalars", "x", "--clim", "2,1"], "--clim: expected two numbers, the lower first"),
