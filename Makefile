@@ -88,6 +88,10 @@ docs: .venv/docs driver ## build the documentation site into build/site/html; wa
 test-docs: .venv/tools docs browser ## build the site, and look at each of its pages in a browser
 	@$(BIN)/pytest docs/tests
 
+.PHONY: man
+man: .venv/library ## write the manual page of the command, dist/gpu-xform.1
+	@$(BIN)/python -m docs.builder.command dist/gpu-xform.1
+
 .PHONY: wheel
 wheel: .venv/tools ## build dist/*.whl
 	@$(BIN)/pip --quiet wheel --no-deps --wheel-dir dist .

@@ -8,6 +8,9 @@ from pathlib import Path
 from sphinx.cmd.build import main as run_sphinx
 
 from .check import find_broken_links
+from .command import write_command_page
+from .gallery import write_gallery
+from .options import write_options
 from .pages import Section, write_pages, write_section
 from .project import ROOT
 from .reference import write_reference
@@ -43,6 +46,9 @@ def write_source(source: Path) -> None:
     guides = tuple(sorted(page.stem for page in (source / "guides").glob("*.md")))
     write_section(source, Section("guides", "Guides", "One subject each. The tests run the examples.", guides))
     write_reference(source)
+    write_command_page(source)
+    write_gallery(source)
+    write_options(source)
     about = ("benchmarks", "reliability", "changelog", "contributing", "architecture", "security")
     write_section(source, Section("project", "Project", "How it is measured, tested, built and changed.", about))
 

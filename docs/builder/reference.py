@@ -29,7 +29,7 @@ def write_reference(source: Path) -> None:
             body = _ROW.sub(lambda row: f"| {{py:obj}}`{row[1]} <gpu_xform.{row[1]}>` |", body)
         linked.append(f"## {title}{body}")
     pages += _write_modules(source)
-    contents = "\n".join([*pages, "conventions"])
+    contents = "\n".join([*pages, "command", "conventions"])
     write(index, "".join(linked) + f"\n```{{toctree}}\n:hidden:\n\n{contents}\n```\n")
 
 

@@ -1,10 +1,11 @@
 """How the pages of the site come about; `make test-docs` looks at the site itself."""
 
+import re
 from pathlib import Path
 
 import pytest
 
-from docs.builder import check, links, pages
+from docs.builder import check, command, gallery, links, options, pages
 from docs.builder.project import REPOSITORY
 
 ROOT = Path(__file__).parents[2]
@@ -56,3 +57,34 @@ def test_broken_links_of_finished_pages_are_found(tmp_path: Path) -> None:
         "a.html: b.html#y leads to no place of the page",
         "a.html: no.png leads to no file",
     ]
+
+
+def test_each_option_of_render_has_two_pictures_or_a_reason() -> None:
+    [render] = [each for each in command.describe_commands() if each.name == "render"]
+    typed = {option.typed for _, group in render.groups for option in group if option.typed.startswith("-")}
+    names = {words.split()[0] if words.startswith("--") else words.split()[1] for words in typed}
+    shown = set(options.PLAIN) | set(options.UNSEEN)
+    assert names == shown, "docs/builder/options.py lacks a line for an option, or has one for none"
+    for option, (_, addition) in options.PLAIN.items():
+        assert addition.split()[0] == option
+
+
+def test_there_are_two_dozen_scripts_of_pictures_each_with_its_words() -> None:
+    scripts = sorted(gallery.SCRIPTS.glob("*.py"))
+    assert len(scripts) >= 24
+    assert set(gallery.FIRST) <= {script.stem for script in scripts}
+    titles = [gallery.read_script(script)[0] for script in scripts]
+    assert len(set(titles)) == len(titles)
+    for script in scripts:
+        assert re.search(rf'"{script.stem}\.(png|webp|svg)"', script.read_text("utf-8")), script.name
+
+
+def test_the_manual_page_has_every_option_of_every_command() -> None:
+    page = command.format_man_page()
+    for each in command.describe_commands():
+        assert f'.SH "GPU-XFORM {each.name.upper()}"' in page
+        for _, group in each.groups:
+            for option in group:
+                assert f".B {command._roff(option.typed)}\n" in page
+    requests = {line.split()[0] for line in page.splitlines() if line.startswith((".", "'"))}
+    assert requests == {".TH", ".SH", ".B", ".TP", ".PP", ".SS", ".nf", ".fi"}
