@@ -95,7 +95,10 @@ UNSEEN = {
     "--reference-diff": "compares",
     "--reference-pixels": "compares",
     "--reference-threshold": "compares",
+    "--report": "writes a report",
     "--resolution": "the size in pixels",
+    "--sheet": "lays all models out on a contact sheet",
+    "--update-references": "writes references",
     "--help": "prints help",
 }
 
