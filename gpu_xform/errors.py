@@ -92,7 +92,7 @@ class TextWarning(UserWarning):
 
 
 class SizeWarning(UserWarning):
-    """A picture is padded to a size that its format can hold."""
+    """A picture is padded to a size that its format can hold, or a file is larger than most want it."""
 
 
 class ChunkWarning(UserWarning):

@@ -9,7 +9,7 @@ import io
 import os
 from collections.abc import Generator, Iterator, Sequence
 from functools import cached_property, partial
-from typing import TYPE_CHECKING, Any, Unpack, overload
+from typing import TYPE_CHECKING, Any, NamedTuple, Unpack, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -35,7 +35,7 @@ from ..drawing.camera import (
 from ..drawing.framing import framing_points
 from ..drawing.keys import check_legend, check_titles
 from ..drawing.layer import Layer, Models, Style, require_style
-from ..drawing.load_models import load_models
+from ..drawing.load_models import load_models, name_models
 from ..drawing.prepare import Frame, Size, parse_size
 from ..drawing.style_signature import show_keywords_of, show_style_keywords
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
@@ -144,7 +144,8 @@ def animate(
     require_style(style, inspect.signature(animate).parameters)
     motion = make_motion(frames, fps, n_frames, duration)
     annotations = AnnotationOptions(axes, legend, font, font_size)
-    animation = Animation(load_models(models), motion, size, camera, background, device, rasterizer, style, annotations)
+    loaded, title = load_models(models), name_models(models)
+    animation = Animation(loaded, motion, size, camera, background, device, rasterizer, style, annotations, title)
     if path is not None:
         animation.save(path, progress=progress)
     return animation
@@ -216,7 +217,12 @@ def turntable(
             options["camera"] = fit | {"direction": front_direction(up)}
 
     rotation = partial(_rotate_about, unit_axis, from_centre, to_centre, n_frames)
-    return animate(loaded, rotation, path, n_frames=n_frames, **placement, **options)
+    progress = options.pop("progress", None)
+    animation = animate(loaded, rotation, n_frames=n_frames, **placement, **options)
+    animation.title = name_models(models)
+    if path is not None:
+        animation.save(path, progress=progress)
+    return animation
 
 
 def _rotate_about(
@@ -224,6 +230,19 @@ def _rotate_about(
 ) -> Float64Array:
     """Return the pose of a frame of `turntable`; no function inside it, which could not be pickled."""
     return from_centre @ rotate(axis, 360.0 * k / n_frames, degrees=True) @ to_centre
+
+
+class AnimationRecipe(NamedTuple):
+    """Models, their motion and their style, and the view of them; a camera may be keywords of `Camera.fit`."""
+
+    models: Models
+    motion: Motion
+    style: Style
+    camera: CameraLike
+    size: tuple[int, int]
+    background: ColorLike | None
+    device: Device | None
+    annotations: AnnotationOptions
 
 
 @public
@@ -245,7 +264,9 @@ class Animation:
         rasterizer: RasterizerName,
         style: Style,
         annotations: AnnotationOptions = NO_OPTIONS,
+        title: str = "",
     ) -> None:
+        self.title = title  # of pages; empty for models without a name
         self._models = models
         self._motion = motion
         self._size = parse_size(size)
@@ -269,6 +290,26 @@ class Animation:
     def size(self) -> tuple[int, int]:
         """The size of the frames: (width, height) in pixels."""
         return self._size
+
+    @property
+    def recipe(self) -> AnimationRecipe:
+        """What the frames are made of, for what draws them in another way than as pictures.
+
+        Returns
+        -------
+        AnimationRecipe
+        """
+        camera = self.__dict__.get("camera") or self._fit
+        return AnimationRecipe(
+            self._models,
+            self._motion,
+            self._style,
+            camera,
+            self.size,
+            self._background,
+            self._device,
+            self._annotations,
+        )
 
     @property
     def fps(self) -> float:
@@ -384,7 +425,7 @@ class Animation:
                     progress(k + 1, len(self))
 
         with contextlib.ExitStack() as stack:
-            yield FrameSequence(self.size, len(self), self.fps, frames(), sample, self._is_opaque)
+            yield FrameSequence(self.size, len(self), self.fps, frames(), sample, self._is_opaque, self.title)
 
     def _draw(self, indices: Sequence[int]) -> Generator[Pixels]:
         """Yield frames by their indices; each is drawn while the caller works on the one before it."""

@@ -2,7 +2,7 @@
 
 Reading order: exit_codes, argv, paths, streams, files, matrix_table, image_files, path_templates, argument_types,
 options, model_paths, layer_option, camera_options, arguments_from_options, read_layers, option_errors, outputs,
-outcome, references, contact_sheet, reports, make_pictures, commands, parser.
+outcome, references, web_pages, contact_sheet, reports, make_pictures, commands, parser.
 """
 
 import sys

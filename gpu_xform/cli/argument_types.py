@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 Value = TypeVar("Value")
 
 PICTURE_TYPES = ("png", "svg", "pdf")
+PAGE_TYPES = ("html", "htm")  # of web pages, which draw the models themselves
 REPORT_TYPES = ("html", "json", "xml")
 AXES = ("x", "y", "z")
 LABEL_SETS = ("names", "indices")

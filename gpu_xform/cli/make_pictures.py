@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._core.types import Float64Array
 from . import exit_codes, files, references
+from .argument_types import PAGE_TYPES
 from .arguments_from_options import choose_device, collect_picture_arguments, compose_transforms
 from .contact_sheet import SheetOfModels
 from .exit_codes import MISMATCH
@@ -17,6 +18,7 @@ from .outputs import PlannedPicture
 from .read_layers import read_layers
 from .reports import RunFacts, embed_images, write_reports
 from .streams import print_stderr
+from .web_pages import make_web_page
 
 if TYPE_CHECKING:
     from ..device import Device
@@ -177,6 +179,8 @@ def _collect_arguments(options: argparse.Namespace, layers: Sequence["Layer"], d
 
 
 def _find_renderer(options: argparse.Namespace, file_type: str) -> Callable[..., Any]:
+    if file_type in PAGE_TYPES:
+        return functools.partial(make_web_page, options)
     if file_type == "png":
         from ..rendering import raster
 

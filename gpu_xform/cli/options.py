@@ -408,6 +408,18 @@ def add_page(picture: Any) -> None:
     )
 
 
+def add_web_page(parser: argparse.ArgumentParser) -> None:
+    """Add what a .html page has beside the options of drawing."""
+    group = parser.add_argument_group("web page (.html)")
+    group.add_argument("--title", metavar="TEXT", help="title of the page (default: the name of the model)")
+    group.add_argument(
+        "--max-edges",
+        metavar="N",
+        type=types.parse_count,
+        help="hold about N edges at most: points that lie close together become one (default: all)",
+    )
+
+
 def add_general_options(parser: argparse.ArgumentParser, *, adapter: bool, rasterizer: bool = False) -> Any:
     """Add the options of every command, and those of the commands that use a device or draw; return the group."""
     group = parser.add_argument_group("other options")

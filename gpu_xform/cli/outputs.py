@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
 from ..errors import ArgumentError
-from .argument_types import PICTURE_TYPES
+from .argument_types import PAGE_TYPES, PICTURE_TYPES
 from .path_templates import Template
 from .paths import STDIO, describe_files, file_type, require_target, require_type
 
@@ -33,7 +33,7 @@ class PlannedPicture:
 
     @property
     def file_type(self) -> str:
-        """One of PICTURE_TYPES: "png" if no path gives another."""
+        """One of PICTURE_TYPES or PAGE_TYPES: "png" if no path gives another."""
         return "png" if self.output is None or self.output == STDIO else file_type(self.output)
 
     @property
@@ -80,7 +80,7 @@ def plan_outputs(
 
 def _require_types(picture: PlannedPicture) -> None:
     if picture.output is not None and picture.output != STDIO:
-        require_type(picture.output, PICTURE_TYPES)
+        require_type(picture.output, (*PICTURE_TYPES, *PAGE_TYPES))
     if picture.difference == STDIO:
         raise ArgumentError("--reference-diff must be a file: only the picture itself can go to standard output")
     if picture.difference is not None:

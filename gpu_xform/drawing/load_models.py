@@ -4,6 +4,7 @@ import os
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 from .._core.masked import find_hidden_rows
 from ..compute.point_buffer import PointBuffer
@@ -14,6 +15,17 @@ from ..geometry.scene import Scene, SupportsAsModel
 from .layer import Layer, Model, Models, as_own_model, is_point_array, mesh_from_points
 
 PATH_TYPES = (str, os.PathLike)
+
+
+def name_models(models: Models) -> str:
+    """Return the name of models, before they are loaded: that of the first, and how many others there are."""
+    if isinstance(models, Sequence) and not isinstance(models, str):
+        first = name_models(models[0]) if models else ""
+        return f"{first} and {len(models) - 1} more" if first and len(models) > 1 else first
+    if isinstance(models, Layer) and models.name is not None:
+        return models.name
+    path = models.model if isinstance(models, Layer) else models
+    return Path(path).stem if isinstance(path, PATH_TYPES) else ""
 
 
 def load_models(models: Models, *, is_live: bool = False) -> Models:

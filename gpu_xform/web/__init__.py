@@ -2,5 +2,5 @@
 
 The scripts of the page are in `js/`, and are joined in the order of `program.SCRIPTS`.
 
-Reading order: arrays, mesh_data, program, poster, scene, page.
+Reading order: arrays, decimation, mesh_data, program, poster, scene, page.
 """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
@@ -13,45 +14,53 @@ from typing import Unpack
 
 import numpy as np
 
+from .._core.arguments import as_int
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_errors
 from .._core.public import public
 from .._core.targets import find_target
 from .._core.types import StrPath
-from ..animation.motion import PosesLike, make_motion
+from ..animation import Animation
+from ..animation.motion import Motion, PosesLike, make_motion
 from ..animation.poses import apply_pose
+from ..annotation.options import NO_OPTIONS
 from ..device import Device
 from ..drawing.camera import Camera, CameraLike, fit_options
 from ..drawing.intersections import add_intersections
 from ..drawing.layer import Layer, Models, Style, as_layers, is_auto, require_style
-from ..drawing.load_models import PATH_TYPES, load_models
+from ..drawing.load_models import load_models, name_models
 from ..drawing.prepare import Frame, Size, parse_size, prepare_frame
 from ..drawing.sections import cut_sections
 from ..drawing.style_signature import show_style_keywords
 from ..drawing.thin import thin_layer
-from ..errors import ArgumentError, ArgumentTypeError
+from ..errors import ArgumentError, ArgumentTypeError, SizeWarning
 from ..geometry.edges import list_edge_parts
+from ..geometry.mesh import Mesh
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from ..imaging.image import Pixels
 from ..rendering.raster import render_array
 from ..viewer.key_bindings import KEYS, POINTER
 from .arrays import ArrayStore, encode_bytes
+from .decimation import decimate_layers
 from .poster import encode_poster
 from .program import join_scripts, make_program
 from .scene import Frames, as_mesh_layer, describe_camera, describe_layers
 
 DEFAULT_SIZE = (960, 720)
 DEFAULT_TITLE = "gpu_xform"
+MANY_EDGES = 1_000_000
+STACK_LEVEL = 3
 PAGE_SHADINGS = ("none", "flat")
 _LEFT_OUT = ("S", "H, ?", "Q, Esc")  # of the window's keys, those that a page has in its own way, or has not
 _OWN_KEYS = (("S", "save the picture as PNG"), ("H, ?", "show or hide this list"))
+_TOUCH = (("fingers", "one rotates, two move and zoom"),)
 _PLAYER_KEYS = (("Space", "play or pause the animation"),)
 
 
 @public
 @show_style_keywords
 def save_page(
-    models: Models,
+    models: Models | Animation,
     path: StrPath,
     frames: PosesLike | None = None,
     *,
@@ -63,6 +72,7 @@ def save_page(
     size: Size = DEFAULT_SIZE,
     background: ColorLike | None = "white",
     device: Device | None = None,
+    max_edges: int | None = None,
     **style: Unpack[Style],
 ) -> None:
     """Write a web page that draws models live: one file, which needs no network and no server.
@@ -73,8 +83,9 @@ def save_page(
 
     Parameters
     ----------
-    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
-        The models, as `render` takes them.
+    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, a list of these, or Animation
+        The models, as `render` takes them; or an animation that moves them by matrices, as `turntable` makes one, with
+        its own frames, style, camera, size, background and device: beside it, only `title` may be given.
     path : path
         The file, whose name ends in .html or .htm. It is written as a whole or not at all.
     frames : sequence, (k, 4, 4) numbers, or function, optional
@@ -93,6 +104,9 @@ def save_page(
         The colour behind the models; None is transparent, and shows what is behind the page.
     device : Device, optional
         The device that draws the picture for browsers without scripts.
+    max_edges : int, optional
+        Hold at most about so many edges: points that lie close together become one. Without it, a page of more than a
+        million edges is written as it is, and a `SizeWarning` says how large it is.
     **style
         Keywords of `Layer`, as `render` takes them, but for `labels` and `colorbar`: a page has no texts. Positions are
         kept to a millionth of the extent of their model.
@@ -122,6 +136,7 @@ def save_page(
         size=size,
         background=background,
         device=device,
+        max_edges=max_edges,
         **style,
     )
     with atomic_write(path) as file:
@@ -129,7 +144,7 @@ def save_page(
 
 
 def make_page(
-    models: Models,
+    models: Models | Animation,
     frames: PosesLike | None = None,
     *,
     n_frames: int | None = None,
@@ -140,20 +155,50 @@ def make_page(
     size: Size = DEFAULT_SIZE,
     background: ColorLike | None = "white",
     device: Device | None = None,
+    max_edges: int | None = None,
     **style: Unpack[Style],
 ) -> bytes:
     """Return the file that `save_page` writes; raises as that does."""
     require_style(style)
     if title is not None and not isinstance(title, str):
         raise ArgumentTypeError.expecting("title", "be a text", type(title).__name__)
-    if frames is None and not (n_frames is None and duration is None and fps is None):
-        raise ArgumentError("n_frames, duration and fps go with frames")
-    color, (width, height) = parse_background(background), parse_size(size)
-    name = Path(models).stem if isinstance(models, PATH_TYPES) else ""
-    layers, moving = _make_frames(load_models(models), frames, n_frames, duration, fps, style)
-    frame = Frame(camera, (width, height), background, device)
-    page = _Page(title or name or layers[0].name or DEFAULT_TITLE, color, layers, moving, frame)
-    return page.encode()
+    if max_edges is not None and as_int(max_edges, "max_edges") < 1:
+        raise ArgumentError.expecting("max_edges", "be at least 1", max_edges)
+    if isinstance(models, Animation):
+        others = {"frames": frames, "n_frames": n_frames, "duration": duration, "fps": fps, "camera": camera, **style}
+        given = next((name for name, value in others.items() if value is not None), None)
+        if given is not None:
+            raise ArgumentError(f"{given} cannot go with an Animation, which has its own", argument=given)
+        recipe = models.recipe
+        if recipe.annotations != NO_OPTIONS:
+            raise ArgumentError("axes and legend cannot go into a page, which has no texts", argument="axes")
+        layers, moving = _follow(recipe.motion, recipe.models, recipe.style)
+        frame = Frame(recipe.camera, recipe.size, recipe.background, recipe.device)
+        name = models.title
+    else:
+        if frames is None and not (n_frames is None and duration is None and fps is None):
+            raise ArgumentError("n_frames, duration and fps go with frames")
+        frame = Frame(camera, parse_size(size), background, device)
+        loaded = load_models(models)
+        if frames is None:
+            layers, moving = _stand(loaded, style)
+        else:
+            layers, moving = _follow(make_motion(frames, fps, n_frames, duration), loaded, style)
+        name = name_models(models)
+    color = parse_background(frame.background)
+    if max_edges is not None:
+        layers = decimate_layers(layers, max_edges)
+    page = _Page(title or name or layers[0].name or DEFAULT_TITLE, color, layers, moving, frame).encode()
+    n_edges = sum(
+        {id(layer.model): len(layer.model.edges) for layer in layers if isinstance(layer.model, Mesh)}.values()
+    )
+    if n_edges > MANY_EDGES and max_edges is None:
+        size_mb = len(page) / 1e6
+        message = (
+            f"the page holds {n_edges:,} edges, and is {size_mb:.1f} MB large: max_edges (--max-edges) makes it smaller"
+        )
+        warnings.warn(message, SizeWarning, stacklevel=STACK_LEVEL)
+    return page
 
 
 def require_page_path(path: StrPath) -> None:
@@ -164,22 +209,18 @@ def require_page_path(path: StrPath) -> None:
         raise ArgumentError.expecting("path", "end in .html or .htm", repr(str(path)))
 
 
-def _make_frames(
-    models: Models,
-    frames: PosesLike | None,
-    n_frames: int | None,
-    duration: float | None,
-    fps: float | None,
-    style: Style,
-) -> tuple[list[Layer], Frames]:
+def _stand(models: Models, style: Style) -> tuple[list[Layer], Frames]:
+    """Return the layers of models that do not move, meshes in memory, and where they stand."""
+    first = as_layers(models, style)
+    _require_showable(first, is_moving=False)
+    prepared = add_intersections(cut_sections([thin_layer(as_mesh_layer(layer)) for layer in first]))
+    return prepared, Frames([layer.world_from_model[np.newaxis] for layer in prepared], 1.0)
+
+
+def _follow(motion: Motion, models: Models, style: Style) -> tuple[list[Layer], Frames]:
     """Return the layers as they are at first, their models meshes in memory, and where they stand in each frame."""
-    if frames is None:
-        first = as_layers(models, style)
-        _require_showable(first, is_moving=False)
-        prepared = add_intersections(cut_sections([thin_layer(as_mesh_layer(layer)) for layer in first]))
-        return prepared, Frames([layer.world_from_model[np.newaxis] for layer in prepared], 1.0)
-    motion = make_motion(frames, fps, n_frames, duration)
-    first, worlds = [], []
+    first: list[Layer] = []
+    worlds = []
     for k in range(motion.n_frames):
         posed = apply_pose(models, motion.pose_at(k), style)
         if k == 0:
@@ -271,7 +312,9 @@ class _Page:
         """Return the list of keys: rows that are buttons, for those who have no keyboard."""
         keys = [row for row in KEYS if row[0] not in _LEFT_OUT] + list(_OWN_KEYS)
         keys += _PLAYER_KEYS if self.frames.n_frames > 1 else ()
-        rows = [f"<div><b>{escape(what)}</b><span>{escape(effect)}</span></div>" for what, effect in POINTER]
+        rows = [
+            f"<div><b>{escape(what)}</b><span>{escape(effect)}</span></div>" for what, effect in (*POINTER, *_TOUCH)
+        ]
         for names, effect in keys:
             first = names.split(",")[0]
             key = {"Space": " "}.get(first, first.lower() if len(first) == 1 else first)

@@ -239,3 +239,14 @@ def test_a_page_is_complete_in_itself(page: Path) -> None:
     text = re.sub("[A-Za-z0-9+/=]{100,}", "", page.read_text("utf-8"))
     assert re.findall(r"\bsrc\b.*", text) == ['src = "data:image/webp;base64," + frames[k];']
     assert not re.search(r"href|https?:|@import|url\(", text)
+
+
+def test_a_page_has_the_name_of_its_model_as_title(tmp_path: Path) -> None:
+    cube = gx.Layer(gx.samples.cube(), name="A <cube>")
+    for models, title in (
+        (cube, "A &lt;cube&gt;"),
+        ([cube, cube], "A &lt;cube&gt; and 1 more"),
+        (cube.model, "Animation"),
+    ):
+        gx.turntable(models, 2, tmp_path / "page.html", size=(16, 12))
+        assert f"<title>{title}</title>" in (tmp_path / "page.html").read_text("utf-8")

@@ -165,7 +165,10 @@ def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys
         (["-", "-o", "{model}.png", "--file-type", "obj"], "{model}.png: standard input has no name to insert"),
         (["-", "-", "-o", "x.png", "--file-type", "obj"], "standard input can be read only once"),
         (["house.obj", "cube.off", "-o", "{model}.bmp"], "house.bmp: the type must be one of png"),
-        (["house.obj", "cube.off", "-o", "{model}"], "house: the type must be one of png, svg, pdf, got none"),
+        (
+            ["house.obj", "cube.off", "-o", "{model}"],
+            "house: the type must be one of png, svg, pdf, html, htm, got none",
+        ),
         (
             ["house.obj", "cube.off", "-o", "x.png", "--reference", "{model}.png"],
             "x.png: two pictures would be written",

@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
-from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError, SizeWarning
+from gpu_xform.web import page as web_page
+from tests.web.test_arrays import decode
 
 CUBE = gx.samples.cube()
 
@@ -67,3 +69,23 @@ def test_what_a_page_cannot_show_is_refused_and_nothing_is_written(
     with pytest.raises(error, match=re.escape(message)):
         gx.save_page(models, path, **given)
     assert not list(tmp_path.iterdir())
+
+
+def test_an_animation_brings_its_own_frames_and_name(tmp_path: Path) -> None:
+    gx.save_mesh(CUBE, tmp_path / "brick.obj")
+    animation = gx.turntable(tmp_path / "brick.obj", 7, fps=5, size=(32, 24), color="red")
+    gx.save_page(animation, tmp_path / "live.html")
+    scene, arrays = decode((tmp_path / "live.html").read_text("utf-8").split('id="scene">')[1].split("<")[0])
+    assert (scene["nFrames"], scene["fps"]) == (7, 5)
+    assert arrays[scene["layers"][0]["matrices"]].shape == (7, 16)
+    assert scene["layers"][0]["colors"] == {"kind": "one", "color": [1, 0, 0, 1]}
+    assert "<title>brick</title>" in (tmp_path / "live.html").read_text("utf-8")
+    with pytest.raises(ArgumentError, match=r"^color cannot go with an Animation, which has its own$"):
+        gx.save_page(animation, tmp_path / "live.html", color="blue")
+
+
+def test_a_page_of_many_edges_says_how_large_it_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(web_page, "MANY_EDGES", 11)
+    with pytest.warns(SizeWarning, match=r"^the page holds 12 edges, and is 0\.\d MB large: max_edges \(--max-edges\)"):
+        gx.save_page(CUBE, tmp_path / "cube.html", size=(32, 32))
+    gx.save_page(gx.samples.torus(9, 9), tmp_path / "ring.html", size=(32, 32), max_edges=100)

@@ -19,6 +19,7 @@ class FrameSequence:
     frames : all of them in order, to be iterated over once
     sample : draws a few of them, by their indices, before the first is requested
     is_opaque : whether all pixels of all frames are opaque
+    title : what they show; may be empty
     """
 
     size: tuple[int, int]
@@ -27,6 +28,7 @@ class FrameSequence:
     frames: Iterator[Pixels]
     sample: Callable[[Sequence[int]], Iterator[Pixels]]
     is_opaque: bool
+    title: str = ""
 
     def durations(self, unit_s: float) -> Sequence[int]:
         """Return for how many units of time each frame is shown; each begins within half a unit of its exact time."""

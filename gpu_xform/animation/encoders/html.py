@@ -12,13 +12,15 @@ from .parallel import encode_parallel
 
 MAX_SIDE_PX = 16383  # of a WebP
 CONTROLS_HEIGHT_PX, MIN_WIDTH_PX = 52, 480  # as in player.html
-FACTS, FRAMES = "/* facts */", "/* frames */"
+TITLE, FACTS, FRAMES = "/* title */", "/* facts */", "/* frames */"
+DEFAULT_TITLE = "Animation"
 
 
 def write(file: BinaryIO, sequence: FrameSequence) -> None:
     """Write a page with every frame as a lossless WebP, and a player for them."""
     sequence.require_size_within(MAX_SIDE_PX, "a page")
     page = files(__package__).joinpath("player.html").read_text("utf-8")
+    page = page.replace(TITLE, escape(sequence.title) or DEFAULT_TITLE)
     before, between, after = page.replace(FACTS, FRAMES).split(FRAMES)
     width, height = sequence.size
     facts = {"width": width, "height": height, "nFrames": sequence.n_frames, "fps": sequence.fps}

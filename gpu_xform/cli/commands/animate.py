@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from ...errors import ArgumentError
@@ -16,10 +17,12 @@ from ..arguments_from_options import (
 )
 from ..layer_option import parse_layer
 from ..option_errors import name_options_in_errors
-from ..paths import expand_globs
+from ..paths import expand_globs, require_type
 from ..read_layers import read_layers, read_style
+from ..web_pages import LEFT_OUT, find_given
 
 if TYPE_CHECKING:
+    from ...animation import Animation
     from ...drawing.layer import Style
 
 DEFAULT_FRAMES = 100
@@ -30,7 +33,8 @@ Draw models that rotate once, or that are moved by one matrix per frame, as an
 animated file."""
 EPILOG = """\
 The end of OUT gives the format: .gif, .png or .apng (animated PNG), .webp,
-.mp4, .webm, or .html (a web page with a player). If OUT holds {frame}, or
+.mp4, .webm, or .html (a web page with a player; with --live, the models
+themselves, which can be turned). If OUT holds {frame}, or
 {frame:04} for four digits, one PNG per frame is written. MP4 and WebM need
 PyAV: pip install 'gpu_xform[video]'. The camera is placed so that every frame
 fits the picture.
@@ -41,6 +45,7 @@ examples:
       --frames 200 --fps 30 --resolution 1280x720
   gpu-xform animate house.obj -o "frames/{frame:04}.png" --rotate-x 20
   gpu-xform animate arm.ply -o arm.html --matrices poses.npy --no-background
+  gpu-xform animate house.obj -o house.html --live --hidden remove
   gpu-xform animate fox.glb -o fox.gif --animation Run
 """
 
@@ -82,6 +87,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--fps", metavar="N", type=types.parse_frame_rate, default="20", help="frames per second (default: %(default)s)"
     )
+    group.add_argument(
+        "--live",
+        action="store_true",
+        help="write a .html page that holds the models in place of pictures: they can be turned while they move",
+    )
     groups.add_drawing_options(parser, resolution="640,480")
     groups.add_general_options(parser, adapter=True, rasterizer=True)
 
@@ -89,6 +99,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Draw models in motion."""
     require_drawing_options(options)
+    if options.live:
+        _require_live(options)
     if options.axis is not None or options.frames is not None:
         if options.matrices is not None:
             raise ArgumentError("--axis and --frames are for --turntable: --matrices has one matrix per frame")
@@ -110,11 +122,31 @@ def run(options: argparse.Namespace) -> int:
         if options.matrices is None:
             axis = options.up if options.axis is None else options.axis
             n_frames = DEFAULT_FRAMES if options.frames is None else options.frames
-            animation.turntable(layers, n_frames, options.output, axis=axis, **arguments)
+            made = animation.turntable(layers, n_frames, axis=axis, **arguments)
         else:
             stack = files.read_matrix_stack(options.matrices, "frames")
-            animation.animate(layers, stack, options.output, **arguments)
+            made = animation.animate(layers, stack, **arguments)
+        _save(made, options)
     return 0
+
+
+def _require_live(options: argparse.Namespace) -> None:
+    """Raise `ArgumentError` for what a page that holds the models does not have."""
+    require_type(options.output, types.PAGE_TYPES)
+    given = find_given(options, LEFT_OUT)
+    if given is not None:
+        raise ArgumentError(f"{given} cannot go with --live")
+    if options.rasterizer != "auto":
+        raise ArgumentError("--rasterizer cannot go with --live: the browser draws")
+
+
+def _save(made: "Animation", options: argparse.Namespace) -> None:
+    if options.live:
+        from ...web.page import save_page
+
+        save_page(made, options.output)
+    else:
+        made.save(options.output)
 
 
 def _play(options: argparse.Namespace, paths: Sequence[str]) -> int:
@@ -135,5 +167,7 @@ def _play(options: argparse.Namespace, paths: Sequence[str]) -> int:
     arguments = collect_picture_arguments(options, as_layers(scene, cast("Style", style)), choose_device(options))
     with name_options_in_errors(options, paths):
         clip = scene.animations[options.animation]
-        animation.animate(scene, clip, options.output, fps=options.fps, **style, **arguments)
+        made = animation.animate(scene, clip, fps=options.fps, **style, **arguments)
+        made.title = Path(path).stem
+        _save(made, options)
     return 0

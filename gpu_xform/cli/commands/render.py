@@ -18,12 +18,14 @@ from ..model_paths import find_models
 from ..option_errors import name_options_in_errors
 from ..outputs import PlannedPicture, plan_outputs
 from ..paths import file_type, require_room
+from ..web_pages import require_web_page_options
 
 USAGE = "MODEL... (-o OUT | --reference PNG | ...) [options]"
 DESCRIPTION = """\
-Draw the edges of models, transformed, as a PNG, SVG or PDF picture: all models
-in one picture, or, if the path of the picture holds {model}, one picture per
-model; compare the pictures with references, and report on them."""
+Draw the edges of models, transformed, as a PNG, SVG or PDF picture, or as a web
+page that draws them live: all models in one picture, or, if the path of the
+picture holds {model}, one picture per model; compare the pictures with
+references, and report on them."""
 EPILOG = f"""\
 A MODEL may be a folder, for the models in it but for .npy files, or
 'FOLDER/**', quoted, also for those in all folders below it. In the paths of
@@ -77,6 +79,8 @@ examples:
   # three views and an isometric one on one sheet, in SVG
   gpu-xform render part.stl -o part.svg --views front,top,right,iso \\
       --up +Z --hidden dash --edges feature,silhouette
+  # a web page in which the model can be turned, zoomed and restyled
+  gpu-xform render part.stl -o part.html --up +Z --hidden remove
   # a regression test: do the models look as expected? the second line says yes
   gpu-xform render parts --reference "refs/{{model}}.png" --report report.html
   gpu-xform render parts --reference "refs/{{model}}.png" --update-references
@@ -104,11 +108,12 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="OUT",
         type=types.parse_template,
-        help="the picture: a .png, .svg or .pdf file, one per model if the path holds {model}; "
-        "- for a PNG on standard output",
+        help="the picture: a .png, .svg or .pdf file, or a .html page that draws the models live in a browser; one "
+        "per model if the path holds {model}; - for a PNG on standard output",
     )
     groups.add_reading_options(group)
     groups.add_page(groups.add_drawing_options(parser, resolution="1024,1024"))
+    groups.add_web_page(parser)
     _add_views(parser)
     _add_reference(parser)
     _add_reports(parser)
@@ -196,6 +201,7 @@ def run(options: argparse.Namespace) -> int:
         others=[*options.report, *([] if options.sheet is None else [options.sheet])],
     )
     _require_pixels(options, pictures)
+    require_web_page_options(options, pictures)
     require_sheet_options(options, pictures)
     _require_page(options)
     for path in (*options.report, *([] if options.sheet is None else [options.sheet])):

@@ -319,7 +319,7 @@ def test_a_document_of_two_models_has_a_group_of_each() -> None:
     [
         (["-o", "x.svg", "--reference", "out.png"], "x.svg: only a .png can be compared with a --reference"),
         (["-o", "x.png", "--reference", "out.png", "--reference-diff", "d.svg"], "d.svg: the type must be one of png"),
-        (["-o", "x.bmp"], "x.bmp: the type must be one of png, svg, pdf, got bmp"),
+        (["-o", "x.bmp"], "x.bmp: the type must be one of png, svg, pdf, html, htm, got bmp"),
     ],
 )
 def test_documents_are_not_compared(typed: list[str], words: str, capsys: pytest.CaptureFixture[str]) -> None:
