@@ -96,6 +96,8 @@ UNSEEN = {
     "--reference-pixels": "compares",
     "--reference-threshold": "compares",
     "--report": "writes a report",
+    "--max-edges": "makes a web page smaller",
+    "--title": "names a web page",
     "--resolution": "the size in pixels",
     "--sheet": "lays all models out on a contact sheet",
     "--update-references": "writes references",
