@@ -12,7 +12,8 @@ from ..device import Device, opened_device
 from ..host import HostDevice
 from ._precision import DOUBLE, MIN_EXTENT_PER_COORDINATE, SINGLE
 from .host.choose import MIN_COMPILED_PRODUCTS
-from .host.vectorized import transform
+from .host.vectorized import MIN_COPIED_POINTS, transform
+from .host.vectorized import transform_few as apply_to_few
 from .kernels.job import Epilogue
 
 # No entry of a matrix of a smaller norm is infinite, or beyond what float32 holds.
@@ -62,7 +63,11 @@ def _transform_on_host(
     out: npt.NDArray[Any],
     epilogue: Epilogue,
 ) -> None:
-    transform(points, matrix if out.dtype is DOUBLE else matrix.astype(out.dtype), out, epilogue)
+    m = matrix if out.dtype is DOUBLE else matrix.astype(out.dtype)
+    if epilogue is Epilogue.NONE and len(points) < MIN_COPIED_POINTS:  # each call on the way shows
+        apply_to_few(points, m, out)
+    else:
+        transform(points, m, out, epilogue)
 
 
 @cache

@@ -5,7 +5,7 @@ rows and columns at its start as the kernel has but one (Oppenheim and Schafer, 
 """
 
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -18,9 +18,12 @@ from ..kernels.convolution_job import Extend, Stencil, copy_extended, fits
 KERNELS_PER_BLOCK = 12
 BLOCKS_PER_STRIP = 4
 MIN_BLOCK, MAX_BLOCK = 256, 512  # MAX_BLOCK where the kernel is no larger than half of it
+# Divided by a float both ways: what is divided by the integer 1 NumPy 2 computes in a wider type, which takes
+# float32 seven times as long.
+NORM: Literal["ortho"] = "ortho"
 # On a CPU a dense kernel of more takes longer on the device; measured with float32.
 MAX_DIRECT_TAPS_ON_CPU = 256
-MAX_DIRECT_TAPS_ON_HOST = 361
+MAX_DIRECT_TAPS_ON_HOST = 324
 
 
 def choose_fourier(images: npt.NDArray[Any], stencil: Stencil, device: Device, dtype: np.dtype[Any]) -> bool:
@@ -58,12 +61,12 @@ def correlate_by_fourier(
         results = np.empty((*planes.shape[:2], n_y, n_strip), dtype)
         for x in range(0, n_strip, step_x):
             n_x = min(step_x, n_strip - x)
-            product = np.fft.rfft(planes[..., x : x + n_x + overlap[1]], sides[1])
-            product = np.fft.fft(product, sides[0], axis=-2)
+            product = np.fft.rfft(planes[..., x : x + n_x + overlap[1]], sides[1], norm=NORM)
+            product = np.fft.fft(product, sides[0], axis=-2, norm=NORM)
             product *= spectrum
             # The rows at the start are not transformed back.
-            product = np.fft.ifft(product, axis=-2)[..., overlap[0] : overlap[0] + n_y, :]
-            results[..., x : x + n_x] = np.fft.irfft(product, sides[1])[..., overlap[1] : overlap[1] + n_x]
+            product = np.fft.ifft(product, axis=-2, norm=NORM)[..., overlap[0] : overlap[0] + n_y, :]
+            results[..., x : x + n_x] = np.fft.irfft(product, sides[1], norm=NORM)[..., overlap[1] : overlap[1] + n_x]
         if out.dtype.kind == "u":
             results = np.clip(np.rint(results), 0, np.iinfo(out.dtype).max)
         out[:, y : y + n_y, left : left + n_strip] = np.moveaxis(results, 1, 3)
@@ -75,11 +78,22 @@ def correlate_by_fourier(
 
 
 def _choose_block(n: int, size: int) -> int:
-    """Return how long blocks are for a side of a kernel, `n`, and of an image: a length that transforms fast."""
+    """Return how long blocks are for a side of a kernel, `n`, and of an image: a length that transforms fast.
+
+    Of those that are about KERNELS_PER_BLOCK kernels long, the one of which the fewest numbers cover the image.
+    """
     wanted = max(min(MAX_BLOCK, KERNELS_PER_BLOCK * n), 2 * n, MIN_BLOCK)
-    return _next_fast_length(min(wanted, size + n - 1))
+    longest = _next_fast_length(min(wanted + wanted // 4, size + n - 1))
+    shortest = max(wanted - wanted // 4, 2 * n)
+    lengths = [side for side in _list_fast_lengths(longest) if side >= shortest] or [longest]
+    return min(lengths, key=lambda side: (-(-size // (side - n + 1)) * side, side))
 
 
 def _next_fast_length(n: int) -> int:
-    """Return the smallest power of 2, or 3 or 5 times one, that is `n` or more."""
-    return min(factor << max(0, (-(-n // factor) - 1).bit_length()) for factor in (1, 3, 5))
+    """Return the smallest fast length that is `n` or more."""
+    return min(side for side in _list_fast_lengths(2 * n) if side >= n)
+
+
+def _list_fast_lengths(longest: int) -> list[int]:
+    """Return products of a power of 2 and of 1, 3, 5, 9 or 15, up to `longest`, in no order."""
+    return [factor << k for factor in (1, 3, 5, 9, 15) for k in range(longest.bit_length()) if factor << k <= longest]

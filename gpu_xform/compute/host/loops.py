@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .compile import compile_function, compile_loop
+from .packed_loops import transform_packed as transform_packed  # found here as the other loops are
 
 Array = npt.NDArray[Any]
 
@@ -147,11 +148,11 @@ def find_too_large(words: Array, mask: Any, addend: Any, signs: Any) -> bool:
 
 
 @compile_function
-def is_own(indices: Array, first: int, end: int) -> bool:
-    """Say whether each of the indices from `first` to `end` is its own place."""
+def is_own(indices: Array, first: int) -> bool:
+    """Say whether each of the indices, which begin at `first`, is its own place."""
     difference = np.int64(0)
-    for i in range(first, end):
-        difference |= indices[i] ^ i
+    for i in range(len(indices)):
+        difference |= indices[i] ^ (first + i)
     return bool(difference == 0)
 
 
@@ -183,23 +184,27 @@ def transform_each(
     """
     n_blocks, n_points, n_matrices = len(starts) - 1, len(points), len(matrices)
     n_words = len(words) // n_matrices
-    number = out.dtype.type
+    number, one = out.dtype.type, matrices.dtype.type(1)
     for block in numba.prange(n_blocks):
         first, end = starts[block], starts[block + 1]
         wrong = False
-        if epilogue == NONE and n_matrices == n_points and is_own(indices, first, end):
-            # In steps whose matrices stay in a processor's nearest cache from the check to the use.
-            for low in range(first, end, 64):
-                high = min(low + 64, end)
-                wrong |= find_too_large(words[n_words * low : n_words * high], mask, addend, signs)
-                source, target, own = points[low:high], out[low:high], matrices[low:high]
-                for i in range(len(source)):
-                    m = own[i]
-                    wrong |= is_not_affine(m)
-                    x, y, z = source[i, 0], source[i, 1], source[i, 2]
-                    target[i, 0] = number(m[0, 0]) * x + number(m[0, 1]) * y + number(m[0, 2]) * z + number(m[0, 3])
-                    target[i, 1] = number(m[1, 0]) * x + number(m[1, 1]) * y + number(m[1, 2]) * z + number(m[1, 3])
-                    target[i, 2] = number(m[2, 0]) * x + number(m[2, 1]) * y + number(m[2, 2]) * z + number(m[2, 3])
+        if epilogue == NONE and n_matrices == n_points and is_own(indices[first:end], first):
+            # What is wrong with a matrix shows in a sum that is 0 otherwise: the last row, and results that are not
+            # finite, as one entry that is not leaves none. Only then are all entries looked at.
+            source, target, own, seen = points[first:end], out[first:end], matrices[first:end], one - one
+            for i in range(len(source)):
+                xx, xy, xz, xw = number(own[i, 0, 0]), number(own[i, 0, 1]), number(own[i, 0, 2]), number(own[i, 0, 3])
+                yx, yy, yz, yw = number(own[i, 1, 0]), number(own[i, 1, 1]), number(own[i, 1, 2]), number(own[i, 1, 3])
+                zx, zy, zz, zw = number(own[i, 2, 0]), number(own[i, 2, 1]), number(own[i, 2, 2]), number(own[i, 2, 3])
+                x, y, z = source[i, 0], source[i, 1], source[i, 2]
+                x, y, z = xx * x + xy * y + xz * z + xw, yx * x + yy * y + yz * z + yw, zx * x + zy * y + zz * z + zw
+                target[i, 0], target[i, 1], target[i, 2] = x, y, z
+                last = (abs(own[i, 3, 0]) + abs(own[i, 3, 1])) + (abs(own[i, 3, 2]) + abs(own[i, 3, 3] - one))
+                seen += last + ((x - x) + ((y - y) + (z - z)))
+            if seen != 0:
+                wrong |= find_too_large(words[n_words * first : n_words * end], mask, addend, signs)
+                for i in range(first, end):
+                    wrong |= is_not_affine(matrices[i])
         else:
             low, high = first, end
             if n_matrices != n_points:

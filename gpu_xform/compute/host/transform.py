@@ -44,8 +44,14 @@ def apply_matrices(
     """Write each of `matrices` (k, 4, 4) applied to points (n, 2 or 3) into `out` (k, n, 2 or 3), all of one dtype."""
     n_points, n_components = points.shape
     is_much = n_points * len(matrices) >= MIN_COMPILED_PRODUCTS or len(matrices) >= MIN_COMPILED_MATRICES
-    if is_much and run_loop(f"transform_{n_components}d", (points, matrices), out, int(epilogue)):
-        return
+    if is_much:
+        is_packed = points.flags.c_contiguous and out.flags.c_contiguous and n_components == 3
+        if is_packed and epilogue is Epilogue.NONE:
+            is_done = run_loop("transform_packed", (points, matrices), out)
+        else:
+            is_done = run_loop(f"transform_{n_components}d", (points, matrices), out, int(epilogue))
+        if is_done:
+            return
     for m, target in zip(matrices, out, strict=True):
         if epilogue is Epilogue.NONE and n_points >= MIN_COMPILED_PRODUCTS:
             blas.transform_affine(points, m, target)

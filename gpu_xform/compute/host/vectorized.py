@@ -45,12 +45,12 @@ def transform(points: Array, m: Array, out: Array, epilogue: Epilogue) -> None:
 def transform_few(points: Array, m: Array, out: Array) -> None:
     """Write `m` (4, 4), affine, applied to points (n, 3), into `out` (n, 3), by as few calls as can be.
 
-    Calls take most of the time of few points. Along its first axis NumPy adds one after the other.
+    Calls take most of the time of few points. Along any axis but the last NumPy adds one after the other.
     """
-    homogeneous = np.empty((4, 1, len(points)), m.dtype)
-    homogeneous[:3, 0] = points.T
+    homogeneous = np.empty((4, len(points)), m.dtype)
+    homogeneous[:3] = points.T
     homogeneous[3] = 1
-    np.add.reduce(homogeneous * m.T[:, :3, None], 0, out=out.T)
+    np.add.reduce(m[:3, :, None] * homogeneous, 1, None, out.T)
 
 
 def transform_by_index(points: Array, indices: Array, matrices: Array, out: Array, epilogue: Epilogue) -> None:
