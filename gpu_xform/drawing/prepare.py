@@ -22,7 +22,6 @@ from ..errors import ArgumentError, MeshError
 from ..geometry.mesh import Mesh
 from ..gpu.device import GpuDevice, resolve_gpu_device
 from ..imaging.colors import ColorLike, Rgba, parse_background
-from . import limits
 from .axes_layout import Layout, box_of_axes, lay_out
 from .boxes import box_corners
 from .build_draw_list import build_draw_list, needs_depth_order
@@ -31,9 +30,10 @@ from .cloud_source import CloudSource, Source, is_cloud
 from .depth import NO_DEPTH_CUE, DepthCue, fit_depth_cue, reverse_z
 from .draw_list import DrawList
 from .framing import Framing
-from .geometry_source import MeshSource, geometry_source
+from .geometry_source import geometry_source
 from .intersections import add_intersections
 from .keys import check_legend, check_titles, color_bars, legend_entries
+from .large_buffers import read_large_buffer
 from .layer import Layer, Models, Style, as_layers, at_present, with_lengths_in_pixels
 from .lengths import PX_PER_INCH
 from .page import Page
@@ -45,7 +45,6 @@ from .view import View
 DEFAULT_SIZE = (1024, 1024)
 MAX_SIDE_PX = 1 << 16  # single precision still places lines within a hundredth of a pixel there
 MAX_PIXELS = 1 << 30
-MANY_POINTS = 1 << 20  # that take a while to look at: whether a device holds them is asked first
 
 Size: TypeAlias = Sequence[int]
 
@@ -89,12 +88,10 @@ class PreparedFrame:
 
 
 @contextlib.contextmanager
-def prepare_frame(
-    models: Models, frame: Frame, style: Style, *, draws_any_size: bool = False
-) -> Iterator[PreparedFrame]:
+def prepare_frame(models: Models, frame: Frame, style: Style, *, draws_clouds: bool = False) -> Iterator[PreparedFrame]:
     """Lend all that a picture needs, on its device, for the time of the block. Raises as `render` does.
 
-    draws_any_size : points that nothing joins may come as the clouds of the draw list, and large meshes in parts
+    draws_clouds : points that nothing joins may come as the clouds of the draw list
     """
     background = parse_background(frame.background)
     page = frame.page
@@ -107,8 +104,9 @@ def prepare_frame(
     given = [with_lengths_in_pixels(layer, frame.dpi) for layer in as_layers(models, style)]
     layers = add_intersections(cut_sections([thin_layer(at_present(layer)) for layer in given]))
     open_device = cache(lambda: resolve_gpu_device(_own_device(layers) if frame.device is None else frame.device))
+    layers = [read_large_buffer(layer, open_device) for layer in layers]
     sources: list[Source] = [
-        _cloud_source(layer, number, open_device) if draws_any_size and is_cloud(layer) else geometry_source(layer)
+        _cloud_source(layer, number, open_device) if draws_clouds and is_cloud(layer) else geometry_source(layer)
         for number, layer in enumerate(layers)
     ]
     layers = [_resolve_attributes(layer, source) for layer, source in zip(layers, sources, strict=True)]
@@ -119,8 +117,6 @@ def prepare_frame(
         if isinstance(source, CloudSource):
             with prefix_errors(source.name or f"models[{number}]") if len(layers) > 1 else contextlib.nullcontext():
                 source.choose_colors(layer)
-        elif source.n_points > MANY_POINTS:
-            _require_fits(source, open_device(), cuts_meshes=draws_any_size)
     aspect = width / height if page is None else page.aspect
     framing = Framing(layers, sources)
     box = None
@@ -151,8 +147,6 @@ def prepare_frame(
     layers = [*layout.layers, *layers]
     sources = [*map(geometry_source, layout.layers), *sources]
     device = open_device()
-    for source in sources:
-        _require_fits(source, device, cuts_meshes=draws_any_size)
     forward_z = layout.forward_z
     drawn = cache(lambda: framing.drawn_points(forward_z))
     clip_from_world = reverse_z(forward_z, drawn)
@@ -218,14 +212,3 @@ def _find_box(framing: Framing) -> Float64Array:
 
 def _own_device(layers: Sequence[Layer]) -> Device | None:
     return next((layer.model.device for layer in layers if isinstance(layer.model, PointBuffer)), None)
-
-
-def _require_fits(source: Source, device: GpuDevice, *, cuts_meshes: bool) -> None:
-    """Raise for more points than a drawable of the device holds, unless it is cut into several."""
-    if isinstance(source, CloudSource) or (cuts_meshes and isinstance(source, MeshSource)):
-        return
-    most = limits.max_points(device)
-    if source.n_points > most:
-        raise ArgumentError.expecting(
-            "model", f"have at most {most:,} points on {device.name!r}", f"{source.n_points:,}"
-        )

@@ -275,7 +275,7 @@ def begin_render(
     overlap_with : a picture that was begun earlier, to be read while this one is drawn
     """
     require_rasterizer(rasterizer)
-    with prepare_frame(models, frame, style, draws_any_size=True) as prepared:
+    with prepare_frame(models, frame, style, draws_clouds=True) as prepared:
         drawables, size = prepared.draw_list.drawables, prepared.view.size
         chosen = rasterizer_for(prepared.device, rasterizer, lambda: estimate_workload(drawables, size))
         annotation = make_annotation(prepared)

@@ -35,7 +35,10 @@ def build_layers(prepared: PreparedFrame) -> list[VectorLayer]:
         layer_of.update({id(lines): index for lines in drawable.lines})
         if drawable.faces is not None:
             visible_triangles.setdefault(index, []).append(visible)
-    fills = collect_fills(prepared, {index: np.vstack(parts) for index, parts in visible_triangles.items()})
+    n_instances = [len(layer.world_from_model) for layer in prepared.layers]
+    fills = collect_fills(
+        prepared, {index: _join_parts(parts, n_instances[index]) for index, parts in visible_triangles.items()}
+    )
     parts = [fill for instances in fills.values() for fill in instances]
     polygons = sort_fills(parts, background) if parts else None
     is_of_first = list(fills) == [0]
@@ -44,6 +47,19 @@ def build_layers(prepared: PreparedFrame) -> list[VectorLayer]:
         own = [split for split in splits if layer_of[id(split.batch.lines)] == index]
         layers.append(_build_layer(source.name, own, polygons if is_of_first and index == 0 else None))
     return layers
+
+
+def _join_parts(drawables: Sequence[BoolArray], n_instances: int) -> BoolArray:
+    """Return what is known of the triangles of each instance (k, t), of drawables that hold some of both.
+
+    Those of a part of a mesh follow one another, instance by instance or together; then come those of the next part.
+    """
+    parts: list[list[BoolArray]] = [[]]
+    for rows in drawables:
+        if sum(map(len, parts[-1])) == n_instances:
+            parts.append([])
+        parts[-1].append(rows)
+    return np.hstack([np.vstack(part) for part in parts])
 
 
 def _max_span_px(lines: Lines) -> float:

@@ -148,7 +148,3 @@ def test_what_cannot_be_drawn_is_refused_before_its_points_are_looked_at(monkeyp
     cloud = np.zeros((MIN_CLOUD_POINTS, 3), np.float32)
     with pytest.raises(ArgumentError, match=r"^scalars must have one number for each of the 131072 points, got 3$"):
         draw(cloud, scalars=np.zeros(3))
-    monkeypatch.setattr("gpu_xform.drawing.prepare.MANY_POINTS", 30)
-    monkeypatch.setattr("gpu_xform.drawing.limits.max_points", lambda _: 36)
-    with pytest.raises(ArgumentError, match=r"^model must have at most 36 points on '.*', got 42$"):
-        gx.render_svg(gx.samples.icosphere(1))

@@ -502,15 +502,40 @@ def test_a_model_without_edges_is_a_mesh_error(mesh: Mesh) -> None:
         gx.render_array(mesh)
 
 
-def test_points_on_the_device_larger_than_a_binding_are_refused(device_with_limits: DeviceFactory) -> None:
-    mesh = samples.icosphere(1)
-    for limits in ({"max_binding_bytes": 640}, {"max_workgroups": 10, "max_workgroup_size": 1}):
-        device = device_with_limits(**limits)
+@pytest.mark.parametrize("limits", [{"max_binding_bytes": 640}, {"max_workgroups": 10, "max_workgroup_size": 1}])
+def test_points_on_the_device_larger_than_a_binding_are_drawn_in_parts(
+    limits: dict[str, int], device: GpuDevice, device_with_limits: DeviceFactory
+) -> None:
+    mesh, size = samples.icosphere(1), (96, 64)
+    narrow = device_with_limits(**limits)
+    matrix = gx.rotate_x(0.3)
+    camera = gx.Camera.fit(mesh.positions)
+    pictures = []
+    for each in (device, narrow):
         with (
-            gx.PointBuffer(mesh.positions, device=device) as points,
-            pytest.raises(ArgumentError, match=r"^model must have at most 40 points on '.*', got 42$"),
+            gx.PointBuffer(mesh.positions, device=each) as points,
+            gx.compute.mesh_buffer.MeshBuffer(mesh, device=each) as faces,
         ):
-            gx.render_array(points, edges=mesh.edges)
+            moved = points.transformed(matrix)
+            layers = [
+                Layer(moved, edges=mesh.edges, line_width=2),
+                Layer(points, point_size=3, color="red", transform=gx.translate(1, 0, 0)),
+                Layer(faces.transformed(matrix), fill="orange", hidden="remove", transform=gx.translate(-1, 0, 0)),
+            ]
+            pictures.append(gx.render_array(layers, size=size, camera=camera, device=each).astype(int))
+            with pytest.raises(ArgumentError, match=r"^edges by name need a model with faces, got 'boundary' for a P"):
+                gx.render_array(points, edges="boundary", device=each)
+    assert (pictures[0] != 255).any()
+    assert np.abs(pictures[0] - pictures[1]).max() <= 2
+
+
+def test_a_large_buffer_of_another_device_is_refused(device: GpuDevice, device_with_limits: DeviceFactory) -> None:
+    narrow = device_with_limits(max_binding_bytes=640)
+    with (
+        gx.PointBuffer(samples.icosphere(1).positions, device=device) as points,
+        pytest.raises(ArgumentError, match=r"^model is on .*: they must be one$"),
+    ):
+        gx.render_array(points, device=narrow)
 
 
 SEVERAL_COLORS = -1
@@ -569,8 +594,6 @@ def test_dashes_and_covers_of_a_mesh_in_parts(device: GpuDevice, device_with_lim
     layers = [Layer(mesh, fill=colors), Layer(samples.cube(), transform=gx.scale(0.7))]
     whole, cut_up = (gx.render_array(layers, size=(96, 64), device=each) for each in (device, narrow))
     assert np.abs(whole.astype(int) - cut_up).max() <= 2
-    with pytest.raises(ArgumentError, match=r"^model must have at most 20 points on '.*', got 42$"):
-        gx.render_svg(mesh, device=narrow)
 
 
 def some_colors(n: int) -> Array:

@@ -259,3 +259,55 @@ def test_more_spans_than_one_binding_holds_are_written_in_several_dispatches(
     monkeypatch.setattr(type(small.context.handle), "create_bind_group", spy)
     assert render_svg(BALL, device=small, **options) == whole
     assert 1 << 13 < max(sizes) <= 1 << 14
+
+
+@pytest.mark.parametrize(
+    "style",
+    [
+        {"edges": "feature", "feature_angle": 5, "line_width": 2},
+        {"hidden": "remove", "color": "navy", "point_size": 3},
+        {"fill": "face", "shading": "flat", "alpha": 0.6},
+        {"fill": "white", "edges": "silhouette"},
+        {"hidden": "remove", "scalars": "z"},
+    ],
+)
+def test_a_mesh_larger_than_a_binding_is_drawn_in_parts(
+    style: dict[str, Any], device: GpuDevice, device_with_limits: DeviceFactory
+) -> None:
+    """Lines and faces of one that is cut are those of one that is whole, for two instances."""
+    ball = gx.samples.icosphere(2)
+    if "scalars" in style:
+        style = {**style, "scalars": ball.positions[:, 2]}
+    narrow = device_with_limits(max_binding_bytes=16 * 121)  # 120 points of 162; depths of 20 x 16 pixels fit
+    instances = np.stack([gx.rotate_x(0.3), gx.translate(1.5, 0.4, 0.2) @ gx.scale(1.1)])
+    found = []
+    for each in (device, narrow):
+        with prepare_frame(
+            gx.Layer(ball, transform=instances, **style), Frame(size=(20, 16), device=each), {}
+        ) as frame:
+            n_drawables = len(frame.draw_list.drawables)
+            found.append(build_layers(frame))
+    assert n_drawables > 2
+    for whole, cut in zip(*found, strict=True):
+        for name in ("segments", "hidden"):
+            expected, result = (np.asarray(getattr(layer, name)) for layer in (whole, cut))
+            order = [np.lexsort(rows.reshape(len(rows), -1).T) for rows in (expected, result)]
+            assert np.allclose(expected[order[0]], result[order[1]], atol=1e-3)
+        assert (whole.polygons is None) == (cut.polygons is None)
+        if whole.polygons is not None and cut.polygons is not None:
+            assert np.array_equal(whole.polygons.offsets, cut.polygons.offsets)
+            assert np.allclose(whole.polygons.points, cut.polygons.points, atol=1e-3)
+            assert np.array_equal(whole.polygons.colors, cut.polygons.colors)
+        assert (whole.points is None) == (cut.points is None)
+        if whole.points is not None and cut.points is not None:
+            assert np.allclose(np.sort(whole.points.circles, axis=0), np.sort(cut.points.circles, axis=0), atol=1e-3)
+
+
+def test_points_on_the_device_larger_than_a_binding_are_in_svg_and_pdf(device_with_limits: DeviceFactory) -> None:
+    ball = gx.samples.icosphere(2)
+    narrow = device_with_limits(max_binding_bytes=16 * 121)
+    with gx.PointBuffer(ball.positions, device=narrow) as points:
+        options: dict[str, Any] = {"edges": ball.edges, "size": (20, 16)}
+        expected = render_svg(gx.Mesh(ball.positions.astype(np.float32)), **options)
+        assert render_svg(points, **options) == expected
+        assert render_pdf(points, **options).startswith(b"%PDF")

@@ -50,7 +50,7 @@ def transform_few(points: Array, m: Array, out: Array) -> None:
     homogeneous = np.empty((4, len(points)), m.dtype)
     homogeneous[:3] = points.T
     homogeneous[3] = 1
-    np.add.reduce(m[:3, :, None] * homogeneous, 1, None, out.T)
+    np.add.reduce(m[:3, :, None] * homogeneous, 1, out=out.T)
 
 
 def transform_by_index(points: Array, indices: Array, matrices: Array, out: Array, epilogue: Epilogue) -> None:
