@@ -10,6 +10,7 @@ from sphinx.cmd.build import main as run_sphinx
 from .check import find_broken_links
 from .command import write_command_page
 from .gallery import write_gallery
+from .notebook import write_notebook
 from .options import write_options
 from .pages import Section, write_pages, write_section
 from .project import ROOT
@@ -43,12 +44,16 @@ def write_source(source: Path) -> None:
     shutil.copytree(HERE / "pages", source)
     shutil.copytree(ROOT / "docs" / "images", source / "images")
     write_pages(source)
+    tutorials = ("ci", "lidar", "teaching", "robotics", "illustration", "lecture")
+    words = "A page per kind of user; the tests run their commands. The last one is a notebook, with what it puts out."
+    write_section(source, Section("tutorials", "Tutorials", words, tutorials))
     guides = tuple(sorted(page.stem for page in (source / "guides").glob("*.md")))
     write_section(source, Section("guides", "Guides", "One subject each. The tests run the examples.", guides))
     write_reference(source)
     write_command_page(source)
     write_gallery(source)
     write_options(source)
+    write_notebook(source)
     about = ("benchmarks", "reliability", "changelog", "contributing", "architecture", "security")
     write_section(source, Section("project", "Project", "How it is measured, tested, built and changed.", about))
 

@@ -35,6 +35,7 @@ def place_pages() -> dict[str, str]:
     places = HOME | PROJECT_PAGES | REFERENCE_PAGES | {START: "start.md"}
     for page in sorted((ROOT / "docs").glob("*.md")):
         places.setdefault(f"docs/{page.name}", f"guides/{page.name}")
+    places["docs/lecture.ipynb"] = "tutorials/lecture.ipynb"
     for page in sorted((ROOT / "docs" / "tutorials").glob("*.md")):
         places[f"docs/tutorials/{page.name}"] = f"tutorials/{page.name}"
     return {page: place for page, place in places.items() if (ROOT / page).exists()}
@@ -44,7 +45,7 @@ def write_pages(source: Path) -> None:
     """Write all pages of the repository but the README, which the site's own start replaces, into `source`."""
     places = place_pages()
     for page, place in places.items():
-        if page not in HOME:
+        if page not in HOME and page.endswith(".md"):
             write(source / place, rewrite_page((ROOT / page).read_text("utf-8"), page, places))
 
 
