@@ -50,7 +50,6 @@ DEFAULT_SIZE = (960, 720)
 DEFAULT_TITLE = "gpu_xform"
 MANY_EDGES = 1_000_000
 STACK_LEVEL = 3
-PAGE_SHADINGS = ("none", "flat")
 _LEFT_OUT = ("S", "H, ?", "Q, Esc")  # of the window's keys, those that a page has in its own way, or has not
 _OWN_KEYS = (("S", "save the picture as PNG"), ("H, ?", "show or hide this list"))
 _TOUCH = (("fingers", "one rotates, two move and zoom"),)
@@ -243,9 +242,6 @@ def _require_showable(layers: Sequence[Layer], *, is_moving: bool) -> None:
                 raise ArgumentError("labels cannot go into a page, which has no texts", argument="labels")
             if layer.colorbar is not False:
                 raise ArgumentError("colorbar cannot go into a page, which has no texts", argument="colorbar")
-            if layer.shading not in PAGE_SHADINGS:
-                names = " or ".join(map(repr, PAGE_SHADINGS))
-                raise ArgumentError.expecting("shading", f"be {names} in a page", repr(layer.shading))
             parts = [] if layer.edges is None else list_edge_parts(layer.edges)
             if is_moving and any(isinstance(part, str) and part == "intersection" for part in parts):
                 raise ArgumentError("edges='intersection' cannot go into a page with frames", argument="edges")

@@ -22,9 +22,11 @@ from ..drawing.camera import (
 from ..drawing.dash_patterns import as_dash_pattern
 from ..drawing.framing import framing_points
 from ..drawing.geometry_source import MeshSource, geometry_source
+from ..drawing.intersections import MeetingLines
 from ..drawing.layer import Layer, at_present, dot_diameter, with_lengths_in_pixels
 from ..drawing.layer_colors import LineColors, fill_colors, line_colors
 from ..drawing.lengths import PX_PER_INCH
+from ..drawing.shading import pack_normals, triangle_normals
 from ..errors import ArgumentError
 from ..geometry.edges import is_single_array, list_edge_parts, resolve_edges, split_silhouette
 from ..geometry.mesh import Mesh
@@ -111,6 +113,8 @@ def _describe_style(layer: Layer, source: MeshSource, line_width: float, store: 
         "colors": _describe_colors(layer, source, store),
         "fill": _describe_fill(layer, source, store),
         "shading": layer.shading,
+        "cornerNormals": _describe_normals(layer, source, store),
+        "isMeeting": isinstance(layer, MeetingLines),
         "alpha": float(layer.alpha),
         "depthCue": float(layer.depth_cue),
         "pointSize": dot_diameter(layer),
@@ -168,6 +172,13 @@ def _describe_fill(layer: Layer, source: MeshSource, store: ArrayStore) -> dict[
     if len(colors) == 1:
         return {"kind": "one", "color": colors[0].tolist()}
     return {"kind": "face", "values": store.add_integers(pack_rgba8(colors))}
+
+
+def _describe_normals(layer: Layer, source: MeshSource, store: ArrayStore) -> int | None:
+    """Return the normals at the corners of the triangles, which smooth shading takes."""
+    if layer.shading != "smooth" or source.n_faces == 0:
+        return None
+    return store.add_integers(pack_normals(triangle_normals(source.mesh, *source.triangles(), layer.feature_angle)))
 
 
 def describe_camera(

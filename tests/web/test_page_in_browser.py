@@ -85,6 +85,7 @@ SCENES: dict[str, tuple[Any, dict[str, Any]]] = {
     "fading": (RING, {"hidden": "fade", "depth_cue": 0.6, "camera": {"orthographic": True}}),
     "fills": (RING, {"fill": "gold", "alpha": 0.8, "background": "#203040"}),
     "shaded faces": (gx.samples.house(), {"fill": "face", "shading": "flat", "edges": "feature"}),
+    "smooth shading": (RING, {"fill": "#80c0ff", "shading": "smooth", "edges": "silhouette", "transform": PLACES}),
     "colours": (RING, {"scalars": RING.positions[:, 1], "line_width": 3.0, "hidden": "remove"}),
     "silhouettes": (RING, {"edges": ["feature", "silhouette"], "hidden": "dash", "hidden_style": {"color": "red"}}),
     "layers": ([gx.Layer(RING, fill="tan"), BRICK], {"background": None}),

@@ -1,12 +1,13 @@
 // Layers to what is drawn, as `drawing/build_draw_list.py` does: drawables with points, matrices, faces and lines.
 import { eyeOf, fitDepthCue } from "./camera.js";
-import { apply, cross, dot, multiply, scaled, unit } from "./matrices.js";
+import { apply, cross, dot, multiply, multiply3, scaled, transpose3, unit } from "./matrices.js";
 import { NO_FACE } from "./mesh.js";
 import { colorsByFace } from "./style.js";
 
 export const HIDDEN = { show: 0, remove: 1, dash: 2, fade: 3, only: 4 };
 export const COLOR = { uniform: 0, perEdge: 1, perVertex: 2 };
 const OPAQUE = 0xff000000;
+const NO_LIGHT = Array(3).fill([0, 0, 0, 0]);
 const FIRST_COLOR = Uint32Array.of(0);
 const MAX_SILHOUETTE_TURN_DEGREES = 180;
 
@@ -90,12 +91,10 @@ class LayerBuilder {
     const drawables = [], common = { mesh, matrices: this.clipFromPoints, faces: null, lines: [] };
     const isSeen = layer.alpha > 0 && !(layer.colors.kind === "one" && layer.colors.color[3] === 0);
     let faces = this.faces(palette);
-    if (faces && layer.shading !== "none" && layer.matrices.length > 1) {
-      this.clipFromPoints.forEach((matrix, i) => {
-        const own = { ...faces, firstColor: faces.firstColor + i * mesh.nFaces };
-        drawables.push({ ...common, matrices: [matrix], faces: own });
-      });
-      faces = null;
+    if (faces && layer.shading !== "none") {
+      const lit = layer.matrices.map((matrix, i) => ({ ...faces, ...this.lightOf(matrix, faces, i) }));
+      if (lit.length > 1) this.clipFromPoints.forEach((matrix, i) => drawables.push({ ...common, matrices: [matrix], faces: lit[i] }));
+      faces = lit.length > 1 ? null : lit[0];
     }
     const main = { ...common, faces };
     drawables.push(main);
@@ -130,7 +129,7 @@ class LayerBuilder {
     const style = {
       lineWidth: layer.antialias ? layer.lineWidth : null,
       hidden, opacity: layer.alpha, isCovered: this.isCovered, depthCue: this.depthCue, dash: [],
-      color: null, arePoints: false, areSilhouettes: false,
+      color: null, arePoints: false, areSilhouettes: layer.isMeeting,
     };
     const width = style.lineWidth ?? 1, inPixels = (pattern, px) => pattern.map(length => length * px);
     const hiddenDashes = px => inPixels(constants.HIDDEN_DASHES, Math.max(px, constants.MIN_HIDDEN_DASH_WIDTH_PX));
@@ -218,25 +217,41 @@ class LayerBuilder {
     if ((mode === HIDDEN.show && layer.fill === null) || mesh.nFaces === 0) return null;
     const { corners, faces } = mesh.triangles;
     if (!corners.length) return null;
-    const result = { triangles: corners, colorIndices: null, firstColor: palette.length, depthCue: this.depthCue, isOpaque: false };
+    const result = { triangles: corners, colorIndices: null, cornerNormals: null, lightFromNormals: NO_LIGHT, firstColor: palette.length, depthCue: this.depthCue, isOpaque: false };
     if (layer.fill === null) return result;
     const own = faceColors(layer.fill, mesh.nFaces, constants);
     const clear = color => packColor([...unpackColor(color).slice(0, 3), unpackColor(color)[3] * layer.alpha]);
     const transparent = layer.alpha < 1 ? own.map(clear) : own;
-    const shaded = layer.shading === "none" ? [transparent] : layer.matrices.map(matrix => this.shade(transparent, matrix));
+    const shaded = layer.shading !== "flat" ? [transparent] : layer.matrices.map(matrix => this.shade(transparent, matrix));
     shaded.forEach(colors => colors.forEach(color => palette.push(color)));
-    const isOne = own.length === 1 && layer.shading === "none";
+    const isOne = own.length === 1 && layer.shading !== "flat";
     result.colorIndices = isOne ? FIRST_COLOR : faces;
+    if (layer.shading === "smooth") result.cornerNormals = layer.cornerNormals;
     result.isOpaque = layer.alpha >= 1 && own.every(color => color >= OPAQUE);
     return result;
   }
 
+  // What differs between the faces of instances, each in a light of its own.
+  lightOf(worldFromModel, { firstColor }, number) {
+    const { layer, mesh } = this;
+    if (layer.shading === "flat") return { firstColor: firstColor + (layer.fill ? number * mesh.nFaces : 0) };
+    const towardsEye = this.towardsEye(), smallest = towardsEye.map(Math.abs);
+    const axis = [0, 0, 0];
+    axis[smallest.indexOf(Math.min(...smallest))] = 1;
+    const aside = unit(cross(towardsEye, axis)), frame = [aside, cross(towardsEye, aside), towardsEye];
+    const rows = multiply3(frame, transpose3(cofactorsOf(worldFromModel)));
+    const largest = Math.max(...rows.flat().map(Math.abs)) || 1;
+    return { lightFromNormals: rows.map(row => [...row.map(value => value / largest), 0]) };
+  }
+
+  towardsEye() {
+    const { clipFromWorld } = this, w = clipFromWorld[3];
+    return unit(w.slice(0, 3).some(Boolean) ? scaled(w, -1) : eyeOf(clipFromWorld));
+  }
+
   // Lambert's law with a lamp at the eye, as `drawing/shading.py` has it.
   shade(colors, worldFromModel) {
-    const { mesh, clipFromWorld, constants } = this, w = clipFromWorld[3];
-    const towardsEye = unit(w.slice(0, 3).some(Boolean) ? scaled(w, -1) : eyeOf(clipFromWorld));
-    const [a, b, c] = [0, 1, 2].map(j => worldFromModel.map(row => row[j]).slice(0, 3));
-    const cofactors = [cross(b, c), cross(c, a), cross(a, b)];
+    const { mesh, constants } = this, towardsEye = this.towardsEye(), cofactors = cofactorsOf(worldFromModel);
     const shaded = new Uint32Array(mesh.nFaces);
     for (let f = 0; f < mesh.nFaces; f++) {
       const [x, y, z] = mesh.normals.subarray(3 * f, 3 * f + 3);
@@ -247,6 +262,12 @@ class LayerBuilder {
     }
     return shaded;
   }
+}
+
+// What rows of normals are multiplied by to go to the world.
+function cofactorsOf(worldFromModel) {
+  const [a, b, c] = [0, 1, 2].map(j => worldFromModel.slice(0, 3).map(row => row[j]));
+  return [cross(b, c), cross(c, a), cross(a, b)];
 }
 
 // Points of the world, three numbers each, of all layers where they stand: what cameras hold and depths span.

@@ -159,7 +159,7 @@ class Picture {
     if (this.nComposites === 0) this.clear();
     if (faces.hasColors) {
       const palette = this.context.write("palette", Uint32Array.from(list.palette));
-      this.composite("composite_triangles", { has_depth_cue: Number(faces.hasDepthCue) }, { tile: this.tile, visibility: faces.visibility, palette });
+      this.composite("composite_triangles", { has_light: Number(faces.hasLight), has_depth_cue: Number(faces.hasDepthCue) }, { tile: this.tile, visibility: faces.visibility, palette });
     }
     shown.forEach((job, number) => this.draw(...job, number));
   }
@@ -184,9 +184,10 @@ class Picture {
     const counts = batches.map(({ faces, nInstances }) => (nInstances * faces.triangles.length) / 3);
     const hasColors = batches.some(({ faces }) => faces.colorIndices);
     const hasDepthCue = batches.some(({ faces }) => faces.colorIndices && faces.depthCue.amount > 0);
+    const hasLight = batches.some(({ faces }) => faces.cornerNormals);
     const most = Math.max(constants.MAX_FEW_TRIANGLES, nDepths / constants.PIXELS_PER_FLAT);
     const stage = {
-      isEmpty: !batches.length, hasColors, hasDepthCue, hasFlats: counts.some(count => count <= most),
+      isEmpty: !batches.length, hasColors, hasLight, hasDepthCue, hasFlats: counts.some(count => count <= most),
       depths: context.scratch(`${name}: depths`, batches.length ? 4 * nDepths : 4),
       visibility: context.scratch(`${name}: visibility`, hasColors ? 4 * nDepths : 4),
     };
@@ -197,14 +198,15 @@ class Picture {
       const n = faces.triangles.length / 3, key = `${name} ${i} ${Number(writesVisibility)}`;
       const struct = context.struct(key, "FACES", {
         depth_cue: faces.depthCue, n_triangles: n, instance_stride: stride, first_id: faces.firstColor,
-        writes_visibility: Number(writesVisibility),
+        writes_visibility: Number(writesVisibility), light_from_normals: faces.lightFromNormals,
       });
       const bindings = {
         tile: this.tile, faces: struct, clip_positions: clipPositions, triangles: context.keep(faces.triangles),
         face_depths: stage.depths, visibility: stage.visibility, large_triangles: large,
         color_indices: faces.colorIndices ? context.keep(faces.colorIndices) : context.scratch("no colour indices", 4),
+        corner_normals: faces.cornerNormals ? context.keep(faces.cornerNormals) : context.scratch("no colour indices", 4),
       };
-      const own = { writes_ids: 0, has_depth_cue: Number(hasDepthCue) };
+      const own = { writes_ids: 0, has_light: Number(hasLight), has_depth_cue: Number(hasDepthCue) };
       this.encoder.clearBuffer(large, 0, 16);
       this.dispatch("depth_small_triangles", own, bindings, countWorkgroups(n), nInstances);
       this.dispatch("depth_large_triangles", own, bindings, large);

@@ -20,7 +20,7 @@ function readScene({ arrays, ...scene }) {
   let id = 0;
   const colored = colors => colors && { ...colors, id: ++id, values: "values" in colors ? read(colors.values) : undefined };
   const layers = scene.layers.map(layer => ({
-    ...layer, mesh: meshes[layer.mesh], worlds: read(layer.matrices), ownEdges: read(layer.ownEdges),
+    ...layer, mesh: meshes[layer.mesh], worlds: read(layer.matrices), ownEdges: read(layer.ownEdges), cornerNormals: read(layer.cornerNormals),
     colors: colored(layer.colors), fill: colored(layer.fill),
   }));
   return { ...scene, layers };
