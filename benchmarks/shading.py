@@ -1,8 +1,9 @@
-"""Shaded faces beside pyvista's flat shading, ratios from one run; both pictures are compared first.
+"""Shaded faces, flat and smooth, beside pyvista's, ratios from one run; both pictures are compared first.
 
 pyvista comes with `pip install 'gpu_xform[bench]'`. One process: pyvista has its window, and gpu_xform its device.
 """
 
+import itertools
 from typing import Any
 
 import numpy as np
@@ -23,11 +24,12 @@ MAX_STEP = 3
 AT_MOST = 0.4
 
 
-def make_plotter(mesh: gx.Mesh) -> Any:
-    """Return pyvista's picture of a mesh in the light of a lamp at the eye."""
+def make_plotter(mesh: gx.Mesh, shading: str) -> Any:
+    """Return pyvista's picture of a mesh in the light of a lamp at the eye, with flat or smooth shading."""
     plotter: Any = pyvista.Plotter(off_screen=True, window_size=list(SIZE), lighting="none")
     plotter.add_light(pyvista.Light(light_type="headlight"))
-    style = {"interpolation": "flat", "ambient": AMBIENT, "diffuse": DIFFUSE}
+    style = {"interpolation": "flat" if shading == "flat" else "phong", "ambient": AMBIENT, "diffuse": DIFFUSE}
+    style |= {"smooth_shading": shading == "smooth"}
     faces = np.column_stack([np.full(mesh.n_faces, 3), mesh.indices.reshape(-1, 3)])
     plotter.add_mesh(pyvista.PolyData(mesh.positions, faces.ravel()), color=COLOR, **style)
     plotter.background_color = "white"
@@ -56,12 +58,12 @@ def main() -> None:
     calm_threads()
     camera = gx.Camera.look_at(EYE, (0.0, 0.0, 0.0), fov_y=FIELD_OF_VIEW)
     rows = []
-    for n in (4, LARGEST):
+    for shading, n in itertools.product(("flat", "smooth"), (4, LARGEST)):
         mesh = gx.samples.icosphere(n)
-        plotter = make_plotter(mesh)
+        plotter = make_plotter(mesh, shading)
 
-        def ours(mesh: gx.Mesh = mesh) -> Pixels:
-            return gx.render_array(mesh, camera=camera, size=SIZE, fill=COLOR, shading="flat", color="none")
+        def ours(mesh: gx.Mesh = mesh, shading: Any = shading) -> Pixels:
+            return gx.render_array(mesh, camera=camera, size=SIZE, fill=COLOR, shading=shading, color="none")
 
         def theirs(plotter: Any = plotter) -> Pixels:
             plotter.render()
@@ -69,8 +71,9 @@ def main() -> None:
 
         require_same(ours(), theirs())
         seconds = medians({"ours": ours, "theirs": theirs}, rounds=15)
-        what = f"shaded, {mesh.n_faces:,} faces, {SIZE[0]} x {SIZE[1]}"
-        rows.append(Row(what, "pyvista, flat", seconds["ours"], seconds["theirs"], AT_MOST if n == LARGEST else None))
+        what = f"{shading} shading, {mesh.n_faces:,} faces, {SIZE[0]} x {SIZE[1]}"
+        at_most = AT_MOST if n == LARGEST else None
+        rows.append(Row(what, f"pyvista, {shading}", seconds["ours"], seconds["theirs"], at_most))
         plotter.close()
     print(table(rows))
 

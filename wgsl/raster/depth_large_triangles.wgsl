@@ -37,10 +37,11 @@ fn main(
     for (var i = workgroup.x; i < large_triangles.n_triangles; i += n_workgroups.x) {
         let index = large_triangles.indices[i];
         let triangle = load_triangle(index);
+        let normals = corner_normals_to_eye(index);
         let start = triangle.bbox_min + offset;
         for (var y = start.y; y <= triangle.bbox_max.y; y += step.y) {
             for (var x = start.x; x <= triangle.bbox_max.x; x += step.x) {
-                rasterize_pixel(triangle, index, vec2(x, y));
+                rasterize_pixel(triangle, normals, index, vec2(x, y));
             }
         }
     }

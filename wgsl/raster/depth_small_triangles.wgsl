@@ -57,9 +57,10 @@ fn rasterize_small(index: u32) {
         defer_large(index, extent.x * extent.y);
         return;
     }
+    let normals = corner_normals_to_eye(index);
     for (var y = triangle.bbox_min.y; y <= triangle.bbox_max.y; y++) {
         for (var x = triangle.bbox_min.x; x <= triangle.bbox_max.x; x++) {
-            rasterize_pixel(triangle, index, vec2(x, y));
+            rasterize_pixel(triangle, normals, index, vec2(x, y));
         }
     }
 }

@@ -40,18 +40,28 @@ fn load_triangle(index: u32) -> Triangle {
     );
 }
 
-// How far a triangle is turned to the eye in a pixel, 0 to 1. Corners count by their weights, of any sum.
-fn light_at(index: u32, weights: vec3<f32>) -> f32 {
+// The normals at a triangle's corners, as columns, in a frame whose z is towards the eye; only for what reads them.
+fn corner_normals_to_eye(index: u32) -> mat3x3<f32> {
+    var normals: mat3x3<f32>;
+    if !has_light || !is_set(faces.writes_visibility, index) {
+        return normals;
+    }
     let corner = 3u * (index % faces.n_triangles);
-    let normal = weights.x * unpack_octahedral(corner_normals[corner])
-        + weights.y * unpack_octahedral(corner_normals[corner + 1u])
-        + weights.z * unpack_octahedral(corner_normals[corner + 2u]);
-    let turned = vec4(normal, 0.0) * faces.light_from_normals;
-    let length = length(turned);
-    return select(0.0, min(abs(turned.z) / length, 1.0), length > 0.0);
+    for (var i = 0u; i < 3u; i++) {
+        let normal = unpack_octahedral(corner_normals[min(corner + i, arrayLength(&corner_normals) - 1u)]);
+        normals[i] = vec4(normal, 0.0) * faces.light_from_normals;
+    }
+    return normals;
 }
 
-fn rasterize_pixel(triangle: Triangle, index: u32, pixel: vec2<i32>) {
+// How far a triangle is turned to the eye in a pixel, 0 to 1. Corners count by their weights, of any sum.
+fn light_at(normals: mat3x3<f32>, weights: vec3<f32>) -> f32 {
+    let normal = normals * weights;
+    let square = dot(normal, normal);
+    return select(0.0, min(abs(normal.z) * inverseSqrt(square), 1.0), square > 0.0);
+}
+
+fn rasterize_pixel(triangle: Triangle, normals: mat3x3<f32>, index: u32, pixel: vec2<i32>) {
     let fragment = triangle_fragment(triangle, pixel, tile.depth_slope_per_pixel);
     if !fragment.is_covered {
         return;
@@ -72,7 +82,7 @@ fn rasterize_pixel(triangle: Triangle, index: u32, pixel: vec2<i32>) {
     let color_id = faces.first_id + color_index + 1u;
     var light = 1.0;
     if has_light && any(faces.light_from_normals[2] != vec4(0.0)) {
-        light = light_at(index, fragment.weights);
+        light = light_at(normals, fragment.weights);
     }
     var opacity = 1.0;
     if has_depth_cue {
