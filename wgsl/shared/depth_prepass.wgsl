@@ -40,18 +40,18 @@ fn load_triangle(index: u32) -> Triangle {
     );
 }
 
+fn normal_to_eye(corner: u32) -> vec3<f32> {
+    let normal = unpack_octahedral(corner_normals[min(corner, arrayLength(&corner_normals) - 1u)]);
+    return vec4(normal, 0.0) * faces.light_from_normals;
+}
+
 // The normals at a triangle's corners, as columns, in a frame whose z is towards the eye; only for what reads them.
 fn corner_normals_to_eye(index: u32) -> mat3x3<f32> {
-    var normals: mat3x3<f32>;
     if !has_light || !is_set(faces.writes_visibility, index) {
-        return normals;
+        return mat3x3<f32>();
     }
     let corner = 3u * (index % faces.n_triangles);
-    for (var i = 0u; i < 3u; i++) {
-        let normal = unpack_octahedral(corner_normals[min(corner + i, arrayLength(&corner_normals) - 1u)]);
-        normals[i] = vec4(normal, 0.0) * faces.light_from_normals;
-    }
-    return normals;
+    return mat3x3(normal_to_eye(corner), normal_to_eye(corner + 1u), normal_to_eye(corner + 2u));
 }
 
 // How far a triangle is turned to the eye in a pixel, 0 to 1. Corners count by their weights, of any sum.
