@@ -6,7 +6,8 @@
 
 PYTHON ?= python3
 BIN := .venv/bin
-PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4
+# Each worker takes neighbouring tests, which use the same pipelines and compiled loops.
+PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist worksteal
 ADAPTER ?=
 DRIVER_FILE ?= $(if $(filter swiftshader,$(ADAPTER)),/usr/lib/chromium/vk_swiftshader_icd.json)
 LOCKED ?=

@@ -131,7 +131,7 @@ def loaded_after(statement: str) -> set[str]:
 
 
 HEAVY = {
-    *("wgpu", "trimesh", "PIL", "lark", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av"),
+    *("wgpu", "trimesh", "PIL", "plyfile", "scipy", "cffi", "mapbox_earcut", "cmap", "matplotlib", "av"),
     *("pydyf", "rendercanvas", "glfw", "DracoPy", "meshopt", "laspy", "lazrs", "zarr", "dask", "distributed"),
 }
 

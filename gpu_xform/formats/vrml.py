@@ -6,13 +6,14 @@ What holds geometry and cannot be shown, such as text, is counted and named in o
 
 import contextlib
 import gzip
+import math
 import zlib
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -21,12 +22,12 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.attributes import sign_of_determinant
 from ..geometry.mesh import Mesh
-from ..matrices import rotate
 from ._beside import find_beside
 from ._text import plain_text, quote
 from ._warn import warn
 from .limits import budget, spend_own
 from .vrml_attributes import (
+    NO_APPEARANCE,
     Appearance,
     AttributeBuilder,
     Column,
@@ -52,6 +53,7 @@ _INLINES = {"Inline": "url", "WWWInline": "name"}
 # Where nodes of unknown kinds keep what they show.
 _CHILD_FIELDS = ("children", "humanoidBody", "skeleton")
 _MAX_NAMED = 8
+_UNMOVED = np.eye(4)
 # Nodes that show nothing themselves.
 _SILENT_KINDS = """
 Appearance Arc AudioClip Background BackgroundColor BaseColor Color ColorInterpolator Coordinate
@@ -111,8 +113,7 @@ def _decompress(data: bytes) -> bytes:
     return text
 
 
-@dataclass(frozen=True)
-class _State:
+class _State(NamedTuple):
     """What nodes change for the nodes after them or below them.
 
     is_clockwise : whether faces are clockwise seen from outside, as ShapeHints of VRML 1.0 says
@@ -124,13 +125,13 @@ class _State:
     coordinates: PlacedNode | None = None
     is_clockwise: bool = False
     is_vrml1: bool = False
-    appearance: Appearance = field(default_factory=Appearance)
+    appearance: Appearance = NO_APPEARANCE
     folder: Path | None = None
     inlined: tuple[Path, ...] = ()
 
     def then(self, matrix: Float64Array) -> "_State":
         """Return the state with what follows moved."""
-        return replace(self, matrix=self.matrix @ matrix)
+        return self._replace(matrix=self.matrix @ matrix)
 
 
 @dataclass
@@ -242,7 +243,7 @@ class _MeshBuilder:
         """Add a primitive shape."""
         sizes = polygons.sizes
         self._count((polygons.points.size + len(polygons.corners)) // _PRIMITIVE_DISCOUNT, shape.line)
-        order = _reverse_faces(sizes) if _is_turned(shape, state) else np.arange(len(polygons.corners))
+        order = _reverse_faces(sizes) if _is_turned(shape, state) else slice(None)
         if shape.kind == "ElevationGrid":
             is_corner = np.ones(len(polygons.corners), bool)
             corners = Corners(polygons.corners, is_corner, np.repeat(np.arange(len(sizes)), sizes), len(sizes))
@@ -257,7 +258,7 @@ class _MeshBuilder:
         self._append_points(polygons.points, state.matrix)
 
     def _add_attributes(
-        self, shape: PlacedNode, state: _State, corners: Corners, order: IndexArray, row_of_face: IndexArray
+        self, shape: PlacedNode, state: _State, corners: Corners, order: IndexArray | slice, row_of_face: IndexArray
     ) -> None:
         """Add the attributes of the faces that come next.
 
@@ -300,7 +301,7 @@ class _MeshBuilder:
         self.n_faces += len(sizes)
 
     def _append_points(self, points: Float64Array, matrix: Float64Array) -> None:
-        if not np.array_equal(matrix, np.eye(4)):
+        if not (matrix == _UNMOVED).all():
             points = points @ matrix[:3, :3].T + matrix[:3, 3]
         self.points.append(points)
         self.n_points += len(points)
@@ -386,7 +387,7 @@ def _walk(roots: list[PlacedNode], builder: _MeshBuilder, inlines: _Inlines, sta
             builder.depth += 1
             budget().require_depth(builder.depth)
         if node.kind == "TransformSeparator":
-            pending.append(lambda last, saved=state: replace(last, matrix=saved.matrix))  # type: ignore[misc]
+            pending.append(lambda last, saved=state: last._replace(matrix=saved.matrix))  # type: ignore[misc]
         elif inner is not None:
             pending.append(lambda _, saved=state: saved)  # type: ignore[misc]
             state = inner
@@ -414,11 +415,11 @@ def _add_shape(node: PlacedNode, builder: _MeshBuilder, state: _State) -> bool:
 def _change_state(node: PlacedNode, state: _State) -> _State | None:
     """Return the state after a node that changes it for what follows; None for other nodes."""
     if node.kind == "Coordinate3":
-        return replace(state, coordinates=node)
+        return state._replace(coordinates=node)
     if state.is_vrml1 and (appearance := _change_appearance(node, state.appearance)) is not None:
-        return replace(state, appearance=appearance)
+        return state._replace(appearance=appearance)
     if node.kind == "ShapeHints":
-        return replace(state, is_clockwise=node.words("vertexOrdering") == ["CLOCKWISE"])
+        return state._replace(is_clockwise=node.words("vertexOrdering") == ["CLOCKWISE"])
     if node.kind in ("Translation", "Rotation", "Scale"):
         return state.then(_make_matrix(node, "scaleFactor"))
     if node.kind == "Transform" and state.is_vrml1 and not node.nodes("children"):
@@ -451,7 +452,7 @@ def _read_appearance(shape: PlacedNode, builder: _MeshBuilder) -> Appearance:
     node = next(iter(shape.nodes("appearance")), None)
     node = None if node is None else node.expanded(builder.visit)
     if node is None:
-        return Appearance()
+        return NO_APPEARANCE
     found = [next(iter(node.nodes(name)), None) for name in ("material", "texture")]
     material, texture = (None if item is None else item.expanded(builder.visit) for item in found)
     return Appearance(material=material, texture=texture)
@@ -465,12 +466,12 @@ def _enter(
     is_scoped = not state.is_vrml1
     match node.kind:
         case "Shape":
-            return node.nodes("geometry") + children, replace(state, appearance=_read_appearance(node, builder))
+            return node.nodes("geometry") + children, state._replace(appearance=_read_appearance(node, builder))
         case "Transform":
             name = "scale" if "scale" in node.node.fields else "scaleFactor"
             return children, state.then(_make_matrix(node, name))
         case "Separator":
-            return children, replace(state, is_vrml1=True)
+            return children, state._replace(is_vrml1=True)
         case "TransformSeparator":
             return children, None
         case "Group":
@@ -532,10 +533,13 @@ def _read_matrix(node: PlacedNode) -> Float64Array:
 
 def _make_matrix(node: PlacedNode, scale_name: str) -> Float64Array:
     """Return T C R Q S Q^-1 C^-1 of a node's translation, center, rotation, scale and scaleOrientation: (4, 4)."""
+    matrix = _UNMOVED.copy()
+    if node.node.fields.keys().isdisjoint(("rotation", "scaleOrientation", scale_name)):
+        matrix[:3, 3] = node.floats("translation", (0.0, 0.0, 0.0))
+        return matrix
     center = node.floats("center", (0.0, 0.0, 0.0))
     rotation = _make_rotation(node, "rotation")
     scale_axes = _make_rotation(node, "scaleOrientation")
-    matrix = np.eye(4)
     matrix[:3, :3] = rotation @ scale_axes @ np.diag(node.floats(scale_name, (1.0, 1.0, 1.0))) @ scale_axes.T
     matrix[:3, 3] = node.floats("translation", (0.0, 0.0, 0.0)) + center - matrix[:3, :3] @ center
     return matrix
@@ -550,4 +554,21 @@ def _make_rotation(node: PlacedNode, name: str) -> Float64Array:
     if not any(axis):
         line = node.line if numbers is None else numbers.line
         raise MeshError(f"line {line}: {name} by {angle} needs an axis that is not zero")
-    return rotate(axis, angle)[:3, :3]
+    return _rotate_about(axis, angle)
+
+
+def _rotate_about(axis: list[float], angle: float) -> Float64Array:
+    """Return the rotation that `matrices.rotate` makes, without its checks, which take longer than files have time."""
+    largest = max(map(abs, axis))
+    x, y, z = (part / largest for part in axis)
+    length = math.sqrt(x * x + y * y + z * z)
+    x, y, z = x / length, y / length, z / length
+    c, s = math.cos(angle), math.sin(angle)
+    d = 1.0 - c
+    return np.array(
+        [
+            [c + d * x * x, d * x * y - s * z, d * x * z + s * y],
+            [d * x * y + s * z, c + d * y * y, d * y * z - s * x],
+            [d * x * z - s * y, d * y * z + s * x, c + d * z * z],
+        ]
+    )

@@ -19,6 +19,7 @@ from .vrml_primitives import list_parts
 Place: TypeAlias = Literal["point", "corner", "face"]
 
 WHITE = (1.0, 1.0, 1.0)
+_WHITE_TABLE = np.array([WHITE])
 _MATERIAL_COLOR = (0.8, 0.8, 0.8)  # of a Material that says none (6.27)
 _TEXTURES = {"ImageTexture": "url", "MovieTexture": "url", "PixelTexture": "", "Texture2": "filename"}
 # What a Material says beside the colour that becomes an attribute.
@@ -39,6 +40,9 @@ class Appearance:
     normal_binding: str = "DEFAULT"
     texcoord: PlacedNode | None = None
     texture: PlacedNode | None = None
+
+
+NO_APPEARANCE = Appearance()
 
 
 @dataclass(frozen=True)
@@ -271,7 +275,7 @@ def _read_material(appearance: Appearance, *, is_line: bool) -> Float64Array:
     """
     material = appearance.material
     if material is None:
-        return np.array([WHITE])
+        return _WHITE_TABLE
     diffuse, emissive = material.table("diffuseColor", 3), material.table("emissiveColor", 3)
     found = (emissive if emissive.any() else diffuse, emissive) if is_line else (diffuse, emissive)
     table = next((rows for rows in found if len(rows)), np.array([_MATERIAL_COLOR]))

@@ -28,9 +28,8 @@ EMPTY = Polygons(np.empty((0, 3)), np.zeros(0, np.int64), np.zeros(0, np.int64))
 
 def make_box(size: Float64Array) -> Polygons:
     """Return a box of six faces, centred on the origin."""
-    points = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)]) * size
-    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
-    return _polygons(points, faces)
+    unit = _unit_box()
+    return unit._replace(points=unit.points * size)
 
 
 def make_sphere(radius: float) -> Polygons:
@@ -51,6 +50,13 @@ def make_cylinder(
     """Return a cylinder along y, centred on the origin."""
     unit = _unit_cylinder(has_side, has_top, has_bottom)
     return unit._replace(points=unit.points * [radius, height, radius])
+
+
+@cache
+def _unit_box() -> Polygons:
+    points = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return _polygons(points, faces)
 
 
 @cache

@@ -1,13 +1,14 @@
 """The syntax that VRML 1.0 and VRML 97 share: text becomes nodes with fields, and names become the nodes they mean.
 
-The meaning of nodes is the subject of `vrml`. Nothing here recurses, so no depth of nesting can exhaust the stack.
+The meaning of nodes is the subject of `vrml`. Nothing here recurses, so no depth of nesting can exhaust the stack. The
+parser is written by hand, because one from a grammar (Lark's) takes three times as long.
 """
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cache, partial
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from functools import partial
+from typing import Any, TypeAlias, cast
 
 import numpy as np
 
@@ -16,43 +17,32 @@ from ..errors import MeshError
 from ._text import parse_float, parse_int, parse_numbers, quote
 from .limits import budget
 
-if TYPE_CHECKING:
-    from lark import Lark, Token
-
-# A bracketed list of plain numbers is one terminal, and so are numbers that follow one another, because NumPy parses
-# them much faster.
-_GRAMMAR = r"""
-start: _statement*
-_statement: _object | proto | externproto | route
-_object: node | definition | use
-node: NAME "{" _member* "}"
-definition: "DEF" ANY_NAME node
-use: "USE" ANY_NAME
-_member: field | _object | proto | externproto | route | _interface
-field: NAME _value
-_value: NUMBERS | NUMBER+ | STRING | NAME | BIT_MASK | _object | "[" _item* "]" | binding
-binding: "IS" NAME
-_item: NUMBER | STRING | NAME | BIT_MASK | _object
-
-proto: "PROTO" ANY_NAME "[" declarations "]" "{" body "}"
-declarations: _interface*
-body: _member*
-externproto: "EXTERNPROTO" ANY_NAME "[" extern_interface* "]" _value
-route: "ROUTE" ANY_NAME "TO" ANY_NAME
-_interface: event | declaration
-event: ("eventIn" | "eventOut") NAME NAME ["IS" NAME]
-declaration: ("field" | "exposedField") NAME NAME _value
-extern_interface: ("eventIn" | "eventOut" | "field" | "exposedField") NAME NAME
-
-NAME: /[^\x00-\x20"#',.\[\]\\{}()|+\-0-9][^\x00-\x20"#',\[\]\\{}]*/
-ANY_NAME: /[^\x00-\x20"#',\[\]\\{}]+/
-NUMBER: /[+\-.0-9][^\x00-\x20"#',\[\]\\{}]*(?:[ \t\n,]+[+\-.0-9][^\x00-\x20"#',\[\]\\{}]*)*/
-NUMBERS.2: /\[[-+.,0-9eE \t\n]*(?:#[^\n]*\n[-+.,0-9eE \t\n]*)*\]/
-STRING: /"[^"\\]*(?:\\(?:.|\n)[^"\\]*)*"/
-BIT_MASK: /\([^()\[\]{}"]*\)/
-%ignore /[ \t\n,]+/
-%ignore /#[^\n]*/
-"""
+# What the functions of `_Parser` read. A name is a word that begins with a letter or so; words may begin with anything.
+#   statement  object | ROUTE word TO word
+#              | PROTO word [ interface* ] { member* } | EXTERNPROTO word [ interface* ] value
+#   object     name { member* } | DEF word name { member* } | USE word
+#   member     name value | statement | interface
+#   value      numbers | string | name | mask | object | [ item* ] | IS name
+#   interface  (eventIn | eventOut) name name (IS name)? | (field | exposedField) name name value
+_SKIP = r"(?:[ \t\n,]++|#[^\n]*+)*+"  # possessive: no run of blanks is divided in more than one way
+_IN_WORD = r"""[^\x00-\x20"#',\[\]\\{}]"""
+_NUMERIC = rf"[+\-.0-9]{_IN_WORD}*"
+# A bracketed list of plain numbers is one token, and so are numbers that follow one another, because NumPy parses them
+# much faster.
+_TOKENS = {
+    "name": rf"""[^\x00-\x20"#',.\[\]\\{{}}()|+\-0-9]{_IN_WORD}*""",
+    "number": rf"{_NUMERIC}(?:[ \t\n,]+{_NUMERIC})*",
+    "numbers": r"\[[-+.,0-9eE \t\n]*(?:#[^\n]*\n[-+.,0-9eE \t\n]*)*\]",
+    "brace": r"[\[\]{}]",
+    "string": r'"[^"\\]*(?:\\(?:.|\n)[^"\\]*)*"',
+    "mask": r"""\([^()\[\]{}"]*\)""",
+    "end": r"\Z",
+}
+_TOKEN = re.compile(_SKIP + "(?:" + "|".join(f"({pattern})" for pattern in _TOKENS.values()) + ")")
+_NAME, _NUMBER, _NUMBERS, _BRACE, _STRING, _MASK, _END = range(1, len(_TOKENS) + 1)
+_WORD_AFTER = re.compile(f"{_SKIP}({_IN_WORD}+)")
+_SKIPPED = re.compile(_SKIP)
+_EVENTS, _FIELDS = ("eventIn", "eventOut"), ("field", "exposedField")
 # What the parser takes some microseconds for: strings, lists and runs of numbers, words, braces; never twice through
 # the same text, whatever it is.
 _PART = re.compile(
@@ -62,6 +52,8 @@ _PART = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
+_FEW_CHARACTERS = 80
+_PLAIN_NUMBERS = re.compile(r"[-+.0-9eE,\s]*", re.ASCII)
 _COMMENT = re.compile(r"#[^\n]*")
 _WORD = re.compile(r"[^\s,]+")
 
@@ -75,16 +67,27 @@ class Numbers:
 
     def floats(self, width: int) -> Float64Array:
         """Return (n, width) finite float64."""
-        try:
-            values = parse_numbers(self._plain(), "float")
-        except ValueError:
-            values = np.array([parse_float(word, line) for word, line in self._words()])
+        values = self._read_few()
+        if values is None:
+            try:
+                values = parse_numbers(self._plain(), "float")
+            except ValueError:
+                values = np.array([parse_float(word, line) for word, line in self._words()])
         if not np.isfinite(values).all():
             i = int(np.argmax(~np.isfinite(values)))
             raise MeshError(f"line {self.line_of(i)}: a number must be finite, got {values[i]}")
         if len(values) % width:
             raise MeshError(f"line {self.line}: the number of values must be a multiple of {width}, got {len(values)}")
         return values.reshape(-1, width)
+
+    def _read_few(self) -> Float64Array | None:
+        """Return the numbers of a short plain text, for which NumPy takes longer than Python; None for others."""
+        if len(self.text) > _FEW_CHARACTERS or _PLAIN_NUMBERS.fullmatch(self.text) is None:
+            return None
+        try:
+            return np.array([float(word) for word in self.text.replace(",", " ").split()])
+        except ValueError:
+            return None
 
     def integers(self) -> IndexArray:
         """Return (n,) int64."""
@@ -181,101 +184,301 @@ def _add_slots(values: list[Any], added: list[Any]) -> list[Slot]:
     return [(values, i) for i in range(first, len(values)) if isinstance(values[i], Node | Use | Prototype)]
 
 
-class _Builder:
-    """The functions that the parser calls at the end of each rule of the grammar."""
+class _NumberText(str):
+    """Numbers in a list, and the line that they begin on."""
 
-    def start(self, parts: list[Any]) -> list[Any]:
-        return [part for part in parts if part is not None]
+    __slots__ = ("line",)
+    line: int
 
-    def node(self, parts: list[Any]) -> Node:
-        node = Node(str(parts[0]), parts[0].line)
-        for part in parts[1:]:
-            if isinstance(part, _Declaration):
-                if isinstance(part.value, list):
-                    node.slots += _add_slots([], part.value)
-            elif isinstance(part, tuple):
-                node.set_field(*part)
-            elif part is not None:
-                node.set_field("children", [part])
-        return node
-
-    def definition(self, parts: list[Any]) -> Node:
-        name, node = parts
-        node.name = str(name)
-        return cast("Node", node)
-
-    def use(self, parts: "list[Token]") -> Use:
-        return Use(str(parts[0]), cast("int", parts[0].line))
-
-    def field(self, parts: list[Any]) -> tuple[str, Value]:
-        name, *items = parts
-        return str(name), _as_value(items)
-
-    def binding(self, parts: "list[Token]") -> Binding:
-        return Binding(str(parts[0]))
-
-    def declaration(self, parts: list[Any]) -> "_Declaration":
-        _, name, *items = parts
-        return _Declaration(str(name), _as_value(items))
-
-    def proto(self, parts: list[Any]) -> Prototype:
-        name, declarations, body = parts
-        prototype = Prototype(str(name), name.line)
-        for declared in declarations:
-            value = declared.value
-            if isinstance(value, list):
-                value = list[Any]()
-                prototype.default_slots += _add_slots(value, declared.value)
-            prototype.defaults[declared.name] = value
-        prototype.body_slots = _add_slots(prototype.body, body)
-        return prototype
-
-    def declarations(self, parts: list[Any]) -> list[Any]:
-        return [part for part in parts if part is not None]
-
-    def body(self, parts: list[Any]) -> list[Any]:
-        return [part for part in parts if isinstance(part, Node | Use | Prototype)]
-
-    def externproto(self, parts: list[Any]) -> Prototype:
-        return Prototype(str(parts[0]), parts[0].line, is_external=True)
-
-    def event(self, parts: list[Any]) -> None:
-        """Ignore an event, a route, and the interface of an external prototype."""
-
-    route = extern_interface = event
-
-
-@dataclass(eq=False, slots=True)
-class _Declaration:
-    """The declaration of a field, with its value."""
-
-    name: str
-    value: Value
+    @classmethod
+    def at(cls, text: str, line: int) -> "_NumberText":
+        """Return numbers that begin on a line."""
+        made = cls(text)
+        made.line = line
+        return made
 
 
 def _as_value(items: list[Any]) -> Value:
     """Return the value of a field: its numbers, or its nodes and words."""
-    if items and all(getattr(item, "type", "") in ("NUMBER", "NUMBERS") for item in items):
-        text = items[0][1:-1] if items[0].type == "NUMBERS" else _join_tokens(items)
-        return Numbers(items[0].line, text)
+    if items and all(type(item) is _NumberText for item in items):
+        first: _NumberText = items[0]
+        return Numbers(first.line, str(first) if len(items) == 1 else _join_numbers(items))
     return items
 
 
-def _join_tokens(tokens: "list[Token]") -> str:
-    """Return the tokens as text, with the line breaks between them."""
-    text, line = [], cast("int", tokens[0].line)
-    for token in tokens:
-        gap = cast("int", token.line) - line
-        text += ["\n" * gap if gap else " ", str(token)]
-        line += gap + token.count("\n")
+def _join_numbers(parts: list[_NumberText]) -> str:
+    """Return numbers as one text, with the line breaks between them."""
+    text, line = [], parts[0].line
+    for part in parts:
+        gap = part.line - line
+        text += ["\n" * gap if gap else " ", part]
+        line += gap + part.count("\n")
     return "".join(text)
 
 
-@cache
-def _make_parser() -> "Lark":
-    from lark import Lark
+@dataclass(eq=False, slots=True)
+class _Place:
+    """What the parser is in the middle of: the top of the file, a node, a list, a prototype's interface or its body.
 
-    return Lark(_GRAMMAR, parser="lalr", transformer=cast("Any", _Builder()), maybe_placeholders=False)
+    owner : what the members belong to; None at the top and in a list
+    items : what stands at the top, in a list or in a body
+    take : gets the value that comes next, None where something else comes
+    """
+
+    outer: "_Place | None"
+    owner: Node | Prototype | None = None
+    items: list[Any] = field(default_factory=list)
+    take: Callable[[Value], object] | None = None
+    is_interface: bool = False
+
+
+def _ignore(_: Value) -> None:
+    """Take a value that means nothing here."""
+
+
+class _Parser:
+    """A text, and how far it is parsed."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._kind = _END
+        self._lexeme = ""
+        self._line = 1  # of the token
+        self._start = self._end = 0
+        self._before = 0  # the end of the token before it
+        self._is_held = False  # the token is to be read again
+
+    def parse(self) -> list[Any]:
+        """Return the nodes, uses and prototypes at the top of the text; raise MeshError for what is no VRML."""
+        place = _Place(None)
+        while True:
+            self._go_on()
+            if place.take is not None:
+                place = self._read_value(place)
+            elif place.is_interface:
+                place = self._read_interface(place)
+            elif place.owner is None and place.outer is not None:
+                place = self._read_item(place)
+            elif self._kind == _NAME:
+                place = self._read_member(place)
+            elif self._kind == _BRACE and self._lexeme == "}" and place.outer is not None:
+                place = self._close(place)
+            elif self._kind == _END and place.outer is None:
+                return place.items
+            else:
+                raise self._unexpected()
+
+    def _go_on(self) -> None:
+        """Go to the next token."""
+        if self._is_held:
+            self._is_held = False
+            return
+        self._before = self._end
+        match = _TOKEN.match(self._text, self._end)
+        if match is None:
+            raise self._unexpected()
+        self._kind = cast("int", match.lastindex)
+        self._move(match, self._kind)
+
+    def _move(self, match: re.Match[str], group: int) -> None:
+        self._lexeme = match[group]
+        start, self._end = match.span(group)
+        self._line += self._text.count("\n", self._start, start)
+        self._start = start
+
+    def _take_name(self) -> str:
+        """Go to the next token, which must be a name, and return it."""
+        self._go_on()
+        if self._kind != _NAME:
+            raise self._unexpected()
+        return self._lexeme
+
+    def _take_word(self) -> str:
+        """Go to the next word, whatever it begins with, and return it."""
+        self._before = self._end
+        match = _WORD_AFTER.match(self._text, self._end)
+        if match is None:
+            raise self._unexpected()
+        self._move(match, 1)
+        return self._lexeme
+
+    def _take_brace(self, brace: str) -> None:
+        """Go to the next token, which must be a brace."""
+        self._go_on()
+        if self._kind == _NUMBERS and brace == "[":
+            self._end = self._start + 1
+        elif self._lexeme != brace or self._kind != _BRACE:
+            raise self._unexpected()
+
+    def _unexpected(self) -> MeshError:
+        """Return the error that names what stands behind the last token that was right."""
+        start = cast("re.Match[str]", _SKIPPED.match(self._text, self._before)).end()
+        if start == len(self._text):
+            return MeshError(f"line {self._text.rstrip().count(chr(10)) + 1}: unexpected end of the file")
+        match = _TOKEN.match(self._text, start) or _WORD_AFTER.match(self._text, start)
+        found = self._text[start : start + 41] if match is None else match[0]
+        return MeshError(f"line {self._text.count(chr(10), 0, start) + 1}: unexpected {quote(found)}")
+
+    def _read_member(self, place: _Place) -> _Place:
+        """Read a name at the top, in a node or in the body of a prototype; return the place that goes on."""
+        name, line = self._lexeme, self._line
+        match name:
+            case "DEF" | "USE":
+                return self._read_reference(place)
+            case "PROTO":
+                prototype = Prototype(self._take_word(), self._line)
+                self._take_brace("[")
+                return _Place(place, prototype, is_interface=True)
+            case "EXTERNPROTO":
+                return self._read_external(place)
+            case "ROUTE":
+                self._take_word()
+                if self._take_word() != "TO":
+                    raise self._unexpected()
+                self._take_word()
+                return place
+        if place.owner is not None and name in (*_EVENTS, *_FIELDS):
+            return self._read_interface(place)
+        self._go_on()
+        if self._kind == _BRACE and self._lexeme == "{":
+            return _Place(place, Node(name, line))
+        if place.owner is None:
+            raise self._unexpected()
+        self._is_held = True
+        place.take = partial(place.owner.set_field, name) if isinstance(place.owner, Node) else _ignore
+        return place
+
+    def _read_reference(self, place: _Place) -> _Place:
+        """Read DEF and the beginning of its node, or USE."""
+        word = self._lexeme
+        name = self._take_word()
+        if word == "USE":
+            return self._deliver(place, Use(name, self._line))
+        node = Node(self._take_name(), self._line, name=name)
+        self._take_brace("{")
+        return _Place(place, node)
+
+    def _read_external(self, place: _Place) -> _Place:
+        """Read an external prototype, up to the places where it may be found, which are not read."""
+        prototype = Prototype(self._take_word(), self._line, is_external=True)
+        self._take_brace("[")
+        while self._take_interface_word():
+            self._take_name()
+            self._take_name()
+        place.take = lambda _: self._deliver(place, prototype)
+        return place
+
+    def _take_interface_word(self) -> str:
+        """Go to the next token, and return the word that begins a line of an interface; "" at its end."""
+        self._go_on()
+        if self._kind == _BRACE and self._lexeme == "]":
+            return ""
+        if self._kind != _NAME or self._lexeme not in (*_EVENTS, *_FIELDS):
+            raise self._unexpected()
+        return self._lexeme
+
+    def _read_interface(self, place: _Place) -> _Place:
+        """Read a line of the interface of a prototype or of a script, or the end of it."""
+        self._is_held = True
+        word = self._take_interface_word()
+        if not word:
+            self._take_brace("{")
+            place.is_interface = False
+            return place
+        self._take_name()
+        name = self._take_name()
+        if word in _FIELDS:
+            is_own = place.is_interface or isinstance(place.owner, Node)
+            place.take = partial(_declare, place.owner, name) if is_own else _ignore
+            return place
+        self._go_on()
+        if self._kind == _NAME and self._lexeme == "IS":
+            self._take_name()
+        else:
+            self._is_held = True
+        return place
+
+    def _read_value(self, place: _Place) -> _Place:
+        """Read the value of a field."""
+        lexeme, line = self._lexeme, self._line
+        if self._kind == _NAME:
+            if lexeme in ("DEF", "USE"):
+                return self._read_reference(place)
+            if lexeme == "IS":
+                return self._set(place, [Binding(self._take_name())])
+            return self._read_name(place)
+        if self._kind == _NUMBERS:
+            return self._set(place, Numbers(line, lexeme[1:-1]))
+        if self._kind == _NUMBER:
+            parts = []
+            while self._kind == _NUMBER:
+                parts.append(_NumberText.at(self._lexeme, self._line))
+                self._go_on()
+            self._is_held = True
+            return self._set(place, _as_value(parts))
+        if self._kind in (_STRING, _MASK):
+            return self._set(place, [lexeme])
+        if self._kind == _BRACE and lexeme == "[":
+            return _Place(place)
+        raise self._unexpected()
+
+    def _read_item(self, place: _Place) -> _Place:
+        """Read an item of a list, or its end."""
+        if self._kind == _NAME:
+            return self._read_reference(place) if self._lexeme in ("DEF", "USE") else self._read_name(place)
+        if self._kind == _NUMBER:
+            place.items.append(_NumberText.at(self._lexeme, self._line))
+        elif self._kind in (_STRING, _MASK):
+            place.items.append(self._lexeme)
+        elif self._kind == _BRACE and self._lexeme == "]":
+            return self._set(cast("_Place", place.outer), _as_value(place.items))
+        else:
+            raise self._unexpected()
+        return place
+
+    def _read_name(self, place: _Place) -> _Place:
+        """Read a name that is a value or an item, or begins a node."""
+        name, line = self._lexeme, self._line
+        self._go_on()
+        if self._kind == _BRACE and self._lexeme == "{":
+            return _Place(place, Node(name, line))
+        self._is_held = True
+        return self._deliver(place, name)
+
+    def _close(self, place: _Place) -> _Place:
+        """End a node, or the body of a prototype."""
+        made = cast("Node | Prototype", place.owner)
+        if isinstance(made, Prototype):
+            made.body_slots = _add_slots(made.body, place.items)
+        return self._deliver(cast("_Place", place.outer), made)
+
+    def _deliver(self, place: _Place, item: Any) -> _Place:
+        """Put an object or a name where it belongs."""
+        if place.take is not None:
+            return self._set(place, [item])
+        if isinstance(place.owner, Node):
+            place.owner.set_field("children", [item])
+        else:
+            place.items.append(item)
+        return place
+
+    def _set(self, place: _Place, value: Value) -> _Place:
+        """Give a value to what waits for it."""
+        take, place.take = place.take, None
+        cast("Callable[[Value], object]", take)(value)
+        return place
+
+
+def _declare(owner: Node | Prototype | None, name: str, value: Value) -> None:
+    """Keep the default of a prototype's field; of a field that a node declares, only what is to be resolved."""
+    if isinstance(owner, Prototype):
+        kept = value
+        if isinstance(value, list):
+            kept = list[Any]()
+            owner.default_slots += _add_slots(kept, value)
+        owner.defaults[name] = kept
+    elif owner is not None and isinstance(value, list):
+        owner.slots += _add_slots([], value)
 
 
 def parse_nodes(text: str) -> list[Node]:
@@ -284,22 +487,12 @@ def parse_nodes(text: str) -> list[Node]:
     Raises MeshError with the line for malformed syntax, and for a USE of a name that no node before it has. A node has
     its name from its closing brace on, so that none can contain itself.
     """
-    from lark.exceptions import UnexpectedInput, UnexpectedToken
-
     n_parts = n_nodes = 0
     for part in _PART.finditer(text):
         n_parts += 1
         n_nodes += part[0] == "{"
     budget().require_parts(n_parts, n_nodes)
-    try:
-        roots = cast("list[Any]", _make_parser().parse(text))
-    except UnexpectedToken as error:
-        if error.token.type == "$END":
-            raise MeshError(f"line {text.rstrip().count(chr(10)) + 1}: unexpected end of the file") from None
-        raise MeshError(f"line {error.line}: unexpected {quote(str(error.token))}") from None
-    except UnexpectedInput as error:
-        rest = text[cast("int", error.pos_in_stream) :][:41]
-        raise MeshError(f"line {error.line}: unexpected {quote(rest)}") from None
+    roots = _Parser(text).parse()
     budget().spell_nodes(_resolve_names(roots))
     return [root for root in roots if isinstance(root, Node)]
 

@@ -284,6 +284,12 @@ def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Arr
 
 def sign_of_determinant(matrix: Float64Array) -> float:
     """Return -1 for a matrix that mirrors, else 1; the determinant itself could underflow."""
+    largest = float(np.abs(matrix).max())
+    if matrix.shape == (3, 3) and 1e-90 < largest < 1e90:
+        (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
+        determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
+        if abs(determinant) > 1e-12 * largest**3:  # far more than it is rounded by
+            return -1.0 if determinant < 0.0 else 1.0
     with np.errstate(divide="ignore"):  # the logarithm of what has underflowed to 0
         return -1.0 if np.linalg.slogdet(matrix)[0] < 0 else 1.0
 

@@ -21,7 +21,7 @@ SIXTEEN = "0 -0.3 7 -0.5 0.3 0 0 2 0 5 0.25 11 0 0 0 1"
 
 @pytest.mark.parametrize("option", ["--version", "--help"])
 def test_the_version_and_the_help_need_neither_numpy_nor_a_device(option: str) -> None:
-    heavy = ["numpy", "wgpu", "trimesh", "PIL", "lark", "gpu_xform.cli.options"]
+    heavy = ["numpy", "wgpu", "trimesh", "PIL", "gpu_xform.cli.options"]
     code = f"""
 import contextlib, io, sys
 from gpu_xform.cli import main

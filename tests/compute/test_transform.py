@@ -92,9 +92,9 @@ def test_any_number_of_points_is_transformed_to_the_last(n: int, dtype: npt.DTyp
 
 @pytest.mark.slow
 @pytest.mark.parametrize("dtype", MARKED_DTYPES)
-def test_more_points_than_one_dispatch_of_single_threads_could_take(dtype: npt.DTypeLike) -> None:
+def test_more_points_than_one_dispatch_of_single_threads_could_take(device: GpuDevice, dtype: npt.DTypeLike) -> None:
     points = some_points(65535 * 64 + 1, dtype)
-    result = gx.transform_points(points, AFFINE)
+    result = gx.transform_points(points, AFFINE, device=device)
     pick = np.r_[0:100, 65535 * 4 - 9 : 65535 * 4 + 9, 65536 * 4 - 9 : 65536 * 4 + 9, 0 : len(points) : 997]
     assert_transformed(result[pick], points[pick], AFFINE)
     assert_transformed(result[-100:], points[-100:], AFFINE)

@@ -579,3 +579,9 @@ def test_prototypes_and_primitives_cannot_multiply_without_bound(monkeypatch: py
     with pytest.raises(MeshError, match=r"expands to more than .* numbers, the limit FileLimits\(points=\.\.\.\)"):
         v2("DEF S " + shape("Sphere { }") + "Group { children [ " + "USE S " * 5000 + "] }")
     assert time.process_time() - start < 20.0
+
+
+def test_blanks_before_what_is_no_word_are_passed_once() -> None:
+    """A pattern that could divide them in several ways would never end."""
+    with pytest.raises(MeshError, match=r"^line 400: unexpected"):
+        v1("\n# a comment\n, \t" * 199 + "\x01")

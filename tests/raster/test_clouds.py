@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from gpu_xform.drawing.cloud_points import CloudPoints, find_extremes
 from gpu_xform.drawing.point_array import MIN_CLOUD_POINTS, PointArray
 from gpu_xform.errors import ArgumentError, MeshError
 from gpu_xform.gpu.device import default_gpu_device
+from gpu_xform.raster.names import RASTERIZERS
 
 N = MIN_CLOUD_POINTS + 3
 SIZE = (150, 120)
@@ -60,7 +62,11 @@ STYLES: dict[str, dict[str, Any]] = {
 }
 
 
-@pytest.mark.parametrize("name", STYLES)
+# Each style with one rasteriser, which draws what is no cloud.
+EACH = [*zip(cycle(RASTERIZERS[1:]), STYLES, strict=False)]
+
+
+@pytest.mark.parametrize(("rasterizer_name", "name"), EACH, indirect=["rasterizer_name"])
 def test_many_points_are_drawn_as_few(name: str) -> None:
     style = STYLES[name]
     apart = np.abs(draw(POINTS, **style) - draw_as_lines(POINTS, **style)).max(axis=2)
@@ -69,7 +75,7 @@ def test_many_points_are_drawn_as_few(name: str) -> None:
 
 
 @pytest.mark.usefixtures("cut")
-@pytest.mark.parametrize("name", STYLES)
+@pytest.mark.parametrize(("rasterizer_name", "name"), EACH, indirect=["rasterizer_name"])
 def test_a_cloud_is_the_same_in_any_number_of_parts(name: str) -> None:
     cut = draw(POINTS, **STYLES[name])
     with pytest.MonkeyPatch.context() as patch:

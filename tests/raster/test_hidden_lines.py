@@ -373,7 +373,13 @@ def visible_spans(mesh: Mesh, camera: Camera, ends: Array, size: tuple[int, int]
 FEWER = {"icosphere": ("grazing y, z", "near"), "torus": ("from below", "grazing, wide", "near")}
 # From afar the plates lie a quarter of a pixel apart, and along x they are seen from their edges.
 NOT_THESE = {("plates", "far"), ("plates", "straight on, parallel")}
-CASES = [(name, view) for name in SAMPLES for view in FEWER.get(name, VIEWS) if (name, view) not in NOT_THESE]
+# Every other one, so that all samples and all views take part.
+CASES = [
+    (name, view)
+    for row, name in enumerate(SAMPLES)
+    for column, view in enumerate(FEWER.get(name, VIEWS))
+    if (name, view) not in NOT_THESE and ((row + column) % 2 == 0 or name in FEWER)
+]
 
 
 @cache
@@ -423,15 +429,14 @@ def test_a_picture_of_several_tiles_is_as_right_as_one() -> None:
 @pytest.mark.parametrize("name", ["cube", "house"])
 def test_points_in_line_on_an_edge_do_not_break_it(name: str, n_points: int) -> None:
     # Three corners in line make a triangle that rounding gives some area, but no plane.
-    size = (1024, 1024)
-    for axis in ((1, 2, 3), (3, -1, 2), (-2, 1, 1)):
-        for angle in (0.5, 1.1, 1.9):
-            plain = SAMPLES[name].transformed(rotate(axis, angle))
-            camera = Camera.fit(plain)
-            picture = gx.render_array(
-                subdivide_edges(plain, n_points), camera=camera, size=size, hidden="remove", line_width=LINE_WIDTH
-            )
-            assert judge_picture(picture, *seen(plain, matrix(camera, size), size)).wrong == (0.0, 0.0)
+    size = (640, 640)
+    for axis, angle in (((1, 2, 3), 0.5), ((3, -1, 2), 1.1), ((-2, 1, 1), 1.9)):
+        plain = SAMPLES[name].transformed(rotate(axis, angle))
+        camera = Camera.fit(plain)
+        picture = gx.render_array(
+            subdivide_edges(plain, n_points), camera=camera, size=size, hidden="remove", line_width=LINE_WIDTH
+        )
+        assert judge_picture(picture, *seen(plain, matrix(camera, size), size)).wrong == (0.0, 0.0)
 
 
 @pytest.mark.slow

@@ -158,11 +158,11 @@ def test_transmittances_of_lines_over_one_another_multiply(n: int, alpha: float)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("n", [200_000, 268_034, 2_412_301])
-def test_any_number_of_lines_stays_opaque(n: int) -> None:
-    # Absorbance is counted in 32 bits, and with the finest steps an opaque line adds 16,024: left alone, the larger
-    # numbers would come round to less than one line's.
-    assert n == 200_000 or n * 16_024 % 2**32 < 16_024
+def test_any_number_of_lines_stays_opaque() -> None:
+    # Absorbance is counted in 32 bits, and with the finest steps an opaque line adds 16,024: left alone, so many would
+    # come round to less than one line's.
+    n = 268_034
+    assert n * 16_024 % 2**32 < 16_024
     shown = gx.render_array(
         Mesh([(0, 0, 0), (0.05, 0, 0)]),
         edges=np.tile([(0, 1)], (n, 1)),
@@ -203,7 +203,7 @@ def test_faint_lines_of_a_dense_model_add_up_as_those_of_a_few_models_do(style: 
 
 @pytest.mark.slow
 def test_opaque_lines_of_a_dense_model_add_up_as_those_of_a_few_models_do() -> None:
-    difference = darkness_of_parts(samples.icosphere(8), 8, (1000, 1000), {"line_width": 1.5})
+    difference = darkness_of_parts(samples.icosphere(7), 8, (500, 500), {"line_width": 1.5})
     assert difference.max() <= 8
     assert difference.mean() <= 1
 

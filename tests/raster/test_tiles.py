@@ -58,9 +58,9 @@ def test_tiles_make_the_picture_that_is_not_split(style: str, side: int, monkeyp
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("upright", [True, False])
+@pytest.mark.parametrize(("upright", "angles"), [(True, (44.0, 46.0)), (False, (45.0, 135.0))])
 def test_the_axis_of_a_slanting_line_is_tested_outside_the_tile_that_its_side_lies_in(
-    upright: bool, monkeypatch: pytest.MonkeyPatch
+    upright: bool, angles: tuple[float, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # The lines go behind bars about as wide as they are, so that depths a pixel further on are others.
     left = np.arange(-1.5, 1.5, 0.08)
@@ -71,7 +71,7 @@ def test_the_axis_of_a_slanting_line_is_tested_outside_the_tile_that_its_side_li
     ends = np.concatenate([[(-3.0, y, 0.0), (3.0, y, 0.0)] for y in np.linspace(-1.2, 1.2, 14) + 0.03])
     lines = Mesh(ends, np.arange(len(ends)).reshape(-1, 2))
     options: dict[str, Any] = {"camera": Camera.window((-1, 1), (-1, 1)), "size": (100, 100)}
-    for angle in (44.0, 45.0, 46.0, 135.0):
+    for angle in angles:
         turned = Layer(lines, transform=matrices.rotate_z(angle, degrees=True), hidden="remove", line_width=8.0)
         layers = [Layer(fence, hidden="remove", color="none"), turned]
         monkeypatch.setattr(rasterizer, "TILE_SIDE_PX", 2048)

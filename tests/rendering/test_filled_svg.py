@@ -185,7 +185,7 @@ def test_small_faces_before_others_are_not_drawn_under_them() -> None:
 @pytest.mark.slow
 def test_a_device_with_small_bindings_draws_the_same(device_with_limits: DeviceFactory) -> None:
     random = np.random.default_rng(3)
-    corners = random.integers(0, 300, (8000, 1)) + random.permuted(np.tile(np.arange(1, 40), (8000, 1)), axis=1)[:, :3]
+    corners = random.integers(0, 300, (3000, 1)) + random.permuted(np.tile(np.arange(1, 40), (3000, 1)), axis=1)[:, :3]
     tangle = Mesh(random.normal(size=(340, 3)), corners)  # its triangles do not fit one binding
     instances = np.array([gx.translate(k, 0.3 * k, -0.9 * k) for k in range(12)])
     models = [
@@ -193,6 +193,6 @@ def test_a_device_with_small_bindings_draws_the_same(device_with_limits: DeviceF
         Layer(gx.samples.icosphere(3), fill="face", transform=instances),  # nor the points of all of these
         Layer(FLOOR, hidden="remove"),
     ]
-    camera, size = Camera.look_at((5, 4, 9), (0, 0, 0)), (150, 120)
-    small = device_with_limits(max_binding_bytes=80_000)
+    camera, size = Camera.look_at((5, 4, 9), (0, 0, 0)), (90, 72)
+    small = device_with_limits(max_binding_bytes=30_000)
     assert render_svg(models, camera=camera, size=size, device=small) == render_svg(models, camera=camera, size=size)

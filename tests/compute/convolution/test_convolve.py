@@ -52,7 +52,7 @@ def set_most_direct_taps(monkeypatch: pytest.MonkeyPatch, n: float) -> None:
         monkeypatch.setattr(f"gpu_xform.compute.convolution.fourier.{name}", n)
 
 
-@settings(max_examples=25)
+@settings(max_examples=16)
 @given(SHAPES, KERNELS, st.sampled_from(BORDERS), st.sampled_from([np.float32, np.float64]), st.integers(0, 4), SEEDS)
 def test_floats_are_those_of_float64(
     shape: tuple[int, int], sides: tuple[int, int], border: Any, dtype: npt.DTypeLike, channels: int, seed: int
@@ -66,7 +66,7 @@ def test_floats_are_those_of_float64(
     assert_near(result, exact, kernel, image)
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(SHAPES, KERNELS, st.sampled_from(BORDERS), SEEDS)
 def test_correlation_does_not_flip(shape: tuple[int, int], sides: tuple[int, int], border: Any, seed: int) -> None:
     image, kernel = some_image(shape, np.float32, seed), some_kernel(sides, seed)
@@ -77,11 +77,11 @@ def test_correlation_does_not_flip(shape: tuple[int, int], sides: tuple[int, int
 
 @pytest.mark.parametrize(
     ("channels", "sides"),
-    [*((channels, (3, 3)) for channels in (1, 2, 3, 4)), (3, (1, 7)), (4, (7, 7)), (2, (7, 7)), (1, (15, 15))],
+    [(1, (3, 3)), (4, (3, 3)), (3, (1, 7)), (2, (7, 7)), (1, (15, 15))],
     ids=str,
 )
 def test_bytes_are_rounded_exactly_but_for_one_in_fifty_thousand(channels: int, sides: tuple[int, int]) -> None:
-    image, kernel = some_image((300, 400, channels), np.uint8), np.abs(some_kernel(sides))
+    image, kernel = some_image((200, 260, channels), np.uint8), np.abs(some_kernel(sides))
     kernel /= kernel.sum()
     exact = round_to(image.dtype, convolve_planes(image, kernel, "reflect"))
     difference = np.abs(gx.convolve(image, kernel, alpha="independent").astype(int) - exact)
@@ -211,17 +211,17 @@ def test_a_large_product_takes_two_passes(process_device: Device, monkeypatch: p
     assert seen == [2, 2, 1, 1]
 
 
-@pytest.mark.parametrize("is_constant", [False, True])
 @pytest.mark.parametrize(
-    ("dtype", "sides", "is_direct"),
+    ("dtype", "sides", "is_direct", "is_constant"),
     [
-        (np.float32, (31, 31), True),
-        (np.float32, (101, 101), True),
-        (np.float32, (101, 1), True),
-        (np.float64, (1, 101), True),
-        (np.float32, (31, 31), False),
-        (np.float32, (101, 101), False),
-        (np.float64, (101, 101), False),
+        (np.float32, (31, 31), True, False),
+        (np.float32, (101, 101), True, True),
+        (np.float32, (101, 1), True, True),
+        (np.float64, (1, 101), True, True),
+        (np.float32, (31, 31), False, True),
+        (np.float32, (101, 101), False, False),
+        (np.float32, (101, 101), False, True),
+        (np.float64, (101, 101), False, True),
     ],
 )
 def test_large_kernels_keep_the_bound(
@@ -229,17 +229,16 @@ def test_large_kernels_keep_the_bound(
 ) -> None:
     """Of a constant image and kernel, roundings add up instead of cancelling."""
     set_most_direct_taps(monkeypatch, np.inf if is_direct else 0)
-    image = np.full((110, 104), 0.7, dtype) if is_constant else some_image((110, 104), dtype)
+    image = np.full((64, 58), 0.7, dtype) if is_constant else some_image((64, 58), dtype)
     kernel = np.full(sides, 0.3) if is_constant else some_kernel(sides)
     kernel[0, 0] += 0.1  # no product of a column and a row
     exact = convolve_planes(image, kernel, "symmetric")
     assert_near(gx.convolve(image, kernel, border="symmetric"), exact, kernel, image)
 
 
-@pytest.mark.parametrize("channels", [1, 3])
-@pytest.mark.parametrize("border", BORDERS)
+@pytest.mark.parametrize(("channels", "border"), [(1 + 2 * (k % 2), border) for k, border in enumerate(BORDERS)])
 def test_fourier_transforms_give_the_same(channels: int, border: Any, monkeypatch: pytest.MonkeyPatch) -> None:
-    image, kernel = some_image((301, 290, channels), np.float32), some_kernel((8, 5))
+    image, kernel = some_image((101, 90, channels), np.float32), some_kernel((8, 5))
     direct = gx.convolve(image, kernel, border=border, origin=(1, 4))
     set_most_direct_taps(monkeypatch, 0)
     monkeypatch.setattr("gpu_xform.compute.convolution.fourier.MAX_BLOCK", 48)  # for several strips
@@ -257,21 +256,29 @@ def test_infinities_are_left_to_the_device() -> None:
 
 
 def test_integers_with_the_largest_kernels() -> None:
-    image, kernel = some_image((70, 80), np.uint16), np.abs(some_kernel((101, 101)))
+    image, kernel = some_image((52, 61), np.uint16), np.abs(some_kernel((101, 101)))
     kernel /= kernel.sum()
     exact = round_to(np.uint16, convolve_planes(image, kernel, "symmetric"))
     assert np.array_equal(gx.convolve(image, kernel, border="symmetric"), exact)
 
 
-@pytest.mark.parametrize("limits", [{"max_binding_bytes": 16384, "max_workgroup_size": 16}])
-@pytest.mark.parametrize("kernel", [some_kernel((3, 5)), gx.gaussian(1.5)], ids=["dense", "separable"])
-@pytest.mark.parametrize(("dtype", "channels"), [(np.float32, 1), (np.uint8, 4), (np.uint8, 3), (np.uint16, 2)])
+@pytest.mark.parametrize(
+    ("kernel", "dtype", "channels"),
+    [
+        (some_kernel((3, 5)), np.uint8, 3),
+        (some_kernel((3, 5)), np.uint16, 2),
+        (gx.gaussian(1.5), np.float32, 1),
+        (gx.gaussian(1.5), np.uint8, 4),
+    ],
+    ids=["dense bytes", "dense", "separable floats", "separable bytes"],
+)
 def test_tiles_give_the_bytes_of_one_piece(
-    device_with_limits: DeviceFactory, limits: dict[str, int], kernel: Any, dtype: npt.DTypeLike, channels: int
+    device_with_limits: DeviceFactory, kernel: Any, dtype: npt.DTypeLike, channels: int
 ) -> None:
-    image = some_image((83, 131, channels), dtype)
+    image = some_image((61, 83, channels), dtype)
     whole = gx.convolve(image, kernel, alpha="independent")
-    tiled = gx.convolve(image, kernel, alpha="independent", device=device_with_limits(**limits))
+    small = device_with_limits(max_binding_bytes=8192, max_workgroup_size=16)
+    tiled = gx.convolve(image, kernel, alpha="independent", device=small)
     assert tiled.tobytes() == whole.tobytes()
 
 
@@ -323,7 +330,7 @@ def test_a_list_of_kernels_gives_a_list_of_results() -> None:
 
 
 def test_infinities_and_nans_reach_as_far_as_the_kernel() -> None:
-    for width in (3, 4, 5, 7, 11):
+    for width in (3, 4, 11):
         for bad in (np.nan, np.inf):
             image = np.zeros((40, 60), np.float32)
             image[20, 30] = bad
