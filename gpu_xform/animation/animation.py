@@ -365,8 +365,9 @@ class Animation:
     def save(self, path: StrPath, *, progress: Progress | None = None) -> None:
         """Write the animation to a file, or to one file per frame; few frames are in memory at a time.
 
-        PNG, WebP and HTML are lossless, and hold transparency. A GIF holds 255 colours without dithering, one palette
-        for all frames except those that it does not suit, pixels that are either opaque or transparent, and at most 50
+        PNG, WebP and HTML are lossless, and hold transparency; a notebook, which shows the same player, gets lossy
+        frames where lossless ones take more than a megabyte. A GIF holds 255 colours without dithering, one palette for
+        all frames except those that it does not suit, pixels that are either opaque or transparent, and at most 50
         frames per second, timed in hundredths of a second. PNG and WebP hold at most 90 frames per second, because
         browsers show faster ones ten times as slowly. MP4 and WebM are lossy and opaque, and need
         `pip install 'gpu_xform[video]'`; odd sides of an MP4 are padded by a pixel (`SizeWarning`). All formats except
@@ -401,7 +402,7 @@ class Animation:
     def _repr_html_(self) -> str:
         page = io.BytesIO()
         with self._frame_sequence() as sequence:
-            html.write(page, sequence)
+            html.write(page, sequence, max_bytes=html.MAX_CELL_BYTES)
         return html.embed_page(page.getvalue().decode(), self.size)
 
     @contextlib.contextmanager
