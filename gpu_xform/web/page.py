@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import os
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
-from importlib.resources import files
 from pathlib import Path
 from typing import Unpack
 
@@ -40,10 +38,10 @@ from ..imaging.colors import ColorLike, Rgba, parse_background
 from ..imaging.image import Pixels
 from ..rendering.raster import render_array
 from ..viewer.key_bindings import KEYS, POINTER
-from .arrays import ArrayStore, encode_bytes
+from .arrays import ArrayStore
 from .decimation import decimate_layers
 from .poster import encode_poster
-from .program import join_scripts, make_program
+from .program import encode_program, read_text
 from .scene import Frames, as_mesh_layer, describe_camera, describe_layers
 
 DEFAULT_SIZE = (960, 720)
@@ -267,17 +265,20 @@ class _Page:
         picture, widths = self._draw()
         store = ArrayStore()
         described = describe_layers(self.layers, self.frames, widths, store)
-        scene = {**described, "camera": self._describe_camera(), "background": list(self.background)}
-        program = {**make_program(), "script": join_scripts()}
+        scene = {
+            **described,
+            "camera": self._describe_camera(),
+            "background": list(self.background),
+            "help": self._list_keys(),
+        }
         fields = {
             "title": escape(self.title),
             "background": _css_color(self.background),
             "poster": encode_poster(picture),
-            "help": self._make_help(),
-            "program": encode_bytes(json.dumps(program, separators=(",", ":")).encode()),
+            "program": encode_program(),
             "scene": store.encode(scene),
         }
-        before, *parts = files(__package__).joinpath("page.html").read_text("utf-8").split("/* ")
+        before, *parts = read_text("page.html").split("/* ")
         return "".join(
             [before, *(fields[name] + rest for name, rest in (part.split(" */", 1) for part in parts))]
         ).encode()
@@ -304,18 +305,15 @@ class _Page:
             return describe_camera(camera, {}, self.layers, self.frames, width / height)
         return describe_camera(None, fit_options(camera), self.layers, self.frames, width / height)
 
-    def _make_help(self) -> str:
-        """Return the list of keys: rows that are buttons, for those who have no keyboard."""
+    def _list_keys(self) -> list[list[str]]:
+        """Return the rows of the list of keys: names, what they do, and the key that a click stands for, if any."""
         keys = [row for row in KEYS if row[0] not in _LEFT_OUT] + list(_OWN_KEYS)
         keys += _PLAYER_KEYS if self.frames.n_frames > 1 else ()
-        rows = [
-            f"<div><b>{escape(what)}</b><span>{escape(effect)}</span></div>" for what, effect in (*POINTER, *_TOUCH)
-        ]
+        rows = [[what, effect, ""] for what, effect in (*POINTER, *_TOUCH)]
         for names, effect in keys:
             first = names.split(",")[0]
-            key = {"Space": " "}.get(first, first.lower() if len(first) == 1 else first)
-            rows.append(f'<button data-key="{key}"><b>{escape(names)}</b><span>{escape(effect)}</span></button>')
-        return "\n".join(rows) + "\n"
+            rows.append([names, effect, {"Space": " "}.get(first, first.lower() if len(first) == 1 else first)])
+        return rows
 
 
 def _css_color(color: Rgba) -> str:

@@ -21,7 +21,8 @@ from ..gpu import layouts
 from ..gpu.wgsl import IMPORT, REAL, Sources, installed_sources
 from ..imaging.colors import COLOR_CYCLE, to_rgba
 from ..raster import dashes, line_batches, line_stage, rasterizer, tiles, triangles
-from ..viewer import controls, key_bindings, orbit, style_overrides
+from ..viewer import controls, orbit, style_overrides
+from .arrays import encode_bytes
 
 SCRIPTS = (
     *(
@@ -78,13 +79,19 @@ _SHARED: tuple[tuple[Any, tuple[str, ...]], ...] = (
 )
 _TYPES = {"f": "Float32", "i": "Int32", "u": "Uint32"}
 _JS_IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
-_JS_COMMENT = re.compile(r"^\s*//.*\n|\s+// .*$", re.MULTILINE)
-_MARGIN = re.compile(r"^[ \t]+|\n(?=\n)", re.MULTILINE)
+_JS_EXPORT = re.compile(r"^export ", re.MULTILINE)
+# Texts, templates, regular expressions and comments, in which spaces count, or nothing does.
+_JS_WHOLE = re.compile(
+    r"""("[^"\n]*"|`[^`]*`|(?:(?<=[=(,] )|(?<=\())/(?![ /*])(?:\\.|\[[^\]]*\]|[^/\n])+/\w*)|(?:^|(?<=\s))//.*""",
+    re.MULTILINE,
+)
+_SPACE = re.compile(r"^[ \t]+|[ \t]*([{}()\[\],;:=+*/<>?!&|])[ \t]*", re.MULTILINE)
+_BLANK = re.compile(r"\s*\n\s*")
 
 
 @functools.cache
 def make_program() -> dict[str, Any]:
-    """Return what a page runs beside its scripts, for JSON: WGSL by file, stages, layouts of structs, and constants."""
+    """Return what all pages hold, for JSON: WGSL by file, stages, layouts of structs, constants, markup and script."""
     sources = installed_sources()
     wgsl = {name: _strip_wgsl(text) for name, text in collect_wgsl(sources).items()}
     stages = {
@@ -92,7 +99,19 @@ def make_program() -> dict[str, Any]:
         for name in STAGES
     }
     structs = {name: describe_layout(getattr(layouts, name)) for name in _LAYOUTS}
-    return {"files": wgsl, "stages": stages, "layouts": structs, "constants": collect_constants()}
+    parts = {
+        "style": _strip_style(read_text("page.css")),
+        "controls": read_text("controls.html"),
+        "player": read_text("player.html"),
+        "script": f"{join_scripts()}\nreturn openPage;",
+    }
+    return {"files": wgsl, "stages": stages, "layouts": structs, "constants": collect_constants(), **parts}
+
+
+@functools.cache
+def encode_program() -> str:
+    """Return the program as the text that a page holds."""
+    return encode_bytes(json.dumps(make_program(), separators=(",", ":")).encode())
 
 
 def collect_wgsl(sources: Sources) -> dict[str, str]:
@@ -132,7 +151,6 @@ def collect_constants() -> dict[str, Any]:
     constants |= {name: {"name": color, "color": to_rgba(color, name)} for name, color in named.items()}
     constants["DEFAULT_FILL"] = to_rgba(style_overrides.DEFAULT_FILL, "fill")
     constants["COLOR_CYCLE"] = [to_rgba(color, "color") for color in COLOR_CYCLE]
-    constants["HELP"] = key_bindings.HELP
     plain: dict[str, Any] = json.loads(json.dumps(constants, default=_as_plain))
     return plain
 
@@ -149,13 +167,28 @@ def join_scripts() -> str:
 
 def read_script(name: str) -> str:
     """Return the text of a module of `js/`."""
-    return (files(__package__) / "js" / f"{name}.js").read_text("utf-8")
+    return read_text(f"js/{name}.js")
+
+
+def read_text(name: str) -> str:
+    """Return the text of a file beside this one."""
+    return files(__package__).joinpath(name).read_text("utf-8")
 
 
 def _strip_script(text: str) -> str:
-    plain = re.sub(r"^export ", "", _JS_IMPORT.sub("", text), flags=re.MULTILINE)
-    return _MARGIN.sub("", _JS_COMMENT.sub("\n", plain))
+    """Return a module without imports, exports, comments, and spaces between its words and signs."""
+    plain = _JS_EXPORT.sub("", _JS_IMPORT.sub("", text))
+    parts, end = [], 0
+    for whole in _JS_WHOLE.finditer(plain):
+        parts += [_SPACE.sub(r"\1", plain[end : whole.start()]), whole[1] or ""]
+        end = whole.end()
+    return _BLANK.sub("\n", "".join([*parts, _SPACE.sub(r"\1", plain[end:])])).strip()
 
 
 def _strip_wgsl(text: str) -> str:
-    return _MARGIN.sub("", re.sub(r"\s*//.*", "", text)).strip("\n") + "\n"
+    lines = (re.sub(r"\s*//.*", "", line) for line in text.splitlines())
+    return "\n".join(line if line.startswith("#") else _SPACE.sub(r"\1", line) for line in lines if line.strip()) + "\n"
+
+
+def _strip_style(text: str) -> str:
+    return _BLANK.sub("\n", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)).strip()

@@ -1,12 +1,6 @@
 // Arrays as pages hold them: integers whose bytes lie plane by plane, which compress well, and floats; `pack.py` writes
 // them.
 
-export async function inflate(base64) {
-  const bytes = Uint8Array.from(atob(base64.trim()), c => c.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 // What a page holds: a number of bytes, JSON of so many bytes, and arrays, whose places in the rest the JSON's last
 // field tells.
 export function unpack(bytes) {

@@ -2,7 +2,7 @@
 import { Orbit, fitCamera, orbitOf, reverseZ } from "./camera.js";
 import { Controls } from "./controls.js";
 import { buildDrawList, pointsInWorld } from "./draw_list.js";
-import { inflate, unpack } from "./arrays.js";
+import { unpack } from "./arrays.js";
 import { openFlat } from "./flat.js";
 import { openGpu } from "./gpu.js";
 import { rowsOf } from "./matrices.js";
@@ -31,8 +31,28 @@ function matricesAt({ worlds, nInstances }, frame) {
   return Array.from({ length: nInstances }, (_, i) => rowsOf(worlds, first + MATRIX_NUMBERS * i));
 }
 
-export async function openPage(program, given, document) {
+// Puts all but the poster on the page.
+function lay(document, { style, controls, player }, { help }) {
+  const part = (tag, content) => Object.assign(document.createElement(tag), content);
+  document.head.append(part("style", { textContent: style }));
+  const view = document.querySelector("#view");
+  view.insertAdjacentHTML("beforeend", controls);
+  view.insertAdjacentHTML("afterend", player);
+  view.querySelector("canvas").setAttribute("aria-label", document.title);
+  const list = view.querySelector("#help");
+  for (const [keys, effect, key] of help) {
+    const row = part(key ? "button" : "div", {});
+    if (key) row.dataset.key = key;
+    row.append(part("b", { textContent: keys }), part("span", { textContent: effect }));
+    list.append(row);
+  }
+}
+
+// inflate : returns the bytes of a text of the page
+export async function openPage(program, text, inflate, document) {
+  const given = unpack(await inflate(text));
   const scene = readScene(given), { constants } = program, find = selector => document.querySelector(selector);
+  lay(document, program, scene);
   const { bounds, fit, orbit } = scene.camera;
   const first = new Orbit({ ...orbit, bounds, constants });
   const place = (layers, frame) => layers.map(layer => ({ ...layer, matrices: matricesAt(layer, frame) }));
@@ -154,7 +174,7 @@ export async function openPage(program, given, document) {
     const matrix = clipFromWorld ?? matrixFor(size[0] / size[1], controls.orbit);
     return renderer.readPixels(...describe(size, pixelRatio, frame, matrix), constants);
   };
-  page.decode = async text => unpack(await inflate(text));
+  page.decode = async other => unpack(await inflate(other));
   page.readPixelsOf = (other, size) => {
     const shown = readScene(other), matrix = firstMatrix(shown.camera, size[0] / size[1]);
     return renderer.readPixels(...describe(size, 1, 0, matrix, shown), constants);

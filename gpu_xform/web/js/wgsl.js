@@ -1,7 +1,7 @@
 // WGSL sources: resolves `#import` lines as `gpu/wgsl.py` does, and finds the numbers of bindings.
 
 const IMPORT = /^#import\s+(\w+)\s*(?:\/\/.*)?$/;
-const BINDING = /^@group\(0\) @binding\((\d+)\) var(?:<[\w, ]+>)? (\w+):/gm;
+const BINDING = /^@group\(0\) ?@binding\((\d+)\) ?var(?:<[\w, ]+>)? ?(\w+):/gm;
 
 // The text of a file of `files` (texts by path) without imports: each `shared/name.wgsl` in place of its first import,
 // and that of the number type in place of `real`.
