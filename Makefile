@@ -97,6 +97,10 @@ man: .venv/library ## write the manual page of the command, dist/gpu-xform.1
 wheel: .venv/tools ## build dist/*.whl
 	@$(BIN)/pip --quiet wheel --no-deps --wheel-dir dist .
 
+.PHONY: dist
+dist: .venv/tools ## build the wheel and the source archive into dist/
+	@$(BIN)/python -m hatchling build --directory dist
+
 .PHONY: clean
 clean: ## remove what the other targets made
 	rm -rf .venv build demo dist test-failures .hypothesis .mypy_cache .pytest_cache .ruff_cache
