@@ -6,7 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from .._core.arguments import as_square_matrix
+from .._core.arguments import as_float, as_square_matrix
 from .._core.types import Float64Array, MatrixLike
 from ..compute.point_buffer import PointBuffer
 from ..drawing.layer import Layer, Model, Models, Style, as_layers, as_own_model
@@ -14,12 +14,14 @@ from ..drawing.load_models import PATH_TYPES, load_models
 from ..drawing.point_array import PointArray
 from ..errors import ArgumentTypeError
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Scene, SupportsAsModel
+from ..geometry.scene import Scene, SupportsAsModel, is_number_of_joint
 from ..geometry.scene_animation import NodePoses
 from ..matrices._affine import require_finite
 
-PoseLike: TypeAlias = MatrixLike | Mapping[str, MatrixLike] | Model | Layer | Scene
-Pose: TypeAlias = Float64Array | dict[str, Float64Array] | NodePoses | Mesh | PointBuffer | PointArray | Layer | Scene
+PoseLike: TypeAlias = MatrixLike | Mapping[str, MatrixLike | float] | Model | Layer | Scene
+Pose: TypeAlias = (
+    Float64Array | dict[str, Float64Array | float] | NodePoses | Mesh | PointBuffer | PointArray | Layer | Scene
+)
 
 
 def as_pose(frame: PoseLike, name: str) -> Pose:
@@ -28,8 +30,15 @@ def as_pose(frame: PoseLike, name: str) -> Pose:
     if isinstance(frame, (Mesh, PointBuffer, PointArray, SupportsAsModel, Layer, Scene, *PATH_TYPES)):
         return load_models(frame)  # type: ignore[return-value]  # one model stays one
     if isinstance(frame, Mapping):
-        return {node: as_square_matrix(matrix, f"{name}[{node!r}]", 4) for node, matrix in frame.items()}
+        return {node: _as_pose_of_node(pose, f"{name}[{node!r}]") for node, pose in frame.items()}
     return as_square_matrix(frame, name, 4)
+
+
+def _as_pose_of_node(pose: MatrixLike | float, name: str) -> Float64Array | float:
+    """Return the matrix of a node, or the number of a joint."""
+    if is_number_of_joint(pose) and np.ndim(pose) == 0:  # type: ignore[arg-type]
+        return as_float(pose, name)  # type: ignore[arg-type]
+    return as_square_matrix(pose, name, 4)
 
 
 def apply_pose(models: Models, pose: Pose, style: Style) -> list[Layer]:

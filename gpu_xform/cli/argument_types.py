@@ -322,6 +322,24 @@ def parse_file_limits(text: str) -> "FileLimits":
 
 
 @argument_type
+def parse_pose(text: str) -> dict[str, float]:
+    """Parse the numbers of joints, such as elbow=0.5,wrist=90deg."""
+    expected = f"expected JOINT=VALUE or JOINT=VALUEdeg, separated by commas, got {quote(text)}"
+    found: dict[str, float] = {}
+    for word in text.split(","):
+        name, separator, number = word.rpartition("=")
+        name, digits = name.strip(), number.strip().removesuffix("deg")
+        try:
+            value = float(digits)
+        except ValueError:
+            raise ValueError(expected) from None
+        if not name or not separator or name in found or not math.isfinite(value):
+            raise ValueError(expected)
+        found[name] = math.radians(value) if digits != number.strip() else value
+    return found
+
+
+@argument_type
 def parse_tolerance(text: str) -> float:
     """Parse a distance."""
     (value,) = parse_numbers(text, "a number greater than 0", 1)

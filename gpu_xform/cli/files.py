@@ -2,7 +2,7 @@
 
 import contextlib
 import csv
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO
 
@@ -11,6 +11,7 @@ import numpy.typing as npt
 
 from .._core import npy
 from .._core.atomic_files import atomic_write
+from .._core.error_context import prefix_errors
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from .paths import STDIO, file_type
@@ -22,10 +23,22 @@ if TYPE_CHECKING:
     from ..geometry.scene import Scene
 
 
-def read_mesh(path: str, declared_type: str | None, tolerance: float | None) -> Mesh:
-    """Read the mesh in `path`."""
+def read_mesh(
+    path: str, declared_type: str | None, tolerance: float | None, pose: Mapping[str, float] | None = None
+) -> Mesh:
+    """Read the mesh in `path`, the joints of a robot posed."""
     from ..formats import load_mesh
 
+    if pose is not None:
+        from ..formats.gltf import merge_scene
+
+        scene = read_scene(path, declared_type)
+        if not scene.joints:
+            raise ArgumentError(f"--pose is for robots, {path} has no joints")
+        with prefix_errors("--pose"):
+            posed = scene.posed(pose)
+        with name_file_in_errors(path):
+            return merge_scene(posed)
     return load_mesh(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
 
 

@@ -10,7 +10,23 @@ from ..raster.names import RASTERIZERS
 from . import argument_types as types
 
 # The types that `load_mesh` reads; asking it would import all readers.
-MODEL_TYPES = ("3mf", "glb", "gltf", "npy", "obj", "off", "ply", "stl", "vrml", "wrl", "wrz")
+MODEL_TYPES = (
+    "3mf",
+    "dae",
+    "glb",
+    "gltf",
+    "npy",
+    "obj",
+    "off",
+    "ply",
+    "step",
+    "stl",
+    "stp",
+    "urdf",
+    "vrml",
+    "wrl",
+    "wrz",
+)
 
 
 class ValueOption(NamedTuple):
@@ -197,7 +213,7 @@ def add_reading_options(group: Any) -> None:
         metavar="D",
         type=types.parse_tolerance,
         help="largest distance between polygons and the smooth surfaces of an .obj file (default: a thousandth of the "
-        "diagonal of its points)",
+        "diagonal of its points), or of a STEP file (default: a five-hundredth of its size)",
     )
     group.add_argument(
         "--file-limits",
@@ -210,6 +226,16 @@ def add_reading_options(group: Any) -> None:
         "--isolated",
         action="store_true",
         help="read model files in a process of its own, whose memory and time are limited (Linux)",
+    )
+
+
+def add_pose(group: Any) -> None:
+    """Add the pose of a robot."""
+    group.add_argument(
+        "--pose",
+        metavar="JOINT=VALUE[,...]",
+        type=types.parse_pose,
+        help="numbers of the joints of a .urdf file, in radians, degrees if deg follows, or metres; others stay at 0",
     )
 
 

@@ -51,7 +51,7 @@ def _read_styled(
     from ..drawing.layer import Layer, Style
     from ..drawing.legible_style import legible_style
 
-    meshes = [files.read_mesh(path, options.file_type, options.tolerance) for path in paths]
+    meshes = [files.read_mesh(path, options.file_type, options.tolerance, options.pose) for path in paths]
     typed = collect_style_arguments(options)
     legible = [legible_style(mesh, size) if size and not typed else Style() for mesh in meshes]
     source, instances = typed.pop("scalars", None), typed.pop("instances", None)

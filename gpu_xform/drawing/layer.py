@@ -20,7 +20,7 @@ from ..compute._arrays import as_host_array
 from ..compute.mesh_buffer import MeshBuffer
 from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
-from ..geometry.edges import EdgesLike, as_crease_angle, list_edge_parts
+from ..geometry.edges import EdgesLike, as_crease_angle, has_brep_faces, list_edge_parts
 from ..geometry.foreign_meshes import mesh_of_other_library
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Instances, Scene, SupportsAsModel
@@ -95,7 +95,8 @@ class Layer(Pictured):
         The edges to draw. "feature" are the sharp edges and the boundary, "boundary" the edges of one face alone,
         "silhouette" the edges that the camera sees edge-on and the boundary, "intersection" the lines where bodies
         penetrate one another: other layers, other instances, or parts of the model that no edge connects; an array
-        holds indices of points. By default all edges of a mesh, and none of a `PointBuffer`.
+        holds indices of points. By default all edges of a mesh, and none of a `PointBuffer`; of a mesh of STEP, the
+        edges of the faces that it is made of, "feature", and the silhouette.
     feature_angle : float
         The least angle between two faces at a sharp edge, in degrees: of lines, and of `shading="smooth"`.
     hidden : "show", "remove", "dash" or "fade", optional
@@ -283,6 +284,10 @@ class Layer(Pictured):
         given = [name for name in _COLOR_ARRAYS if getattr(self, name) is not None]
         if len(given) > 1:
             raise ArgumentError(f"at most one of {', '.join(_COLOR_ARRAYS)} may be given, got {' and '.join(given)}")
+        if self.edges is None and self.edge_colors is None and isinstance(self.model, Mesh):
+            is_by_face = self.face_colors is not None or (isinstance(self.color, str) and self.color in ("face", FILE))
+            if has_brep_faces(self.model) and not is_by_face:  # whose triangles nobody has drawn
+                object.__setattr__(self, "edges", ["feature", "silhouette"])
         if isinstance(self.model, PointArray):
             self._resolve_coordinates(self.model)
         elif isinstance(self.model, Mesh | MeshBuffer):

@@ -23,6 +23,7 @@ import numpy.typing as npt
 from ..errors import ArgumentError, MeshError, MeshWarning, MissingExtraError
 from ..geometry.attributes import Attributes, RaggedArray
 from ..geometry.deformable_mesh import DeformableMesh, Influences, Skin
+from ..geometry.joints import Joint, Mimic
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from ..geometry.scene_animation import Channel, Placement, SceneAnimation
@@ -49,9 +50,11 @@ def read_isolated_mesh(
     return _read_in_child(data, kind, folder, tolerance, limits, _build_mesh)
 
 
-def read_isolated_scene(data: bytes, kind: str, folder: Path | None, limits: FileLimits) -> Scene:
+def read_isolated_scene(
+    data: bytes, kind: str, folder: Path | None, tolerance: float | None, limits: FileLimits
+) -> Scene:
     """Return the scene of a file of a type that has scenes, as `read_isolated_mesh` returns a mesh."""
-    return _read_in_child(data, kind, folder, None, limits, _build_scene)
+    return _read_in_child(data, kind, folder, tolerance, limits, _build_scene)
 
 
 def _read_in_child(
@@ -189,11 +192,17 @@ def _describe_scene(scene: Scene) -> list[Any]:
         else ["mesh", _describe_mesh(model)]
         for model in models.values()
     ]
-    return [nodes, described, animations, scene.metadata]
+    joints = [[getattr(joint, attribute.name) for attribute in fields(Joint)] for joint in scene.joints.values()]
+    return [nodes, described, animations, scene.metadata, joints]
+
+
+def _build_joint(parts: Any) -> Joint:
+    name, kind, node, origin, axis, lower, upper, mimic = parts
+    return Joint(name, kind, node, origin, axis, lower, upper, None if mimic is None else Mimic(*mimic))
 
 
 def _build_scene(parts: Any) -> Scene:
-    nodes, described, animations, metadata = parts
+    nodes, described, animations, metadata, joints = parts
     models = [(_build_deformable if kind == "deformable" else _build_mesh)(parts) for kind, parts in described]
     built = [
         SceneAnimation(
@@ -203,7 +212,7 @@ def _build_scene(parts: Any) -> Scene:
         )
         for name, channels, placements in animations
     ]
-    scene = Scene(animations=built, metadata=metadata)
+    scene = Scene(animations=built, metadata=metadata, joints=map(_build_joint, joints))
     for name, parent, transform, is_visible, own_metadata, instances, weights, shown in nodes:
         node = scene.add(name=name, parent=parent, transform=transform)
         node.visible, node.metadata, node.instances, node.weights = is_visible, own_metadata, instances, weights

@@ -53,33 +53,34 @@ def _from(module: str, function: str) -> Callable[..., Any]:
     return call
 
 
-_read_obj: Callable[..., Mesh] = _from("obj", "read")
-
-READERS: dict[str, Reader] = {
+READERS: dict[str, Callable[..., Mesh]] = {
     "3mf": _from("threemf", "read"),
+    "dae": _from("collada", "read"),
     "glb": _from("glb", "read"),
     "gltf": _from("gltf", "read"),
     "npy": _from("npy", "read"),
-    "obj": _read_obj,
+    "obj": _from("obj", "read"),
     "off": _from("off", "read"),
     "ply": _from("ply", "read"),
+    "step": _from("step", "read"),
     "stl": _from("stl", "read"),
+    "stp": _from("step", "read"),
+    "urdf": _from("urdf", "read"),
     "vrml": _from("vrml", "read"),
     "wrl": _from("vrml", "read"),
     "wrz": _from("vrml", "read"),
 }
 # These may name files beside their own, and take the folder of it.
-_BESIDE: dict[str, Callable[..., Mesh]] = {
-    "gltf": _from("gltf", "read"),
-    "vrml": _from("vrml", "read"),
-    "wrl": _from("vrml", "read"),
-    "wrz": _from("vrml", "read"),
-}
+_BESIDE = ("gltf", "obj", "urdf", "vrml", "wrl", "wrz")
 _SCENE_READERS: dict[str, Callable[..., Scene]] = {
     "3mf": _from("threemf", "read_scene"),
     "glb": _from("glb", "read_scene"),
     "gltf": _from("gltf", "read_scene"),
+    "step": _from("step", "read_scene"),
+    "stp": _from("step", "read_scene"),
+    "urdf": _from("urdf", "read_scene"),
 }
+_OF_SURFACES = ("obj", "step", "stp")  # which take a tolerance
 # Files whose nodes can be moved in the file, so that whatever else it holds stays.
 DOCUMENT_TYPES = ("glb", "gltf")
 TRIANGLE_TYPES = (*DOCUMENT_TYPES, "stl")  # whose faces have three corners
@@ -121,12 +122,15 @@ def load_mesh(
     Parameters
     ----------
     source : path or binary file object
-        OBJ, OFF, PLY, STL, VRML (also compressed), GLB, glTF, 3MF (with the extra `3mf`), or an array of points (NPY).
+        OBJ, OFF, PLY, STL, VRML (also compressed), GLB, glTF, 3MF (with the extra `3mf`), STEP (with the extra `cad`),
+        URDF and COLLADA (with the extra `robots`), or an array of points (NPY).
     file_type : str, optional
         "obj", ".OBJ", ...; by default, the suffix of the file's name.
     tolerance : float, optional
-        The largest distance between polygons and the Bézier and B-spline surfaces and curves of an OBJ file that they
-        stand for, in the file's unit; by default a thousandth of the diagonal of its points. Other files have none.
+        The largest distance between polygons and the surfaces that they stand for, in the file's unit: of the Bézier
+        and B-spline surfaces and curves of an OBJ file, by default a thousandth of the diagonal of its points; of the
+        faces of a STEP file, kept by all shapes that were measured, by default a five-hundredth of its size, and at
+        least a millionth. Other files have none.
     limits : FileLimits, optional
         What the file may hold. By default it may hold what its bytes spell out, and expand to some multiple of it.
     isolated : bool, optional
@@ -177,17 +181,31 @@ def read_bytes(
 ) -> Mesh | Scene:
     """Return the mesh of a file of a known type, which has no name, or its scene."""
     with spend(len(data), limits):
-        return (_find_scene_reader(kind, folder) if is_scene else _find_reader(kind, folder, tolerance))(data)
+        find = _find_scene_reader if is_scene else _find_reader
+        return find(kind, folder, tolerance)(data)
 
 
 def _find_reader(kind: str, folder: Path | None, tolerance: float | None) -> Reader:
-    if kind == "obj":
-        return partial(_read_obj, folder=folder, tolerance=tolerance)
-    return partial(_BESIDE[kind], folder=folder) if kind in _BESIDE else READERS[kind]
+    return partial(READERS[kind], **_list_options(kind, folder, tolerance))
 
 
-def _find_scene_reader(kind: str, folder: Path | None) -> Callable[[bytes], Scene]:
-    return partial(_SCENE_READERS[kind], **({"folder": folder} if kind in _BESIDE else {}))
+def _find_scene_reader(kind: str, folder: Path | None, tolerance: float | None) -> Callable[[bytes], Scene]:
+    return partial(_SCENE_READERS[kind], **_list_options(kind, folder, tolerance))
+
+
+def _list_options(kind: str, folder: Path | None, tolerance: float | None) -> dict[str, Any]:
+    """Return the keywords that the reader of a type takes beside the file."""
+    options: dict[str, Any] = {"folder": folder} if kind in _BESIDE else {}
+    if kind in _OF_SURFACES:
+        options["tolerance"] = tolerance
+    if kind == "urdf":
+        options["read_model"] = _read_named_model
+    return options
+
+
+def _read_named_model(data: bytes, kind: str, folder: Path) -> Mesh | None:
+    """Return the mesh of a file that another file names, None for a type that is not known or may name the first."""
+    return None if kind not in READERS or kind == "urdf" else _find_reader(kind, folder, None)(data)
 
 
 @public
@@ -201,7 +219,8 @@ def load_scene(
 ) -> Scene:
     """Read a scene from a model file.
 
-    GLB and glTF keep their nodes, 3MF its items and components, in millimetres, and a mesh that several nodes show is
+    GLB and glTF keep their nodes, 3MF its items and components, in millimetres, STEP its assemblies and parts, in its
+    own unit, which `metadata` names, URDF its links, and the `joints` between them; a mesh that several nodes show is
     one object. If an earlier node has the same name, a node gets a number, such as "wheel 2"; node 7, if it has no
     name, becomes "node 7". A file of any other format becomes one node.
 
@@ -242,12 +261,14 @@ def load_scene(
     """
     name, kind = _identify(source, file_type, READERS)
     if kind in _SCENE_READERS:
+        if tolerance is not None:
+            tolerance = as_tolerance(tolerance)
         folder, limits = _get_folder(source), as_limits(limits)
-        reader = _find_scene_reader(kind, folder)
+        reader = _find_scene_reader(kind, folder, tolerance)
         if require_flag(isolated, "isolated", default=is_isolated()):
             from .isolation import read_isolated_scene
 
-            reader = partial(read_isolated_scene, kind=kind, folder=folder, limits=limits)
+            reader = partial(read_isolated_scene, kind=kind, folder=folder, tolerance=tolerance, limits=limits)
         return _read(source, name, reader, limits)
     scene = Scene()
     scene.add(
@@ -407,6 +428,10 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     if kind not in known:
         if known is READERS and path is source:
             Path(source).stat()  # a file that is missing is the graver mistake
+        if known is READERS and kind == "xacro":
+            raise prefix_error(
+                MeshError("it is xacro, from which URDF is made: xacro FILE -o robot.urdf"), name or _UNNAMED
+            )
         got = f"{kind!r}{did_you_mean(kind, sorted(known), MIN_FILE_TYPE_SIMILARITY)}" if kind else "no suffix"
         error = MeshError(f"the type must be one of {', '.join(sorted(known))}, got {got}")
         raise prefix_error(error, name or _UNNAMED)

@@ -20,6 +20,9 @@ EdgeSet: TypeAlias = Literal["all", "feature", "boundary", "silhouette", "inters
 EDGE_SETS: tuple[EdgeSet, ...] = get_args(EdgeSet)
 EdgesLike: TypeAlias = str | npt.ArrayLike | Iterable[str | npt.ArrayLike]
 
+BREP_FACE = "brep_face"
+"""The attribute per face that says which face of a B-rep a triangle is a part of, -1 for none."""
+
 _KeyArray: TypeAlias = npt.NDArray[np.uint64]
 
 _NEGLIGIBLE_AREA = 1e-6  # of the square of a face's extent: a face of less area is a sliver
@@ -165,6 +168,8 @@ def resolve_edges(mesh: Mesh, edges: EdgesLike, feature_angle: float = 30.0) -> 
 
     Feature edges are creases, where two faces turn by more than the angle (0 between coplanar faces, whichever way
     each is wound), edges of one face, edges of three or more, and all segments. A face without area makes no crease.
+    Where a mesh says which faces of a B-rep its triangles are of, their edges are features, whatever the angle, and
+    creases within one are not.
     Boundary edges are those of one face alone. Both follow `find_edge_faces`.
 
     One array keeps its rows as they are. Everything else is ordered as `mesh.edges`: lower index first, sorted.
@@ -206,7 +211,11 @@ def _find_feature_edges(mesh: Mesh, found: EdgeFaces, angle_degrees: float) -> I
     one, other = normals[found.faces[two, 0]], normals[found.faces[two, 1]]
     angle = measure_turns(one, other, found.inconsistent_winding[two])
     has_area = (normals != 0.0).any(axis=1)[found.faces[two]].all(axis=1)
-    is_feature[two] |= has_area & (angle > angle_degrees)
+    is_crease = has_area & (angle > angle_degrees)
+    if has_brep_faces(mesh):
+        one_face, other_face = np.asarray(mesh.attributes.face[BREP_FACE])[found.faces[two]].T
+        is_crease = np.where((one_face >= 0) & (other_face >= 0), one_face != other_face, is_crease)
+    is_feature[two] |= is_crease
     edges: IndexArray = found.edges[is_feature & is_drawable(mesh, found)]
     return edges
 
@@ -220,6 +229,12 @@ def measure_turns(one: Float64Array, other: Float64Array, is_reversed: BoolArray
     apart, together = np.where(is_reversed, (together, apart), (apart, together))
     turns: Float64Array = np.degrees(2.0 * np.arctan2(apart, together))
     return turns
+
+
+def has_brep_faces(mesh: Mesh) -> bool:
+    """Return whether a mesh says which faces of a B-rep its triangles are parts of."""
+    column = mesh.attributes.face.get(BREP_FACE)
+    return isinstance(column, np.ndarray) and column.ndim == 1 and column.dtype.kind in "iu"
 
 
 def _compute_lengths(vectors: Float64Array) -> Float64Array:

@@ -14,12 +14,14 @@ from .._core.arguments import as_real_array, as_square_matrices, as_square_matri
 from .._core.error_context import prefix_errors
 from .._core.pictured import Pictured
 from .._core.public import public
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, MatrixLike, StrPath
 from ..errors import ArgumentError, ArgumentTypeError
 from ..matrices._affine import require_finite
 from ..matrices._composition import require_broadcast
 from .deformable_mesh import DeformableMesh
 from .foreign_meshes import mesh_of_other_library
+from .joints import Joint, place_nodes
 from .mesh import Mesh
 from .scene_animation import NodePoses, SceneAnimation
 from .trimesh_scenes import add_nodes_of_trimesh, is_trimesh_scene, to_trimesh_scene
@@ -215,9 +217,17 @@ class Scene(Pictured):
     _animations: Mapping[str, SceneAnimation] = MappingProxyType({})
 
     _metadata: Mapping[str, Any] = MappingProxyType({})
+    _joints: Mapping[str, Joint] = MappingProxyType({})
 
-    def __init__(self, *, animations: Iterable[SceneAnimation] = (), metadata: Mapping[str, Any] | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        animations: Iterable[SceneAnimation] = (),
+        metadata: Mapping[str, Any] | None = None,
+        joints: Iterable[Joint] = (),
+    ) -> None:
         self._nodes: dict[str, Node] = {}
+        self._joints = {joint.name: joint for joint in joints}
         self._metadata = dict(metadata or {})
         self._animations = {animation.name: animation for animation in animations}
 
@@ -225,6 +235,11 @@ class Scene(Pictured):
     def animations(self) -> Mapping[str, SceneAnimation]:
         """The animations that the scene's file holds, by name; `animate(scene, scene.animations[name])` plays one."""
         return MappingProxyType(dict(self._animations))
+
+    @property
+    def joints(self) -> Mapping[str, Joint]:
+        """The joints of a robot, by name; `posed` takes a number for each that does not follow another."""
+        return MappingProxyType({name: joint for name, joint in self._joints.items() if joint.node in self._nodes})
 
     @property
     def metadata(self) -> Mapping[str, Any]:
@@ -462,15 +477,19 @@ class Scene(Pictured):
         return lambda time: world_at(time) @ start_from_world
 
     def posed(
-        self, poses: Mapping[str, MatrixLike], weights: Mapping[str, npt.ArrayLike] = MappingProxyType({})
+        self,
+        poses: Mapping[str, MatrixLike | npt.ArrayLike],
+        weights: Mapping[str, npt.ArrayLike] = MappingProxyType({}),
     ) -> "Scene":
         """Return a scene of the same models, with other matrices or morph weights for some nodes.
 
         Parameters
         ----------
-        poses : dict of str to (4, 4) numbers, or to objects with `as_matrix()`
+        poses : dict of str to (4, 4) numbers, to objects with `as_matrix()`, or to a number
             The new matrix, from the node to its parent, by the node's name. Skinned meshes follow their joints.
             Stacks (..., 4, 4) broadcast: `world` and `transform_between` then give stacks, and nothing can be drawn.
+            A number, or (k,) numbers, are for one of `joints`, by its name: radians, or the unit of the scene. Joints
+            that follow it move along, by as much as they follow, whatever their own limits; other joints stay.
         weights : dict of str to (t,) numbers, optional
             The new morph weights of what the node shows, by the node's name.
 
@@ -481,19 +500,27 @@ class Scene(Pictured):
         Raises
         ------
         ArgumentError
-            For an unknown name, an invalid matrix or an invalid weight.
+            For an unknown name, an invalid matrix or an invalid weight, a number beyond the limits of its joint, or for
+            a joint that follows another.
         ArgumentTypeError
             If `poses` is not a mapping.
         """
         if not isinstance(poses, Mapping):
             raise ArgumentTypeError.expecting("poses", "map names to matrices", type(poses).__name__)
-        posed = Scene(animations=self._animations.values(), metadata=self._metadata)
+        posed = Scene(animations=self._animations.values(), metadata=self._metadata, joints=self._joints.values())
         posed._nodes = {name: copy.copy(node) for name, node in self._nodes.items()}
         for node in posed._nodes.values():
             node._models = tuple(node._models)
+        joints = posed.joints
+        numbers = {name: pose for name, pose in poses.items() if name in joints and is_number_of_joint(pose)}
+        for node_name, placed in place_nodes(joints, numbers).items():
+            posed._nodes[node_name]._transform = _protect(placed)
         for name, matrix in poses.items():
+            if name in numbers:
+                continue
             if name not in posed:
-                raise ArgumentError.expecting("poses", "name nodes of this scene", repr(name))
+                known = "nodes of this scene" if not joints or name in joints else "joints or nodes of this scene"
+                raise ArgumentError.expecting("poses", f"name {known}", f"{name!r}{did_you_mean(str(name), joints)}")
             posed._nodes[name]._transform = _as_local_matrices(matrix, f"poses[{name!r}]")
         for name, factors in weights.items():
             if name not in posed:
@@ -629,6 +656,17 @@ def make_unused_name(stem: str, number: int, used: Container[str]) -> str:
 
 def _require_finite_world(matrix: Float64Array, node: Node) -> Float64Array:
     return require_finite(matrix, f"the world matrix of {node.name!r}")
+
+
+def is_number_of_joint(pose: object) -> bool:
+    """Say whether a pose is a number or a row of numbers, which a joint takes, and not a matrix."""
+    if hasattr(pose, "as_matrix"):
+        return False
+    try:
+        array = np.asarray(pose)
+    except (TypeError, ValueError):  # of a ragged list
+        return False
+    return array.ndim < 2 and array.dtype.kind in "iuf"
 
 
 def require_one_pose(scene: Scene) -> None:

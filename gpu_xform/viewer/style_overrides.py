@@ -10,7 +10,7 @@ from ..drawing.enums import HIDDEN_STYLES, HiddenStyle
 from ..drawing.layer import Layer, dot_diameter, with_lengths_in_pixels
 from ..drawing.layer_colors import colors_by_face
 from ..drawing.lengths import PX_PER_INCH
-from ..geometry.edges import EDGE_SETS
+from ..geometry.edges import EDGE_SETS, has_brep_faces
 from ..geometry.mesh import Mesh
 from ..imaging.colors import ColorLike, to_rgba
 
@@ -124,7 +124,8 @@ def _changes(layer: Layer, overrides: StyleOverrides, pixel_ratio: float) -> dic
 def _face_changes(layer: Layer, overrides: StyleOverrides) -> dict[str, Any]:
     changes: dict[str, Any] = {}
     if overrides.edges is not None:
-        changes["edges"] = None if overrides.edges == "all" else overrides.edges
+        is_default = overrides.edges == "all" and not _has_brep_faces(layer)
+        changes["edges"] = None if is_default else overrides.edges
         if _edge_set_name(layer.edges) is None:  # the colours were for the rows of an array
             changes["edge_colors"] = None
     cycle = "face" if layer.face_colors is None else layer.face_colors
@@ -149,6 +150,10 @@ def _face_changes(layer: Layer, overrides: StyleOverrides) -> dict[str, Any]:
         if _is_color_cycle(layer.color):
             changes["color"] = "black"
     return changes
+
+
+def _has_brep_faces(layer: Layer) -> bool:
+    return isinstance(layer.model, Mesh) and has_brep_faces(layer.model)
 
 
 def _shown_edges(overrides: StyleOverrides, layer: Layer) -> str | None:

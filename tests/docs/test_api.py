@@ -38,6 +38,7 @@ def test_the_page_says_all_that_returned_values_hold(device: GpuDevice) -> None:
         gpu_xform.decompose(np.eye(4)),
         gpu_xform.Scene().add(name="node"),
         gpu_xform.compare_images(picture, picture),
+        Joint("elbow", "revolute", "hand", np.eye(4), np.array([0.0, 0.0, 1.0])),
         springs.energy(),
         springs.momentum(),
         device.adapter,

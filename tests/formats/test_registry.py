@@ -90,11 +90,11 @@ def test_the_file_type_can_be_an_argument(tmp_path: Path, kind: str) -> None:
 
 
 def test_unknown_types_name_the_known_ones(tmp_path: Path) -> None:
-    for source, kind, got in (("a.xyz", None, "'xyz'"), ("a", None, "no suffix"), ("a.obj", "step", "'step'")):
+    for source, kind, got in (("a.xyz", None, "'xyz'"), ("a", None, "no suffix"), ("a.obj", "iges", "'iges'")):
         (tmp_path / source).touch()
         with pytest.raises(MeshError) as caught:
             load_mesh(tmp_path / source, file_type=kind)
-        known = "3mf, glb, gltf, npy, obj, off, ply, stl, vrml, wrl, wrz"
+        known = "3mf, dae, glb, gltf, npy, obj, off, ply, step, stl, stp, urdf, vrml, wrl, wrz"
         assert str(caught.value) == f"{tmp_path / source}: the type must be one of {known}, got {got}"
     with pytest.raises(MeshError, match="the type must be one of glb, gltf, npy, obj, off, ply, stl, got 'wrl'"):
         save_mesh(samples.cube(), tmp_path / "a.wrl")

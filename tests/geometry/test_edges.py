@@ -406,3 +406,21 @@ def test_seams_that_stand_open_stay_open() -> None:
     positions = mesh.positions.copy()
     positions[-n - 1 :, 1] += 1e-9
     assert len(resolve_edges(Mesh(positions, mesh.faces), "boundary")) == 4 * n
+
+
+def test_features_are_the_edges_of_brep_faces_whatever_their_angle() -> None:
+    """A flat square of two triangles of two faces, and a fold within one face."""
+    points = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (2, 0, 3), (2, 1, 3)]
+    faces = [(0, 1, 2), (0, 2, 3), (1, 4, 2), (4, 5, 2)]
+    flat = Mesh(points, faces, attributes={"face": {"brep_face": [0, 1, 0, 0]}})
+    edges = {tuple(edge) for edge in resolve_edges(flat, "feature").tolist()}
+    assert (0, 2) in edges
+    assert (1, 2) not in edges
+    assert (2, 4) not in edges
+    # A face of none is judged by the angle.
+    mixed = Mesh(points, faces, attributes={"face": {"brep_face": [-1, 1, 0, 0]}})
+    edges = {tuple(edge) for edge in resolve_edges(mixed, "feature").tolist()}
+    assert (1, 2) in edges
+    assert (0, 2) not in edges
+    texts = Mesh(points, faces, attributes={"face": {"brep_face": ["a", "b", "c", "d"]}})
+    assert (1, 2) in {tuple(edge) for edge in resolve_edges(texts, "feature").tolist()}

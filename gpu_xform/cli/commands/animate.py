@@ -63,6 +63,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="the animation; the end of its name gives the format",
     )
     groups.add_reading_options(group)
+    groups.add_pose(group)
     group = parser.add_argument_group("motion, applied after the transforms")
     either = group.add_mutually_exclusive_group()
     either.add_argument(

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...errors import MeshWarning
 from ...geometry.attributes import RaggedArray
+from ...geometry.joints import Joint
 from ...geometry.mesh import Mesh
 from ...geometry.scene import Scene
 from .. import argument_types as types
@@ -87,11 +88,28 @@ def _describe(path: str, declared_type: str | None, tolerance: float | None) -> 
         "libraries": list(mesh.attributes.material.get("mtllib", ())),
         "nodes": [{"name": node.name, "parent": node.parent, "models": len(node.models)} for node in scene],
         "animations": list(scene.animations),
+        "joints": [_describe_joint(joint) for joint in scene.joints.values()],
         "units": _find_units(kind, scene),
         "encoding": mesh.metadata.get(kind, {}).get("encoding"),
         "comments": _find_comments(mesh),
         "warnings": [str(warning.message) for warning in caught if issubclass(warning.category, MeshWarning)],
     }
+
+
+def _describe_joint(joint: Joint) -> dict[str, Any]:
+    """Return what a joint of a robot moves, in radians or metres, as JSON has it."""
+    follows = None if joint.mimic is None else joint.mimic._asdict()
+    limits = None if joint.lower is None else [joint.lower, joint.upper]
+    return {"name": joint.name, "type": joint.kind, "node": joint.node, "limits": limits, "follows": follows}
+
+
+def _format_joint(joint: dict[str, Any]) -> str:
+    """Return such as "elbow (-1.57..1.57)"."""
+    if joint["follows"] is not None:
+        return f"{joint['name']} (follows {joint['follows']['joint']})"
+    if joint["limits"] is not None:
+        return f"{joint['name']} ({joint['limits'][0]:g}..{joint['limits'][1]:g})"
+    return f"{joint['name']} ({joint['type']})"
 
 
 def _find_colors(mesh: Mesh) -> dict[str, list[float]]:
@@ -132,7 +150,9 @@ def _find_units(kind: str, scene: Scene) -> str | None:
     if kind == "3mf":
         unit = scene.metadata.get("3mf", {}).get("unit", "millimeter")
         return "millimeter" if unit == "millimeter" else f"millimeter, converted from {unit}"
-    return "metre" if kind in ("glb", "gltf") else None
+    if kind in ("step", "stp"):
+        return scene.metadata["step"]["unit"] or "millimetre, since the file names none"
+    return "metre" if kind in ("dae", "glb", "gltf", "urdf") else None
 
 
 def _find_comments(mesh: Mesh) -> list[str]:
@@ -169,6 +189,8 @@ def _format(found: dict[str, Any]) -> str:
     rows += [("mtllib", _shorten(found["libraries"]))] if found["libraries"] else []
     names = [node["name"] for node in found["nodes"]]
     rows += [("nodes", f"{len(names)}: {_shorten(names)}")] if len(names) > 1 else []
+    joints = [_format_joint(joint) for joint in found["joints"] if joint["type"] != "fixed"]
+    rows += [("joints", _shorten(joints))] if joints else []
     shown = ["animations", "comments"] if "material" in found["labels"] else ["materials", "animations", "comments"]
     rows += [(key, _shorten(found[key])) for key in shown if found[key]]
     rows += [("units", found["units"])] if found["units"] else []

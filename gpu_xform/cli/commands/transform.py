@@ -78,6 +78,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="the result, with {model} in it if there are several; - for standard output, in the type of IN",
     )
     groups.add_reading_options(group)
+    groups.add_pose(group)
     group.add_argument(
         "--strict", action="store_true", help="fail, and write nothing, if the result cannot hold all that IN holds"
     )
@@ -232,7 +233,7 @@ def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: s
     from ...formats.registry import DOCUMENT_TYPES, transform_document
 
     source = file_type(options.input, options.file_type)
-    if {source, target} <= set(DOCUMENT_TYPES) and not options.project:
+    if {source, target} <= set(DOCUMENT_TYPES) and not options.project and options.pose is None:
         with name_file_in_errors(options.output):
             transform_document(
                 files.open_source(options.input),
@@ -242,7 +243,7 @@ def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: s
                 target_type=target,
             )
         return
-    mesh = files.read_mesh(options.input, options.file_type, options.tolerance)
+    mesh = files.read_mesh(options.input, options.file_type, options.tolerance, options.pose)
     run = project_points if options.project else transform_points
     positions = run(mesh.positions, matrix, device=choose_device(options))
     if options.project:

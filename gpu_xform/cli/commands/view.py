@@ -36,6 +36,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("files")
     groups.add_models(group, parse_layer)
     groups.add_reading_options(group)
+    groups.add_pose(group)
     groups.add_drawing_options(parser, resolution="960,720")
     groups.add_general_options(parser, adapter=True, rasterizer=True)
 

@@ -1,0 +1,124 @@
+"""Joints: how a number moves one node of a scene in another, as in a robot."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, TypeAlias, get_args
+
+import numpy as np
+
+from .. import matrices
+from .._core.arguments import as_real_array
+from .._core.types import Float64Array
+from ..errors import ArgumentError
+
+JointKind: TypeAlias = Literal["revolute", "continuous", "prismatic", "fixed", "floating", "planar"]
+JOINT_KINDS: tuple[JointKind, ...] = get_args(JointKind)
+MOVED_BY_A_NUMBER = ("revolute", "continuous", "prismatic")
+
+
+class Mimic(NamedTuple):
+    """What a joint follows: `multiplier` times the number of `joint`, plus `offset`."""
+
+    joint: str
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """A joint of a scene: a number turns its node about an axis, or moves it along one.
+
+    name : unique among the joints of the scene; a node may have the same name
+    kind : "revolute" and "continuous" turn, "prismatic" moves; the others are moved by no number
+    node : the name of the node that it moves
+    origin : (4, 4), the matrix from this node to its parent at 0
+    axis : (3,), in the frame of the node, of length 1
+    lower, upper : the limits, in radians or in the unit of the scene; None without limits
+    mimic : what it follows, if it does not move by itself
+    """
+
+    name: str
+    kind: JointKind
+    node: str
+    origin: Float64Array
+    axis: Float64Array
+    lower: float | None = None
+    upper: float | None = None
+    mimic: Mimic | None = None
+
+    def matrix(self, value: Any) -> Float64Array:
+        """Return the matrix from its node to the parent at a number, (4, 4), or at (k,) numbers, (k, 4, 4)."""
+        values = np.asarray(value, np.float64)
+        if self.kind == "prismatic":
+            motion = np.zeros((*values.shape, 4, 4)) + np.eye(4)
+            motion[..., :3, 3] = values[..., np.newaxis] * self.axis
+        else:
+            motion = matrices.rotate(self.axis, values)
+        moved: Float64Array = self.origin @ motion
+        return moved
+
+    def __repr__(self) -> str:
+        limits = "" if self.lower is None else f", {self.lower:g}..{self.upper:g}"
+        follows = "" if self.mimic is None else f", follows {self.mimic.joint!r}"
+        return f"<Joint {self.name!r}: {self.kind} {self.node!r}{limits}{follows}>"
+
+
+def resolve_mimics(joints: Mapping[str, Joint]) -> dict[str, Mimic]:
+    """Return, for every joint that follows another, which joint that moves by itself it follows in the end, and how.
+
+    Raises ArgumentError for a joint that follows one which no number moves, or follows itself.
+    """
+    found: dict[str, Mimic] = {}
+    for name, joint in joints.items():
+        if joint.mimic is None:
+            continue
+        multiplier, offset, seen, last = 1.0, 0.0, {name}, joint
+        while last.mimic is not None:
+            offset += multiplier * last.mimic.offset
+            multiplier *= last.mimic.multiplier
+            above = last.mimic.joint
+            if above in seen:
+                raise ArgumentError(f"joint {name!r} follows itself")
+            if above not in joints or joints[above].kind not in MOVED_BY_A_NUMBER:
+                raise ArgumentError(f"joint {last.name!r} follows {above!r}, which is no joint that a number moves")
+            seen.add(above)
+            last = joints[above]
+        found[name] = Mimic(last.name, multiplier, offset)
+    return found
+
+
+def place_nodes(joints: Mapping[str, Joint], values: Mapping[str, Any]) -> dict[str, Float64Array]:
+    """Return the matrices, by node, of joints at numbers, and of the joints that follow them.
+
+    values : a number, or (k,) numbers, by joint
+    """
+    mimics = resolve_mimics(joints)
+    placed: dict[str, Float64Array] = {}
+    for name, value in values.items():
+        positions = _as_positions(joints[name], value, mimics)
+        placed[joints[name].node] = joints[name].matrix(positions)
+        for follower, mimic in mimics.items():
+            if mimic.joint == name:
+                joint = joints[follower]
+                placed[joint.node] = joint.matrix(mimic.multiplier * positions + mimic.offset)
+    return placed
+
+
+def _as_positions(joint: Joint, value: Any, mimics: Mapping[str, Mimic]) -> Float64Array:
+    """Return a number or numbers for a joint, checked."""
+    argument = f"poses[{joint.name!r}]"
+    if joint.kind not in MOVED_BY_A_NUMBER:
+        way_out = f"{joint.kind} joints take none; the node {joint.node!r} takes a matrix"
+        raise ArgumentError.expecting(argument, "not be a number", reason=way_out)
+    if joint.name in mimics:
+        reason = f"the joint follows {mimics[joint.name].joint!r}"
+        raise ArgumentError.expecting(argument, "not be given", reason=reason)
+    positions = as_real_array(value, argument)
+    if positions.ndim > 1:
+        raise ArgumentError.expecting(argument, "be a number or have shape (k,)", positions.shape)
+    if joint.lower is not None and joint.upper is not None:
+        outside = positions[(positions < joint.lower) | (positions > joint.upper)]
+        if outside.size:
+            limits = f"lie in {joint.lower:g}..{joint.upper:g}, the limits of the joint"
+            raise ArgumentError.expecting(argument, limits, f"{outside.flat[0]:g}")
+    return positions

@@ -1,0 +1,232 @@
+"""STEP through cascadio: what comes back of files whose content is known, whatever their unit."""
+
+import io
+import itertools
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gpu_xform as gx
+from gpu_xform import FileLimits, Mesh, Scene, load_mesh, load_scene
+from gpu_xform.cli import main
+from gpu_xform.errors import ArgumentError, MeshError, MeshWarning, MissingExtraError
+from gpu_xform.formats import step
+from gpu_xform.formats.step_process import make_glb
+from gpu_xform.geometry.edges import find_edge_faces, resolve_edges
+from tests.support import step_files
+
+
+def read(data: bytes, tolerance: float | None = None, limits: FileLimits | None = None) -> Mesh:
+    return load_mesh(io.BytesIO(data), file_type="step", tolerance=tolerance, limits=limits)
+
+
+@pytest.fixture(scope="module")
+def assembly_file(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("step") / "assembly.stp"
+    path.write_bytes(step_files.write_assembly())
+    return path
+
+
+@pytest.fixture(scope="module")
+def assembly(assembly_file: Path) -> Scene:
+    return load_scene(assembly_file)
+
+
+@pytest.fixture(scope="module")
+def cylinder() -> Mesh:
+    return read(step_files.write_cylinder(2, 5))
+
+
+@pytest.mark.parametrize("unit", [step_files.INCH, step_files.METRE])
+def test_coordinates_are_those_of_the_file_whatever_its_unit(unit: tuple[str, ...]) -> None:
+    mesh = read(step_files.write_box(1.1, 2.7, 3.5, unit=unit))
+    corners = np.array(list(itertools.product((0, 1.1), (0, 2.7), (0, 3.5))))
+    np.testing.assert_array_equal(np.unique(mesh.positions, axis=0), corners)
+    assert mesh.n_faces == 12
+
+
+def test_a_solid_is_closed_and_wound_outwards(cylinder: Mesh) -> None:
+    found = find_edge_faces(cylinder)
+    assert (found.n_faces == 2).all()
+    assert not found.inconsistent_winding.any()
+    a, b, c = cylinder.positions[np.asarray(cylinder.faces).T]
+    volume = np.einsum("ij,ij->", a, np.cross(b, c)) / 6
+    assert 0.97 < volume / (np.pi * 2**2 * 5) < 1.0
+
+
+def test_feature_edges_are_those_of_the_faces_of_the_solid(cylinder: Mesh) -> None:
+    edges = resolve_edges(cylinder, "feature", 179.0)
+    # Two circles, and no seam.
+    assert len(edges) == np.isin(cylinder.positions[:, 2], (0, 5)).sum()
+    np.testing.assert_allclose(np.hypot(*cylinder.positions[np.unique(edges), :2].T), 2.0, rtol=1e-6)
+    assert {*np.unique(cylinder.positions[edges, 2])} == {0.0, 5.0}
+    box = read(step_files.write_box(1, 2, 3))
+    assert len(resolve_edges(box, "feature")) == 12
+    assert len(box.edges) == 18
+
+
+def test_tolerance_is_kept_in_the_unit_of_the_file() -> None:
+    """A ball of ten metres, in metres, to which the library gives 100,520 triangles at a tolerance of 1."""
+    counts = []
+    for tolerance in (1.0, 0.1):
+        file = step_files.StepFile(step_files.METRE)
+        file.product("ball", file.ball(10))
+        mesh = read(file.text, tolerance)
+        corners = mesh.positions[np.asarray(mesh.faces)]
+        weights = np.array([(a, b, 1 - a - b) for a in np.linspace(0, 1, 7) for b in np.linspace(0, 1 - a, 7)])
+        assert np.abs(np.linalg.norm(weights @ corners, axis=-1) - 10).max() < tolerance
+        counts.append(mesh.n_faces)
+    assert counts[0] < 1000 < counts[1] < 5000
+
+
+def test_too_fine_a_tolerance_is_refused() -> None:
+    with pytest.raises(ArgumentError, match=r"tolerance must be at least 2\.\d+e-06, a millionth of the size"):
+        read(step_files.write_box(1, 1, 2), 1e-9)
+
+
+def test_parts_stand_where_the_assembly_puts_them(assembly: Scene) -> None:
+    names = {node.name: node.parent for node in assembly}
+    assert names == {
+        "assembly": None,
+        "base": "assembly",
+        "near": "assembly",
+        "left": "near",
+        "right": "near",
+        "far": "assembly",
+        "left 2": "far",
+        "right 2": "far",
+    }
+    turned = np.array([(0, -1, 0, 30), (1, 0, 0, 20), (0, 0, 1, 5), (0, 0, 0, 1)])
+    np.testing.assert_allclose(assembly.world("right 2"), turned, atol=1e-9)
+    # Four bolts are one mesh.
+    bolts = {id(shown.model) for name in ("left", "right", "left 2", "right 2") for shown in assembly[name].models}
+    assert len(bolts) == 1
+    assert assembly["left"].models[0].model.metadata["step"]["product"] == "bolt"
+    assert assembly.metadata["step"] == {"unit": "millimetre", "metres": 0.001}
+
+
+def test_colors_are_those_of_the_file(assembly: Scene) -> None:
+    bolt = assembly["left"].models[0].model
+    assert isinstance(bolt, Mesh)
+    expected = np.round(255 * np.array((*step_files.RED, 1.0)))
+    np.testing.assert_array_equal(np.asarray(bolt.attributes.face["color"]), np.tile(expected, (bolt.n_faces, 1)))
+    # A part without a colour is white, so that `fill="file"` draws all.
+    base = assembly["base"].models[0].model
+    assert isinstance(base, Mesh)
+    assert (np.asarray(base.attributes.face["color"]) == 255).all()
+
+
+def test_a_part_without_a_name_of_its_own_has_that_of_its_product() -> None:
+    data = step_files.write_assembly().replace(b"('left','left'", b"('NAUO7','NAUO7'")
+    names = [node.name for node in load_scene(io.BytesIO(data), file_type="step")]
+    assert names == ["assembly", "base", "near", "bolt", "right", "far", "bolt 2", "right 2"]
+
+
+def test_a_picture_shows_the_edges_of_the_solid_and_its_outline() -> None:
+    file = step_files.StepFile()
+    file.product("ball", file.ball(1))
+    mesh = read(file.text)
+    lit = (gx.render_array(mesh, size=(64, 64), camera={"direction": (0.3, -1, -0.2)})[..., 0] < 128).sum()
+    # An outline, of a ball that has no edge.
+    assert 60 < lit < 400
+    assert (gx.render_array(mesh, size=(64, 64), edges="all")[..., 0] < 128).sum() > 1000
+
+
+def test_the_command_tells_moves_and_draws(
+    assembly_file: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["info", str(assembly_file)]) == 0
+    told, warned = capfd.readouterr()
+    assert re.search(r"nodes +8: assembly, base, near, left, right, far, left 2, right 2\n", told)
+    assert re.search(r"units +millimetre\n", told)
+    assert warned == ""
+    moved = tmp_path / "moved.glb"
+    assert main(["transform", str(assembly_file), str(moved), "--scale", "2"]) == 0
+    np.testing.assert_allclose(load_mesh(moved).bounds[1], (80, 60, 34))
+    picture = tmp_path / "picture.svg"
+    assert main(["render", str(assembly_file), "-o", str(picture), "--fill", "file", "--hidden", "remove"]) == 0
+    assert picture.read_text("utf-8").count("<path") > 4
+
+
+def test_limits_hold_before_the_library_expands_an_assembly() -> None:
+    file = step_files.StepFile()
+    part = file.product("part", file.box(1, 1, 1))
+    for level in range(12):
+        above = file.product(f"level {level}")
+        for i in range(10):
+            file.place(part, above, str(i), (i * 10.0**level, 0, 0))
+        part = above
+    with pytest.raises(MeshError, match="its assembly: expands to more than 9,160 nodes"):
+        read(file.text)
+    for limits, message in (
+        (FileLimits(nodes=5), r"expands to more than 5 nodes, the limit FileLimits\(nodes=5\)"),
+        (FileLimits(depth=1), "its nodes are more than 1 deep"),
+    ):
+        with pytest.raises(MeshError, match=message):
+            read(step_files.write_assembly(), limits=limits)
+    with pytest.raises(MeshError, match=r"it has 12 faces, more than FileLimits\(faces=11\) allows"):
+        read(step_files.write_box(1, 1, 1), limits=FileLimits(faces=11))
+
+
+def test_an_assembly_within_itself_is_refused() -> None:
+    file = step_files.StepFile()
+    one, other = file.product("one", file.box(1, 1, 1)), file.product("other")
+    file.place(one, other, "a", (0, 0, 0))
+    file.place(other, one, "b", (0, 0, 0))
+    with pytest.raises(MeshError, match="is a part of itself"):
+        read(file.text)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux limits a process's memory")
+def test_an_isolated_scene_is_the_same(assembly: Scene, assembly_file: Path) -> None:
+    isolated = load_scene(assembly_file, isolated=True)
+    assert [node.name for node in isolated] == [node.name for node in assembly]
+    assert isolated["left"].models[0].model == assembly["left"].models[0].model
+    assert isolated.metadata == assembly.metadata
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"solid cube", "it is not STEP"),
+        (b"ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n", "Open CASCADE cannot read it"),
+        (step_files.write_box(1, 1, 1)[:-2000], "Open CASCADE cannot read it"),
+    ],
+    ids=["another", "empty", "cut off"],
+)
+def test_damaged_files_are_errors_and_nothing_is_printed(
+    data: bytes, message: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(MeshError, match=message):
+        read(data)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_a_process_that_ends_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
+    ended = subprocess.CompletedProcess([], -11, b"")
+    monkeypatch.setattr(subprocess, "run", lambda *_, **__: ended)
+    with pytest.raises(MeshError, match="Open CASCADE cannot read it, and ended with signal 11"):
+        make_glb(b"", 1.0)
+
+
+def test_without_the_extra_the_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("gpu_xform.formats.step_process.find_spec", lambda _: None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'gpu_xform\[cad\]'"):
+        read(step_files.write_box(1, 1, 1))
+
+
+def test_parts_in_other_units_are_converted_with_a_warning(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(step, "make_glb", lambda *_: (_ for _ in ()).throw(MeshError("enough")))
+    data = step_files.write_box(1, 1, 1)
+    other = (
+        b"#900 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT($,.METRE.) );\n#901 = ( GLOBAL_UNIT_ASSIGNED_CONTEXT((#900)) );"
+    )
+    with (
+        pytest.warns(MeshWarning, match="parts in metre are converted to millimetre"),
+        pytest.raises(MeshError, match="enough"),
+    ):
+        read(data.replace(b"ENDSEC;\nEND-", other + b"\nENDSEC;\nEND-"))

@@ -1,0 +1,112 @@
+"""What the text of a STEP file says of itself: units by their definitions, sizes, and what is refused."""
+
+import pytest
+
+from gpu_xform.errors import MeshError
+from gpu_xform.formats.step_text import read_text
+from tests.support import step_files
+
+_NUMBERS = "DIMENSIONAL_EXPONENTS(1.,0.,0.,0.,0.,0.,0.)"
+
+
+def _multiple(name: str, measure: str, *rest: str) -> tuple[str, ...]:
+    return f"( CONVERSION_BASED_UNIT('{name}',{{1}}) LENGTH_UNIT() NAMED_UNIT({{3}}) )", measure, *rest
+
+
+def _si(prefix: str) -> str:
+    return f"( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT({prefix},.METRE.) )"
+
+
+@pytest.mark.parametrize(
+    ("unit", "name", "metres"),
+    [
+        (step_files.MILLIMETRE, "millimetre", 0.001),
+        (step_files.METRE, "metre", 1.0),
+        ((_si(".MICRO."),), "micrometre", 1e-6),
+        ((_si(".KILO."),), "kilometre", 1000.0),
+        (step_files.INCH, "inch", 0.0254),
+        (
+            _multiple(
+                "US SURVEY FOOT", "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(0.3048006096),{2})", _si("$"), _NUMBERS
+            ),
+            "us survey foot",
+            0.3048006096,
+        ),
+    ],
+    ids=["mm", "m", "um", "km", "inch", "survey foot"],
+)
+def test_units_have_the_size_that_the_file_defines(unit: tuple[str, ...], name: str, metres: float) -> None:
+    data = step_files.write_box(3, 4, 12, unit=unit)
+    found = read_text(data)
+    assert (found.unit, found.metres, found.other_units) == (name, metres, ())
+    assert found.size == 13.0
+    assert found.data == data
+
+
+@pytest.mark.parametrize(
+    "unit",
+    [
+        _multiple(
+            "FOOT",
+            "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(12.),{4})",
+            _si("$"),
+            _NUMBERS,
+            "( CONVERSION_BASED_UNIT('INCH',{5}) LENGTH_UNIT() NAMED_UNIT({3}) )",
+            "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),{6})",
+            _si(".MILLI."),
+        ),
+        _multiple(
+            "FOOT",
+            "( LENGTH_MEASURE_WITH_UNIT() MEASURE_WITH_UNIT(LENGTH_MEASURE(304.8),{2}) )",
+            _si(".MILLI."),
+            _NUMBERS,
+        ),
+    ],
+    ids=["of inches", "external mapping"],
+)
+def test_what_the_library_would_take_for_millimetres_is_written_anew(unit: tuple[str, ...]) -> None:
+    found = read_text(step_files.write_box(1, 1, 1, unit=unit))
+    assert (found.unit, found.metres) == ("foot", 0.3048)
+    assert b"#2 = LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(304." in found.data
+    again = read_text(found.data)
+    assert (again.unit, again.metres, again.data) == ("foot", 0.3048, found.data)
+
+
+def test_a_file_without_a_unit_names_none() -> None:
+    found = read_text(step_files.write_box(1, 1, 1).replace(b"ASSIGNED_CONTEXT((#1,", b"ASSIGNED_CONTEXT(("))
+    assert (found.unit, found.metres) == (None, 0.001)
+
+
+@pytest.mark.parametrize(
+    ("unit", "message"),
+    [
+        (
+            _multiple("INCH", "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(25.4),{0})", _si("$"), _NUMBERS),
+            "unit of length #1",
+        ),
+        (
+            _multiple("INCH", "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(-1.),{2})", _si("$"), _NUMBERS),
+            "unit of length #1",
+        ),
+        (
+            _multiple("INCH", "LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(1.-2),{2})", _si("$"), _NUMBERS),
+            "must be a number",
+        ),
+        ((_si(".WIDE."),), "unit of length #1 is neither an SI unit nor a multiple of one"),
+    ],
+    ids=["of itself", "negative", "no number", "unknown prefix"],
+)
+def test_units_that_mean_nothing_are_errors(unit: tuple[str, ...], message: str) -> None:
+    with pytest.raises(MeshError, match=message):
+        read_text(step_files.write_box(1, 1, 1, unit=unit))
+
+
+def test_comments_and_texts_do_not_count() -> None:
+    data = step_files.write_box(1, 1, 1).replace(b"DATA;", b"DATA; /* #1 = ( LENGTH_UNIT() SI_UNIT($,.METRE.) ); */")
+    assert read_text(data).unit == "millimetre"
+
+
+def test_a_ball_has_the_size_of_its_radius() -> None:
+    file = step_files.StepFile()
+    file.product("ball", file.ball(7))
+    assert read_text(file.text).size == 7.0

@@ -1,0 +1,254 @@
+"""URDF as a scene: against forward kinematics written out in double precision, with SciPy's rotations."""
+
+import io
+import logging
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from gpu_xform import FileLimits, Mesh, Scene, load_mesh, load_scene, save_mesh
+from gpu_xform.cli import main
+from gpu_xform.errors import MeshError, MeshWarning, MissingExtraError
+from tests.support.urdf_files import ARM, TETRAHEDRON, TRIANGLE_DAE
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    """A robot in a package, with its meshes beside the folder of the URDF, and below it."""
+    package = tmp_path / "arm_description"
+    for folder in ("urdf/meshes", "meshes"):
+        (package / folder).mkdir(parents=True)
+        (package / folder / "tetra.stl").write_text(TETRAHEDRON, "utf-8")
+    path = package / "urdf" / "arm.urdf"
+    path.write_text(ARM, "utf-8")
+    return path
+
+
+def read(text: str) -> Scene:
+    return load_scene(io.BytesIO(text.encode()), file_type="urdf")
+
+
+def place(xyz: tuple[float, ...], rpy: tuple[float, ...] = (0, 0, 0)) -> Any:
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler("xyz", rpy).as_matrix()
+    matrix[:3, 3] = xyz
+    return matrix
+
+
+def turn(axis: tuple[float, ...], angle: float) -> Any:
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_rotvec(angle * np.array(axis) / np.linalg.norm(axis)).as_matrix()
+    return matrix
+
+
+@pytest.mark.parametrize(("shoulder", "slide"), [(0.0, 0.0), (0.7, 0.3), (-1.5, 0.125)])
+def test_forward_kinematics(robot: Path, shoulder: float, slide: float) -> None:
+    posed = load_scene(robot).posed({"shoulder": shoulder, "slide": slide})
+    upper = place((0.1, -0.2, 0.3), (0.4, -0.5, 0.6)) @ turn((0, 3, 4), shoulder)
+    slider = upper @ place((0, 0, 0.5), (0, 0, 1.2)) @ place((0, 0, -slide))
+    finger = slider @ place((0.2, 0, 0)) @ turn((1, 0, 0), -4 * slide + 0.25)
+    tip = finger @ place((0, 0.1, 0)) @ turn((1, 0, 0), 0.5 * (-4 * slide + 0.25) - 0.1)
+    for name, expected in (("upper", upper), ("slider", slider), ("finger", finger), ("tip", tip)):
+        np.testing.assert_allclose(posed.world(name), expected, atol=1e-14, err_msg=name)
+    np.testing.assert_allclose(posed.world("tool"), tip @ place((0, 0, 0.05)), atol=1e-14)
+
+
+def test_as_it_is_read_every_joint_is_at_zero(robot: Path) -> None:
+    scene = load_scene(robot)
+    posed = scene.posed({"shoulder": 0.0, "slide": 0.0})
+    for node in scene:
+        np.testing.assert_allclose(scene.world(node.name), posed.world(node.name), atol=1e-15)
+    assert {joint.name: joint.kind for joint in scene.joints.values()} == {
+        "shoulder": "revolute",
+        "slide": "prismatic",
+        "finger": "continuous",
+        "tip_joint": "revolute",
+        "mount": "fixed",
+    }
+    np.testing.assert_allclose(scene.joints["shoulder"].axis, (0, 0.6, 0.8))
+
+
+def test_links_show_shapes_and_files_in_their_colors(robot: Path) -> None:
+    scene = load_scene(robot)
+    assert [node.name for node in scene] == ["base", "upper", "tube", "slider", "finger", "tip", "tool"]
+    box, tube, ball, finger, tip = (scene[name].models[0].model for name in ("base", "tube", "slider", "finger", "tip"))
+    assert all(isinstance(each, Mesh) for each in (box, tube, ball, finger, tip))
+    np.testing.assert_allclose(box.bounds, [(-0.2, -0.15, -0.05), (0.2, 0.15, 0.05)])
+    np.testing.assert_allclose(tube.bounds[:, 2], (-0.25, 0.25))
+    assert scene["tube"].parent == "upper"
+    np.testing.assert_allclose(scene["tube"].transform, place((0, 0, 0.25)))
+    np.testing.assert_allclose(np.linalg.norm(ball.positions, axis=1), 0.08)
+    # Mirrored, and so turned back to face outwards.
+    np.testing.assert_allclose(finger.bounds, [(0, -0.2, 0), (0.1, 0, 0.2)], atol=1e-7)
+    np.testing.assert_allclose(tip.bounds, [(0, 0, 0), (0.1, 0.1, 0.2)], atol=1e-7)
+    colors = [np.asarray(each.attributes.face["color"])[0].tolist() for each in (box, tube, ball)]
+    assert colors == [[51, 102, 204, 255], [255, 0, 0, 128], [255, 255, 255, 255]]
+
+
+def test_files_of_packages_are_found_beside_the_package_or_by_the_environment(
+    robot: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    elsewhere = tmp_path / "elsewhere" / "robot.urdf"
+    elsewhere.parent.mkdir()
+    link = '<robot><link name="a"><visual><geometry><mesh filename="{}"/></geometry></visual></link></robot>'
+    elsewhere.write_text(link.format("package://arm_description/meshes/tetra.stl"), "utf-8")
+    assert load_mesh(elsewhere).n_faces == 2  # a folder beside one of those above
+    moved = tmp_path / "ros" / "share"
+    moved.mkdir(parents=True)
+    robot.parents[1].rename(moved / "arm_description")
+    with pytest.warns(MeshWarning, match="left out: 'package://arm_desc.*', which was not found"):
+        assert not load_scene(elsewhere)["a"].models
+    for variable, place in (("ROS_PACKAGE_PATH", moved), ("AMENT_PREFIX_PATH", moved.parent)):
+        monkeypatch.setenv(variable, f"/nowhere:{place}")
+        assert load_mesh(elsewhere).n_faces == 2
+        monkeypatch.delenv(variable)
+
+
+@pytest.mark.parametrize(
+    "name", ["../../secret.stl", "/etc/hostname", "package://../secret.stl", "file:///etc/hostname"]
+)
+def test_files_outside_of_the_package_are_not_opened(robot: Path, name: str) -> None:
+    (robot.parents[2] / "secret.stl").write_text(TETRAHEDRON, "utf-8")
+    (robot.parents[1] / "package.xml").write_text("<package/>", "utf-8")
+    text = f'<robot><link name="a"><visual><geometry><mesh filename="{name}"/></geometry></visual></link></robot>'
+    robot.write_text(text, "utf-8")
+    with pytest.warns(MeshWarning, match="which was not found"):
+        load_scene(robot)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("<robot", "<mujoco", "it is not XML|its root is <mujoco>"),
+        ('<child link="tool"/>', '<child link="tip"/>', "link 'tip' has a parent already"),
+        ('<child link="tool"/>', '<child link="too"/>', "the child must be a link, got 'too'"),
+        (
+            '<link name="tool"/>',
+            '<link name="tool"/><link name="loose"/>',
+            "one link must have no parent, got 'base', 'loose'",
+        ),
+        ('<link name="tool"/>', '<link name="tip"/>', "there are two links 'tip'"),
+        ('type="prismatic"', 'type="screw"', "joint 'slide': the type must be one of revolute"),
+        ('<axis xyz="0 3 4"/>', '<axis xyz="0 0 0"/>', "joint 'shoulder': the axis has no direction"),
+        ('<axis xyz="0 3 4"/>', '<axis xyz="0 3"/>', "joint 'shoulder': xyz must be 3 numbers, got '0 3'"),
+        ('<axis xyz="0 3 4"/>', '<axis xyz="0 nan 1"/>', "joint 'shoulder': xyz must be 3 numbers"),
+        ('lower="0" upper="0.3"', 'lower="1" upper="0.3"', "the lower limit 1 is above the upper one, 0.3"),
+        ('mimic joint="slide"', 'mimic joint="tip_joint"', "follows itself"),
+        ('mimic joint="slide"', 'mimic joint="mount"', "follows 'mount', which is no joint that a number moves"),
+        ('size="0.4 0.3 0.1"', 'size="0.4 0 0.1"', "link 'base': a box must have a size above 0, got 0"),
+        ("meshes/tetra.stl", "arm.urdf", "of a type that cannot be read"),
+    ],
+)
+def test_what_is_no_robot_is_named(robot: Path, old: str, new: str, message: str) -> None:
+    robot.write_text(
+        ARM.replace(old, new, 1).replace("</robot>", "</mujoco>" if "mujoco" in new else "</robot>"), "utf-8"
+    )
+    if "type that cannot" in message:
+        with pytest.warns(MeshWarning, match=message):
+            load_scene(robot)
+        return
+    with pytest.raises(MeshError, match=message):
+        load_scene(robot)
+
+
+def test_a_link_within_itself_is_refused() -> None:
+    joint = '<joint name="{0}" type="fixed"><parent link="{1}"/><child link="{2}"/></joint>'
+    links = "".join(f'<link name="{name}"/>' for name in "abc")
+    with pytest.raises(MeshError, match="is a part of itself"):
+        read(f"<robot>{links}{joint.format('1', 'b', 'c')}{joint.format('2', 'c', 'b')}</robot>")
+
+
+def test_xacro_and_document_types_are_refused(tmp_path: Path) -> None:
+    xacro = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="a" value="1"/></robot>'
+    with pytest.raises(MeshError, match=r"it is xacro, from which URDF is made: xacro FILE -o robot\.urdf"):
+        read(xacro)
+    path = tmp_path / "robot.urdf.xacro"
+    path.write_text(xacro, "utf-8")
+    with pytest.raises(MeshError, match=r"robot\.urdf\.xacro: it is xacro"):
+        load_scene(path)
+    with pytest.raises(MeshError, match="it declares a document type"):
+        read('<!DOCTYPE robot [<!ENTITY a "b">]><robot><link name="&a;"/></robot>')
+    # The namespace alone is what xacro leaves behind.
+    assert len(read('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/></robot>')) == 1
+
+
+def test_limits_hold(robot: Path) -> None:
+    for limits, message in (
+        (FileLimits(nodes=4), "expands to more than 4 nodes"),
+        (FileLimits(depth=2), "its nodes are more than 2 deep"),
+        (FileLimits(unpacked_bytes=100), "unpacks to more than the 100 bytes"),
+        (FileLimits(faces=5), "more than FileLimits"),
+    ):
+        with pytest.raises(MeshError, match=message):
+            load_scene(robot, limits=limits)
+
+
+def test_an_isolated_robot_keeps_its_joints(robot: Path) -> None:
+    scene, isolated = load_scene(robot), load_scene(robot, isolated=True)
+    assert [repr(joint) for joint in isolated.joints.values()] == [repr(joint) for joint in scene.joints.values()]
+    poses = {"shoulder": 0.5, "slide": 0.2}
+    np.testing.assert_array_equal(isolated.posed(poses).world("tip"), scene.posed(poses).world("tip"))
+
+
+def test_a_format_without_joints_is_said_to_lose_them(robot: Path, tmp_path: Path) -> None:
+    scene = load_scene(robot)
+    with pytest.warns(MeshWarning, match="glTF does not hold .*5 joints"):
+        save_mesh(scene.posed({"shoulder": 0.5}), tmp_path / "arm.glb")
+    again = load_scene(tmp_path / "arm.glb")
+    np.testing.assert_allclose(again.world("tip"), scene.posed({"shoulder": 0.5}).world("tip"), atol=1e-6)
+
+
+def test_the_command_poses_tells_and_moves(robot: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    assert main(["info", str(robot)]) == 0
+    told = capfd.readouterr().out
+    assert "joints    shoulder (-1.5..2), slide (0..0.3), finger (follows slide), tip_joint (follows finger)\n" in told
+    assert "units     metre\n" in told
+    moved = tmp_path / "moved.ply"
+    assert main(["transform", str(robot), str(moved), "--pose", "shoulder=45deg,slide=0.1"]) == 0
+    scene = load_scene(robot).posed({"shoulder": np.pi / 4, "slide": 0.1})
+    tip = scene.world("tip")[:3, 3]
+    assert np.linalg.norm(load_mesh(moved).positions - tip, axis=1).min() < 1e-6
+    pictures = [tmp_path / f"{name}.png" for name in ("zero", "posed")]
+    assert main(["render", str(robot), "-o", str(pictures[0]), "--size", "64,64"]) == 0
+    assert main(["render", str(robot), "-o", str(pictures[1]), "--size", "64,64", "--pose", "shoulder=1"]) == 0
+    assert pictures[0].read_bytes() != pictures[1].read_bytes()
+    capfd.readouterr()
+    for pose, message in (
+        ("shoulder=9", "--pose: poses['shoulder'] must lie in -1.5..2, the limits of the joint, got 9"),
+        ("shoulder", "--pose: expected JOINT=VALUE or JOINT=VALUEdeg, separated by commas, got 'shoulder'"),
+    ):
+        assert main(["render", str(robot), "-o", str(pictures[0]), "--pose", pose]) == 2
+        assert message in capfd.readouterr().err
+
+
+def test_collada_is_read_in_metres_with_its_colors(tmp_path: Path) -> None:
+    path = tmp_path / "triangle.dae"
+    path.write_text(TRIANGLE_DAE, "utf-8")
+    mesh = load_mesh(path)
+    np.testing.assert_allclose(mesh.positions, [(1, 0, 0), (1.1, 0, 0), (1, 0.2, 0.3)], atol=1e-7)
+    assert np.asarray(mesh.attributes.face["color"]).tolist() == [[255, 51, 102, 255]]
+    path.write_text(TRIANGLE_DAE.replace('url="#e"', 'url="#f"'), "utf-8")
+    with pytest.warns(MeshWarning, match="its materials are broken, and left out"):
+        np.testing.assert_allclose(load_mesh(path).positions, mesh.positions)
+    for text, message in (
+        ("<!DOCTYPE a><COLLADA/>", "it declares a document type"),
+        ("<COLLADA/>", "it is not COLLADA"),
+        (
+            TRIANGLE_DAE.replace("<instance_geometry", "<x").replace("</instance_geometry", "</x"),
+            "it shows no triangles",
+        ),
+    ):
+        path.write_text(text, "utf-8")
+        with pytest.raises(MeshError, match=message):
+            load_mesh(path)
+    assert logging.getLogger("trimesh").disabled is False
+
+
+@pytest.mark.parametrize(("module", "kind"), [("lxml", "urdf"), ("collada", "dae")])
+def test_without_the_extra_the_error_names_it(monkeypatch: pytest.MonkeyPatch, module: str, kind: str) -> None:
+    monkeypatch.setitem(__import__("sys").modules, module, None)
+    with pytest.raises(MissingExtraError, match=r"pip install 'gpu_xform\[robots\]'"):
+        load_mesh(io.BytesIO(b"<robot/>"), file_type=kind)
