@@ -7,6 +7,7 @@ import numpy as np
 
 import gpu_xform
 from gpu_xform import errors
+from gpu_xform.geometry.joints import Joint
 from gpu_xform.gpu.device import GpuDevice
 
 PAGE, RETURNED = (
