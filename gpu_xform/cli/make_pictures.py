@@ -46,17 +46,17 @@ def make_pictures(options: argparse.Namespace, pictures: Sequence[PlannedPicture
     open_device = _keep(lambda: choose_device(options))  # once for all pictures, when the first is read
     make = functools.partial(_make_picture, options, compose_transforms(options), open_device, sheet)
     for path in unused:
-        print_stderr(f"gpu-xform: warning: {path}: a reference that is of no model\n")
+        print_stderr(f"gpu-xform: warning: {path}: no model has this reference\n")
     if len(pictures) == 1 and not options.report and sheet is None:
         make(Outcome(pictures[0]))
         return 0
     start = time.perf_counter()
     outcomes = _make_each(pictures, make)
     code = min((outcome.exit_code for outcome in outcomes if outcome.exit_code), default=0)
-    if sheet is not None:
-        sheet.write()
     if options.report:
         write_reports(options.report, outcomes, RunFacts.of(options, open_device, unused, code, start))
+    if sheet is not None:
+        sheet.write()
     return code
 
 
@@ -113,7 +113,7 @@ def _print_summary(outcomes: Sequence[Outcome]) -> None:
         "done": len(outcomes) - n_bad,
         "failed": n_bad - n_mismatched,
         "not matching the reference": n_mismatched,
-        "references written": n_changed,
+        f"reference{'s' * (n_changed != 1)} written": n_changed,
     }
     summary = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count or outcome == "done")
     print_stderr(f"gpu-xform: {len(outcomes)} picture{'s' * (len(outcomes) != 1)}: {summary}\n")

@@ -13,6 +13,7 @@ from ..annotation.paint import draw_annotation
 from ..annotation.text_style import TextStyle, make_text_style, move_text
 from ..drawing.layer import Layer
 from ..drawing.prepare import Frame
+from ..errors import ArgumentError
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from ..imaging.image import to_pillow
 from ..vector import VectorLayer, format_pdf, format_svg
@@ -155,8 +156,12 @@ def _fit_grid(n: int, aspect: tuple[int, int]) -> _Grid:
 
 
 def _fit_text(style: TextStyle, name: str, width: float, color: Rgba | None) -> Text:
-    """Return a name, without its middle if it would be wider than `width`."""
-    text = style.text(name, "names", color=color)
+    """Return a name, without its middle if it would be wider than `width`; escapes stand for what no font has."""
+    try:
+        text = style.text(name, "names", color=color)
+    except ArgumentError:
+        name = name.encode("ascii", "backslashreplace").decode()
+        text = style.text(name, "names", color=color)
     n_kept = len(name)
     while text.width > width and n_kept > 2:
         n_kept = min(n_kept - 1, int(n_kept * width / text.width) + 1)

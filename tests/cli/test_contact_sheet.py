@@ -54,6 +54,16 @@ def test_vector_sheets_have_the_names_as_texts() -> None:
     assert Path("s.pdf").read_bytes().startswith(b"%PDF")
 
 
+def test_names_that_no_font_has_are_escaped_and_long_ones_lose_their_middle() -> None:
+    save_mesh(samples.cube(), "models/deep/\U0001f9ca.obj")
+    save_mesh(samples.cube(), f"models/deep/{'long' * 30}.obj")
+    assert main(["render", "models/deep", "--sheet", "s.svg", "--font", "DejaVuSans", *STYLE]) == 0
+    texts = re.findall(r"<text[^>]*>([^<]+)<", Path("s.svg").read_text("utf-8"))
+    assert texts[0] == "a"
+    assert re.fullmatch(r"(long)*l?o?n?\N{HORIZONTAL ELLIPSIS}o?n?g?(long)+", texts[1])
+    assert texts[2] in ("\\U0001f9ca", "\U0001f9ca")
+
+
 def test_a_sheet_goes_beside_other_files() -> None:
     assert main(["render", "models/b.ply", "-o", "out/{model}.png", "--sheet", "s.png", "--resolution", "64,64"]) == 0
     assert read_png("out/b.png").shape == (64, 64, 4)

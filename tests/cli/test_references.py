@@ -50,7 +50,7 @@ def test_a_missing_wall_fails_with_its_own_code_and_figures(capsys: pytest.Captu
     x, y = found.largest_at
     assert capsys.readouterr().err == (
         "gpu-xform: error: expected.png: the picture differs by more than 8 of 255 in "
-        f"{found.n_pixels} pixels, 8 allowed; the largest difference is {found.largest}, at {x},{y}, "
+        f"{found.n_pixels} pixels, 16 allowed; the largest difference is {found.largest}, at {x},{y}, "
         f"the mean {found.mean:.3g}\n"
     )
     assert 50 < found.n_pixels < 2000
@@ -168,7 +168,7 @@ def test_options_that_mean_nothing(typed: list[str], words: str, capsys: pytest.
     assert sorted(path.name for path in Path().iterdir()) == ["expected.png", "house.obj", "open.obj"]
 
 
-@pytest.mark.parametrize(("size", "allowed"), [("200,100", 9), ("100,100", 8), ("1024,1024", 60)])
+@pytest.mark.parametrize(("size", "allowed"), [("200,100", 18), ("99,100", 16), ("1024,1024", 120)])
 def test_a_few_pixels_may_differ_as_other_adapters_make_them(
     size: str, allowed: int, capsys: pytest.CaptureFixture[str]
 ) -> None:

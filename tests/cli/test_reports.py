@@ -73,7 +73,7 @@ def test_all_reports_of_one_run(capsys: pytest.CaptureFixture[str]) -> None:
     typed = ["-o", "out/{model}-{suffix}.png", "--reference-diff", "diff/{model}-{suffix}.png", *reports]
     assert render(*REFERENCE, *typed, "--reference-threshold", "9") == 2
     *lines, summary = capsys.readouterr().err.splitlines()
-    assert lines[0] == "gpu-xform: warning: refs/removed-obj.png: a reference that is of no model"
+    assert lines[0] == "gpu-xform: warning: refs/removed-obj.png: no model has this reference"
     assert [line.split(": ")[2] for line in lines[1:]] == [
         "models/broken.obj",
         "models/changed.obj",
@@ -92,7 +92,7 @@ def check_json(report: dict[str, Any], found: Any) -> None:
     assert [record["models"][0] for record in report["pictures"]] == list(STATUSES)
     changed = report["pictures"][1]
     assert changed["different_pixels"] == found.n_pixels > 50
-    assert changed["allowed_pixels"] == 8
+    assert changed["allowed_pixels"] == 16
     assert changed["largest_difference"] == found.largest
     assert changed["largest_at"] == list(found.largest_at)
     assert changed["mean_difference"] == pytest.approx(found.mean, abs=1e-6)
@@ -137,7 +137,7 @@ def check_page(page: str, difference: Image.Image) -> None:
         assert np.array_equal(pictures[1], np.asarray(actual))
     broken = page.split('<article class="failed">')[1].split("</article>")[0]
     assert re.findall("<figcaption>(.*?)</figcaption>", broken) == ["expected"]
-    assert f"models/deep/{ODD_NAME}" in unescape(page)
+    assert f"models/deep/{ODD_NAME}" in unescape(page).replace("<wbr>", "")
     assert "<b>" not in page.replace("<b>1</b>", "").replace("<b>3</b>", "")
     assert page.count("<img ") == page.count("data:image") == 1 + 3 + 1 + 3
 
@@ -153,7 +153,7 @@ def test_references_are_updated_where_they_must_be_and_nothing_else(capsys: pyte
     stamps = {path.name: path.stat().st_mtime_ns for path in Path("refs").iterdir()}
     assert render(*REFERENCE, "--update-references", "--report", "r.json", "--report", "r.html") == 2
     lines = capsys.readouterr().err.splitlines()
-    assert lines[0].endswith("refs/removed-obj.png: a reference that is of no model")
+    assert lines[0].endswith("refs/removed-obj.png: no model has this reference")
     assert lines[1].startswith("gpu-xform: error: models/broken.obj: line 1")
     assert lines[2].startswith(
         "gpu-xform: refs/changed-obj.png: updated: the picture differs by more than 8 of 255 in "
@@ -198,14 +198,14 @@ def test_unused_references_are_told_of_a_whole_set_only(capsys: pytest.CaptureFi
     assert main(["render", "models/same.obj", *REFERENCE, *SIZE]) == 0
     assert capsys.readouterr().err == ""
     assert main(["render", "models/sam*.obj", *REFERENCE, *SIZE]) == 0
-    assert "refs/changed-obj.png: a reference that is of no model" in capsys.readouterr().err
+    assert "refs/changed-obj.png: no model has this reference" in capsys.readouterr().err
     # Beside models, other pictures are no references unless their names say so.
     for name in ("same.expected.png", "gone.expected.png", "wood.png"):
         shutil.copy("refs/same-obj.png", f"models/{name}")
     Path("models/same.ply").unlink()
     assert main(["render", "models/same*.obj", "--reference", "{folder}/{model}.expected.png", *SIZE]) == 0
     lines = capsys.readouterr().err.splitlines()
-    assert lines == ["gpu-xform: warning: models/gone.expected.png: a reference that is of no model"]
+    assert lines == ["gpu-xform: warning: models/gone.expected.png: no model has this reference"]
 
 
 @pytest.mark.usefixtures("_in_drawn")

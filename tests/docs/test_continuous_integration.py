@@ -118,7 +118,7 @@ def test_the_dockerfile_copies_what_the_wheel_needs_and_installs_the_driver() ->
     ignored = (ROOT / ".dockerignore").read_text("utf-8").splitlines()
     project = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
     wheel = project["tool"]["hatch"]["build"]["targets"]["wheel"]
-    needed = {*wheel["packages"], *wheel["force-include"], "pyproject.toml", project["project"]["readme"], "LICENSE"}
+    needed = {*wheel["packages"], *wheel["force-include"], "pyproject.toml", "README.md", "LICENSE"}
     assert ignored[0] == "*"
     assert {line.removeprefix("!") for line in ignored if line.startswith("!")} == needed
     makefile = (ROOT / "Makefile").read_text("utf-8")

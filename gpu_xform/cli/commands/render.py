@@ -152,8 +152,8 @@ def _add_reference(parser: argparse.ArgumentParser) -> None:
         "--reference-pixels",
         metavar="N",
         type=types.parse_count,
-        help="number of pixels allowed to exceed the threshold (default: 8, and one per 20,000 of the picture, so that "
-        "a reference holds on other adapters)",
+        help="number of pixels allowed to exceed the threshold (default: 16, and one per 10,000 of the picture, so "
+        "that a reference holds on other adapters)",
     )
     group.add_argument(
         "--reference-diff",

@@ -91,14 +91,14 @@ def _format_large(outcome: Outcome) -> str:
         }
         numbers = "".join(f"<dt>{term}</dt><dd>{value}</dd>" for term, value in terms.items())
     return (
-        f'<article class="{_anchor(outcome.status)}"><h3>{_text(outcome.picture.name)}</h3>{message}'
+        f'<article class="{_anchor(outcome.status)}"><h3>{_breakable(outcome.picture.name)}</h3>{message}'
         f'<div class="{layout}">{figures}</div><dl>{numbers}<dt>time</dt><dd>{outcome.time_s:.2f} s</dd></dl></article>'
     )
 
 
 def _format_small(outcome: Outcome) -> str:
     """Return the thumbnail of an outcome with its name below."""
-    name, time = _text(outcome.picture.name), f"{outcome.time_s:.2f} s"
+    name, time = _breakable(outcome.picture.name), f"{outcome.time_s:.2f} s"
     return f"<figure>{_format_image(outcome, 'picture')}<figcaption>{name} <span>{time}</span></figcaption></figure>"
 
 
@@ -124,6 +124,11 @@ def _format_facts(facts: RunFacts) -> str:
 
 def _anchor(status: Status) -> str:
     return status.replace(" ", "-")
+
+
+def _breakable(path: str) -> str:
+    """Return a path for a page, where lines may end behind its folders."""
+    return _text(path).replace("/", "/<wbr>")
 
 
 def _text(text: str) -> str:

@@ -31,7 +31,7 @@ def _record(outcome: Outcome) -> dict[str, Any]:
         "status": outcome.status,
         "exit_code": outcome.exit_code,
         "message": outcome.message or None,
-        "picture": picture.output,
+        "picture": None if outcome.status == "failed" else picture.output,
         "reference": picture.reference,
         "difference": picture.difference if outcome.status in ("differs", "updated") and numbers is not None else None,
         "different_pixels": None if numbers is None else numbers.n_pixels,

@@ -34,7 +34,7 @@ def format_junit(outcomes: Sequence[Outcome], facts: RunFacts) -> bytes:
         _add_case(suite, outcome)
     for path in facts.unused:
         case = _add_test_case(suite, path, 0.0)
-        ElementTree.SubElement(case, "skipped", {"message": "a reference that is of no model"})
+        ElementTree.SubElement(case, "skipped", {"message": "no model has this reference"})
     ElementTree.indent(root, " ")
     document: bytes = ElementTree.tostring(root, encoding="utf-8", xml_declaration=True)
     return document + b"\n"
@@ -46,7 +46,7 @@ def _add_case(suite: ElementTree.Element, outcome: Outcome) -> None:
         kind = "failure" if outcome.exit_code == MISMATCH else "error"
         problem = ElementTree.SubElement(case, kind, {"message": _clean(outcome.message), "type": outcome.status})
         paths = {
-            "picture": outcome.picture.output,
+            "picture": None if outcome.status == "failed" else outcome.picture.output,
             "reference": outcome.picture.reference,
             "difference": outcome.picture.difference if outcome.numbers is not None else None,
         }
