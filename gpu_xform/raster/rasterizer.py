@@ -125,7 +125,10 @@ class _Stages:
         self._vertices = VertexStage(device, [*drawn, *chain.from_iterable(covers)])
         projected = self._vertices.projected[: len(drawn)]
         self._projected = projected
-        self._triangles = self._covers = TriangleStage(device, projected, n_depths, palette)
+        hides_lines = any(
+            lines.hidden is not Hidden.SHOW for drawable in draw_list.drawables for lines in drawable.lines
+        )
+        self._triangles = self._covers = TriangleStage(device, projected, n_depths, palette, hides_lines=hides_lines)
         if draw_list.covers is not None:
             self._covers = TriangleStage(device, self._vertices.projected[len(drawn) :], n_depths, name="covers")
         hiders = Hiders(self._triangles, self._covers)

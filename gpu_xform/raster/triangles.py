@@ -63,8 +63,9 @@ class TriangleStage:
     palette : the colours of filled faces
     write_ids : whether the visibility buffer tells which triangles are the nearest, and not in which colours
     name : that of its buffers, if a picture has several stages of faces
+    hides_lines : whether lines are to be hidden, which planes among the faces do however little they are before them
     face_depths : the bits of a float per pixel of the tile and the margin around it; 0 if there is no face
-    has_flats : whether some of them may lie in planes, as flat_cover.wgsl looks for them
+    has_flats : whether some of them may lie in planes, as flat_cover.wgsl looks for them: as many depths follow then
     """
 
     def __init__(
@@ -75,12 +76,13 @@ class TriangleStage:
         palette: Buffer | None = None,
         *,
         write_ids: bool = False,
+        hides_lines: bool = True,
         name: str = "faces",
     ) -> None:
         self._device = device
         self._batches = [batch for each in projected for batch in _split(device, each)]
         most = max(MAX_FEW_TRIANGLES, n_depths // PIXELS_PER_FLAT)
-        self.has_flats = any(math.prod(batch.shape) <= most for batch in self._batches)
+        self.has_flats = hides_lines and any(math.prod(batch.shape) <= most for batch in self._batches)
         self._write_ids = write_ids
         if write_ids:
             self._batches = _with_consecutive_ids(self._batches)
@@ -94,7 +96,9 @@ class TriangleStage:
             _require_few_colors(palette.n_bytes // 4, has_light=self._has_light, has_depth_cue=self._has_depth_cue)
         self._n_depths = n_depths
         pool = device.pool
-        self.face_depths: Buffer = pool.scratch(POOL_OWNER, f"{name}: depths", 4 * n_depths if self._batches else 4)
+        self.face_depths: Buffer = pool.scratch(
+            POOL_OWNER, f"{name}: depths", self._depth_bytes if self._batches else 4
+        )
         self._visibility = pool.scratch(POOL_OWNER, f"{name}: visibility", 4 * n_depths if self._has_visibility else 4)
         self._no_color_indices = pool.scratch(POOL_OWNER, f"{name}: no colour indices", INDEX_BYTES)
         max_triangles = max((math.prod(batch.shape) for batch in self._batches), default=0)
@@ -103,6 +107,10 @@ class TriangleStage:
         passes = (False, True)
         structs = [batch.struct(writes_visibility=visibility) for visibility in passes for batch in self._batches]
         self._structs = uniforms.upload(device, POOL_OWNER, name, structs)
+
+    @property
+    def _depth_bytes(self) -> int:
+        return 4 * self._n_depths * (1 + self.has_flats)
 
     @property
     def is_empty(self) -> bool:
@@ -124,7 +132,7 @@ class TriangleStage:
         """Record the depths of all faces, then, if anything reads it, the visibility buffer."""
         if self.is_empty:
             return
-        encoder.clear_buffer(self.face_depths, 4 * self._n_depths)
+        encoder.clear_buffer(self.face_depths, self._depth_bytes)
         self._record(encoder, tile, writes_visibility=False)
         if self._has_visibility:
             encoder.clear_buffer(self._visibility, 4 * self._n_depths)
@@ -157,6 +165,7 @@ class TriangleStage:
         constants = {
             "workgroup_size": choose_workgroup_size(self._device),
             "writes_ids": self._write_ids,
+            "has_flats": self.has_flats,
             "has_light": self._has_light,
             "has_depth_cue": self._has_depth_cue,
         }

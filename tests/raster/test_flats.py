@@ -34,7 +34,7 @@ def red(pixels: Array) -> int:
 
 
 @pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("direction", ["top", "oblique"])
+@pytest.mark.parametrize("direction", ["top", "oblique", "grazing"])
 def test_a_thin_pad_hides_a_screw_whatever_its_size_in_the_picture(direction: str, size: int) -> None:
     for orthographic in (False, True):
         camera = fit(direction, orthographic=orthographic)

@@ -27,6 +27,7 @@ const MAX_ROUNDS = 32768u; // per invocation: lavapipe stops loops after twice a
 
 override workgroup_size: u32;
 override writes_ids: bool; // the visibility buffer holds ids of triangles, not indices of their colours
+override has_flats: bool; // planes are looked for among the depths
 override has_light: bool; // on some faces, that differs from pixel to pixel
 override has_depth_cue: bool;
 

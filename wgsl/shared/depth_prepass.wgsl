@@ -1,7 +1,7 @@
 // Triangles to depths, and, when all depths are known, to the visibility buffer. Both times through the same pipelines:
 // others might round otherwise, and no face would be as near as the nearest.
 // Entry declares: tile, faces, clip_positions, triangles, face_depths, visibility, color_indices, corner_normals,
-//     writes_ids, has_light, has_depth_cue.
+//     writes_ids, has_light, has_flats, has_depth_cue.
 #import depth_cue
 #import octahedral
 #import tile
@@ -61,6 +61,13 @@ fn light_at(normals: mat3x3<f32>, weights: vec3<f32>) -> f32 {
     return select(0.0, min(abs(normal.z) * inverseSqrt(square), 1.0), square > 0.0);
 }
 
+// Whether lines may be hidden by how near a triangle is in a pixel, and not only by how near it is by its bias. Steep
+// ones come nearer by their margin alone.
+fn is_flat(triangle: Triangle, fragment: TriangleFragment) -> bool {
+    let pixel_depth = tile.depth_slope_per_pixel.x * fragment.depth + tile.depth_slope_per_pixel.y;
+    return abs(triangle.depth.x) + abs(triangle.depth.y) <= MAX_FLAT_SLOPE * pixel_depth;
+}
+
 fn rasterize_pixel(triangle: Triangle, normals: mat3x3<f32>, index: u32, pixel: vec2<i32>) {
     let fragment = triangle_fragment(triangle, pixel, tile.depth_slope_per_pixel);
     if !fragment.is_covered {
@@ -69,6 +76,10 @@ fn rasterize_pixel(triangle: Triangle, normals: mat3x3<f32>, index: u32, pixel: 
     let slot = depth_index(tile, pixel);
     if !is_set(faces.writes_visibility, index) {
         atomicMax(&face_depths[slot], bitcast<u32>(fragment.biased_depth));
+        if has_flats && is_flat(triangle, fragment) {
+            let depth = fragment.depth - dot(abs(fragment.weights), triangle.depth_error);
+            atomicMax(&face_depths[slot + n_depths(tile)], bitcast<u32>(max(depth, 0.0)));
+        }
         return;
     }
     if fragment.biased_depth * COPLANAR_FACTOR < bitcast<f32>(atomicLoad(&face_depths[slot])) {

@@ -15,6 +15,12 @@ fn clip_to_pixels(clip: vec4<f32>, size: vec2<f32>) -> vec2<f32> {
     return (clip.xy / clip.w * vec2(0.5, -0.5) + 0.5) * size;
 }
 
+// How many depths are known. Behind so many that are biased, and hide lines, lie as many as they are, if planes are
+// looked for among them.
+fn n_depths(tile: Tile) -> u32 {
+    return u32(tile.depth_extent.x * tile.depth_extent.y);
+}
+
 fn n_pixels(tile: Tile) -> u32 {
     return u32(tile.extent.x * tile.extent.y);
 }

@@ -4,6 +4,7 @@
 
 const CONSERVATIVE_MARGIN_PX = 0.01; // by which a triangle is larger, so that no pixel falls between two
 const DEPTH_BIAS_PX = 0.25; // of a pixel's width along the view: for other faces about a corner
+const MAX_FLAT_SLOPE = 6.0; // of planes, in pixels' widths per pixel: steeper ones are seen from their edges
 
 struct Triangle {
     edge_functions: mat3x3<f32>, // columns: each edge's function of (x, y, 1) less `origin`

@@ -186,9 +186,10 @@ class Picture {
     const hasDepthCue = batches.some(({ faces }) => faces.colorIndices && faces.depthCue.amount > 0);
     const hasLight = batches.some(({ faces }) => faces.cornerNormals);
     const most = Math.max(constants.MAX_FEW_TRIANGLES, nDepths / constants.PIXELS_PER_FLAT);
+    const hasFlats = counts.some(count => count <= most), depthBytes = 4 * nDepths * (1 + Number(hasFlats));
     const stage = {
-      isEmpty: !batches.length, hasColors, hasLight, hasDepthCue, hasFlats: counts.some(count => count <= most),
-      depths: context.scratch(`${name}: depths`, batches.length ? 4 * nDepths : 4),
+      isEmpty: !batches.length, hasColors, hasLight, hasDepthCue, hasFlats,
+      depths: context.scratch(`${name}: depths`, batches.length ? depthBytes : 4),
       visibility: context.scratch(`${name}: visibility`, hasColors ? 4 * nDepths : 4),
     };
     if (stage.isEmpty) return stage;
@@ -206,12 +207,12 @@ class Picture {
         color_indices: faces.colorIndices ? context.keep(faces.colorIndices) : context.scratch("no colour indices", 4),
         corner_normals: faces.cornerNormals ? context.keep(faces.cornerNormals) : context.scratch("no colour indices", 4),
       };
-      const own = { writes_ids: 0, has_light: Number(hasLight), has_depth_cue: Number(hasDepthCue) };
+      const own = { writes_ids: 0, has_flats: Number(hasFlats), has_light: Number(hasLight), has_depth_cue: Number(hasDepthCue) };
       this.encoder.clearBuffer(large, 0, 16);
       this.dispatch("depth_small_triangles", own, bindings, countWorkgroups(n), nInstances);
       this.dispatch("depth_large_triangles", own, bindings, large);
     });
-    this.encoder.clearBuffer(stage.depths, 0, 4 * nDepths);
+    this.encoder.clearBuffer(stage.depths, 0, depthBytes);
     record(false);
     if (hasColors) {
       this.encoder.clearBuffer(stage.visibility, 0, 4 * nDepths);
