@@ -137,7 +137,7 @@ def transform_file(
         )
         is_here = workers is None and scheduler is None
         step = _choose_step(opened, job, choose_part_device(job, device) if is_here else None)
-        facts = [opened.describe_state(), job.matrix.tolist(), job.stored_matrix.tolist(), project, precision, step]
+        facts = [opened.describe_state(), job.matrix.tolist(), job.stored_matrix.tolist(), project, precision]
         facts += [normals, skip_bad_chunks, find_type(source), find_type(destination)]
         work = hashlib.sha256(json.dumps(facts).encode()).hexdigest()
         runner = _choose_runner(job, opened, device, workers, scheduler)

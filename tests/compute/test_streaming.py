@@ -17,6 +17,7 @@ from gpu_xform.compute import streaming as module
 from gpu_xform.device import Device
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from tests.support.cli import error_of
+from tests.support.las_files import make_las
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, some_points
 from tests.support.types import Array
 
@@ -286,3 +287,39 @@ def test_memory_maps_go_in_and_out_without_staying_in_memory(tmp_path: Path, pro
     command = [sys.executable, "-c", script, str(tmp_path / "in.npy"), str(tmp_path / "out.npy"), process_device.name]
     run = subprocess.run(command, check=True, capture_output=True, text=True)
     assert float(run.stdout) < 60
+
+
+@pytest.mark.parametrize("kind", ["npy", "ply", "las"])
+def test_a_run_is_resumed_with_parts_of_another_size(
+    tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As those of workers, and of the host device, are."""
+    source = tmp_path / f"in.{kind}"
+    if kind == "las":
+        make_las(source, 950)
+    else:
+        gx.transform_file(saved(tmp_path / "points.npy", some_points(950, np.float32)), source, AFFINE)
+    gx.transform_file(source, tmp_path / f"whole.{kind}", AFFINE)
+    with pytest.raises(StopError):
+        gx.transform_file(source, tmp_path / f"out.{kind}", AFFINE, progress=interrupt_after(4))
+    monkeypatch.setattr(module, "CHUNK_BYTES", 1700)
+    told: list[int] = []
+    gx.transform_file(source, tmp_path / f"out.{kind}", AFFINE, resume=True, progress=lambda done, _: told.append(done))
+    assert 0 < told[0] - 1700 // 12 <= 400 or kind != "npy"
+    assert (tmp_path / f"out.{kind}").read_bytes() == (tmp_path / f"whole.{kind}").read_bytes()
+    assert not (tmp_path / f"out.{kind}.partial").exists()
+
+
+def test_parts_of_the_host_device_stay_in_its_caches(tmp_path: Path, host: Device, device: Device) -> None:
+    n = 400_000
+    source = saved(tmp_path / "in.npy", np.ones((n, 3), np.float32))
+    sizes = []
+    for each in (host, device):
+        told: list[int] = []
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(module, "CHUNK_BYTES", 32 << 20)
+            gx.transform_file(
+                source, tmp_path / "out.npy", AFFINE, device=each, progress=lambda done, _, told=told: told.append(done)
+            )
+        sizes.append(told[0])
+    assert sizes == [module.HOST_CHUNK_BYTES // 12, n]
