@@ -151,7 +151,7 @@ def _make_picture(
 def _finish_picture(options: argparse.Namespace, outcome: Outcome, drawn: Any) -> None:
     picture = outcome.picture
     _warn_if_blank(drawn, picture)
-    if options.keeps_images and not isinstance(drawn, bytes):
+    if options.keeps_images and picture.file_type in ("png", "svg"):
         outcome.images["picture"] = drawn
     if picture.output is not None:
         files.write_picture(drawn, picture.output, make_folders=options.output.is_per_model)

@@ -194,6 +194,15 @@ def test_a_vector_picture_is_in_the_page_too() -> None:
 
 
 @pytest.mark.usefixtures("_in_drawn")
+@pytest.mark.parametrize("kind", ["html", "pdf"])
+def test_what_is_no_picture_to_embed_is_left_out_of_the_page(kind: str) -> None:
+    assert main(["render", "models/same.obj", "-o", f"s.{kind}", "--report", "r.html", *SIZE]) == 0
+    page = Path("r.html").read_text("utf-8")
+    assert "no picture" in page
+    assert "data:" not in page
+
+
+@pytest.mark.usefixtures("_in_drawn")
 def test_unused_references_are_told_of_a_whole_set_only(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["render", "models/same.obj", *REFERENCE, *SIZE]) == 0
     assert capsys.readouterr().err == ""
