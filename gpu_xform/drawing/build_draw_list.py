@@ -187,7 +187,7 @@ class _LayerBuilder:
         if isinstance(source, MeshSource) and source.n_points > max_points(self._device):
             return self._build_parts(source, clip_from_world, depth_cue, first_color)
         edge_source, candidates = source.edges(layer), source.silhouette_candidates(layer)
-        edges = self._on_device(edge_source.key, lambda: edge_source.find().astype(np.uint32))
+        edges = self._on_device(edge_source.key, edge_source.pack or (lambda: edge_source.find().astype(np.uint32)))
         n_edges = edges.n_bytes // EDGE_BYTES
         point_size = dot_diameter(layer) if n_edges else self._point_size_without_edges(candidates)
         points, model_from_points = source.on_device(self._device)

@@ -18,7 +18,7 @@ from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
-from ..geometry.mesh import Mesh
+from ..geometry.mesh import Mesh, is_own
 
 DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)  # if +y is up
 DEFAULT_UP = (0.0, 1.0, 0.0)
@@ -340,8 +340,8 @@ def fit_options(camera: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def require_in_range(points: Float64Array, name: str) -> None:
     """Raise `ArgumentError` for points so far out that the distance of a camera would overflow."""
-    too_far = ~(np.abs(points) <= MAX_COORDINATE)
-    if too_far.any():
+    if len(points) and not max(points.max(), -points.min()) <= MAX_COORDINATE:
+        too_far = ~(np.abs(points) <= MAX_COORDINATE)
         raise ArgumentError.expecting(
             name, f"have coordinates of at most {MAX_COORDINATE:g}", f"{points[too_far][0]:g}"
         )
@@ -453,7 +453,9 @@ def _window_matrix(limits: Float64Array, aspect: float) -> Float64Array:
 
 
 def _copy_points(points: npt.ArrayLike) -> npt.NDArray[Any]:
-    """Return a copy of points in single precision if they are so, else in double."""
+    """Return a copy of points in single precision if they are so, else in double; those of a mesh as they are."""
+    if is_own(points):
+        return points
     if isinstance(points, np.ndarray) and points.dtype == np.float32:
         require_unmasked(points, "model")
         require_room(points, "model")

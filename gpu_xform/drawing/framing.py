@@ -6,6 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from .._core.types import Float64Array
+from .boxes import join_points
 from .cloud_source import CloudSource, Source
 from .geometry_source import geometry_source
 from .layer import Layer
@@ -13,7 +14,7 @@ from .layer import Layer
 
 def framing_points(layers: Sequence[Layer]) -> Float64Array:
     """Return points of the world (k, 3) that a camera must hold."""
-    return np.concatenate([geometry_source(layer).framing_points(layer.world_from_model) for layer in layers])
+    return join_points([geometry_source(layer).framing_points(layer.world_from_model) for layer in layers])
 
 
 class Framing:
@@ -36,7 +37,7 @@ class Framing:
         clouds = [
             source.framing_points(world, axes()) for source, world in self._shown if isinstance(source, CloudSource)
         ]
-        return np.concatenate([self.beside, *self._points, *clouds])
+        return join_points([self.beside, *self._points, *clouds])
 
     def drawn_points(self, clip_from_world: Float64Array) -> Float64Array:
         """Return points (k, 3) that are drawn, as far as they matter to the depth of a view.
@@ -49,8 +50,8 @@ class Framing:
             for source, world in self._shown
             if isinstance(source, CloudSource)
         ]
-        return np.concatenate([self.beside, *self._points, *others, *clouds])
+        return join_points([self.beside, *self._points, *others, *clouds])
 
     def box_corners(self) -> Float64Array:
         """Return corners (k, 3) of boxes that hold all that is drawn."""
-        return np.concatenate([self.beside, *[source.box_corners(world) for source, world in self._shown]])
+        return join_points([self.beside, *[source.box_corners(world) for source, world in self._shown]])

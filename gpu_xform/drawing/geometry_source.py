@@ -24,18 +24,20 @@ from ..geometry.edges import (
     resolve_edges,
     split_silhouette,
 )
-from ..geometry.mesh import Mesh, pack_pairs
+from ..geometry.mesh import Mesh, count_edges, pack_edges, pack_pairs
 from ..geometry.triangulation import triangulate
+from ..gpu.chunking import align_points
 from ..gpu.device import GpuDevice
-from ..gpu.device_points import DevicePoints, pad_points
+from ..gpu.device_points import DevicePoints
 from ..gpu.layouts import CANDIDATE
-from .boxes import box_corners, box_in_world, corners_in_world, world_positions
+from .boxes import box_corners, box_in_world, corners_in_world, join_points, world_positions
 from .layer import Layer, at_present
 from .layer_colors import colors_by_face
 from .point_array import PointArray
 from .silhouettes import NO_FACE
 
 MAX_SAMPLED_EDGES = 1 << 9
+PACKED_AT_ONCE = 1 << 16  # points
 MAX_BOUNDING_POINTS = 1 << 10  # of larger models, the corners of their box bound the drawable
 
 
@@ -46,12 +48,14 @@ class EdgeSource(NamedTuple):
     color_rows : returns the row of colours of each edge that was found, (m,); None if they are in order
     n_colors : rows of colours that edge_colors must have
     key : under which a device keeps what was found; None for edges that are given for one picture
+    pack : returns what `find` does as uint32, without keeping more; None if it is as well to convert that
     """
 
     find: Callable[[], IndexArray]
     color_rows: Callable[[IndexArray], IndexArray] | None
     n_colors: int
     key: Hashable | None
+    pack: Callable[[], npt.NDArray[np.uint32]] | None = None
 
 
 class SilhouetteCandidates(NamedTuple):
@@ -178,19 +182,19 @@ class MeshSource:
                 "face edges",
             )
         if edges is None:
-            return EdgeSource(lambda: mesh.edges, None, len(mesh.edges), "edges")
+            return EdgeSource(lambda: mesh.edges, None, count_edges(mesh), "edges", lambda: pack_edges(mesh))
         rest, _ = split_silhouette(edges)
         if rest is None:
-            return EdgeSource(lambda: np.empty((0, 2), np.int64), None, len(mesh.edges), "no edges")
+            return EdgeSource(lambda: np.empty((0, 2), np.int64), None, count_edges(mesh), "no edges")
 
         def find() -> IndexArray:
             return resolve_edges(mesh, rest, angle)
 
         if isinstance(rest, str):
-            return EdgeSource(find, self._edge_indices, len(mesh.edges), ("edges", rest, angle))
+            return EdgeSource(find, self._edge_indices, count_edges(mesh), ("edges", rest, angle))
         if is_single_array(edges):
             return EdgeSource(find, None, len(find()), None)
-        return EdgeSource(find, self._edge_indices, len(mesh.edges), None)
+        return EdgeSource(find, self._edge_indices, count_edges(mesh), None)
 
     def silhouette_candidates(self, layer: Layer) -> SilhouetteCandidates | None:
         """Return the edges that are not drawn in every view, from which `extract_silhouette` chooses."""
@@ -226,7 +230,7 @@ class MeshSource:
         positions = self._shown
         if len(world_from_model) > 1 and len(positions) > 8:
             positions = box_corners(self._bounds)
-        return np.concatenate([world_positions(positions, matrix) for matrix in world_from_model])
+        return join_points([world_positions(positions, matrix) for matrix in world_from_model])
 
     def unbounded_points(self, _world_from_model: Float64Array) -> Float64Array:
         """Return none: all points of a mesh are finite."""
@@ -268,7 +272,7 @@ class MeshSource:
 
         def sample() -> Float64Array:
             center, half_size = self._unit_cube
-            step = -(-len(mesh.edges) // MAX_SAMPLED_EDGES) or 1
+            step = -(-count_edges(mesh) // MAX_SAMPLED_EDGES) or 1
             ends: Float64Array = (mesh.positions[mesh.edges[::step]] - center) / half_size
             return ends
 
@@ -301,9 +305,15 @@ class MeshSource:
         return scaled
 
     def pack_points(self, rows: IndexArray | slice = slice(None)) -> npt.NDArray[np.float32]:
-        """Return the points, or some of them, as a device holds them."""
+        """Return the points, or some of them, as a device holds them; part by part, not to hold them twice as wide."""
+        center, half_size = self._unit_cube
+        positions = self.mesh.positions if isinstance(rows, slice) else self.mesh.positions[rows]
+        packed = np.zeros((align_points(len(positions)), 3), np.float32)
         with np.errstate(over="ignore"):  # of points that are not shown
-            return pad_points(self.in_unit_cube(rows), np.float32)
+            for first in range(0, len(positions), PACKED_AT_ONCE):
+                some = positions[first : first + PACKED_AT_ONCE]
+                packed[first : first + len(some)] = (some - center) / half_size
+        return packed
 
     def _planes(self) -> npt.NDArray[np.float32]:
         """Return the normal and the offset of each face, in the frame of the points on a device."""

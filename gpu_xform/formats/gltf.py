@@ -6,7 +6,7 @@ from typing import BinaryIO
 import numpy as np
 
 from ..errors import ArgumentError, MeshError
-from ..geometry.mesh import Mesh
+from ..geometry.mesh import Mesh, count_corners
 from ..geometry.scene import Scene
 from ._concatenate import concatenate
 from .gltf_accessors import Accessors
@@ -68,7 +68,7 @@ def merge_scene(scene: Scene) -> Mesh:
         raise MeshError(str(error)) from None
     if not placed:
         raise MeshError("it shows no triangles, no lines and no points")
-    sizes = np.array([mesh.positions.size + mesh.indices.size for mesh, _ in placed])
+    sizes = np.array([mesh.positions.size + count_corners(mesh) for mesh, _ in placed])
     n_numbers = int(sizes @ [len(matrices) for _, matrices in placed])
     budget().take_numbers(n_numbers, "its nodes")
     merged = concatenate([mesh.transformed(matrix) for mesh, matrices in placed for matrix in matrices])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._core.types import Float64Array, IndexArray
+from .._core.types import Float64Array
 from ..errors import MeshError, MissingExtraError
 from ._text import quote
 from .limits import budget
@@ -61,12 +61,12 @@ class Accessors:
             values = np.maximum(values / np.iinfo(rows.dtype).max, -1.0)
         return values
 
-    def indices(self, i: int) -> IndexArray:
+    def indices(self, i: int) -> npt.NDArray[np.uint32]:
         """Return accessor i as indices of points (c,)."""
         rows = self.components(i, "SCALAR")
         if rows.dtype.kind != "u":
             raise MeshError(f"accessor {i} holds indices, which must be unsigned integers, got {rows.dtype.name}")
-        return rows[:, 0].astype(np.int64)
+        return rows[:, 0].astype(np.uint32)
 
     def matrices(self, i: int) -> Float64Array:
         """Return accessor i as matrices (count, 4, 4), which the file holds column by column."""

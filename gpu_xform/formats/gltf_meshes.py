@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError, MissingExtraError
 from ..geometry.attributes import Attributes
 from ..geometry.deformable_mesh import Influences
-from ..geometry.mesh import Mesh
+from ..geometry.mesh import Mesh, count_corners, take_over
 from .gltf_accessors import Accessors, get_count
 from .gltf_attributes import read_attributes
 from .gltf_placements import make_names
@@ -88,7 +89,7 @@ def _join(primitives: list[Primitive]) -> Primitive:
         number = numbers.setdefault(labels[0], len(numbers)) if labels else -1
         of_face.append(np.full(mesh.n_faces, number, np.int32))
         materials |= mesh.attributes.material
-    corners_before = np.cumsum([0, *(len(mesh.indices) for mesh in meshes)])
+    corners_before = np.cumsum([0, *map(count_corners, meshes)])
     joined = Mesh.from_offsets(
         meshes[0].positions,
         np.concatenate([[0], *(mesh.offsets[1:] + n for mesh, n in zip(meshes, corners_before, strict=False))]),
@@ -118,7 +119,8 @@ def _read_primitive(part: Any, accessors: Accessors, owner: str) -> Primitive:
     table = read_attributes(attributes, len(positions), accessors)
     if mode != _POINTS:
         faces = _assemble_faces(corners, mode, owner)
-        return Primitive(Mesh(positions, faces, attributes={"point": table} if table else None), targets, influences)
+        mesh = take_over(positions, faces, attributes={"point": table} if table else None)
+        return Primitive(mesh, targets, influences)
     if "indices" in part:
         if len(corners) and corners.max() >= len(positions):
             raise MeshError(f"{owner} names point {corners.max()}, outside 0..{len(positions) - 1}")
@@ -205,7 +207,7 @@ def _unpack(part: Any, accessors: Accessors, owner: str) -> int:
     return _TRIANGLES
 
 
-def _assemble_faces(corners: IndexArray, mode: int, owner: str) -> IndexArray:
+def _assemble_faces(corners: npt.NDArray[Any], mode: int, owner: str) -> npt.NDArray[Any]:
     """Return the triangles (t, 3) or segments (s, 2) that corners form in a primitive mode (3.7.2.1)."""
     first, second, third = corners[:-2], corners[1:-1], corners[2:]
     if mode in (_LINES, _TRIANGLES):
@@ -223,6 +225,6 @@ def _assemble_faces(corners: IndexArray, mode: int, owner: str) -> IndexArray:
         is_odd = np.arange(len(first)) % 2 == 1
         faces = np.stack([first, np.where(is_odd, third, second), np.where(is_odd, second, third)], axis=1)
         degenerate = (first == second) | (second == third) | (third == first)  # they join strips
-        kept: IndexArray = faces[~degenerate]
+        kept: npt.NDArray[Any] = faces[~degenerate]
         return kept
     raise MeshError(f"{owner} must have a mode of at most {_TRIANGLE_FAN}, got {mode}")

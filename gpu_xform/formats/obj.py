@@ -9,14 +9,14 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
-from typing import BinaryIO
+from typing import BinaryIO, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import MeshError
-from ..geometry.mesh import Mesh
+from ..geometry.mesh import Mesh, take_over
 from ._text import parse_float, parse_numbers, plain_text, quote, write_faces, write_points
 from ._warn import warn
 from .obj_attributes import (
@@ -35,6 +35,9 @@ from .obj_attributes import list_losses as list_losses
 # Statements whose rest is a name, in which a number sign may stand.
 _NAMED = {b"g", b"mtllib", b"o", b"usemtl"}
 _POINTS_PER_LINE = 16
+_MAX_INDEX = 2**32 - 1
+Indices: TypeAlias = IndexArray | npt.NDArray[np.uint32]
+_BLOCK_BYTES = 1 << 19  # of text that is parsed at once
 _MAX_REFERENCE = 1 << 40  # farther from 0 than any row
 
 _IS_LETTER = np.zeros(256, bool)
@@ -85,7 +88,7 @@ def _read_regular(data: bytes, tolerance: float | None = None) -> Mesh | None:
     if not data.endswith(b"\n"):
         data += b"\n"
     byte = np.frombuffer(data, np.uint8)
-    starts = np.concatenate([[0], np.flatnonzero(byte == ord("\n")) + 1])
+    starts = _find_lines(byte)
     first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
     is_before_blank = _IS_BLANK[second]
     is_point = (first == ord("v")) & is_before_blank
@@ -99,19 +102,15 @@ def _read_regular(data: bytes, tolerance: float | None = None) -> Mesh | None:
     if not ignored.all() or not is_point.any():
         return None
     try:
-        table = _parse_table(_select(data, starts, is_point), b"v", int(is_point.sum()))
+        table = _parse_points(data, starts, is_point)
         if table.shape[1] < 3:
             return None
-        text = _select(data, starts, is_face)
-        if b"-" in text:
-            offsets, indices = _parse_relative_faces(text, np.cumsum(is_point)[is_face])
-        else:
-            offsets, indices = _parse_faces(text, int(is_face.sum()), has_lines=bool(is_line.any()))
-        corners = None
-        n_faces = np.ones(len(offsets) - 1, np.int64)  # of each line
+        sizes, indices = _parse_all_faces(data, starts, is_point, is_face, has_lines=bool(is_line.any()))
+        corners = n_faces = None
         if is_line.any():
-            n_faces = np.where(is_line[is_face], np.diff(offsets) - 1, 1)
-            offsets, corners = _split_lines(offsets, is_line[is_face])
+            sizes = np.broadcast_to(sizes, int(is_face.sum()))
+            n_faces = np.where(is_line[is_face], sizes - 1, 1)  # of each line
+            sizes, corners = _split_lines(sizes, is_line[is_face])
             indices = indices[corners]
         if len(indices) and indices.max() >= len(table):
             return None
@@ -120,39 +119,52 @@ def _read_regular(data: bytes, tolerance: float | None = None) -> Mesh | None:
     extras = Extras(beside_points=table[:, 3:] if table.shape[1] > 3 else None)
     if other.any():
         _add_lines(extras, data, starts, other, is_point, is_face, n_faces)
-        _add_references(extras, text, data, starts, is_face, corners)
-    return _build_mesh(table[:, :3], offsets, indices, extras, tolerance)
+        _add_references(extras, data, starts, is_face, corners)
+    return _build_mesh(table[:, :3], sizes, indices, extras, tolerance)
 
 
 def _build_mesh(
-    positions: npt.ArrayLike, offsets: IndexArray, indices: IndexArray, extras: Extras, tolerance: float | None
+    positions: npt.ArrayLike, sizes: int | IndexArray, indices: Indices, extras: Extras, tolerance: float | None
 ) -> Mesh:
-    """Return the mesh with its attributes."""
+    """Return the mesh with its attributes; `sizes` are the numbers of corners of each face, or of all of them."""
+    own = np.array(positions, np.float64, order="C", copy=None)
+    n_faces = len(indices) // sizes if isinstance(sizes, int) else len(sizes)
     if extras.free_forms:
         from .obj_free_forms import insert_free_forms
 
-        points = np.asarray(positions, np.float64)
-        positions, offsets, indices = insert_free_forms(points, offsets, indices, extras, tolerance)
-    n_points = len(np.asarray(positions))
-    attributes = build_attributes(extras, n_points, len(np.asarray(offsets)) - 1)
-    metadata = describe_file(extras, n_points)
-    return Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata)
+        offsets = _offsets_of(np.broadcast_to(np.int64(sizes), n_faces))
+        own, offsets, indices = insert_free_forms(own, offsets, indices.astype(np.int64), extras, tolerance)
+        sizes = np.diff(offsets)
+        n_faces = len(sizes)
+    attributes = build_attributes(extras, len(own), n_faces)
+    metadata = describe_file(extras, len(own))
+    faces = indices.reshape(-1, sizes) if isinstance(sizes, int) else (_offsets_of(sizes), indices)
+    return take_over(own, faces, attributes=attributes, metadata=metadata)
+
+
+def _offsets_of(sizes: IndexArray) -> IndexArray:
+    return np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
 
 
 def _add_lines(
     extras: Extras,
     data: bytes,
-    starts: IndexArray,
+    starts: Indices,
     other: BoolArray,
     is_point: BoolArray,
     is_face: BoolArray,
-    n_faces: IndexArray,
+    n_faces: IndexArray | None,
 ) -> None:
-    """Add what the lines say that are neither points nor faces, but `vt` and `vn`."""
+    """Add what the lines say that are neither points nor faces, but `vt` and `vn`.
+
+    n_faces : of each line of faces; None for one
+    """
     byte = np.frombuffer(data, np.uint8)
     first = byte[starts[:-1]]
     read = np.flatnonzero(other & (first != ord("v")) & (first != ord("\n")))
-    faces_before = np.concatenate([[0], np.cumsum(n_faces)])[(np.cumsum(is_face))[read]]
+    faces_before: IndexArray = np.cumsum(is_face, dtype=np.int64)[read]
+    if n_faces is not None:
+        faces_before = _offsets_of(n_faces)[faces_before]
     points_before = np.cumsum(is_point)[read]
     spans = zip(
         *(column.tolist() for column in (starts[read], starts[read + 1], read + 1, points_before, faces_before)),
@@ -187,14 +199,15 @@ def _add_statement(extras: Extras, text: bytes, line: int, points_before: int, f
 
 
 def _add_references(
-    extras: Extras, text: bytes, data: bytes, starts: IndexArray, is_face: BoolArray, corners: IndexArray | None
+    extras: Extras, data: bytes, starts: Indices, is_face: BoolArray, corners: IndexArray | None
 ) -> None:
-    """Add texture coordinates and normals, and which of them each corner of the faces in `text` names."""
+    """Add texture coordinates and normals, and which of them each corner of the faces names."""
     byte = np.frombuffer(data, np.uint8)
     first, second = byte[starts[:-1]], byte[np.minimum(starts[:-1] + 1, len(byte) - 1)]
     is_texcoord, is_normal = ((first == ord("v")) & (second == ord(letter)) for letter in "tn")
     if not (is_texcoord.any() or is_normal.any()):
         return
+    text = _select(data, starts, is_face)
     if text and b"/" not in text:  # no face names them, so their number is enough
         extras.texcoords, extras.normals = (np.empty((int(chosen.sum()), 0)) for chosen in (is_texcoord, is_normal))
         return
@@ -215,7 +228,7 @@ def _add_references(
         setattr(extras, f"{name}_of_corner", references if corners is None else references[corners])
 
 
-def _select(data: bytes, starts: IndexArray, selected: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> bytes:
+def _select(data: bytes, starts: Indices, selected: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> bytes:
     """Return the selected lines of `data`; adjacent lines are copied together."""
     steps = np.diff(selected.astype(np.int8), prepend=0, append=0)
     begins, ends = starts[steps == 1].tolist(), starts[steps == -1].tolist()
@@ -229,6 +242,76 @@ def _parse_table(text: bytes, keyword: bytes, count: int) -> Float64Array:
     if table.shape[1] < 2 or not np.isfinite(table[:, 1:]).all():
         raise ValueError("not regular")
     return table[:, 1:]
+
+
+def _find_lines(byte: npt.NDArray[np.uint8]) -> Indices:
+    """Return where each line starts, and the end of the last one."""
+    dtype = np.uint32 if len(byte) < 2**32 else np.int64
+    ends = [
+        (np.flatnonzero(byte[first : first + _BLOCK_BYTES] == ord("\n")) + (first + 1)).astype(dtype)
+        for first in range(0, len(byte), _BLOCK_BYTES)
+    ]
+    return np.concatenate([np.zeros(1, dtype), *ends])
+
+
+def _select_in_blocks(data: bytes, starts: Indices, selected: BoolArray) -> Iterator[tuple[bytes, int]]:
+    """Yield the selected lines of `data`, some at a time, and how many: their numbers take several times the memory."""
+    first = 0
+    while first < len(selected):
+        last = max(int(np.searchsorted(starts, int(starts[first]) + _BLOCK_BYTES)), first + 1)
+        count = int(selected[first:last].sum())
+        if count:
+            yield _select(data, starts[first : last + 1], selected[first:last]), count
+        first = last
+
+
+def _parse_points(data: bytes, starts: Indices, is_point: BoolArray) -> Float64Array:
+    """Return the numbers of all points; raise ValueError for lines that are not alike."""
+    table = np.empty((0, 0))
+    n_rows = 0
+    for text, count in _select_in_blocks(data, starts, is_point):
+        rows = _parse_table(text, b"v", count)
+        if n_rows == 0:
+            table = np.empty((int(is_point.sum()), rows.shape[1]))
+        elif rows.shape[1] != table.shape[1]:
+            raise ValueError("not regular")
+        table[n_rows : n_rows + count] = rows
+        n_rows += count
+    return table
+
+
+def _parse_all_faces(
+    data: bytes, starts: Indices, is_point: BoolArray, is_face: BoolArray, *, has_lines: bool
+) -> tuple[int | IndexArray, Indices]:
+    """Return the number of corners of each line of faces, or of all of them, and the corners of all.
+
+    Raises ValueError for malformed lines.
+    """
+    sizes: list[IndexArray] = []
+    indices = np.empty(0, np.uint32)
+    n_lines, n_indices, n_all_lines = 0, 0, int(is_face.sum())
+    for text, count in _select_in_blocks(data, starts, is_face):
+        if b"-" in text:
+            n_points_before: IndexArray = np.cumsum(is_point, dtype=np.int64)[is_face]
+            offsets, corners = _parse_relative_faces(_select(data, starts, is_face), n_points_before)
+            return np.diff(offsets), corners
+        offsets, corners = _parse_faces(text, count, has_lines=has_lines)
+        if corners.max() > _MAX_INDEX:
+            raise ValueError("not regular")
+        n_lines, end = n_lines + count, n_indices + len(corners)
+        if end > len(indices):  # as many as there will be if all lines are as long as those so far
+            grown = np.empty(-(-end * n_all_lines // n_lines), np.uint32)
+            grown[:n_indices] = indices[:n_indices]
+            indices = grown
+        indices[n_indices:end] = corners
+        n_indices = end
+        some = np.diff(offsets)
+        sizes.append(np.broadcast_to(some[0], count) if (some == some[0]).all() else some)
+    if not sizes:
+        return np.zeros(0, np.int64), indices
+    first = int(sizes[0][0])
+    is_one_size = all(part.strides == (0,) and part[0] == first for part in sizes)
+    return first if is_one_size else np.concatenate(sizes), indices[:n_indices]
 
 
 def _parse_rows(text: bytes, keyword: bytes, max_width: int = 3) -> Float64Array | None:
@@ -344,16 +427,16 @@ def _has_odd_slashes(role: npt.NDArray[np.int8], slashes: npt.NDArray[np.int8]) 
     return bool(odd.any() or three.any() or n_slashes != int(slashes.sum()) or (len(slashes) and slashes[0] > 0))
 
 
-def _split_lines(offsets: IndexArray, is_line: BoolArray) -> tuple[IndexArray, IndexArray]:
-    """Return the offsets with the rows that are polylines cut into segments, and the corner before for each corner."""
-    sizes = np.diff(offsets)
+def _split_lines(sizes: IndexArray, is_line: BoolArray) -> tuple[IndexArray, IndexArray]:
+    """Return the sizes with the rows that are polylines cut into segments, and the corner before for each corner."""
+    offsets = _offsets_of(sizes)
     n_parts = np.where(is_line, sizes - 1, 1)
     row = np.repeat(np.arange(len(sizes)), n_parts)
     part = np.arange(len(row)) - np.repeat(np.cumsum(n_parts) - n_parts, n_parts)
     part_sizes = np.where(is_line[row], 2, sizes[row])
-    part_offsets = np.concatenate([[0], np.cumsum(part_sizes)])
+    part_offsets = _offsets_of(part_sizes)
     first = offsets[row] + part  # a face has one part, 0
-    return part_offsets, np.repeat(first - part_offsets[:-1], part_sizes) + np.arange(part_offsets[-1])
+    return part_sizes, np.repeat(first - part_offsets[:-1], part_sizes) + np.arange(part_offsets[-1])
 
 
 def _read_lines(data: bytes, tolerance: float | None = None) -> Mesh:
@@ -399,7 +482,7 @@ def _read_lines(data: bytes, tolerance: float | None = None) -> Mesh:
     if not points:
         raise MeshError("no vertices: an OBJ file needs lines such as 'v 0 0 0'")
     indices = np.array(flat, np.int64)
-    offsets = np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)])
+    offsets = _offsets_of(np.array(sizes, np.int64))
     beyond = indices >= len(points)
     if beyond.any():
         corner = int(np.argmax(beyond))
@@ -411,7 +494,7 @@ def _read_lines(data: bytes, tolerance: float | None = None) -> Mesh:
     extras.texcoords = _parse_rows(b"\n".join(rows[b"vt"]), b"vt")
     extras.normals = _parse_rows(b"\n".join(rows[b"vn"]), b"vn")
     extras.texcoord_of_corner, extras.normal_of_corner = np.array(references, np.int64).reshape(-1, 2).T
-    return _build_mesh(points, offsets, indices, extras, tolerance)
+    return _build_mesh(points, np.array(sizes, np.int64), indices, extras, tolerance)
 
 
 def _split_references(word: bytes, n_texcoords: int, n_normals: int) -> tuple[int, int]:

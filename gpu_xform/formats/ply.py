@@ -13,7 +13,7 @@ import numpy.typing as npt
 from .._core.types import IndexArray
 from ..errors import MeshError
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
-from ..geometry.mesh import Mesh
+from ..geometry.mesh import Mesh, take_over
 from ._text import parse_float, parse_numbers, plain_text, without_mark
 from .ply_header import CORNER_LISTS, LINE_END, Element, Header, Property, Statement, group_properties, parse_header
 from .ply_writer import list_losses as list_losses
@@ -24,10 +24,18 @@ Values: TypeAlias = npt.NDArray[np.number]
 
 @dataclass(frozen=True)
 class _Column:
-    """The values of a property in all rows, and the number of values in each row."""
+    """The values of a property, row by row, and the number of values in each row.
 
-    values: Values
+    rows : (n,), or (n, k) in the memory of the file if all rows have k values
+    """
+
+    rows: Values
     sizes: IndexArray
+
+    @property
+    def values(self) -> Values:
+        """All values, one row after the other."""
+        return self.rows.reshape(-1)
 
 
 def read(data: bytes) -> Mesh:
@@ -37,9 +45,10 @@ def read(data: bytes) -> Mesh:
     """
     data = without_mark(data)
     header = parse_header(data)
-    body, elements = data[header.end :], header.elements
+    body: bytes | memoryview = memoryview(data)[header.end :]
+    elements = header.elements
     if header.encoding == "ascii":
-        body, elements = _to_binary(body, header.n_lines, elements)
+        body, elements = _to_binary(bytes(body), header.n_lines, elements)
     _require_room(elements, len(body))
     columns: dict[str, dict[str, _Column]] = {}
     position = 0
@@ -78,12 +87,14 @@ def _require_room(elements: list[Element], n_bytes: int) -> None:
             raise MeshError(f"declares {element.count} rows of {element.name}, more than the rest of the file can hold")
 
 
-def _read_element(body: bytes, position: int, element: Element) -> tuple[dict[str, _Column], int]:
+def _read_element(body: bytes | memoryview, position: int, element: Element) -> tuple[dict[str, _Column], int]:
     """Return the columns of an element that starts at `position`, and the end of the element."""
     return _read_equal_rows(body, position, element) or _read_rows(body, position, element)
 
 
-def _read_equal_rows(body: bytes, position: int, element: Element) -> tuple[dict[str, _Column], int] | None:
+def _read_equal_rows(
+    body: bytes | memoryview, position: int, element: Element
+) -> tuple[dict[str, _Column], int] | None:
     """Return the same as `_read_element` if the lists are as long in every row as in the first, else None."""
     fields: list[tuple[str, np.dtype[np.number]] | tuple[str, np.dtype[np.number], tuple[int]]] = []
     sizes: list[int] = []
@@ -109,13 +120,13 @@ def _read_equal_rows(body: bytes, position: int, element: Element) -> tuple[dict
         if p.count_dtype and not (table[f"n{i}"] == sizes[i]).all():
             return None
     columns = {
-        p.name: _Column(table[f"v{i}"].ravel(), np.full(element.count, sizes[i]))
+        p.name: _Column(table[f"v{i}"], np.broadcast_to(np.int64(sizes[i]), element.count))
         for i, p in enumerate(element.properties)
     }
     return columns, position + element.count * itemsize
 
 
-def _read_rows(body: bytes, position: int, element: Element) -> tuple[dict[str, _Column], int]:
+def _read_rows(body: bytes | memoryview, position: int, element: Element) -> tuple[dict[str, _Column], int]:
     """Return the same as `_read_element`, row by row, because the start of a row depends on those before it."""
     starts: list[list[int]] = [[] for _ in element.properties]
     sizes: list[list[int]] = [[] for _ in element.properties]
@@ -148,7 +159,7 @@ def _read_rows(body: bytes, position: int, element: Element) -> tuple[dict[str, 
     return columns, position
 
 
-def _gather(body: bytes, starts: IndexArray, sizes: IndexArray, dtype: np.dtype[np.number]) -> Values:
+def _gather(body: bytes | memoryview, starts: IndexArray, sizes: IndexArray, dtype: np.dtype[np.number]) -> Values:
     """Return the concatenated runs of `sizes` values that start at `starts`."""
     ends = starts + sizes * dtype.itemsize
     gaps = starts - np.concatenate([np.zeros(1, np.int64), ends])[:-1]
@@ -161,21 +172,25 @@ def _build_mesh(header: Header, columns: dict[str, dict[str, _Column]]) -> Mesh:
     """Return the mesh of the elements."""
     if "vertex" not in columns:
         raise MeshError("the header declares no element vertex")
-    positions = np.stack([_get_scalars(columns, "vertex", axis).astype(np.float64) for axis in "xyz"], axis=1)
+    axes = [_get_scalars(columns, "vertex", axis) for axis in "xyz"]
+    positions = np.empty((len(axes[0]), 3))
+    for column, values in zip(positions.T, axes, strict=True):
+        column[:] = values
     if not np.isfinite(positions).all():
         row = int(np.argmax(~np.isfinite(positions).all(axis=1)))
         raise MeshError(f"vertex {row}: coordinates must be finite, got {positions[row].tolist()}")
-    sizes, indices = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    sizes: list[IndexArray] = [np.zeros(0, np.int64)]
+    indices: list[npt.NDArray[np.integer]] = [np.zeros(0, np.int64)]
     used = {"vertex": {*"xyz"}, "edge": {"vertex1", "vertex2"}, "face": set[str]()}
     if "face" in columns:
         corners = _get_corners(columns["face"], "face")
         used["face"] = {name for name in CORNER_LISTS if columns["face"].get(name) is corners}
         sizes.append(corners.sizes)
-        indices.append(_as_indices(corners.values, "face"))
+        indices.append(_as_indices(corners.rows, "face"))
     n_strip_triangles, n_edges = 0, 0
     if "tristrips" in columns:
         strips = _get_corners(columns["tristrips"], "tristrips")
-        triangles = _split_strips(_as_indices(strips.values, "tristrips"), strips.sizes)
+        triangles = _split_strips(_as_indices(strips.values, "tristrips").astype(np.int64), strips.sizes)
         n_strip_triangles = len(triangles)
         sizes.append(np.full(n_strip_triangles, 3))
         indices.append(triangles.ravel())
@@ -191,13 +206,21 @@ def _build_mesh(header: Header, columns: dict[str, dict[str, _Column]]) -> Mesh:
     }
     face_sizes = sizes[1] if "face" in columns else sizes[0]
     attributes, elements = _sort_columns(header, rest, face_sizes, n_strip_triangles, n_edges)
-    return Mesh.from_offsets(
+    is_table = len(indices) == 2 and indices[1].ndim == 2 and indices[1].shape[1] > 1  # faces of one size, alone
+    return take_over(
         positions,
-        np.concatenate([[0], np.cumsum(np.concatenate(sizes))]),
-        np.concatenate(indices),
+        indices[1] if is_table else _join_faces(sizes, indices),
         attributes=attributes,
         metadata={"ply": _describe_file(header, elements, len(face_sizes) + n_strip_triangles, n_edges)},
     )
+
+
+def _join_faces(
+    sizes: list[IndexArray], indices: list[npt.NDArray[np.integer]]
+) -> tuple[IndexArray, npt.NDArray[np.integer]]:
+    """Return the offsets and indices of lists of faces."""
+    offsets = np.concatenate([[0], np.cumsum(np.concatenate(sizes))])
+    return offsets, np.concatenate([part.reshape(-1) for part in indices])
 
 
 def _describe_file(header: Header, elements: dict[str, Any], n_faces: int, n_edges: int) -> dict[str, Any]:
@@ -358,10 +381,11 @@ def _get_scalars(columns: dict[str, dict[str, _Column]], element: str, name: str
     return column.values
 
 
-def _as_indices(values: Values, element: str) -> IndexArray:
-    """Return values as int64; raise MeshError for a value that is not an integer."""
+def _as_indices(values: Values, element: str) -> npt.NDArray[np.integer]:
+    """Return values as integers, and as a copy in 32 bits if none is negative; raise MeshError for a fraction."""
     if values.dtype.kind == "f":
         wrong = ~(np.abs(values) < 2**53) | (values != np.floor(values))
         if wrong.any():
-            raise MeshError(f"an index of an element {element} must be an integer, got {values[np.argmax(wrong)]}")
-    return values.astype(np.int64)
+            raise MeshError(f"an index of an element {element} must be an integer, got {values.flat[np.argmax(wrong)]}")
+        return values.astype(np.int64)
+    return values.astype(np.int64 if values.min(initial=0) < 0 else np.uint32)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import chain
 from types import MappingProxyType
-from typing import Any, Literal, TypeAlias, TypeVar
+from typing import Any, Literal, TypeAlias, TypeGuard
 
 import numpy as np
 import numpy.typing as npt
@@ -29,12 +29,14 @@ from .attributes import (
     thaw_value,
     transform_attributes,
 )
+from .face_list import FaceList, freeze
+from .face_list import pack_pairs as pack_pairs
+from .face_list import unpack_pairs as unpack_pairs
 from .triangulation import triangulate
 
 FacesLike: TypeAlias = npt.ArrayLike | Sequence[npt.ArrayLike]
 Flip: TypeAlias = Literal["auto"] | bool
 
-_Array = TypeVar("_Array", bound=npt.NDArray[Any])
 _NO_METADATA: Mapping[str, Any] = MappingProxyType({})
 _MAX_POINTS = 2**32 - 1  # `pack_pairs` puts two indices into one uint64
 
@@ -73,9 +75,9 @@ class Mesh(Pictured):
         attributes: AttributesLike | None = None,
         metadata: Mapping[str, Any] | None = None,
     ) -> None:
-        offsets, indices = _flatten_faces(faces)
-        shown = drop_hidden_rows(positions) if len(indices) == 0 else positions
-        self._set(_validate_positions(shown), offsets, indices)
+        face_list = _flatten_faces(faces)
+        shown = drop_hidden_rows(positions) if face_list.n_corners == 0 else positions
+        self._set(_validate_positions(shown), face_list)
         self._set_attributes(attributes, metadata)
 
     @classmethod
@@ -111,11 +113,8 @@ class Mesh(Pictured):
             As `Mesh` does, and if the offsets do not fit the indices.
         """
         mesh = cls.__new__(cls)
-        mesh._set(
-            _validate_positions(positions),
-            np.array(_as_integers(offsets, "offsets", 1)),
-            np.array(_as_integers(indices, "indices", 1)),
-        )
+        starts, corners = _as_int64(offsets, "offsets", 1), _as_integers(indices, "indices", 1)
+        mesh._set(_validate_positions(positions), _list_faces(np.array(starts), corners.view()))
         mesh._set_attributes(attributes, metadata)
         return mesh
 
@@ -136,19 +135,17 @@ class Mesh(Pictured):
         colors = {} if kind is None else {kind: {"color": getattr(mesh.visual, f"{mesh.visual.kind}_colors")}}
         return cls(mesh.vertices, np.asarray(mesh.faces), attributes=colors)
 
-    def _set(self, positions: Float64Array, offsets: IndexArray, indices: IndexArray) -> None:
-        """Validate the indices, and take over the three arrays as read-only ones."""
-        _require_offsets(offsets, len(indices))
-        _require_indices(indices, offsets, len(positions))
-        self._positions = _freeze(positions)
-        self._offsets = _freeze(offsets)
-        self._indices = _freeze(indices)
+    def _set(self, positions: Float64Array, faces: FaceList, *, is_own: bool = False) -> None:
+        """Validate the corners, take over positions, and faces if nobody else holds them, else a copy of these."""
+        _require_indices(faces, len(positions))
+        self._positions = freeze(positions)
+        self._faces = faces if is_own and faces.corners.dtype == np.uint32 else _compact(faces)
 
     def _set_attributes(self, attributes: AttributesLike | None, metadata: Mapping[str, Any] | None) -> None:
         """Validate the attributes, and take them and the metadata over as read-only ones."""
         self._attributes = as_attributes(attributes)
         if self._attributes:
-            require_rows(self._attributes, self.n_points, len(self._indices), self.n_faces)
+            require_rows(self._attributes, self.n_points, self._faces.n_corners, self.n_faces)
         self._metadata = freeze_value(metadata) if metadata else _NO_METADATA
 
     @property
@@ -159,12 +156,12 @@ class Mesh(Pictured):
     @property
     def offsets(self) -> IndexArray:
         """Where each face starts in `indices`: (f + 1,) int64."""
-        return self._offsets
+        return self._faces.offsets
 
     @property
     def indices(self) -> IndexArray:
         """The corners of all faces, one face after the other: (c,) int64."""
-        return self._indices
+        return self._faces.indices
 
     @property
     def attributes(self) -> Attributes:
@@ -184,7 +181,7 @@ class Mesh(Pictured):
     @property
     def n_faces(self) -> int:
         """The number of faces, segments included."""
-        return len(self._offsets) - 1
+        return self._faces.n_faces
 
     @cached_property
     def faces(self) -> IndexArray | tuple[IndexArray, ...]:
@@ -192,26 +189,12 @@ class Mesh(Pictured):
 
         Either way, `len`, `[i]` and iteration give one array per face, and `Mesh(positions, mesh.faces)` accepts it.
         """
-        sizes = np.diff(self._offsets)
-        if len(sizes) == 0:
+        if self.n_faces == 0:
             return ()
+        sizes = np.diff(self.offsets) if self._faces.size is None else np.array([self._faces.size])
         if (sizes == sizes[0]).all():
-            return self._indices.reshape(-1, int(sizes[0]))
-        return tuple(np.split(self._indices, self._offsets[1:-1]))
-
-    @cached_property
-    def _half_edges(self) -> tuple[IndexArray, IndexArray]:
-        """The directed edges of all faces (h, 2), and the face of each (h,)."""
-        starts, ends = self._offsets[:-1], self._offsets[1:]
-        next_corners = np.roll(self._indices, -1)
-        next_corners[ends - 1] = self._indices[starts]
-        edges = np.stack([self._indices, next_corners], axis=1)
-        sizes = np.diff(self._offsets)
-        owners = np.repeat(np.arange(self.n_faces), sizes)
-        reverse = ends[sizes == 2] - 1  # a segment has one edge, not two
-        if len(reverse):
-            edges, owners = np.delete(edges, reverse, axis=0), np.delete(owners, reverse)
-        return _freeze(edges), _freeze(owners)
+            return self.indices.reshape(-1, int(sizes[0]))
+        return tuple(np.split(self.indices, self.offsets[1:-1]))
 
     @property
     def face_edges(self) -> IndexArray:
@@ -220,30 +203,26 @@ class Mesh(Pictured):
         A polygon of k corners gives its k edges (c0, c1), (c1, c2), ..., (ck-1, c0); a segment gives (c0, c1) alone.
         An edge that two faces share appears once for each; `face_edge_faces` holds the face of each row.
         """
-        return self._half_edges[0]
+        return self._faces.half_edges[0]
 
     @property
     def face_edge_faces(self) -> IndexArray:
         """The face of each row of `face_edges`: (h,) int64, ascending."""
-        return self._half_edges[1]
+        return self._faces.half_edges[1]
 
     @cached_property
     def last_face_edges(self) -> IndexArray:
         """The last row of `face_edges` for each edge, in either direction: (m,) int64, ascending."""
         _, from_last = np.unique(pack_pairs(*self.face_edges[::-1].T), return_index=True)
-        return _freeze(np.sort(len(self.face_edges) - 1 - from_last))
+        return freeze(np.sort(len(self.face_edges) - 1 - from_last))
 
-    @cached_property
+    @property
     def edges(self) -> IndexArray:
         """The edges of all faces, each once: (m, 2) int64, lower index first, sorted.
 
         An edge from a point to itself, as a corner repeated in succession makes it, is left out.
         """
-        start, end = self.face_edges.T
-        keys = pack_pairs(start, end)[start != end]
-        keys.sort()
-        keys = keys[np.diff(keys, prepend=keys[:1] - np.uint64(1)) != 0]
-        return _freeze(unpack_pairs(keys))
+        return self._faces.edges
 
     @cached_property
     def bounds(self) -> Float64Array:
@@ -257,7 +236,7 @@ class Mesh(Pictured):
         if self.n_points == 0:
             raise MeshError("a mesh without points has no bounds")
         corners: Float64Array = np.stack([self._positions.min(axis=0), self._positions.max(axis=0)])
-        return _freeze(corners)
+        return freeze(corners)
 
     @cached_property
     def used_positions(self) -> Float64Array:
@@ -265,8 +244,8 @@ class Mesh(Pictured):
         if self.n_faces == 0:
             return self._positions
         is_used = np.zeros(self.n_points, np.bool_)
-        is_used[self._indices] = True
-        return self._positions if is_used.all() else _freeze(self._positions[is_used])
+        is_used[self._faces.corners] = True
+        return self._positions if is_used.all() else freeze(self._positions[is_used])
 
     @cached_property
     def center(self) -> Float64Array:
@@ -278,7 +257,7 @@ class Mesh(Pictured):
             "a mesh without points has no bounds".
         """
         center: Float64Array = 0.5 * self.bounds[0] + 0.5 * self.bounds[1]
-        return _freeze(center)
+        return freeze(center)
 
     def with_attributes(
         self, attributes: AttributesLike | None, *, keep: bool = False, metadata: Mapping[str, Any] | None = None
@@ -304,7 +283,7 @@ class Mesh(Pictured):
             For an attribute with another number of rows.
         """
         mesh = Mesh.__new__(Mesh)
-        mesh._positions, mesh._offsets, mesh._indices = self._positions, self._offsets, self._indices
+        mesh._positions, mesh._faces = self._positions, self._faces
         if keep:
             attributes = self._attributes.updated(as_attributes(attributes))
         mesh._set_attributes(attributes, self._metadata if metadata is None else metadata)
@@ -319,13 +298,14 @@ class Mesh(Pictured):
         -------
         Mesh
         """
-        sizes = np.diff(self._offsets)
-        starts = np.repeat(self._offsets[:-1], sizes)
-        order = np.arange(len(self._indices)) - starts
+        sizes = np.diff(self.offsets)
+        starts = np.repeat(self.offsets[:-1], sizes)
+        order = np.arange(len(starts)) - starts
         order = starts + (np.repeat(sizes, sizes) - order) % np.repeat(sizes, sizes)
         mesh = Mesh.__new__(Mesh)
-        mesh._positions, mesh._offsets = self._positions, self._offsets
-        mesh._indices = _freeze(self._indices[order])
+        mesh._positions = self._positions
+        offsets = None if self._faces.size else self.offsets
+        mesh._faces = FaceList(self._faces.corners[order], size=self._faces.size, offsets=offsets)
         mesh._attributes, mesh._metadata = reorder_corners(self._attributes, order), self._metadata
         return mesh
 
@@ -356,9 +336,13 @@ class Mesh(Pictured):
         """
         m = as_square_matrix(matrix, "matrix", 4)
         require_affine(m, "matrix")
+        if np.array_equal(m, np.eye(4)) and not (np.signbit(self._positions) & (self._positions == 0.0)).any():
+            return move(self, self._positions, m, flip=flip)  # as it is: 0.0 would come of -0.0
         with np.errstate(over="ignore", invalid="ignore"):
-            positions = self._positions @ m[:3, :3].T + m[:3, 3]
-        return move(self, positions, m, flip=flip)
+            positions = self._positions @ m[:3, :3].T
+            positions += m[:3, 3]
+        _require_finite(positions)
+        return move(self, freeze(positions), m, flip=flip)
 
     def to_trimesh(self) -> Any:
         """Return a `trimesh.Trimesh` of the same points, with the polygons as triangles.
@@ -371,7 +355,7 @@ class Mesh(Pictured):
         """
         import trimesh
 
-        corners, _ = triangulate(self._positions, self._offsets, self._indices)
+        corners, _ = triangulate(self._positions, self.offsets, self.indices)
         return trimesh.Trimesh(vertices=self._positions.copy(), faces=corners, process=False)
 
     def __eq__(self, other: object) -> bool:
@@ -379,13 +363,12 @@ class Mesh(Pictured):
             return NotImplemented
         return (
             np.array_equal(self._positions, other._positions)
-            and np.array_equal(self._offsets, other._offsets)
-            and np.array_equal(self._indices, other._indices)
+            and self._faces == other._faces
             and self._attributes == other._attributes
         )
 
     def __reduce__(self) -> tuple[Any, ...]:
-        arrays = self._positions, self._offsets, self._indices
+        arrays = self._positions, self.offsets, self.indices
         if not self._attributes and not self._metadata:
             return Mesh.from_offsets, arrays
         return Mesh._restore, (*arrays, self._attributes, thaw_value(self._metadata))
@@ -412,9 +395,42 @@ def adopt_arrays(
 ) -> Mesh:
     """Return a mesh that takes over finite positions and faces of its points, which are neither copied nor checked."""
     mesh = Mesh.__new__(Mesh)
-    mesh._positions, mesh._offsets, mesh._indices = _freeze(positions), _freeze(offsets), _freeze(indices)
+    mesh._positions, mesh._faces = freeze(positions), FaceList(indices, offsets=offsets)
     mesh._set_attributes(attributes, None)
     return mesh
+
+
+def take_over(
+    positions: Float64Array,
+    faces: npt.NDArray[Any] | tuple[IndexArray, npt.NDArray[Any]],
+    *,
+    attributes: AttributesLike | None = None,
+    metadata: Mapping[str, Any] | None = None,
+) -> Mesh:
+    """Return the mesh of positions (n, 3) that nobody else holds, checked as `Mesh` does, and not copied.
+
+    faces : integers (f, k), or offsets and indices as `Mesh.from_offsets` takes them; uint32 ones are not copied either
+    """
+    mesh = Mesh.__new__(Mesh)
+    _require_finite(positions)
+    mesh._set(positions, _list_faces(*faces) if isinstance(faces, tuple) else _flatten_faces(faces), is_own=True)
+    mesh._set_attributes(attributes, metadata)
+    return mesh
+
+
+def count_corners(mesh: Mesh) -> int:
+    """Return the number of corners of all faces."""
+    return mesh._faces.n_corners
+
+
+def count_edges(mesh: Mesh) -> int:
+    """Return the number of `mesh.edges`."""
+    return len(mesh._faces.edge_keys)
+
+
+def pack_edges(mesh: Mesh) -> npt.NDArray[np.uint32]:
+    """Return `mesh.edges` as uint32 (m, 2), which takes half of their memory, and keeps none."""
+    return mesh._faces.pack_edges()
 
 
 def move(mesh: Mesh, positions: npt.ArrayLike, matrix: Float64Array, *, flip: Flip = "auto") -> Mesh:
@@ -423,26 +439,16 @@ def move(mesh: Mesh, positions: npt.ArrayLike, matrix: Float64Array, *, flip: Fl
         raise ArgumentError.expecting("flip", "be 'auto', True or False", repr(flip))
     linear = matrix[:3, :3]
     moved = Mesh.__new__(Mesh)
-    moved._positions = _freeze(_validate_positions(positions))
-    moved._offsets, moved._indices, moved._metadata = mesh._offsets, mesh._indices, mesh._metadata
+    moved._positions = positions if is_own(positions) else freeze(_validate_positions(positions))
+    moved._faces, moved._metadata = mesh._faces, mesh._metadata
     moved._attributes = transform_attributes(mesh._attributes, linear) if mesh._attributes else NO_ATTRIBUTES
     return moved.reversed() if (sign_of_determinant(matrix) < 0 if flip == "auto" else flip) else moved
 
 
-def pack_pairs(a: IndexArray, b: IndexArray) -> npt.NDArray[np.uint64]:
-    """Return one key per unordered pair of indices, which sorts as the pair with its lower index first: (n,)."""
-    low, high = np.minimum(a, b).astype(np.uint64), np.maximum(a, b).astype(np.uint64)
-    return (low << np.uint64(32)) | high
-
-
-def unpack_pairs(keys: npt.NDArray[np.uint64]) -> IndexArray:
-    """Return the pairs that `pack_pairs` made keys of, the lower index first: (n, 2)."""
-    return np.stack([keys >> np.uint64(32), keys & np.uint64(0xFFFFFFFF)], axis=1).astype(np.int64)
-
-
-def _freeze(array: _Array) -> _Array:
-    array.flags.writeable = False
-    return array
+def is_own(positions: npt.ArrayLike) -> TypeGuard[Float64Array]:
+    """Say whether positions are an array that nobody can write into, as those of meshes are."""
+    is_array = type(positions) is np.ndarray and positions.dtype == np.float64 and positions.ndim == 2
+    return is_array and positions.base is None and not positions.flags.writeable  # type: ignore[union-attr]
 
 
 def _require_unmasked(values: object, name: str) -> None:
@@ -469,19 +475,25 @@ def _validate_positions(positions: npt.ArrayLike) -> Float64Array:
     if len(array) > _MAX_POINTS:
         raise MeshError(f"a mesh holds at most {_MAX_POINTS} points, got {len(array)}")
     result = np.array(array, dtype=np.float64, order="C")
-    if not np.isfinite(result).all():
-        raise MeshError(f"positions must be finite, got {describe_first_non_finite(result)}")
+    _require_finite(result)
     return result
 
 
-def _flatten_faces(faces: FacesLike) -> tuple[IndexArray, IndexArray]:
-    """Return (offsets, indices) of faces given as an array (f, k) or as a list of lists."""
+def _require_finite(positions: Float64Array) -> None:
+    if not np.isfinite(positions).all():
+        raise MeshError(f"positions must be finite, got {describe_first_non_finite(positions)}")
+
+
+def _flatten_faces(faces: FacesLike) -> FaceList:
+    """Return faces given as an array (f, k) or as a list of lists."""
     if isinstance(faces, np.ndarray):
         if faces.size == 0 and faces.ndim < 2:
-            return np.zeros(1, np.int64), np.zeros(0, np.int64)
+            return FaceList(np.zeros(0, np.uint32), offsets=np.zeros(1, np.int64))
         rectangle = _as_integers(faces, "faces", 2)
         count, size = rectangle.shape
-        return np.arange(count + 1) * size, np.array(rectangle).ravel()
+        if count == 0 or size < 2:
+            return _list_faces(np.arange(count + 1) * size, rectangle.ravel())
+        return FaceList(rectangle.reshape(-1), size=size)
     try:
         rows: list[Any] = list(faces)  # type: ignore[arg-type]
         sizes = np.fromiter(map(len, rows), np.int64, len(rows))
@@ -490,11 +502,30 @@ def _flatten_faces(faces: FacesLike) -> tuple[IndexArray, IndexArray]:
         raise MeshError(f"faces must be lists of indices: {error}") from None
     offsets = np.zeros(len(rows) + 1, np.int64)
     np.cumsum(sizes, out=offsets[1:])
-    return offsets, _as_integers(flat, "indices", 1)
+    return _list_faces(offsets, _as_integers(flat, "indices", 1))
 
 
-def _as_integers(values: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
+def _list_faces(offsets: IndexArray, indices: npt.NDArray[Any]) -> FaceList:
+    """Return the faces of offsets and indices; raise MeshError if these do not fit one another."""
+    _require_offsets(offsets, len(indices))
+    sizes = np.diff(offsets)
+    is_one_size = len(sizes) > 0 and bool((sizes == sizes[0]).all())
+    return FaceList(indices, size=int(sizes[0]) if is_one_size else None, offsets=None if is_one_size else offsets)
+
+
+def _compact(faces: FaceList) -> FaceList:
+    """Return faces of valid corners with a copy of these as uint32."""
+    offsets = None if faces.size else faces.offsets
+    return FaceList(faces.corners.astype(np.uint32), size=faces.size, offsets=offsets)
+
+
+def _as_int64(values: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
     """Return `values` as int64 with `ndim` dimensions, not necessarily copied."""
+    return _as_integers(values, name, ndim).astype(np.int64, copy=False)
+
+
+def _as_integers(values: npt.ArrayLike, name: str, ndim: int) -> npt.NDArray[Any]:
+    """Return `values` as integers that int64 holds, with `ndim` dimensions, not necessarily copied."""
     _require_unmasked(values, name)
     try:
         array = np.asarray(values)
@@ -508,7 +539,7 @@ def _as_integers(values: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
         raise MeshError(f"{name} must be integers, got dtype {array.dtype}")
     if array.dtype == np.uint64 and array.max() > np.iinfo(np.int64).max:
         raise MeshError(f"{name} must be integers below 2**63, got {array.max()}")
-    return array.astype(np.int64, copy=False)
+    return array
 
 
 def _require_offsets(offsets: IndexArray, n_indices: int) -> None:
@@ -522,10 +553,11 @@ def _require_offsets(offsets: IndexArray, n_indices: int) -> None:
         raise MeshError(f"face {face} has {sizes[face]} corners, a face needs at least 2")
 
 
-def _require_indices(indices: IndexArray, offsets: IndexArray, n_points: int) -> None:
-    """Raise MeshError unless every index names a point."""
+def _require_indices(faces: FaceList, n_points: int) -> None:
+    """Raise MeshError unless every corner names a point."""
+    indices = faces.corners
     if len(indices) == 0 or (indices.min() >= 0 and indices.max() < n_points):
         return
     corner = int(np.argmax((indices < 0) | (indices >= n_points)))
-    face = int(np.searchsorted(offsets, corner, side="right")) - 1
+    face = int(np.searchsorted(faces.offsets, corner, side="right")) - 1
     raise MeshError(f"face {face} names point {indices[corner]}, outside 0..{n_points - 1} ({n_points} points)")
