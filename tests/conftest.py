@@ -12,7 +12,7 @@ from gpu_xform.gpu.device import GpuDevice, default_gpu_device
 from gpu_xform.raster.names import RASTERIZERS
 from tests.support.browser import Browser
 from tests.support.goldens import FAILURES, FOLDER, Goldens, driver_of
-from tests.support.markers import mark_by_fixtures
+from tests.support.markers import mark_by_dtypes, mark_by_fixtures, params_of
 from tests.support.types import Pixels
 from tests.support.xvfb import Screen
 
@@ -31,11 +31,12 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 @pytest.hookimpl(tryfirst=True)  # before `-m` selects
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     mark_by_fixtures(items)
+    mark_by_dtypes(items)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Skip what needs double precision on an adapter without; fail on lavapipe, which has it."""
-    if item.get_closest_marker("float64") is None:
+    if item.get_closest_marker("float64") is None or params_of(item).get("process_device") == "host":
         return
     device = default_gpu_device()
     if not device.has_float64:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import describe_first_non_finite
+from .._core.arguments import describe_first_non_finite, require_room
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
 
@@ -37,6 +37,7 @@ def as_point_array(array: npt.NDArray[Any]) -> PointArray | None:
     is_plain = type(array) in (np.ndarray, np.memmap)
     if not is_plain or array.ndim != 2 or array.shape[1] != 3 or len(array) < MIN_CLOUD_POINTS:
         return None
+    require_room(array, "models")
     return PointArray(array) if array.dtype.kind in "fiu" and array.dtype.itemsize <= 8 else None
 
 

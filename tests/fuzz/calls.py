@@ -3,6 +3,7 @@
 import argparse
 import os
 import random
+import signal
 import sys
 import tempfile
 import time
@@ -17,6 +18,7 @@ import numpy as np
 import gpu_xform as gx
 
 MAX_CPU_S = 5.0
+ENDLESS_CPU_S = 60.0
 POINTS = np.random.default_rng(0).normal(size=(20, 3))
 CUBE = gx.samples.cube()
 TILE = np.random.default_rng(1).random((9, 8), np.float32)
@@ -71,6 +73,11 @@ ODD: list[Any] = [
 ALLOWED = (gx.errors.GpuXformError, OSError)
 
 
+def stop_endless_call(*_: object) -> None:
+    """Raise, when a call has taken ENDLESS_CPU_S of a processor, what is no error of gpu_xform."""
+    raise AssertionError("the call did not end")
+
+
 def main() -> int:
     """Call for some seconds; print what was found, and return how many calls broke the promise, at most 1."""
     parser = argparse.ArgumentParser()
@@ -81,6 +88,7 @@ def main() -> int:
     outcomes: Counter[str] = Counter()
     broken: dict[str, str] = {}
     warnings.simplefilter("ignore")
+    signal.signal(signal.SIGPROF, stop_endless_call)
     with tempfile.TemporaryDirectory() as folder:
         os.chdir(folder)
         gx.save_mesh(CUBE, "cube.obj")
@@ -90,6 +98,7 @@ def main() -> int:
             for argument in rng.sample(list(right), min(len(right), rng.choice((1, 1, 1, 2)))):
                 changed[argument] = rng.choice(ODD)
             begin, what = time.process_time(), ""
+            signal.setitimer(signal.ITIMER_PROF, ENDLESS_CPU_S)
             try:
                 function(**(right | changed))
                 outcomes["result"] += 1

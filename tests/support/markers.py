@@ -1,10 +1,14 @@
 """Markers that follow from the fixtures of a test."""
 
 from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 MARKING_FIXTURES = ("browser", "screen")
+COMPUTING = Path(__file__).parents[1] / "compute"  # tests whose parameters say what an adapter computes with
 
 
 def mark_by_fixtures(items: Iterable[pytest.Item]) -> None:
@@ -13,3 +17,22 @@ def mark_by_fixtures(items: Iterable[pytest.Item]) -> None:
         for fixture in MARKING_FIXTURES:
             if fixture in getattr(item, "fixturenames", ()):
                 item.add_marker(fixture)
+
+
+def mark_by_dtypes(items: Iterable[pytest.Item]) -> None:
+    """Give every test of computations that has float64 among its parameters the marker `float64`; not on the host."""
+    for item in items:
+        parameters = params_of(item)
+        is_double = any(map(is_float64, parameters.values()))
+        if is_double and parameters.get("process_device") != "host" and COMPUTING in item.path.parents:
+            item.add_marker("float64")
+
+
+def params_of(item: pytest.Item) -> dict[str, Any]:
+    """Return the parameters of a test."""
+    return getattr(getattr(item, "callspec", None), "params", {})
+
+
+def is_float64(value: Any) -> bool:
+    """Tell whether a parameter is the type of double precision."""
+    return value is np.float64 or (isinstance(value, str) and value in ("float64", "f64", ">f8", "<f8"))

@@ -52,6 +52,7 @@ def set_most_direct_taps(monkeypatch: pytest.MonkeyPatch, n: float) -> None:
         monkeypatch.setattr(f"gpu_xform.compute.convolution.fourier.{name}", n)
 
 
+@pytest.mark.float64
 @settings(max_examples=16)
 @given(SHAPES, KERNELS, st.sampled_from(BORDERS), st.sampled_from([np.float32, np.float64]), st.integers(0, 4), SEEDS)
 def test_floats_are_those_of_float64(
@@ -137,6 +138,7 @@ def test_a_white_pixel_becomes_the_kernel_and_by_correlation_the_flipped_one() -
     assert np.count_nonzero(convolved) == np.count_nonzero(correlated) == kernel.size
 
 
+@pytest.mark.float64
 @given(SHAPES, st.sampled_from(["float32", "float64", "uint8", "uint16"]), SEEDS)
 def test_the_identity_changes_nothing(shape: tuple[int, int], dtype: str, seed: int) -> None:
     image = some_image(shape, dtype, seed)
@@ -152,6 +154,7 @@ def test_a_one_beside_the_origin_shifts(shape: tuple[int, int], down: int, right
     assert np.array_equal(gx.convolve(image, kernel, border="wrap"), np.roll(image, (down - 2, right - 2), axis=(0, 1)))
 
 
+@pytest.mark.float64
 @given(SHAPES, st.floats(-3, 3), SEEDS)
 def test_it_is_linear(shape: tuple[int, int], factor: float, seed: int) -> None:
     first, second = some_image(shape, np.float64, seed), some_image(shape, np.float64, seed + 1)
@@ -172,6 +175,7 @@ def test_it_commutes_with_translation(
     assert np.array_equal(moved, np.roll(gx.convolve(image, kernel, border="wrap"), (down, right), axis=(0, 1)))
 
 
+@pytest.mark.float64
 @given(SHAPES, st.sampled_from([(1, 3), (3, 4), (9, 11), (12, 8)]), SEEDS)
 def test_wrapped_around_it_keeps_the_sum(shape: tuple[int, int], sides: tuple[int, int], seed: int) -> None:
     image, kernel = some_image(shape, np.float64, seed), some_kernel(sides, seed)
@@ -180,6 +184,7 @@ def test_wrapped_around_it_keeps_the_sum(shape: tuple[int, int], sides: tuple[in
     assert abs(result.sum() - kernel.sum() * image.sum()) <= 1e-14 * size
 
 
+@pytest.mark.float64
 @given(SHAPES, st.sampled_from([(3, 3), (9, 11), (11, 8)]), st.sampled_from([np.float32, np.float64]), SEEDS)
 def test_a_column_and_a_row_are_their_product(
     shape: tuple[int, int], sides: tuple[int, int], dtype: npt.DTypeLike, seed: int
@@ -414,6 +419,7 @@ class TestAlpha:
 
 
 class TestLinear:
+    @pytest.mark.float64
     def test_light_is_averaged(self) -> None:
         """Half of white light is sRGB 188, not 128."""
         image = np.zeros((4, 4), np.uint8)
@@ -543,6 +549,7 @@ def test_nothing_is_written_if_an_argument_is_wrong() -> None:
     assert all((each == 7).all() for each in out)
 
 
+@pytest.mark.float64
 def test_edges_and_zeros_may_be_wider_than_the_image() -> None:
     image = some_image((3, 4), np.float64)
     for border in ("edge", "constant"):
