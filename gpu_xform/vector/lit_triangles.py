@@ -89,13 +89,14 @@ def light_at_corners(polygons: RaggedPolygons, clip_positions: Float64Array, lig
     clip_positions, light : (t, 3, 4) and (t, 3) of the triangles
     """
     # Within a triangle, light is linear in x, y and w of clip space: by Cramer's rule, as cross products.
-    a, b, c = clip_positions[..., [0, 1, 3]].transpose(1, 0, 2)
+    largest = np.abs(clip_positions).max(initial=0.0) or 1.0  # of which no products overflow, or vanish
+    a, b, c = clip_positions[..., [0, 1, 3]].transpose(1, 0, 2) / largest
     rows = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=1)
     determinants = np.einsum("ti,ti->t", a, rows[:, 0])
     is_flat = determinants == 0.0  # seen edge-on
     coefficients = np.einsum("tci,tc->ti", rows, light) / np.where(is_flat, 1.0, determinants)[:, np.newaxis]
     corner_owners = np.repeat(polygons.owners, np.diff(polygons.offsets))
-    values = np.einsum("ci,ci->c", coefficients[corner_owners], polygons.corners[:, [0, 1, 3]])
+    values = np.einsum("ci,ci->c", coefficients[corner_owners], polygons.corners[:, [0, 1, 3]] / largest)
     within = np.clip(values, light.min(axis=1)[corner_owners], light.max(axis=1)[corner_owners])
     result: Float64Array = np.where(is_flat[corner_owners], light.mean(axis=1)[corner_owners], within)
     return result

@@ -187,6 +187,15 @@ def test_svg_has_gradients_that_show_what_pixels_do() -> None:
     assert np.nanmax(off) <= 4.0
 
 
+@pytest.mark.parametrize("scale", [1e-150, 1e200])
+def test_models_of_any_size_are_lit_alike(scale: float) -> None:
+    style: dict[str, Any] = {"fill": "tan", "shading": "smooth", "color": "none", "size": SIZE}
+    usual, other = (gx.render_svg(BALL.transformed(matrices.scale(s)), **style) for s in (1.0, scale))
+    assert other.count("<linearGradient") == pytest.approx(usual.count("<linearGradient"), abs=2)
+    pictures = [gx.render_array(BALL.transformed(matrices.scale(s)), **style).astype(int) for s in (1.0, scale)]
+    assert (np.abs(pictures[0] - pictures[1]).max(axis=2) > 2).mean() < 0.01
+
+
 def test_gradients_of_sheets_and_of_several_documents_are_told_apart() -> None:
     one, other = (gx.render_svg(BALL, **STYLE | {"transform": matrices.rotate_y(a)}) for a in (0.0, 1.0))
     names = [set(re.findall(r'<linearGradient id="(\S+)"', text)) for text in (one, other)]
