@@ -267,7 +267,7 @@ class _Page:
         described = describe_layers(self.layers, self.frames, widths, store)
         scene = {
             **described,
-            "camera": self._describe_camera(),
+            "camera": self._describe_camera(store),
             "background": list(self.background),
             "help": self._list_keys(),
         }
@@ -298,12 +298,12 @@ class _Page:
         )
         return picture, widths
 
-    def _describe_camera(self) -> dict[str, object]:
+    def _describe_camera(self, store: ArrayStore) -> dict[str, object]:
         width, height = self.frame.size
         camera = self.frame.camera
         if isinstance(camera, Camera):
-            return describe_camera(camera, {}, self.layers, self.frames, width / height)
-        return describe_camera(None, fit_options(camera), self.layers, self.frames, width / height)
+            return describe_camera(camera, {}, self.layers, self.frames, width / height, store)
+        return describe_camera(None, fit_options(camera), self.layers, self.frames, width / height, store)
 
     def _list_keys(self) -> list[list[str]]:
         """Return the rows of the list of keys: names, what they do, and the key that a click stands for, if any."""

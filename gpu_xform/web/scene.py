@@ -182,9 +182,14 @@ def _describe_normals(layer: Layer, source: MeshSource, store: ArrayStore) -> in
 
 
 def describe_camera(
-    camera: Camera | None, options: dict[str, Any], layers: Sequence[Layer], frames: Frames, aspect: float
+    camera: Camera | None,
+    options: dict[str, Any],
+    layers: Sequence[Layer],
+    frames: Frames,
+    aspect: float,
+    store: ArrayStore,
 ) -> dict[str, Any]:
-    """Return the first view, and the sphere around the models in all frames.
+    """Return the first view, and the sphere around the models in all frames; arrays go to `store`.
 
     camera : None to fit one to windows of any aspect, by `options`
     """
@@ -203,7 +208,7 @@ def describe_camera(
         points = np.unique(np.concatenate(extremes), axis=0)
         first = Orbit.from_camera(Camera.fit(points, **options), aspect, bounds)
         described["fit"] = _describe_options(options)
-        described["points"] = points.ravel().tolist()
+        described["points"] = store.add_floats(points)
     else:
         first = Orbit.from_camera(camera, aspect, bounds)
     described["orbit"] = {

@@ -1,5 +1,6 @@
 """`save_page`: what the file holds, and what is refused before it is written."""
 
+import gzip
 import re
 from pathlib import Path
 from typing import Any
@@ -10,6 +11,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError, SizeWarning
 from gpu_xform.web import page as web_page
+from gpu_xform.web.mesh_data import GRID_STEPS
 from tests.web.test_arrays import decode
 
 CUBE = gx.samples.cube()
@@ -31,6 +33,17 @@ def test_a_page_has_its_title_and_a_poster_that_needs_no_script(page: str) -> No
     title = "A &quot;cube&quot; &amp; &lt;more&gt;"
     assert f"<title>{title}</title>" in page
     assert re.search(rf'<img id="poster" alt="{title}" src="data:image/(webp|png);base64,[^"]+">', page)
+
+
+def test_a_page_without_models_is_sent_as_40_kb_and_the_models_add_little(page: str, tmp_path: Path) -> None:
+    before, after = page.split('id="scene">')
+    assert len(gzip.compress((before + after.split("<", 1)[1]).encode())) <= 40 << 10
+    ring = gx.samples.torus(60, 40)
+    gx.save_page(ring, tmp_path / "ring.html", size=(32, 32))
+    scene = (tmp_path / "ring.html").read_text("utf-8").split('id="scene">')[1].split("<")[0]
+    grid = np.rint(ring.positions * GRID_STEPS).astype(np.int32)
+    plain = len(gzip.compress(grid.tobytes())) + len(gzip.compress(ring.indices.astype(np.uint16).tobytes()))
+    assert len(scene) <= 1.1 * plain
 
 
 def test_a_page_is_called_as_its_model_is(tmp_path: Path) -> None:

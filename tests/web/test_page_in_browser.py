@@ -11,6 +11,8 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.gpu.wgsl import installed_sources
+from gpu_xform.viewer.controls import Controls, InitialView
+from gpu_xform.viewer.orbit import BoundingSphere
 from gpu_xform.web import program
 from tests.support.browser import Browser
 from tests.support.wgsl import VARIANTS
@@ -120,6 +122,43 @@ def test_keys_change_the_style_and_the_view_as_in_the_window(page: Browser) -> N
     assert np.array_equal(read_pixels(page), first)
 
 
+POINTER = """
+const {controls} = livePage, [w, h] = controls.size;
+const event = (x, y, more) => ({pointerId: 1, offsetX: x, offsetY: y, button: 0, buttons: 1, ...more});
+const drag = (from, to, more) => {
+    controls.fingers.set(1, {at: from, pans: Boolean(more.shiftKey)});
+    controls.move(event(...to, more));
+    controls.release(event(...to, more));
+};
+drag([10, 20], [40, 25], {});
+drag([30, 40], [50, 35], {shiftKey: true});
+controls.wheel({...event(30, 70), deltaY: 150, deltaMode: 0, preventDefault() {}});
+const matrix = controls.orbit.clipFromWorld(w / h);
+livePage.press("r");
+return matrix;
+"""
+
+
+@pytest.mark.browser
+def test_the_pointer_moves_the_view_as_in_the_window(page: Browser) -> None:
+    camera, points = gx.Camera.fit(RING), RING.positions
+    window = Controls(InitialView(camera, BoundingSphere.around(points), lambda: points, gx.Layer(RING), "white", None))
+
+    def send(kind: str, x: float, y: float, **more: Any) -> None:
+        event = {"event_type": kind, "x": x, "y": y, "button": 1, "buttons": (1,), "modifiers": (), **more}
+        window.handle(event, SIZE)
+
+    for start, end, modifiers in (((10, 20), (40, 25), ()), ((30, 40), (50, 35), ("Shift",))):
+        send("pointer_down", *start, modifiers=modifiers)
+        send("pointer_move", *end, modifiers=modifiers)
+        send("pointer_up", *end, modifiers=modifiers)
+    send("wheel", 30, 70, dy=150.0)
+    assert window.view.orbit is not None
+    expected = window.view.orbit.camera.clip_from_world(SIZE[0] / SIZE[1])
+    found = np.array(page.driver.execute_script(POINTER))
+    assert np.allclose(found[[0, 1, 3]], expected[[0, 1, 3]], rtol=1e-5, atol=1e-5)
+
+
 @pytest.mark.browser
 def test_imports_are_resolved_alike_in_both_languages(page: Browser) -> None:
     sources = installed_sources()
@@ -159,3 +198,22 @@ def test_without_scripts_the_poster_is_shown(browser: Browser, tmp_path: Path) -
         browser.driver.execute_cdp_cmd("Emulation.setScriptExecutionDisabled", {"value": False})
     picture = gx.render_array(gx.samples.house(), size=SIZE, fill="gold").astype(int)
     assert np.abs(shown.astype(int) - picture).mean() < 8
+
+
+@pytest.mark.browser
+def test_an_animation_plays_and_a_lost_driver_leaves_a_canvas(webgpu: Browser, tmp_path: Path) -> None:
+    turns = [gx.rotate_y(0.5 * k) for k in range(3)]
+    house = gx.samples.house()
+    camera = gx.Camera.fit(house)
+    gx.save_page(house, tmp_path / "house.html", turns, fps=50, size=SIZE, camera=camera, hidden="remove")
+    assert open_page(webgpu, tmp_path / "house.html") == "WebGPU"
+    picture = gx.render_array(
+        house, transform=turns[2], size=SIZE, camera=camera, hidden="remove", rasterizer="compute"
+    )
+    assert largest_difference(read_pixels(webgpu, frame=2), picture) <= TOLERANCE
+    webgpu.driver.execute_script("livePage.press(' ')")
+    webgpu.wait_for("livePage.player.frame === 2")
+    webgpu.driver.execute_script("livePage.player.stop(); livePage.player.show(2); livePage.renderer.device.destroy()")
+    webgpu.wait_for("document.documentElement.dataset.renderer === 'Canvas 2D'")
+    difference = np.abs(read_pixels(webgpu).astype(int) - picture)
+    assert (difference.max(axis=-1) > 96).mean() < 0.02

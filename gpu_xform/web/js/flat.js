@@ -188,8 +188,9 @@ export function openFlat(canvas) {
   }
 
   async function readPixels(list, view, constants) {
-    draw(list, view, constants);
-    return new Uint8Array(context.getImageData(0, 0, ...view.size).data.buffer);
+    const beside = new OffscreenCanvas(...view.size); // the canvas of the page has another size
+    openFlat(beside).draw(list, view, constants);
+    return new Uint8Array(beside.getContext("2d").getImageData(0, 0, ...view.size).data.buffer);
   }
 
   return { name: "Canvas 2D", draw, readPixels, maxPixels: Infinity, whenDone: async () => {}, whenLost: new Promise(() => {}) };

@@ -23,7 +23,8 @@ function readScene({ arrays, ...scene }) {
     ...layer, mesh: meshes[layer.mesh], worlds: read(layer.matrices), ownEdges: read(layer.ownEdges), cornerNormals: read(layer.cornerNormals),
     colors: colored(layer.colors), fill: colored(layer.fill),
   }));
-  return { ...scene, layers };
+  const { camera } = scene;
+  return { ...scene, layers, camera: { ...camera, points: read(camera.points ?? null) } };
 }
 
 function matricesAt({ worlds, nInstances }, frame) {
@@ -179,7 +180,7 @@ export async function openPage(program, text, inflate, document) {
     const shown = readScene(other), matrix = firstMatrix(shown.camera, size[0] / size[1]);
     return renderer.readPixels(...describe(size, 1, 0, matrix, shown), constants);
   };
-  Object.assign(page, { press, player, controls, redraw });
+  Object.assign(page, { press, player, controls, redraw, drawNow: draw });
   await open();
   return page;
 }
