@@ -89,7 +89,7 @@ def _read_parts(document: Document, accessors: Accessors, scale: float) -> list[
             (
                 accessors.floats(get_count(face["attributes"], "POSITION"), "VEC3"),
                 accessors.floats(get_count(face["attributes"], "NORMAL"), "VEC3"),
-                accessors.indices(get_count(face, "indices")).reshape(-1, 3),
+                accessors.indices(get_count(face, "indices")).astype(np.int64).reshape(-1, 3),
             )
             for face in faces
         ]
