@@ -102,6 +102,7 @@ UNSEEN = {
     "--sheet": "lays all models out on a contact sheet",
     "--update-references": "writes references",
     "--help": "prints help",
+    "--verbose": "prints what is done",
 }
 
 

@@ -9,6 +9,7 @@ from .._core.types import Float64Array
 from ..errors import ArgumentError
 from .camera_options import make_camera, require_one_camera
 from .options import STYLE
+from .stage_times import report_stage
 
 if TYPE_CHECKING:
     from ..device import Device
@@ -38,7 +39,10 @@ def choose_device(options: Namespace) -> "Device":
     """Return the device of --adapter, without it the default one."""
     from ..device import Device, default_device
 
-    return default_device() if options.adapter is None else Device(options.adapter)
+    with report_stage("opened") as details:
+        device = default_device() if options.adapter is None else Device(options.adapter)
+        details.append(str(device))
+    return device
 
 
 def collect_style_arguments(options: Namespace) -> dict[str, Any]:

@@ -15,6 +15,7 @@ from .._core.error_context import prefix_errors
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from .paths import STDIO, file_type
+from .stage_times import format_size, report_stage
 from .streams import get_binary_stream, name_file_in_errors
 
 if TYPE_CHECKING:
@@ -39,21 +40,27 @@ def read_mesh(
             posed = scene.posed(pose)
         with name_file_in_errors(path):
             return merge_scene(posed)
-    return load_mesh(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
+    with report_stage(f"read {path}") as details:
+        mesh = load_mesh(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
+        details.append(f"{mesh.n_points:,} points, {mesh.n_faces:,} faces")
+    return mesh
 
 
 def read_scene(path: str, declared_type: str | None) -> "Scene":
     """Read the scene in `path`."""
     from ..formats import load_scene
 
-    return load_scene(open_source(path), file_type=file_type(path, declared_type))
+    with report_stage(f"read {path}") as details:
+        scene = load_scene(open_source(path), file_type=file_type(path, declared_type))
+        details.append(f"{len(scene):,} nodes")
+    return scene
 
 
 def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:
     """Write a mesh to `path`."""
     from ..formats import save_mesh
 
-    with name_file_in_errors(path):
+    with report_stage(f"wrote {path}"), name_file_in_errors(path):
         save_mesh(mesh, open_target(path), file_type=file_type)
 
 
@@ -77,6 +84,13 @@ def read_matrix_stack(path: str, count: str) -> npt.NDArray[Any]:
 
 def read_array(path: str) -> npt.NDArray[Any]:
     """Read the array in an .npy file."""
+    with report_stage(f"read {path}") as details:
+        array = _read_npy(path)
+        details.append(f"{array.dtype} {array.shape}")
+    return array
+
+
+def _read_npy(path: str) -> npt.NDArray[Any]:
     try:
         return npy.read_array(get_binary_stream("stdin").read() if path == STDIO else Path(path).read_bytes())
     except ValueError as error:
@@ -87,7 +101,7 @@ def read_array(path: str) -> npt.NDArray[Any]:
 
 def write_array(array: npt.NDArray[Any], path: str) -> None:
     """Write a C-ordered array to an .npy file."""
-    with _open_output(path) as file:
+    with report_stage(f"wrote {path}"), _open_output(path) as file:
         npy.write_array(array, file)
 
 
@@ -142,12 +156,14 @@ def read_labels(path: str) -> "list[str] | dict[int | tuple[float, float, float]
 
 def write_picture(picture: "Image | str | bytes", path: str, *, make_folders: bool) -> None:
     """Write an image as PNG, and a document as it is."""
-    data = _encode(picture)
-    if make_folders:
-        Path(path).parent.mkdir(parents=True, exist_ok=True)
-    with _open_output(path) as file:
-        # Not by Pillow, which reports every failure to write as an encoder error.
-        file.write(data)
+    with report_stage(f"wrote {path}") as details:
+        data = _encode(picture)
+        if make_folders:
+            Path(path).parent.mkdir(parents=True, exist_ok=True)
+        with _open_output(path) as file:
+            # Not by Pillow, which reports every failure to write as an encoder error.
+            file.write(data)
+        details.append(format_size(len(data)))
 
 
 def _encode(picture: "Image | str | bytes") -> bytes:

@@ -17,6 +17,7 @@ from .outcome import Outcome
 from .outputs import PlannedPicture
 from .read_layers import read_layers
 from .reports import RunFacts, embed_images, write_reports
+from .stage_times import report_stage
 from .streams import print_stderr
 from .web_pages import make_web_page
 
@@ -142,7 +143,8 @@ def _make_picture(
             if sheet is not None and not (picture.written_paths or picture.reference or options.report):
                 outcome.status = "drawn"
                 return
-            drawn = _find_renderer(options, picture.file_type)(layers, **arguments)
+            with report_stage(f"drew {picture.output or picture.reference}"):
+                drawn = _find_renderer(options, picture.file_type)(layers, **arguments)
         _finish_picture(options, outcome, drawn)
     finally:
         outcome.time_s = time.perf_counter() - start

@@ -466,6 +466,12 @@ def add_general_options(parser: argparse.ArgumentParser, *, adapter: bool, raste
             help=f"how edges become pixels: {', '.join(others)} or {last} "
             "(default: $GPU_XFORM_RASTERIZER, else the faster one)",
         )
+    group.add_argument(
+        "-v",
+        "--verbose",
+        action="store_true",
+        help="print on standard error which files are read and written, on which adapter, and how long each stage took",
+    )
     group.add_argument("-h", "--help", action="help", help="print this help")
     return group
 

@@ -19,6 +19,7 @@ from ..layer_option import parse_layer
 from ..option_errors import name_options_in_errors
 from ..paths import expand_globs, require_type
 from ..read_layers import read_layers, read_style
+from ..stage_times import report_stage
 from ..web_pages import LEFT_OUT, find_given
 
 if TYPE_CHECKING:
@@ -142,6 +143,12 @@ def _require_live(options: argparse.Namespace) -> None:
 
 
 def _save(made: "Animation", options: argparse.Namespace) -> None:
+    with report_stage(f"drew and wrote {options.output}") as details:
+        details.append(f"{len(made)} frames")
+        _write(made, options)
+
+
+def _write(made: "Animation", options: argparse.Namespace) -> None:
     if options.live:
         from ...web.page import save_page
 

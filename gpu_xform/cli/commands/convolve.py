@@ -11,6 +11,7 @@ from .. import options as groups
 from ..arguments_from_options import choose_device
 from ..image_files import FORMATS, read_image, require_image_type, write_image
 from ..paths import require_target
+from ..stage_times import report_stage
 
 USAGE = "IN OUT (--gaussian S | --kernel NAME | ...) [options]"
 DESCRIPTION = """\
@@ -79,24 +80,28 @@ def run(options: argparse.Namespace) -> int:
     """Convolve an image."""
     require_target(options.output)
     require_image_type(options.output)
-    image = read_image(options.input)
+    with report_stage(f"read {options.input}"):
+        image = read_image(options.input)
     from ...compute.convolution.convolve import convolve, correlate
 
     kernel = _choose_kernel(options)
     total = np.outer(*kernel).sum() if isinstance(kernel, tuple) else kernel.sum()
     apply = correlate if options.correlate else convolve
+    device = choose_device(options)
     try:
-        result = apply(
-            image,
-            kernel,
-            border=options.border,
-            alpha=options.alpha or ("premultiplied" if total > 0.0 else "keep"),
-            linear=options.linear,
-            device=choose_device(options),
-        )
+        with report_stage("convolved"):
+            result = apply(
+                image,
+                kernel,
+                border=options.border,
+                alpha=options.alpha or ("premultiplied" if total > 0.0 else "keep"),
+                linear=options.linear,
+                device=device,
+            )
     except ArgumentError as error:
         raise ArgumentError(f"{options.input}: {error}") from None
-    write_image(result, options.output)
+    with report_stage(f"wrote {options.output}"):
+        write_image(result, options.output)
     return 0
 
 

@@ -22,6 +22,7 @@ from ..arguments_from_options import (
 )
 from ..option_errors import name_options_in_errors
 from ..read_layers import read_style
+from ..stage_times import report_stage
 
 if TYPE_CHECKING:
     from ...device import Device
@@ -232,7 +233,8 @@ def run(options: argparse.Namespace) -> int:
         _require_options(options, CLOTH_OPTIONS if options.model == HAIR else HAIR_OPTIONS)
         device = require_gpu_device(choose_device(options))  # which draws the frames: say so before they are made
         simulation = make(options, style, device)
-        with show_progress(f"{options.model}: simulation", " frames") as progress:
+        label = f"{options.model}: simulation"
+        with report_stage(f"simulated {options.model}"), show_progress(label, " frames") as progress:
             path = simulation.springs.simulate(
                 options.duration,
                 options.fps,
@@ -253,15 +255,16 @@ def run(options: argparse.Namespace) -> int:
             return scene
 
         arguments = collect_picture_arguments(options, [Layer(path.meshes()[0])], device)
-        animation.animate(
-            stage(0),
-            stage,
-            options.output,
-            n_frames=len(path),
-            fps=options.fps,
-            rasterizer=options.rasterizer,
-            **arguments,
-        )
+        with report_stage(f"drew and wrote {options.output}"):
+            animation.animate(
+                stage(0),
+                stage,
+                options.output,
+                n_frames=len(path),
+                fps=options.fps,
+                rasterizer=options.rasterizer,
+                **arguments,
+            )
     return 0
 
 

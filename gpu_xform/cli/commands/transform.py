@@ -19,6 +19,7 @@ from .. import options as groups
 from ..arguments_from_options import choose_device, compose_transforms
 from ..path_templates import PLACEHOLDERS
 from ..paths import STDIO, expand_globs, file_type, require_target, require_type
+from ..stage_times import report_stage
 from ..streams import name_file_in_errors, print_stderr, raise_warnings
 
 AFFINE_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
@@ -245,7 +246,9 @@ def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: s
         return
     mesh = files.read_mesh(options.input, options.file_type, options.tolerance, options.pose)
     run = project_points if options.project else transform_points
-    positions = run(mesh.positions, matrix, device=choose_device(options))
+    device = choose_device(options)
+    with report_stage("transformed"):
+        positions = run(mesh.positions, matrix, device=device)
     if options.project:
         mesh = _without_directions(mesh)
     try:
@@ -306,7 +309,8 @@ def _stream(options: argparse.Namespace, matrix: Float64Array) -> None:
         matrix = _as_3x3(matrix) if ZarrSource(options.input).n_columns == 2 else matrix
     device = None if has_workers else choose_device(options)
     try:
-        with progress.show_progress(options.output, " points", scaled=True) as move:
+        label = f"read {options.input}, transformed, wrote {options.output}"
+        with report_stage(label), progress.show_progress(options.output, " points", scaled=True) as move:
             transform_file(
                 options.input,
                 options.output,
@@ -339,7 +343,10 @@ def _transform_whole_array(options: argparse.Namespace, matrix: Float64Array) ->
     if points.shape[-1] == 2:
         matrix = _as_3x3(matrix)
     run = project_points if options.project else transform_points
-    files.write_array(run(points, matrix, device=choose_device(options)), options.output)
+    device = choose_device(options)
+    with report_stage("transformed"):
+        moved = run(points, matrix, device=device)
+    files.write_array(moved, options.output)
 
 
 def _as_3x3(matrix: Float64Array) -> Float64Array:
