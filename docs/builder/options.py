@@ -79,6 +79,7 @@ PLAIN: dict[str, tuple[str, str]] = {
     "--margin": ("house.obj --paper 85x60mm", "--margin 20mm"),
     "--units": ("house.obj --paper 85x60mm --drawing-scale 1:1 --units cm", "--units mm"),
     "--dpi": ("house.obj --line-width 0.5mm", "--dpi 250"),
+    "--pose": ("arm.urdf --up +Z --hidden remove", "--pose elbow=60deg"),
     "--tolerance": ("curved.obj --hidden remove", "--tolerance 0.3"),
 }
 
@@ -106,6 +107,19 @@ UNSEEN = {
 }
 
 
+# A robot of two boxes and the joint between them.
+ARM = """\
+<robot name="arm">
+  <link name="upper"><visual><origin xyz="0 0 0.5"/><geometry><box size="0.2 0.2 1"/></geometry></visual></link>
+  <link name="lower"><visual><origin xyz="0 0 0.4"/><geometry><box size="0.14 0.14 0.8"/></geometry></visual></link>
+  <joint name="elbow" type="revolute">
+    <parent link="upper"/><child link="lower"/><origin xyz="0 0 1"/><axis xyz="0 1 0"/>
+    <limit lower="-2" upper="2" effort="1" velocity="1"/>
+  </joint>
+</robot>
+"""
+
+
 def write_models(folder: Path) -> None:
     """Write the models and arrays that the commands of this page name."""
     gx.save_mesh(gx.samples.house(), folder / "house.obj")
@@ -131,6 +145,7 @@ def write_models(folder: Path) -> None:
         np.save(folder / f"{name}.npy", cycle[np.arange(count) % 4])
     np.save(folder / "places.npy", np.array([gx.translate(2.6 * k, 0, -1.5 * k) for k in range(4)]))
     (folder / "curved.obj").write_text(_curved_sheet(), "utf-8")
+    (folder / "arm.urdf").write_text(ARM, "utf-8")
 
 
 def _curved_sheet() -> str:
