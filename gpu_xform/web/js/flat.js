@@ -73,10 +73,10 @@ class DepthBuffer {
 }
 
 function fillDepths(buffer, drawables, projected, list) {
-  drawables.forEach(({ faces, mesh }, i) => {
+  drawables.forEach(({ faces }, i) => {
     if (!faces) return;
     const { triangles, colorIndices, firstColor } = faces;
-    projected[i].forEach((points, instance) => {
+    projected[i].forEach(points => {
       for (let t = 0; 3 * t < triangles.length; t++) {
         const index = colorIndices ? (colorIndices.length === 1 ? 0 : colorIndices[t]) : 0;
         const color = colorIndices ? list.palette[firstColor + index] : 0;
