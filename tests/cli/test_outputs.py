@@ -148,10 +148,10 @@ def test_a_folder_is_made_for_a_template_only(capsys: pytest.CaptureFixture[str]
 def test_an_interrupt_keeps_what_is_done(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     read = files.read_mesh
 
-    def interrupted(path: str, file_type: str | None, tolerance: float | None) -> Mesh:
+    def interrupted(path: str, file_type: str | None, tolerance: float | None, *pose: None) -> Mesh:
         if path == "solid.ply":
             raise KeyboardInterrupt
-        return read(path, file_type, tolerance)
+        return read(path, file_type, tolerance, *pose)
 
     monkeypatch.setattr(files, "read_mesh", interrupted)
     assert main(["render", *MODELS, "-o", "{model}.png", *SIZE]) == 130

@@ -42,6 +42,7 @@ def test_a_scan(capsys: pytest.CaptureFixture[str]) -> None:
         "libraries": [],
         "nodes": [{"name": "scan", "parent": None, "models": 1}],
         "animations": [],
+        "joints": [],
         "units": None,
         "encoding": "ascii",
         "comments": ["scanned on a Tuesday", "obj_info num_cols 512"],
