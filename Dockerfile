@@ -11,7 +11,7 @@ FROM python:3.12-slim-bookworm
 RUN apt-get update \
     && apt-get install -y --no-install-recommends libvulkan1 mesa-vulkan-drivers \
     && rm -rf /var/lib/apt/lists/*
-RUN --mount=type=bind,from=build,source=/wheels,target=/wheels pip install --no-cache-dir /wheels/*.whl
+RUN --mount=type=bind,from=build,source=/wheels,target=/wheels pip install --no-cache-dir "$(echo /wheels/*.whl)[3mf,cad,gltf,robots]"
 # A user without a home, as of --user, still has a place for caches and the driver's temporary files.
 ENV HOME=/tmp XDG_RUNTIME_DIR=/tmp
 WORKDIR /work

@@ -5,6 +5,7 @@ import re
 import shutil
 import subprocess
 import sys
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -143,6 +144,14 @@ def test_the_workflow_of_this_repository_uses_the_action_on_models_that_match() 
     assert given.keys() <= yaml.safe_load(ACTION.read_text("utf-8"))["inputs"].keys()
     words = [str(ROOT / given["models"]), "--reference", str(ROOT / given["references"]), *given["options"].split()]
     assert main(["render", *words]) == 0  # on whatever adapter the tests run
+
+
+def test_extras_are_those_of_the_project() -> None:
+    known = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    extras = yaml.safe_load(ACTION.read_text("utf-8"))["inputs"]["extras"]["default"]
+    assert set(extras.split(",")) <= known.keys()
+    for path in ("Dockerfile", "docs/continuous_integration.md"):
+        assert f"[{extras}]" in (ROOT / path).read_text("utf-8")
 
 
 def test_other_actions_are_pinned_as_in_the_workflow() -> None:
