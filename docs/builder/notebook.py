@@ -1,6 +1,7 @@
 """The lecture's notebook, run, so that the site shows it with what it puts out."""
 
 import base64
+import re
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -23,8 +24,20 @@ def write_notebook(source: Path) -> None:
         settings: Any = {"metadata": {"path": folder}}
         NotebookClient(notebook, timeout=TIMEOUT_S, kernel_name="python3", resources=settings).execute()
     require_small_figures(notebook)
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown":
+            cell.source = rename_anchors(cell.source)
     write: Any = nbformat.write
     write(notebook, source / "tutorials" / NOTEBOOK.name)
+
+
+def rename_anchors(text: str) -> str:
+    """Return Markdown whose links to titles of the notebook, as Jupyter names them, are those of the site."""
+    return re.sub(r"\]\(#([^)]+)\)", lambda link: f"](#{_site_anchor(link[1])})", text)
+
+
+def _site_anchor(anchor: str) -> str:
+    return re.sub(r"[^\w-]", "", anchor.lower())
 
 
 def require_small_figures(notebook: Any) -> None:

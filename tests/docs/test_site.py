@@ -3,9 +3,10 @@
 import re
 from pathlib import Path
 
+import nbformat
 import pytest
 
-from docs.builder import check, command, gallery, links, options, pages
+from docs.builder import check, command, gallery, links, notebook, options, pages
 from docs.builder.project import REPOSITORY
 
 ROOT = Path(__file__).parents[2]
@@ -88,3 +89,15 @@ def test_the_manual_page_has_every_option_of_every_command() -> None:
                 assert f".B {command._roff(option.typed)}\n" in page
     requests = {line.split()[0] for line in page.splitlines() if line.startswith((".", "'"))}
     assert requests == {".TH", ".SH", ".B", ".TP", ".PP", ".SS", ".nf", ".fi"}
+
+
+def test_links_within_the_notebook_are_those_of_the_site() -> None:
+    listed = "[1](#1.-From-surfaces-to-polygons), [10](#10.-Instances,-and-parts)"
+    assert notebook.rename_anchors(listed) == "[1](#1-from-surfaces-to-polygons), [10](#10-instances-and-parts)"
+
+
+def test_a_figure_that_is_too_large_stops_the_build() -> None:
+    cell = nbformat.v4.new_code_cell("draw()")
+    cell.outputs = [nbformat.v4.new_output("display_data", {"text/html": "x" * 1_000_001})]
+    with pytest.raises(ValueError, match=r"a figure of 1,000,001 bytes"):
+        notebook.require_small_figures(nbformat.v4.new_notebook(cells=[cell]))
