@@ -56,7 +56,7 @@ html_theme_options: dict[str, Any] = {
     "footer_end": [],
     "header_links_before_dropdown": 7,
 }
-html_sidebars: dict[str, list[str]] = {"index": [], "gallery/index": [], "options/index": []}
+html_sidebars: dict[str, list[str]] = {"index": [], "gallery/index": [], "options/index": [], "start": []}
 
 
 def _write_math(translator: Any, node: nodes.Element) -> None:
