@@ -67,6 +67,8 @@ TWINS = {
 
 WGSL_ALONE = {
     "COVER_MARGIN_PX": "only the shaders draw quads",
+    "BOXES_PER_SLIVER": "only the shaders rasterise triangles",
+    "COLUMN_ERROR": "only the shaders rasterise triangles",
     "CONSERVATIVE_MARGIN_PX": "only the shaders rasterise triangles",
     "DEPTH_BIAS_PX": "only the shaders test depths",
     "COLLINEAR_TOLERANCE_PX": "only the shaders look up depths",
@@ -78,6 +80,7 @@ WGSL_ALONE = {
     "MAX_BANDS": "the shaders choose their own grid",
     "MAX_FLAT_SLOPE": "only the shaders look up depths",
     "MAX_PROBED_PX": "only the shaders look up depths",
+    "MAX_SLIVER_PX": "the shaders choose their own grid",
     "MAX_SMALL_TRIANGLE_PX": "the shaders choose their own grid",
     "MAX_WORKGROUPS": "the shaders choose their own grid; the number is WebGPU's",
     "MIN_SEEN_OPACITY": "half a step of the eight bits that shaders pack",

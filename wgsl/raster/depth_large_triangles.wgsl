@@ -41,7 +41,9 @@ fn main(
         let normals = corner_normals_to_eye(index);
         let start = triangle.bbox_min + offset;
         for (var y = start.y; y <= triangle.bbox_max.y; y += step.y) {
-            for (var x = start.x; x <= triangle.bbox_max.x; x += step.x) {
+            let columns = covered_columns(triangle, y);
+            let n_before = max(columns.x - start.x, 0) / step.x;
+            for (var x = start.x + n_before * step.x; x <= columns.y; x += step.x) {
                 rasterize_pixel(triangle, normals, index, vec2(x, y));
             }
         }

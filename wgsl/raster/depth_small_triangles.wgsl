@@ -10,6 +10,8 @@ struct LargeTriangles {
 }
 
 const MAX_SMALL_TRIANGLE_PX = 256; // in the bounding box
+const MAX_SLIVER_PX = 2048; // in the rows of a long, thin triangle
+const BOXES_PER_SLIVER = 4; // how many times as large its bounding box must be
 const PIXELS_PER_BAND = 8192u; // a workgroup's own start costs about as much as a tenth of that
 const MIN_WORKGROUPS = 64u; // side by side, if there are as many triangles
 const MAX_WORKGROUPS = 65535u; // that WebGPU lets a dispatch have
@@ -54,13 +56,27 @@ fn rasterize_small(index: u32) {
         return;
     }
     let extent = triangle.bbox_max - triangle.bbox_min + 1;
-    if extent.x * extent.y > MAX_SMALL_TRIANGLE_PX {
-        defer_large(index, extent.x * extent.y);
-        return;
+    let n_pixels = extent.x * extent.y;
+    let is_small = n_pixels <= MAX_SMALL_TRIANGLE_PX;
+    if !is_small {
+        let most = min(MAX_SLIVER_PX, n_pixels / BOXES_PER_SLIVER);
+        var n_covered = 0;
+        for (var y = triangle.bbox_min.y; y <= triangle.bbox_max.y && n_covered <= most; y++) {
+            let columns = covered_columns(triangle, y);
+            n_covered += max(columns.y - columns.x + 1, 0);
+        }
+        if n_covered > most {
+            defer_large(index, n_pixels);
+            return;
+        }
     }
     let normals = corner_normals_to_eye(index);
     for (var y = triangle.bbox_min.y; y <= triangle.bbox_max.y; y++) {
-        for (var x = triangle.bbox_min.x; x <= triangle.bbox_max.x; x++) {
+        var columns = vec2(triangle.bbox_min.x, triangle.bbox_max.x);
+        if !is_small {
+            columns = covered_columns(triangle, y);
+        }
+        for (var x = columns.x; x <= columns.y; x++) {
             rasterize_pixel(triangle, normals, index, vec2(x, y));
         }
     }

@@ -5,6 +5,7 @@
 const CONSERVATIVE_MARGIN_PX = 0.01; // by which a triangle is larger, so that no pixel falls between two
 const DEPTH_BIAS_PX = 0.25; // of a pixel's width along the view: for other faces about a corner
 const MAX_FLAT_SLOPE = 6.0; // of planes, in pixels' widths per pixel: steeper ones are seen from their edges
+const COLUMN_ERROR = 1e-5; // of an edge function, by the sizes of its terms: a hundred times single precision's
 
 struct Triangle {
     edge_functions: mat3x3<f32>, // columns: each edge's function of (x, y, 1) less `origin`
@@ -94,6 +95,29 @@ fn setup_triangle(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, tile: Tile) -> Trian
     triangle.depth_bias = 0.5 * (abs(triangle.depth.x) + abs(triangle.depth.y));
     triangle.is_valid = true;
     return triangle;
+}
+
+// The first and the last column of a row that a triangle may cover, within its bounding box, and a pixel more on either
+// side: a sliver covers little of its box.
+fn covered_columns(triangle: Triangle, y: i32) -> vec2<i32> {
+    let center_y = f32(y - triangle.origin.y) + 0.5;
+    let box = vec2<f32>(vec2(triangle.bbox_min.x, triangle.bbox_max.x) - triangle.origin.x);
+    let farthest = max(abs(box.x), abs(box.y)) + 1.0;
+    var columns = box;
+    for (var i = 0; i < 3; i++) {
+        let edge = triangle.edge_functions[i];
+        let sizes = abs(edge) * vec3(farthest, abs(center_y), 1.0);
+        let margin = triangle.conservative_margin[i] + COLUMN_ERROR * dot(sizes, vec3(1.0));
+        let at_zero = edge.y * center_y + edge.z + margin;
+        let crossing = -at_zero / edge.x - 0.5;
+        if edge.x > 0.0 {
+            columns.x = max(columns.x, crossing - 1.0);
+        } else if edge.x < 0.0 {
+            columns.y = min(columns.y, crossing + 1.0);
+        }
+    }
+    columns = clamp(columns, vec2(box.x - 1.0), vec2(box.y + 1.0));
+    return triangle.origin.x + vec2(max(i32(floor(columns.x)), i32(box.x)), min(i32(ceil(columns.y)), i32(box.y)));
 }
 
 // What a triangle leaves in a pixel.
