@@ -61,7 +61,7 @@ def test_the_recipe_requires_what_the_package_requires() -> None:
     listed = dict(re.findall(r"^    - (\S+) (\S+)$", run, re.MULTILINE))
     assert listed.pop("python", ">=") == ">="  # its version is a variable of the recipe
     required = dict(re.findall(r"^([\w-]+)(.*)$", "\n".join(PROJECT["dependencies"]), re.MULTILINE))
-    assert {name: listed.get(CONDA_NAMES.get(name, name)) for name in required} == required
+    assert listed == {CONDA_NAMES.get(name, name): versions for name, versions in required.items()}
     assert f'version: "{gpu_xform.__version__}"' in RECIPE
     assert f'python_min: "{PROJECT["requires-python"].removeprefix(">=")}"' in RECIPE
     assert "gpu-xform = gpu_xform_command:main" in RECIPE

@@ -54,7 +54,7 @@ def write_source(source: Path) -> None:
     write_gallery(source)
     write_options(source)
     write_notebook(source)
-    about = ("benchmarks", "reliability", "changelog", "contributing", "architecture", "security")
+    about = ("benchmarks", "reliability", "changelog", "contributing", "architecture", "releasing", "security")
     write_section(source, Section("project", "Project", "How it is measured, tested, built and changed.", about))
 
 

@@ -15,6 +15,7 @@ PROJECT_PAGES = {
     "SECURITY.md": "project/security.md",
     "benchmarks/README.md": "project/benchmarks.md",
     "docs/reliability.md": "project/reliability.md",
+    "packaging/README.md": "project/releasing.md",
 }
 START = "docs/start.md"
 REFERENCE_PAGES = {"docs/api.md": "reference/index.md", "docs/conventions.md": "reference/conventions.md"}

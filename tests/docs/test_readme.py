@@ -37,7 +37,11 @@ def test_the_page_is_short_and_shows_three_pictures() -> None:
     assert len(PICTURES) == 3
 
 
-PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md")), ROOT / "benchmarks" / "README.md"]
+PAGES = [
+    *sorted(ROOT.glob("*.md")),
+    *sorted((ROOT / "docs").rglob("*.md")),
+    *(ROOT / folder / "README.md" for folder in ("benchmarks", "packaging")),
+]
 
 
 def anchors(page: str) -> set[str]:
