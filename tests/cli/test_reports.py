@@ -180,7 +180,7 @@ def test_a_report_alone_draws_each_model(capsys: pytest.CaptureFixture[str]) -> 
     assert main(["render", "models/same.obj", "models/broken.obj", "--report", "r.html", *SIZE]) == 2
     assert set(Path().rglob("*")) - before == {Path("r.html")}
     page = Path("r.html").read_text("utf-8")
-    assert "1 of 2 need a look" in page
+    assert "1 of 2 needs a look" in page
     assert page.count("<img ") == 1
     assert capsys.readouterr().err.splitlines()[-1] == "gpu-xform: 2 pictures: 1 done, 1 failed"
 

@@ -41,7 +41,7 @@ def _format_summary(counts: dict[Status, int], facts: RunFacts) -> str:
     n_pictures = sum(counts.values())
     if facts.exit_code:
         n_bad = sum(counts.get(status, 0) for status in ("failed", "differs", "no reference"))
-        verdict, mark = f"{n_bad} of {n_pictures} need a look", "bad"
+        verdict, mark = f"{n_bad} of {n_pictures} need{'s' * (n_bad == 1)} a look", "bad"
     else:
         verdict, mark = f"{n_pictures} picture{'s' * (n_pictures != 1)}, nothing to look at", "good"
         if "matched" not in counts:
