@@ -76,6 +76,30 @@ def test_a_running_scheduler_gives_the_same_store_and_the_same_files(
     assert len(laspy.read(tmp_path / "out.laz")) == 110_000
 
 
+def test_a_worker_grows_by_a_few_parts(running: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At most 200 MB over an idle one."""
+
+    def watch() -> tuple[float, float]:  # inside, so that its code goes to the workers
+        """Return how many MB the process has held at most since it was asked before, and what it holds now."""
+        status = Path("/proc/self/status").read_text("ascii")
+        Path("/proc/self/clear_refs").write_text("5", "ascii")
+        peak, now = (float(status.partition(name)[2].split()[0]) / 1024 for name in ("VmHWM:", "VmRSS:"))
+        return peak, now
+
+    import distributed
+
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 32 << 20)
+    np.save(tmp_path / "in.npy", np.ones((6_000_000, 3), np.float32))
+    options = {"scheduler": running.scheduler_address}
+    with distributed.Client(running.scheduler_address, set_as_default=False) as client:
+        gx.transform_file(tmp_path / "in.npy", tmp_path / "first.npy", AFFINE, **options)  # what is imported late
+        before = client.run(watch)
+        gx.transform_file(tmp_path / "in.npy", tmp_path / "out.npy", AFFINE, **options)
+        after = client.run(watch)
+    assert max(peak - before[name][1] for name, (peak, _) in after.items()) < 200
+    assert (tmp_path / "out.npy").read_bytes() == (tmp_path / "first.npy").read_bytes()
+
+
 def test_an_error_of_a_worker_names_file_and_chunk(running: Any, tmp_path: Path) -> None:
     write_zarr(tmp_path / "in.zarr", 950)
     (tmp_path / "in.zarr" / "c" / "3" / "0").write_bytes(b"spoiled")

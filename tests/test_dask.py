@@ -153,3 +153,15 @@ def test_a_missing_library_is_named_with_its_extra(monkeypatch: pytest.MonkeyPat
     monkeypatch.setitem(sys.modules, "dask.array", None)
     with pytest.raises(gx.MissingExtraError, match=r"needs Dask: pip install 'gpu_xform\[dask\]'"):
         __import__("gpu_xform.dask")
+
+
+@pytest.mark.parametrize("rows", [(70_000, 70_000, 9), (1 << 16, 1 << 16, 5), (5, 1 << 17), (5, 1 << 21)])
+def test_no_two_blocks_share_a_shard(tmp_path: Path, rows: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two that did would read, change and write it at once, and one of them would be lost."""
+    seen: list[Any] = []
+    monkeypatch.setattr(da, "store", lambda points, stored, **_: seen.append((points, stored)))
+    gx.dask.to_zarr(da.ones((sum(rows), 3), chunks=(rows, 3), dtype="f4"), tmp_path / "out.zarr")
+    ((points, stored),) = seen
+    starts = np.cumsum((0, *points.chunks[0][:-1]))
+    assert (starts % stored.shards[0] == 0).all()
+    assert points.chunks[1] == (3,)

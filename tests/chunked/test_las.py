@@ -3,6 +3,7 @@
 import shutil
 import struct
 import warnings
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.compute import streaming
+from gpu_xform.compute.parts import fold_matrices
 from tests.support.las_files import NORMALS, WAVE_VECTOR, make_las, stack, world
 
 MATRIX = gx.chain(gx.scale(1.0, 1.1, 0.9), gx.rotate([0.3, -0.2, 1.0], np.radians(41)), gx.translate(3.3, -170, 1e4))
@@ -247,3 +249,15 @@ def test_a_missing_library_is_named_with_its_extra(tmp_path: Path, monkeypatch: 
     monkeypatch.setitem(__import__("sys").modules, "laspy", None)
     with pytest.raises(gx.MissingExtraError, match=r"LAS needs laspy: pip install 'gpu_xform\[las\]'"):
         gx.transform_file(tmp_path / "in.las", tmp_path / "out.npy", MATRIX)
+
+
+def test_grids_are_folded_exactly() -> None:
+    """Products in float64 would lose the digits that are left of large shifts: here a quarter of a unit and more."""
+    fine, coarse = np.diag([1e-7, 1e-7, 1e-7, 1.0]), np.diag([3e-7, 1e-7, 7e-7, 1.0])
+    fine[:3, 3] = 5_123_456_789.123, 431_000_000.3, -6_378_137_000.7
+    coarse[:3, 3] = 5_123_456_788.9, 431_000_001.1, -6_378_137_001.3
+    assert np.array_equal(fold_matrices(fine, np.eye(4), fine), np.eye(4))
+    shift = fold_matrices(coarse, np.eye(4), fine)[:3, 3]
+    for axis in range(3):
+        exact = (Fraction(fine[axis, 3]) - Fraction(coarse[axis, 3])) / Fraction(coarse[axis, axis])
+        assert shift[axis] == float(exact)
