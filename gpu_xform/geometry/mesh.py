@@ -345,7 +345,7 @@ class Mesh(Pictured):
         return move(self, freeze(positions), m, flip=flip)
 
     def to_trimesh(self) -> Any:
-        """Return a `trimesh.Trimesh` of the same points, with the polygons as triangles.
+        """Return a `trimesh.Trimesh` of the same points, with the polygons as triangles, and with colours in uint8.
 
         Concave polygons are triangulated correctly. Segments are left out, because a Trimesh cannot hold them.
 
@@ -355,8 +355,16 @@ class Mesh(Pictured):
         """
         import trimesh
 
-        corners, _ = triangulate(self._positions, self.offsets, self.indices)
-        return trimesh.Trimesh(vertices=self._positions.copy(), faces=corners, process=False)
+        corners, faces = triangulate(self._positions, self.offsets, self.indices)
+        colors: dict[str, Any] = {}
+        for name, table, rows in (
+            ("vertex_colors", self.attributes.point, slice(None)),
+            ("face_colors", self.attributes.face, faces),
+        ):
+            column = table.get("color")
+            if isinstance(column, np.ndarray) and column.dtype == np.uint8 and not colors:
+                colors[name] = column[rows].copy()
+        return trimesh.Trimesh(vertices=self._positions.copy(), faces=corners, process=False, **colors)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Mesh):

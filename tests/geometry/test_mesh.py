@@ -235,3 +235,15 @@ def test_importing_meshes_imports_no_reader() -> None:
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
+
+
+@pytest.mark.parametrize("what", ["point", "face"])
+def test_colors_go_to_trimesh_and_come_back(what: str) -> None:
+    colors = np.random.default_rng(3).integers(0, 256, (4, 4), dtype=np.uint8)
+    tetrahedron = Mesh(
+        [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)],
+        [(0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)],
+        attributes={what: {"color": colors}},
+    )
+    again = Mesh.from_trimesh(tetrahedron.to_trimesh())
+    np.testing.assert_array_equal(getattr(again.attributes, what)["color"], colors)
