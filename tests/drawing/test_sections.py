@@ -62,6 +62,16 @@ def test_the_outline_is_twice_as_wide_and_hatching_half() -> None:
     assert (np.linalg.norm(ends, axis=2) > 0.58).all()  # none in the hole
 
 
+def test_hatching_lies_as_far_apart_as_it_is_told() -> None:
+    n_lines = []
+    for spacing in (0.2, 0.1):
+        layers = cut_sections([Layer(BALL, name="ball", section=PLANE, hatch=(45, spacing))])
+        [model] = [layer.model for layer in layers if layer.name == "ball hatching"]
+        assert isinstance(model, Mesh)
+        n_lines.append(model.n_faces)
+    assert n_lines[1] - 2 * n_lines[0] in (-1, 0, 1)
+
+
 def test_bodies_in_one_another_are_areas_of_their_own_and_hatched_in_turn() -> None:
     within = BALL.transformed(matrices.scale(0.5))
     outer = Layer(BALL, name="outer", fill="gold", section=PLANE, hatch=True)

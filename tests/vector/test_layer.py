@@ -8,6 +8,7 @@ import pytest
 
 from gpu_xform.errors import ArgumentError
 from gpu_xform.vector import Points, Polygons, Stroke, VectorLayer
+from gpu_xform.vector.layer import Gradients
 
 SOLID = Stroke(1.0, ())
 GOOD = VectorLayer(
@@ -43,3 +44,13 @@ def test_so_are_polygons_and_points() -> None:
         Points(np.zeros((3, 2)), np.ones((1, 4)))
     with pytest.raises(ArgumentError, match=r"colors must have shape \(1, 4\) or \(3, 4\), got \(3, 3\)"):
         Points(np.zeros((3, 3)), np.ones((3, 3)))
+
+
+def test_a_layer_that_moves_takes_its_gradients_along() -> None:
+    gradients = Gradients(np.array([[0.0, 1.0, 2.0, 3.0]]), np.ones((1, 2, 4)))
+    polygons = Polygons(np.array([0, 3]), np.zeros((3, 2)), np.ones((1, 4)), gradients)
+    moved = dataclasses.replace(GOOD, polygons=polygons).moved(10.0, 20.0).polygons
+    assert moved is not None
+    assert moved.gradients is not None
+    np.testing.assert_array_equal(moved.gradients.axes, [[10.0, 21.0, 12.0, 23.0]])
+    np.testing.assert_array_equal(moved.points, [[10.0, 20.0]] * 3)
