@@ -82,7 +82,9 @@ class TriangleStage:
         self._device = device
         self._batches = [batch for each in projected for batch in _split(device, each)]
         most = max(MAX_FEW_TRIANGLES, n_depths // PIXELS_PER_FLAT)
-        self.has_flats = hides_lines and any(math.prod(batch.shape) <= most for batch in self._batches)
+        # They take as many depths again, which must fit one binding as well.
+        has_room = 2 * 4 * n_depths <= device.limits.max_bound_bytes
+        self.has_flats = hides_lines and has_room and any(math.prod(batch.shape) <= most for batch in self._batches)
         self._write_ids = write_ids
         if write_ids:
             self._batches = _with_consecutive_ids(self._batches)

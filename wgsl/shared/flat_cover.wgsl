@@ -1,6 +1,6 @@
 // Planes among the depths of faces: where neighbouring pixels see one plane, what is under it is hidden however little
-// it is under it. The depths that hide lines are biased so that faces hide no edge of their own, and of two faces a less
-// steep one may so come before a nearer one; planes are found among the nearest depths as they are.
+// it is under it. The depths that hide lines are biased so that faces hide no edge of their own, and of two faces a
+// less steep one may so come before a nearer one; planes are found among the nearest depths as they are.
 // Entry declares: tile, face_depths.
 #import tile
 #import triangle_setup
