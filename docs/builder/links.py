@@ -6,11 +6,11 @@ from collections.abc import Mapping
 
 from .project import REPOSITORY, ROOT
 
-_LINK = re.compile(r"(?<!`)(\]\()([^)\s]+)(\))")
+_LINK = re.compile(r"(\]\()([^)\s]+)(\))")
 _CENTRED = re.compile(r'<p align="center">(.*?)</p>', re.DOTALL)
 _IMAGE = re.compile(r"<img\s+(.*?)>", re.DOTALL)
 _ATTRIBUTE = re.compile(r'(\w+)="(.*?)"', re.DOTALL)
-_FENCE = re.compile(r"^(```.*?^```$)", re.MULTILINE | re.DOTALL)
+_CODE = re.compile(r"(^```.*?^```$|`[^`\n]+`)", re.MULTILINE | re.DOTALL)
 
 
 def rewrite_page(text: str, path: str, places: Mapping[str, str]) -> str:
@@ -19,10 +19,9 @@ def rewrite_page(text: str, path: str, places: Mapping[str, str]) -> str:
     path : of the page in the repository
     places : the path on the site of each page of the repository that is there
     """
-    parts = _FENCE.split(text)
+    parts = _CODE.split(_CENTRED.sub(_show_images, text))
     for k in range(0, len(parts), 2):
-        shown = _CENTRED.sub(_show_images, parts[k])
-        parts[k] = _LINK.sub(lambda found: found[1] + rewrite_link(found[2], path, places) + found[3], shown)
+        parts[k] = _LINK.sub(lambda found: found[1] + rewrite_link(found[2], path, places) + found[3], parts[k])
     return "".join(parts)
 
 

@@ -28,6 +28,7 @@ PLACES = {"docs/a.md": "guides/a.md", "docs/b.md": "project/b.md", "README.md": 
 )
 def test_a_link_leads_to_the_same_thing_on_the_site(target: str, expected: str) -> None:
     assert links.rewrite_link(target, "docs/a.md", PLACES) == expected
+    assert links.rewrite_page(f"[`it`]({target})", "docs/a.md", PLACES) == f"[`it`]({expected})"
     page = f"see [it]({target}), `[x]({target})`\n\n```sh\n[y]({target})\n```\n"
     assert links.rewrite_page(page, "docs/a.md", PLACES).startswith(f"see [it]({expected})")
     assert links.rewrite_page(page, "docs/a.md", PLACES).endswith(f"[y]({target})\n```\n")
