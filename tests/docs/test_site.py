@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 
 import nbformat
 import pytest
@@ -98,7 +99,8 @@ def test_links_within_the_notebook_are_those_of_the_site() -> None:
 
 
 def test_a_figure_that_is_too_large_stops_the_build() -> None:
-    cell = nbformat.v4.new_code_cell("draw()")
-    cell.outputs = [nbformat.v4.new_output("display_data", {"text/html": "x" * 1_000_001})]
+    book: Any = nbformat.v4
+    cell = book.new_code_cell("draw()")
+    cell.outputs = [book.new_output("display_data", {"text/html": "x" * 1_000_001})]
     with pytest.raises(ValueError, match=r"a figure of 1,000,001 bytes"):
-        notebook.require_small_figures(nbformat.v4.new_notebook(cells=[cell]))
+        notebook.require_small_figures(book.new_notebook(cells=[cell]))
