@@ -14,7 +14,7 @@ import pytest
 ROOT = Path(__file__).parent.parent
 SHADERS = {path.relative_to(ROOT / "wgsl").as_posix() for path in (ROOT / "wgsl").rglob("*") if path.is_file()}
 SOURCES = [path for folder in ("gpu_xform", "gpu_xform_command") for path in (ROOT / folder).rglob("*.*")]
-MODULES = {path.relative_to(ROOT).as_posix() for path in SOURCES if path.suffix in (".py", ".html")}
+MODULES = {path.relative_to(ROOT).as_posix() for path in SOURCES if path.suffix in (".py", ".html", ".css", ".js")}
 
 # Nothing of the checkout is on the path: -I leaves out the working folder, -S the .pth file of an editable install.
 USE = """

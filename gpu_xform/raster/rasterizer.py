@@ -128,7 +128,7 @@ class _Stages:
         hides_lines = any(
             lines.hidden is not Hidden.SHOW for drawable in draw_list.drawables for lines in drawable.lines
         )
-        self._triangles = self._covers = TriangleStage(device, projected, n_depths, palette, hides_lines=hides_lines)
+        self._triangles = self._covers = TriangleStage(device, projected, n_depths, palette, finds_flats=hides_lines)
         if draw_list.covers is not None:
             self._covers = TriangleStage(device, self._vertices.projected[len(drawn) :], n_depths, name="covers")
         hiders = Hiders(self._triangles, self._covers)

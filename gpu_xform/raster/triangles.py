@@ -26,6 +26,7 @@ HEAD_BYTES = 16  # of the list of large triangles: three counts of workgroups, a
 TRIANGLE_ALIGNMENT = 64  # triangles: a binding that begins at a multiple begins where any adapter lets it
 VISIBILITY_BITS = 32  # of a pixel of the visibility buffer
 OPACITY_BITS = 8  # of these, if a depth cue fades faces; and as many for light, if shading is smooth
+DEPTH_BYTES = 4
 # Few triangles are looked at for planes, which hide what is less than a pixel under them; dense models have none.
 PIXELS_PER_FLAT = 64
 MAX_FEW_TRIANGLES = 2048
@@ -63,7 +64,7 @@ class TriangleStage:
     palette : the colours of filled faces
     write_ids : whether the visibility buffer tells which triangles are the nearest, and not in which colours
     name : that of its buffers, if a picture has several stages of faces
-    hides_lines : whether lines are to be hidden, which planes among the faces do however little they are before them
+    finds_flats : whether to look for planes among the faces, which hide lines however little they are before them
     face_depths : the bits of a float per pixel of the tile and the margin around it; 0 if there is no face
     has_flats : whether some of them may lie in planes, as flat_cover.wgsl looks for them: as many depths follow then
     """
@@ -76,15 +77,13 @@ class TriangleStage:
         palette: Buffer | None = None,
         *,
         write_ids: bool = False,
-        hides_lines: bool = True,
+        finds_flats: bool = True,
         name: str = "faces",
     ) -> None:
         self._device = device
         self._batches = [batch for each in projected for batch in _split(device, each)]
         most = max(MAX_FEW_TRIANGLES, n_depths // PIXELS_PER_FLAT)
-        # They take as many depths again, which must fit one binding as well.
-        has_room = 2 * 4 * n_depths <= device.limits.max_bound_bytes
-        self.has_flats = hides_lines and has_room and any(math.prod(batch.shape) <= most for batch in self._batches)
+        self.has_flats = finds_flats and any(math.prod(batch.shape) <= most for batch in self._batches)
         self._write_ids = write_ids
         if write_ids:
             self._batches = _with_consecutive_ids(self._batches)
@@ -112,7 +111,7 @@ class TriangleStage:
 
     @property
     def _depth_bytes(self) -> int:
-        return 4 * self._n_depths * (1 + self.has_flats)
+        return DEPTH_BYTES * self._n_depths * (1 + self.has_flats)
 
     @property
     def is_empty(self) -> bool:

@@ -29,7 +29,7 @@ from ..raster.line_batches import (
 )
 from ..raster.tile_struct import Tile, make_tile_struct
 from ..raster.tiles import Region
-from ..raster.triangles import Hiders, TriangleStage
+from ..raster.triangles import DEPTH_BYTES, Hiders, TriangleStage
 from ..raster.vertex_stage import VertexStage
 
 MARGIN_PX = 2  # around the picture, for which depths are known
@@ -76,9 +76,14 @@ def split_edges_by_visibility(
         vertices = VertexStage(device, drawn + cover_parts)
         projected = vertices.projected[: len(drawn)]
         n_depths = math.prod(tile.depth_region.extent)
-        triangles = cover_triangles = TriangleStage(device, projected, n_depths, write_ids=find_visible)
+        # Planes take as many depths again, and all of this picture, which is not cut into tiles, lie in one binding.
+        finds_flats = 2 * DEPTH_BYTES * n_depths <= device.limits.max_bound_bytes
+        triangles = cover_triangles = TriangleStage(
+            device, projected, n_depths, write_ids=find_visible, finds_flats=finds_flats
+        )
         if covers is not None:
-            cover_triangles = TriangleStage(device, vertices.projected[len(drawn) :], n_depths, name="covers")
+            projected_covers = vertices.projected[len(drawn) :]
+            cover_triangles = TriangleStage(device, projected_covers, n_depths, finds_flats=finds_flats, name="covers")
         hiders = Hiders(triangles, cover_triangles)
         line_batches = split_batches(device, projected, lambda lines: not hiders.of(lines).is_empty)
         (tile_part,) = uniforms.upload(device, POOL_OWNER, "tile", [make_tile_struct(tile, view)])

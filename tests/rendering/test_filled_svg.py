@@ -193,6 +193,6 @@ def test_a_device_with_small_bindings_draws_the_same(device_with_limits: DeviceF
         Layer(gx.samples.icosphere(3), fill="face", transform=instances),  # nor the points of all of these
         Layer(FLOOR, hidden="remove"),
     ]
-    camera, size = Camera.look_at((5, 4, 9), (0, 0, 0)), (90, 72)
-    small = device_with_limits(max_binding_bytes=30_000)
+    camera, size = Camera.look_at((5, 4, 9), (0, 0, 0)), (60, 48)
+    small = device_with_limits(max_binding_bytes=30_000)  # the depths of the picture do, and those of planes
     assert render_svg(models, camera=camera, size=size, device=small) == render_svg(models, camera=camera, size=size)
