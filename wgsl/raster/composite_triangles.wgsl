@@ -24,9 +24,11 @@ fn vertex_main(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4<f3
 fn color_at(pixel: vec2<i32>) -> vec4<f32> {
     let value = visibility[depth_index(tile, pixel)];
     let seen = unpack_visibility(value);
-    let color = unpack4x8unorm(palette[max(seen.color_id, 1u) - 1u]);
-    let lit = vec4(color.rgb * mix(AMBIENT, 1.0, seen.light), color.a);
-    return premultiply(lit, select(0.0, seen.opacity, value != 0u));
+    var color = unpack4x8unorm(palette[max(seen.color_id, 1u) - 1u]);
+    if has_light {
+        color = vec4(color.rgb * mix(AMBIENT, 1.0, seen.light), color.a);
+    }
+    return premultiply(color, select(0.0, seen.opacity, value != 0u));
 }
 
 @fragment
