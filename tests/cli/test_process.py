@@ -59,6 +59,15 @@ from gpu_xform.__main__ import main
 sys.exit(main())
 """
 
+# As a dataclass does, which makes its methods from a text.
+RAISE_IN_EXEC = """
+import signal, sys
+from gpu_xform.cli.commands import info
+info.run = lambda options: exec("signal.raise_signal(signal.{signal})", {{"signal": signal}})
+from gpu_xform.__main__ import main
+sys.exit(main())
+"""
+
 
 @pytest.fixture(autouse=True)
 def _files() -> None:
@@ -90,6 +99,15 @@ def test_a_signal_during_imports_ends_in_one_line(module: str, name: str, end: t
 @pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
 def test_a_signal_while_a_finalizer_runs_is_not_lost(name: str, code: int) -> None:
     command = [sys.executable, "-c", RAISE_IN_FINALIZER.format(signal=name), "info", "cube.obj"]
+    word = {130: b"interrupted", 143: b"terminated"}[code]
+    assert ends_of(command, stdout=subprocess.DEVNULL) == (code, b"gpu-xform: " + word + b"\n")
+
+
+@pytest.mark.parametrize(("name", "code"), [("SIGINT", 130), ("SIGTERM", 143)])
+def test_a_signal_while_a_text_is_executed_gives_the_exit_code(name: str, code: int) -> None:
+    """Python 3.11 remembers such a Ctrl+C even if it is caught, and kills a program of `python -m` at its end."""
+    Path("program.py").write_text(RAISE_IN_EXEC.format(signal=name), "utf-8")
+    command = [sys.executable, "-m", "program", "info", "cube.obj"]
     word = {130: b"interrupted", 143: b"terminated"}[code]
     assert ends_of(command, stdout=subprocess.DEVNULL) == (code, b"gpu-xform: " + word + b"\n")
 
