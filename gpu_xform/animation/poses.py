@@ -13,8 +13,10 @@ from ..drawing.layer import Layer, Model, Models, Style, as_layers, as_own_model
 from ..drawing.load_models import PATH_TYPES, load_models
 from ..drawing.point_array import PointArray
 from ..errors import ArgumentTypeError
+from ..geometry.joints import is_number_of_joint
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Scene, SupportsAsModel, is_number_of_joint
+from ..geometry.nodes import SupportsAsModel
+from ..geometry.scene import Scene
 from ..geometry.scene_animation import NodePoses
 from ..matrices._affine import require_finite
 

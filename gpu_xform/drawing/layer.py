@@ -22,8 +22,10 @@ from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.edges import EdgesLike, as_crease_angle, has_brep_faces, list_edge_parts
 from ..geometry.foreign_meshes import mesh_of_other_library
+from ..geometry.instances import Instances
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Instances, Scene, SupportsAsModel
+from ..geometry.nodes import SupportsAsModel
+from ..geometry.scene import Scene
 from ..geometry.trimesh_scenes import is_trimesh_scene
 from ..imaging.colormaps import find_limits
 from ..imaging.colors import ColorLike, to_rgba

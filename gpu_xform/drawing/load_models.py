@@ -11,7 +11,8 @@ from ..compute.point_buffer import PointBuffer
 from ..errors import ArgumentTypeError
 from ..formats import load_mesh
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Scene, SupportsAsModel
+from ..geometry.nodes import SupportsAsModel
+from ..geometry.scene import Scene
 from .layer import Layer, Model, Models, as_own_model, is_point_array, mesh_from_points
 
 PATH_TYPES = (str, os.PathLike)

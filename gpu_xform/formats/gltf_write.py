@@ -14,7 +14,8 @@ from ..errors import MeshError
 from ..geometry.attributes import Attributes, RaggedArray, take_rows, thaw_value
 from ..geometry.deformable_mesh import DeformableMesh, Skin
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Node, Scene, require_one_pose
+from ..geometry.nodes import Node
+from ..geometry.scene import Scene, require_one_pose
 from ..geometry.scene_animation import SceneAnimation
 from ..geometry.triangulation import triangulate
 from ._losses import list_rounding, name_materials, warn_of

@@ -13,7 +13,8 @@ from .._core.types import Float64Array
 from ..errors import ArgumentError, MeshError, MissingExtraError
 from ..geometry.attributes import Attributes
 from ..geometry.mesh import Mesh
-from ..geometry.scene import Node, Scene
+from ..geometry.nodes import Node
+from ..geometry.scene import Scene
 from ._text import quote
 from .gltf import merge_scene
 from .gltf_placements import make_names

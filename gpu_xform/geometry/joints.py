@@ -122,3 +122,14 @@ def _as_positions(joint: Joint, value: Any, mimics: Mapping[str, Mimic]) -> Floa
             limits = f"lie in {joint.lower:g}..{joint.upper:g}, the limits of the joint"
             raise ArgumentError.expecting(argument, limits, f"{outside.flat[0]:g}")
     return positions
+
+
+def is_number_of_joint(pose: object) -> bool:
+    """Say whether a pose is a number or a row of numbers, which a joint takes, and not a matrix."""
+    if hasattr(pose, "as_matrix"):
+        return False
+    try:
+        array = np.asarray(pose)
+    except (TypeError, ValueError):  # of a ragged list
+        return False
+    return array.ndim < 2 and array.dtype.kind in "iuf"

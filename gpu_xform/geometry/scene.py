@@ -2,207 +2,37 @@
 
 import copy
 from collections import defaultdict
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol, TypeAlias, runtime_checkable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from .. import matrices
-from .._core.arguments import as_real_array, as_square_matrices, as_square_matrix
 from .._core.error_context import prefix_errors
 from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.suggestions import did_you_mean
-from .._core.types import Float64Array, MatrixLike, StrPath
+from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, ArgumentTypeError
-from ..matrices._affine import require_finite
 from ..matrices._composition import require_broadcast
-from .deformable_mesh import DeformableMesh
-from .foreign_meshes import mesh_of_other_library
-from .joints import Joint, place_nodes
-from .mesh import Mesh
+from .instances import Instances, gather_instances
+from .joints import Joint, is_number_of_joint, place_nodes
+from .nodes import (
+    Node,
+    SceneModel,
+    as_local_matrices,
+    as_local_matrix,
+    as_read_only,
+    as_weights,
+    require_finite_world,
+    summarize_node,
+)
 from .scene_animation import NodePoses, SceneAnimation
 from .trimesh_scenes import add_nodes_of_trimesh, is_trimesh_scene, to_trimesh_scene
 
-
-class PointsOnDevice(Protocol):
-    """The part of a `PointBuffer` that scenes use; its folder comes after this one."""
-
-    @property
-    def shape(self) -> tuple[int, int]:
-        """The number of points, and of their coordinates."""
-        ...
-
-    def device_points(self) -> Any:
-        """Return the points on the device."""
-        ...
-
-
-@runtime_checkable
-class SupportsAsModel(Protocol):
-    """An object that knows what is drawn of it, such as `Springs`."""
-
-    def as_model(self) -> Any:
-        """Return what is drawn of it at present: a Mesh or a PointBuffer."""
-        ...
-
-
-SceneModel: TypeAlias = Mesh | DeformableMesh | npt.NDArray[Any] | PointsOnDevice | SupportsAsModel | StrPath
-
 _MAX_REPR_LINES = 40
-
-
-class Shown(NamedTuple):
-    """A model, and its style: keywords of `render`."""
-
-    model: Any
-    style: Mapping[str, Any]
-
-
-class Instances(NamedTuple):
-    """All instances of a model that have the same style.
-
-    node : the name of the first node that shows the model
-    style : keywords of `render`
-    transform : (k, 4, 4), from the model to the world, one per instance
-    nodes : the name of the node that shows each instance, (k,)
-    """
-
-    node: str
-    model: Any
-    style: Mapping[str, Any]
-    transform: Float64Array
-    nodes: tuple[str, ...] = ()
-
-
-class Node:
-    """A node of a scene: a name, a matrix, and any number of models. `Scene.add` makes it."""
-
-    # Of the class, so that scenes pickled before there were such have them.
-    _is_visible = True
-    _weights: Float64Array | None = None
-    _instances: Float64Array | None = None
-    _metadata: Mapping[str, Any] = MappingProxyType({})
-
-    def __init__(self, name: str, parent: str | None, transform: Float64Array) -> None:
-        self._name = name
-        self._parent = parent
-        self._transform = transform
-        self._models: Sequence[Shown] = ()
-
-    @property
-    def name(self) -> str:
-        """The name, unique in the scene."""
-        return self._name
-
-    @property
-    def parent(self) -> str | None:
-        """The name of the parent node; None for the world. `Scene.move` changes it."""
-        return self._parent
-
-    @property
-    def transform(self) -> Float64Array:
-        """The matrix from this node to its parent: (4, 4) float64, read-only.
-
-        To change it, assign another matrix, or an object with `as_matrix()`.
-
-        Raises
-        ------
-        ArgumentError
-            If another shape, or a matrix with numbers that are not finite, is assigned.
-        """
-        return self._transform
-
-    @transform.setter
-    def transform(self, matrix: MatrixLike) -> None:
-        """Replace the matrix."""
-        self._transform = _as_local_matrix(matrix, "transform")
-
-    @property
-    def models(self) -> tuple[Shown, ...]:
-        """The models with their styles, in the order of the calls of `show`."""
-        return tuple(self._models)
-
-    @property
-    def visible(self) -> bool:
-        """Whether the models of this node, and of all that is in it, are drawn."""
-        return self._is_visible
-
-    @visible.setter
-    def visible(self, visible: bool) -> None:
-        """Show or hide the node."""
-        if not isinstance(visible, bool):
-            raise ArgumentTypeError.expecting("visible", "be True or False", repr(visible))
-        self._is_visible = visible
-
-    @property
-    def metadata(self) -> Mapping[str, Any]:
-        """What else a file says of the node, by the name of its format, such as {"gltf": {"extras": ...}}."""
-        return self._metadata
-
-    @metadata.setter
-    def metadata(self, metadata: Mapping[str, Any]) -> None:
-        """Put other metadata in their place."""
-        self._metadata = dict(metadata)
-
-    @property
-    def weights(self) -> Float64Array | None:
-        """The morph weights of the models (t,), read-only; None for those of the models. Assign others to change them.
-
-        ArgumentError is raised for another shape, a NaN, an infinity.
-        """
-        return self._weights
-
-    @weights.setter
-    def weights(self, weights: npt.ArrayLike | None) -> None:
-        """Put other weights in their place."""
-        self._weights = None if weights is None else _as_weights(weights, "weights")
-
-    @property
-    def instances(self) -> Float64Array | None:
-        """The matrices from copies of the models to this node: (k, 4, 4), read-only; None for one copy in its place.
-
-        Assign others to change them; the nodes placed in this one have no copies.
-        ArgumentError is raised for another shape, a NaN, an infinity.
-        """
-        return self._instances
-
-    @instances.setter
-    def instances(self, matrices: MatrixLike | None) -> None:
-        """Put other matrices in their place."""
-        if matrices is None:
-            self._instances = None
-            return
-        stack = as_square_matrices(matrices, "instances", 4).reshape(-1, 4, 4)
-        stack.flags.writeable = False
-        self._instances = stack
-
-    def show(self, model: SceneModel, **style: Any) -> None:
-        """Add a model to this node.
-
-        Parameters
-        ----------
-        model : Mesh, (n, 3) array of points, PointBuffer, or path of a model file
-            The model, in the coordinates of this node.
-        **style
-            Keywords of `render` that say how the model is drawn.
-
-        Raises
-        ------
-        ArgumentError
-            If `transform` is among the keywords: the node has one already.
-        """
-        if "transform" in style:
-            raise ArgumentError.expecting("transform", "be that of a node", reason="a model stands where its node is")
-        if not isinstance(self._models, list):  # from `with_models`, or pickled before it was one
-            self._models = [*self._models]
-        own = mesh_of_other_library(model)
-        self._models.append(Shown(model if own is None else own, style))
-
-    def __repr__(self) -> str:
-        return f"<Node {_summarize(self)}>"
 
 
 @public
@@ -283,7 +113,7 @@ class Scene(Pictured):
         """
         name = self._new_name(name)
         above = None if parent is None else self._node(parent, "parent").name
-        node = Node(name, above, _as_local_matrix(np.eye(4) if transform is None else transform, "transform"))
+        node = Node(name, above, as_local_matrix(np.eye(4) if transform is None else transform, "transform"))
         if model is not None:
             node.show(model, **style)
         elif style:
@@ -350,7 +180,7 @@ class Scene(Pictured):
             For an unknown node, if the product overflows, or if stacks of poses do not broadcast.
         """
         path = self._path(self._node(node, "node"))
-        return _require_finite_world(_multiply_down(path), path[0])
+        return require_finite_world(_multiply_down(path), path[0])
 
     @classmethod
     def from_trimesh(cls, source: Any) -> "Scene":
@@ -514,18 +344,18 @@ class Scene(Pictured):
         joints = posed.joints
         numbers = {name: pose for name, pose in poses.items() if name in joints and is_number_of_joint(pose)}
         for node_name, placed in place_nodes(joints, numbers).items():
-            posed._nodes[node_name]._transform = _protect(placed)
+            posed._nodes[node_name]._transform = as_read_only(placed)
         for name, matrix in poses.items():
             if name in numbers:
                 continue
             if name not in posed:
                 known = "nodes of this scene" if not joints or name in joints else "joints or nodes of this scene"
                 raise ArgumentError.expecting("poses", f"name {known}", f"{name!r}{did_you_mean(str(name), joints)}")
-            posed._nodes[name]._transform = _as_local_matrices(matrix, f"poses[{name!r}]")
+            posed._nodes[name]._transform = as_local_matrices(matrix, f"poses[{name!r}]")
         for name, factors in weights.items():
             if name not in posed:
                 raise ArgumentError.expecting("weights", "name nodes of this scene", repr(name))
-            posed._nodes[name]._weights = _as_weights(factors, f"weights[{name!r}]")
+            posed._nodes[name]._weights = as_weights(factors, f"weights[{name!r}]")
         return posed
 
     def with_models(self, change: Callable[[Any], Any]) -> "Scene":
@@ -562,27 +392,7 @@ class Scene(Pictured):
             If a world matrix overflows, or if the scene is posed by stacks.
         """
         require_one_pose(self)
-        worlds: dict[str | None, Float64Array] = {None: np.eye(4)}
-        hidden: set[str | None] = set()
-        found: dict[Any, tuple[Shown, list[Float64Array], list[str]]] = {}
-        with np.errstate(over="ignore", invalid="ignore"):
-            for node in self:
-                worlds[node.name] = worlds[node.parent] @ node.transform
-                if node.parent in hidden or not node.visible:
-                    hidden.add(node.name)
-            for node in self:
-                if node.name in hidden:
-                    continue
-                for shown in node.models:
-                    placed, copies = _place(shown, node, worlds)
-                    _, places, nodes = found.setdefault(_make_key(placed), (placed, [], []))
-                    places += [_require_finite_world(copy_matrix, node) for copy_matrix in copies]
-                    nodes += [node.name] * (len(places) - len(nodes))
-        return [
-            Instances(nodes[0], shown.model, shown.style, np.stack(places), tuple(nodes))
-            for shown, places, nodes in found.values()
-            if places
-        ]
+        return gather_instances(tuple(self))
 
     def _new_name(self, name: object) -> str:
         """Return `name`, or an unused one for None; raise an error for a name that is taken."""
@@ -643,7 +453,7 @@ class Scene(Pictured):
                 lines.append(f"  ... and {len(self) - len(lines) + 1} more")
                 break
             depths[node.name] = depths[node.parent] + 1
-            lines.append("  " * depths[node.name] + _summarize(node))
+            lines.append("  " * depths[node.name] + summarize_node(node))
         return "\n".join(lines)
 
 
@@ -652,21 +462,6 @@ def make_unused_name(stem: str, number: int, used: Container[str]) -> str:
     while f"{stem} {number}" in used:
         number += 1
     return f"{stem} {number}"
-
-
-def _require_finite_world(matrix: Float64Array, node: Node) -> Float64Array:
-    return require_finite(matrix, f"the world matrix of {node.name!r}")
-
-
-def is_number_of_joint(pose: object) -> bool:
-    """Say whether a pose is a number or a row of numbers, which a joint takes, and not a matrix."""
-    if hasattr(pose, "as_matrix"):
-        return False
-    try:
-        array = np.asarray(pose)
-    except (TypeError, ValueError):  # of a ragged list
-        return False
-    return array.ndim < 2 and array.dtype.kind in "iuf"
 
 
 def require_one_pose(scene: Scene) -> None:
@@ -685,65 +480,3 @@ def _multiply_down(path: list[Node]) -> Float64Array:
             require_broadcast(product, below.transform, f"the matrix of {below.name!r}")
             product = product @ below.transform
     return product
-
-
-def _as_local_matrix(matrix: MatrixLike, argument: str) -> Float64Array:
-    return _protect(as_square_matrix(matrix, argument, 4))
-
-
-def _as_local_matrices(matrix: MatrixLike, argument: str) -> Float64Array:
-    return _protect(as_square_matrices(matrix, argument, 4))
-
-
-def _protect(array: Float64Array) -> Float64Array:
-    array.flags.writeable = False
-    return array
-
-
-def _as_weights(weights: npt.ArrayLike, argument: str) -> Float64Array:
-    factors = as_real_array(weights, argument)
-    if factors.ndim != 1:
-        raise ArgumentError.expecting(argument, "have shape (t,)", factors.shape)
-    factors.flags.writeable = False
-    return factors
-
-
-def _place(shown: Shown, node: Node, worlds: Mapping[str | None, Float64Array]) -> tuple[Shown, list[Float64Array]]:
-    """Return what a node shows as a mesh that is not deformed any more, and where its copies are in the world."""
-    world, model = worlds[node.name], shown.model
-    if isinstance(model, DeformableMesh):
-        skin = model.skin
-        missing = [] if skin is None else [name for name in skin.joints if name not in worlds]
-        if missing:
-            raise ArgumentError.expecting("skin", "have its joints in the scene", repr(missing[0]))
-        joints = None if skin is None else np.stack([worlds[name] for name in skin.joints])
-        with prefix_errors(f"node {node.name!r}"):
-            shown = shown._replace(model=model.posed(node.weights, joints))
-        if skin is not None:
-            world = np.eye(
-                4
-            )  # the joints have put it into the world, whatever the matrix of its node (glTF 2.0, 3.7.3.3)
-    return shown, [world] if node.instances is None else list(world @ node.instances)
-
-
-def _make_key(shown: Shown) -> tuple[Any, ...]:
-    """Return a key of the model and its style: what has the same key is drawn as instances of one model."""
-    return _make_identity(shown.model), frozenset((name, _make_identity(value)) for name, value in shown.style.items())
-
-
-def _make_identity(value: Any) -> Any:
-    """Return a key that is the same for equal texts and numbers, and otherwise for one object alone."""
-    try:
-        hash(value)
-    except TypeError:
-        return object, id(value)
-    return value
-
-
-def _describe(model: object) -> str:
-    return f"<array {model.shape}>" if isinstance(model, np.ndarray) else repr(model)
-
-
-def _summarize(node: Node) -> str:
-    models = ", ".join(_describe(shown.model) for shown in node.models)
-    return f"{node.name!r}: {models}" if models else repr(node.name)

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 import gpu_xform as gx
-from gpu_xform.geometry.scene import Node
+from gpu_xform.geometry.nodes import Node
 from gpu_xform.imaging.compare import Difference
 from gpu_xform.matrices import Decomposition
 
