@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from gpu_xform import samples
 from gpu_xform.errors import MeshError, MeshWarning
 from gpu_xform.formats import load_mesh, obj, save_mesh
+from gpu_xform.formats.obj_blocks import read_regular
+from gpu_xform.formats.obj_lines import read_lines
 from gpu_xform.geometry.mesh import Mesh
 
 POINTS = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n"
@@ -23,10 +25,10 @@ def faces(data: bytes) -> list[list[int]]:
 def both(data: bytes) -> tuple[Any, Any]:
     """What the bulk path (None where it declines) and the careful path make of a file."""
     try:
-        careful: Any = obj._read_lines(data)
+        careful: Any = read_lines(data)
     except MeshError as error:
         careful = str(error)
-    return obj._read_regular(data), careful
+    return read_regular(data), careful
 
 
 @pytest.mark.parametrize(
@@ -83,7 +85,7 @@ def test_continuation_joins_words_of_two_lines() -> None:
 )
 def test_words_after_the_coordinates_of_a_vertex_are_ignored(tail: bytes) -> None:
     data = b"v 1.5 -2e3 .25" + tail + b"\nv 0 1 2" + tail + b"\n"
-    assert obj._read_regular(data) == obj.read(data)
+    assert read_regular(data) == obj.read(data)
     assert obj.read(data).positions.tolist() == [[1.5, -2000, 0.25], [0, 1, 2]]
 
 
@@ -413,7 +415,7 @@ def test_any_attributes_are_read_as_they_were_written(mesh: Mesh) -> None:
     assert obj.list_losses(mesh) == []
     found = obj.read(saved(mesh))
     assert found == mesh
-    by_lines = obj._read_lines(saved(mesh))
+    by_lines = read_lines(saved(mesh))
     assert by_lines == mesh
 
 
