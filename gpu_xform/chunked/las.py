@@ -2,7 +2,7 @@
 
 import os
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -12,12 +12,13 @@ import numpy.typing as npt
 
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, MeshError, MissingExtraError
+from ..formats._warn import warn
 from .las_fields import describe_record
 from .las_header import COPC_USER, LasHeader, build_head, choose_grid, patch_head, read_las_header
 from .laz import CHUNK_POINTS, ChunkTable, LazError, compress, import_lazrs, make_laz_record, write_table
-from .npy import find_extremes
+from .npy import SCAN_POINTS, find_extremes
 from .partial_files import FileSink
-from .protocol import Block, Bounds, ChunkError, Encoded, PointSource, describe_file
+from .protocol import Block, Bounds, ChunkError, Encoded, GridError, PointSource, describe_file
 
 AXES = ("X", "Y", "Z")
 _INT32 = np.iinfo(np.int32)
@@ -59,6 +60,7 @@ class LasSource:
         self.record_dtype, self.directions = describe_record(self.header)
         self.world_from_stored = grid_matrix(self.header.scales, self.header.offsets)
         self._buffer = bytearray()
+        self._counted: Bounds | None = None
 
     @property
     def chunk_points(self) -> int:
@@ -114,8 +116,46 @@ class LasSource:
         return Block(start, np.empty((0, 3)), None, (stop - start, self._table.read_raw(self._file, first, last)))
 
     def read_bounds(self) -> Bounds:
-        """Return the box that the header says, which is at least as large as that of the points where it is true."""
-        return self.header.low, self.header.high
+        """Return the box that the header says, which is true in most files; that of the points once it was counted."""
+        if self._counted is None and not self.header.has_bounds:
+            self.count_bounds()
+        return self._counted or (self.header.low, self.header.high)
+
+    def count_bounds(self) -> bool:
+        """Read all points for their box; return whether it differs from the header's, of which a warning tells then."""
+        if self._counted is not None:
+            return False
+        header = self.header
+        cells = np.array([[_INT32.max] * 3, [_INT32.min] * 3], np.int64)
+        for block in self._read_what_decompresses():
+            low, high = find_extremes(np.ascontiguousarray(block.positions))
+            cells = np.stack([np.minimum(cells[0], low), np.maximum(cells[1], high)])
+        low, high = cells * header.scales + header.offsets if self.n_points else np.zeros((2, 3))
+        self._counted = low, high
+        with np.errstate(over="ignore", invalid="ignore"):
+            is_other = not (np.abs(np.stack([low - header.low, high - header.high])) <= 2 * header.scales).all()
+        if is_other:
+            warn(
+                f"{self.path}: its points lie from {low.tolist()} to {high.tolist()}, its header says "
+                f"{header.low.tolist()} to {header.high.tolist()}: counted, for the grid of the result"
+            )
+        return is_other
+
+    def _read_what_decompresses(self) -> Iterator[Block]:
+        """Yield all points but those of chunks that do not decompress, which the run itself will name."""
+        step = max(SCAN_POINTS // self.chunk_points, 1) * self.chunk_points
+        for start in range(0, self.n_points, step):
+            stop = min(start + step, self.n_points)
+            while start < stop:
+                try:
+                    block = self.read(start, stop)
+                except ChunkError as error:
+                    if start < error.start:
+                        yield self.read(start, error.start)
+                    start = error.stop
+                else:
+                    yield block
+                    break
 
     @property
     def attributes(self) -> Sequence[str]:
@@ -224,10 +264,10 @@ class LasSink(FileSink):
         fits = ((positions >= _INT32.min) & (positions <= _INT32.max)).all(axis=1)  # False for NaN
         i = int(np.argmin(fits))
         world = positions[i] * self.scales + self.offsets
-        raise ArgumentError(
+        raise GridError(
             f"{source.path}: point {block.start + i} comes to {world.tolist()}, which 32-bit integers of scale "
-            f"{self.scales.tolist()} around {self.offsets.tolist()} cannot hold: its header tells other bounds; give a "
-            f"scale and an offset"
+            f"{self.scales.tolist()} around {self.offsets.tolist()} cannot hold: give another "
+            f"scale and offset"
         )
 
     def finish(self, file: BinaryIO, facts: list[dict[str, Any]]) -> None:
@@ -363,7 +403,9 @@ def _view_positions(records: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.ndarray((len(records), 3), "<i4", records.view(np.uint8).data, 0, (records.dtype.itemsize, 4))
 
 
-def choose_las_grid(bounds: Bounds, matrix: Float64Array, scales: Any, scale: Any, offset: Any, project: bool) -> Any:
+def choose_las_grid(
+    bounds: Bounds, matrix: Float64Array, scales: Any, scale: Any, offset: Any, project: bool
+) -> tuple[Float64Array, Float64Array]:
     """Return scales and offsets for a box that a matrix moves; see `choose_grid`."""
     low, high = bounds
     corners = np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T

@@ -75,6 +75,12 @@ class LasHeader:
         return next((vlr for vlr in self.vlrs if (vlr.user, vlr.number) == key), None)
 
     @property
+    def has_bounds(self) -> bool:
+        """Whether its bounds can be those of points; some writers leave them at zero, or at the limits of doubles."""
+        is_box = bool(np.isfinite([self.low, self.high]).all() and (self.low <= self.high).all())
+        return is_box and (bool(np.any([self.low, self.high])) or self.n_points == 0)
+
+    @property
     def has_crs(self) -> bool:
         """Whether it names a coordinate system."""
         return any(vlr.user == CRS_USER for vlr in self.vlrs) or any(user == CRS_USER for user, *_ in self.evlrs)
@@ -118,8 +124,8 @@ def read_las_header(file: BinaryIO) -> LasHeader:
         evlrs_start, n_evlrs, count = struct.unpack_from("<QIQ", fixed, _EVLRS_START)
     numbers = np.array(struct.unpack_from("<12d", fixed, _SCALES))
     scales, offsets, high, low = numbers[:3], numbers[3:6], numbers[6::2].copy(), numbers[7::2].copy()
-    if not (np.isfinite(numbers).all() and (scales > 0).all()):
-        raise MeshError(f"scales must be positive, offsets and bounds finite, got {scales}, {offsets}, {low}, {high}")
+    if not (np.isfinite(numbers[:6]).all() and (scales > 0).all()):
+        raise MeshError(f"scales must be positive and offsets finite, got {scales}, {offsets}")
     file.seek(0)
     head = bytearray(file.read(points_start))
     vlrs, end = _read_vlrs(head, header_size, n_vlrs)

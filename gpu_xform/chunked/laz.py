@@ -15,6 +15,7 @@ from .las_header import LAZ_VLR, POINT_BYTES, LasHeader
 
 CHUNK_POINTS = 50_000
 _VARIABLE = 0xFFFFFFFF
+_CHUNKED = (2, 3)  # kinds of compression: points in chunks, layers in chunks
 # Layers per chunk that each begins with a size, by point format; one more for each extra byte.
 _LAYERS = {6: 9, 7: 10, 8: 11, 9: 10, 10: 12}
 
@@ -41,6 +42,8 @@ class ChunkTable:
             raise MeshError("the points are compressed, and no record says how")
         self.record = vlr.body
         size = len(self.record)
+        if size >= 2 and struct.unpack_from("<H", self.record)[0] not in _CHUNKED:
+            raise MeshError("the points are compressed in one piece, not in chunks, as LASzip 1 did: lazrs lacks it")
         if size < 34 or size < 34 + 6 * struct.unpack_from("<H", self.record, 32)[0]:
             raise MeshError("the record about compression is too short")
         item_bytes = sum(struct.unpack_from("<H", self.record, 36 + 6 * i)[0] for i in range((size - 34) // 6))

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 from .._core.file_locks import describe_process, is_at, try_lock
 from .._core.types import StrPath
 from ..errors import ArgumentError
-from .protocol import Encoded
+from .protocol import Encoded, OtherWorkError
 
 WRITE_BYTES = 1 << 20  # Linux takes half the time for large writes that come in pieces
 
@@ -106,7 +106,7 @@ class FileSink:
             held = os.fstat(self._file.fileno()).st_size
             before, _, journal = read_note(self._note)
             if resume and held and before != work:
-                raise ArgumentError(
+                raise OtherWorkError(
                     f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
                 )
             try:

@@ -145,6 +145,14 @@ class ChunkError(ArgumentError):
         return type(self), (str(self), self.start, self.stop)
 
 
+class GridError(ArgumentError):
+    """A point that the grid of a sink cannot hold: it was chosen for bounds that a header tells, or given."""
+
+
+class OtherWorkError(ArgumentError):
+    """An unfinished result that another run has left, of other work."""
+
+
 def describe_file(path: str) -> list[Any]:
     """Return what tells one state of a file from another."""
     status = os.stat(path)  # noqa: PTH116 - as in find_target

@@ -84,15 +84,10 @@ def _make_las_sink(
     target = find_target(destination, "destination")
     if target.is_stream:
         raise ArgumentError.expecting("destination", "be a file for this type", repr(os.fspath(destination)))
-    is_las = isinstance(source, LasSource)
-    try:
-        if is_las and scale is None and offset is None and np.array_equal(matrix, np.identity(4)):
-            grid = source.header.scales, source.header.offsets  # type: ignore[attr-defined]
-        else:
-            scales = source.header.scales if is_las else [DEFAULT_SCALE] * 3  # type: ignore[attr-defined]
-            grid = choose_las_grid(source.read_bounds(), matrix, scales, scale, offset, project)
-    except MeshError as error:
-        raise MeshError(f"{source.path}: {error}") from None
+    if isinstance(source, LasSource) and scale is None and offset is None and np.array_equal(matrix, np.identity(4)):
+        grid = source.header.scales, source.header.offsets
+    else:
+        grid = _choose_grid(source, matrix, project, scale, offset)
     is_compressed = file_type == "laz"
     if not isinstance(source, LasSource):
         columns = _describe_columns(source)
@@ -107,6 +102,22 @@ def _make_las_sink(
     sink = LasSink(destination, *target, source.header, grid, is_compressed)
     sink.keep_tail_of(source)
     return sink
+
+
+def _choose_grid(
+    source: PointSource | LasSource, matrix: Float64Array, project: bool, scale: Any, offset: Any
+) -> tuple[Float64Array, Float64Array]:
+    """Return scales and offsets; where the bounds of a LAS header leave no good ones, those of the points decide."""
+    scales = source.header.scales if isinstance(source, LasSource) else [DEFAULT_SCALE] * 3
+    try:
+        grid = choose_las_grid(source.read_bounds(), matrix, scales, scale, offset, project)
+        is_widened = scale is None and not np.array_equal(grid[0], scales)
+        if not (is_widened and isinstance(source, LasSource) and source.count_bounds()):
+            return grid
+    except MeshError as error:
+        if not (isinstance(source, LasSource) and source.count_bounds()):
+            raise MeshError(f"{source.path}: {error}") from None
+    return _choose_grid(source, matrix, project, scale, offset)
 
 
 def _warn_of_crs(source: LasSource, matrix: Float64Array, project: bool) -> None:

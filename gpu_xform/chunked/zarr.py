@@ -21,7 +21,7 @@ from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MissingExtraError
 from .npy import scan_bounds
 from .partial_files import read_note, write_note
-from .protocol import Block, Bounds, ChunkError, Directions, Encoded, PointSource
+from .protocol import Block, Bounds, ChunkError, Directions, Encoded, OtherWorkError, PointSource
 
 SHARD_POINTS = 1 << 20
 LARGE_SHARD_POINTS = 1 << 24  # a graph of 1e12 points in blocks of a million would have a million tasks
@@ -169,7 +169,7 @@ class ZarrSink:
         with self._lock():
             before, _, journal = read_note(self._note)
             if resume and self._partial.exists() and before and before != work:
-                raise ArgumentError(
+                raise OtherWorkError(
                     f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
                 )
             if not (resume and before == work and self._partial.exists()):

@@ -15,8 +15,9 @@ from .._core.arguments import as_real_array, as_square_matrix, as_vector, requir
 from .._core.public import public
 from .._core.targets import find_target, require_path
 from .._core.types import Float64Array, MatrixLike, Progress, StrPath
+from ..chunked.las import LasSource
 from ..chunked.npy import NpySource
-from ..chunked.protocol import Encoded, PointSource
+from ..chunked.protocol import Encoded, GridError, OtherWorkError, PointSource
 from ..chunked.registry import find_type, make_sink, open_source
 from ..device import Device
 from ..errors import ArgumentError, ArgumentTypeError
@@ -118,7 +119,8 @@ def transform_file(
     -----
     MeshWarning
         If the destination cannot hold all, if a coordinate system is named that the matrix may have made untrue, if an
-        index of COPC is left out, or if a bad chunk is left as it was.
+        index of COPC is left out, if a bad chunk is left as it was, or if the bounds in a LAS header leave no good
+        grid, so that the points were read for theirs.
     """
     require_path(source, "source")
     require_callable(progress, "progress")
@@ -132,7 +134,8 @@ def transform_file(
         raise ArgumentError.expecting("resume", "not be set for a stream", repr(os.fspath(destination)))
     grid = _as_triple(scale, "scale"), _as_triple(offset, "offset")
     opened = open_source(source)
-    try:
+
+    def run(resume: bool) -> None:
         job = _plan(
             opened, destination, matrix, project, precision, normals, skip_bad_chunks, *grid, device, workers is None
         )
@@ -154,6 +157,13 @@ def transform_file(
                 done += part.n_points
                 if progress is not None:
                     progress(done, opened.n_points)
+
+    try:
+        run(resume)
+    except (GridError, OtherWorkError) as error:  # maybe for bounds that a header tells wrongly
+        if not (isinstance(opened, LasSource) and opened.count_bounds()):
+            raise
+        run(resume and isinstance(error, OtherWorkError))
     finally:
         opened.close()
 

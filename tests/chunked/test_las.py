@@ -169,8 +169,7 @@ LIES = {
     "header": (94, "<H", 227, "a header of LAS 1.4 takes 375 bytes, it says 227"),
     "number of records": (100, "<I", 9, "record 1 of 9 before the points does not fit"),
     "scale": (131, "<d", 0.0, "scales must be positive"),
-    "offset": (155, "<d", np.nan, "offsets and bounds finite"),
-    "bounds": (179, "<d", np.inf, "offsets and bounds finite"),
+    "offset": (155, "<d", np.nan, "offsets finite"),
     "magic": (0, "4s", b"OBJ ", "not a LAS file"),
     "places of records": (235, "<QI", (1 << 40, 1), "record 0 of 1 behind the points begins at byte"),
 }
@@ -188,15 +187,75 @@ def test_a_header_that_lies_is_an_error_that_names_the_file(tmp_path: Path, lie:
     assert [path.name for path in tmp_path.iterdir()] == ["in.las"]
 
 
-def test_points_far_outside_the_bounds_of_the_header_are_an_error(tmp_path: Path) -> None:
+FALSE_BOUNDS = {
+    "zero": [0.0] * 6,
+    "infinite": [np.inf, -np.inf] * 3,
+    "the limits of doubles": [-1.797e308, 1.797e308] * 3,
+    "not a number": [np.nan] * 6,
+    "elsewhere": [-3e6, -4e6, 5e6, 4e6, 10, 0],
+    "too large": [3e10, -3e10] * 3,
+}
+
+
+@pytest.mark.parametrize("suffix", ["las", "laz"])
+@pytest.mark.parametrize("lie", FALSE_BOUNDS)
+def test_where_the_bounds_of_a_header_leave_no_grid_the_points_are_read_for_theirs(
+    tmp_path: Path, lie: str, suffix: str
+) -> None:
+    path, out = tmp_path / f"in.{suffix}", tmp_path / f"out.{suffix}"
+    before = make_las(path)
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<6d", data, 179, *FALSE_BOUNDS[lie])
+    path.write_bytes(data)
+    with pytest.warns(gx.MeshWarning, match=rf"in\.{suffix}: its points lie from \[.*, its header says \["):
+        gx.transform_file(path, out, MATRIX)
+    after = laspy.read(out)
+    assert np.array_equal(after.header.scales, before.header.scales)
+    require_moved(before, after, MATRIX)
+    assert sorted(each.name for each in tmp_path.iterdir()) == [path.name, out.name]
+
+
+def test_a_run_with_false_bounds_is_resumed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "in.las"
+    before = make_las(path, 1000)
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<6d", data, 179, *FALSE_BOUNDS["elsewhere"])
+    path.write_bytes(data)
+    monkeypatch.setattr(streaming, "HOST_CHUNK_BYTES", 10_000)
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 10_000)
+    told: list[int] = []
+
+    def stop(done: int, _: int) -> None:
+        told.append(done)
+        if len(told) == 3:
+            raise KeyboardInterrupt
+
+    with pytest.warns(gx.MeshWarning, match="its points lie"), pytest.raises(KeyboardInterrupt):
+        gx.transform_file(path, tmp_path / "out.las", MATRIX, progress=stop)
+    assert (tmp_path / "out.las.partial").exists()
+    with pytest.warns(gx.MeshWarning, match="its points lie"):
+        gx.transform_file(path, tmp_path / "out.las", MATRIX, resume=True, progress=stop)
+    assert told[3] > told[2]
+    require_moved(before, laspy.read(tmp_path / "out.las"), MATRIX)
+
+
+def test_points_that_a_given_grid_cannot_hold_are_an_error(tmp_path: Path) -> None:
     las = make_las(tmp_path / "in.las")
     las.X[37] = 2**31 - 1
     las.write(tmp_path / "in.las")
     data = bytearray((tmp_path / "in.las").read_bytes())
     struct.pack_into("<2d", data, 179, 431_001, 431_000)
     (tmp_path / "in.las").write_bytes(data)
-    with pytest.raises(gx.ArgumentError, match=r"in\.las: point 37 comes to .*its header tells other bounds"):
-        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", gx.scale(-1.1, 1, 1), scale=0.001)
+    with (
+        pytest.warns(gx.MeshWarning, match="its points lie"),
+        pytest.raises(gx.MeshError, match=r"in\.las: a scale of 0\.001 cannot hold coordinates"),
+    ):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", gx.scale(-2.1, 1, 1), scale=0.001)
+    with (
+        pytest.warns(gx.MeshWarning, match="its points lie"),
+        pytest.raises(gx.MeshError, match=r"in\.las: a scale of 0\.001 cannot hold coordinates"),
+    ):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", gx.scale(3), scale=0.001, offset=(0, 0, 0))
     assert [path.name for path in tmp_path.iterdir()] == ["in.las"]
 
 
