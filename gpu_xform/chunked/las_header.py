@@ -17,8 +17,7 @@ from ..errors import MeshError
 HEADER_BYTES = {0: 227, 1: 227, 2: 227, 3: 235, 4: 375}
 POINT_BYTES = (20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67)
 WAVE_PACKET_OFFSETS = {4: 28, 5: 34, 9: 30, 10: 38}
-_VLR_BYTES, _EVLR_BYTES = 54, 60
-_LENGTH_FORMATS = {_VLR_BYTES: (18, "<H"), _EVLR_BYTES: (18, "<Q")}
+_VLR_BYTES, EVLR_BYTES = 54, 60
 
 # Offsets of fields in a header.
 _MINOR_VERSION, _HEADER_SIZE, _POINTS_START, _N_VLRS, _POINT_FORMAT, _RECORD_BYTES = 25, 94, 96, 100, 104, 105
@@ -173,14 +172,14 @@ def _read_vlrs(head: bytearray, start: int, count: int) -> tuple[list[Vlr], int]
 def _list_evlrs(file: BinaryIO, start: int, count: int, size: int) -> Iterator[tuple[str, int, int, int]]:
     for i in range(count):
         file.seek(start)
-        data = file.read(_EVLR_BYTES)
-        if len(data) < _EVLR_BYTES:
+        data = file.read(EVLR_BYTES)
+        if len(data) < EVLR_BYTES:
             raise MeshError(f"record {i} of {count} behind the points begins at byte {start:,} of {size:,}")
         user, number, length = struct.unpack_from("<16sHQ", data, 2)
-        if start + _EVLR_BYTES + length > size:
+        if start + EVLR_BYTES + length > size:
             raise MeshError(f"record {i} of {count} behind the points takes {length:,} bytes, more than the file has")
-        yield _as_text(user), number, start, _EVLR_BYTES + length
-        start += _EVLR_BYTES + length
+        yield _as_text(user), number, start, EVLR_BYTES + length
+        start += EVLR_BYTES + length
 
 
 def _as_text(field: bytes) -> str:

@@ -1,4 +1,4 @@
-"""`gpu-xform info`: what model files hold."""
+"""`gpu-xform info`: what model files and scans hold."""
 
 import argparse
 import json
@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import MeshWarning
+from ...errors import ArgumentError, MeshWarning
 from ...geometry.attributes import RaggedArray
 from ...geometry.joints import Joint
 from ...geometry.mesh import Mesh
@@ -18,19 +18,24 @@ from .. import argument_types as types
 from .. import files
 from .. import options as groups
 from ..exit_codes import FAILURES, exit_code_for, format_error
-from ..paths import expand_globs, file_type
+from ..paths import STDIO, expand_globs, file_type
+from ..scan_rows import describe_scan
 from ..streams import print_stderr, print_stdout
 
 USAGE = "FILE... [options]"
 DESCRIPTION = """\
 Print what model files hold: points, faces by their number of corners, edges,
-bounds, attributes, nodes, units, comments, and what cannot be read."""
+bounds, attributes, nodes, units, comments, and what cannot be read. Of scans
+(.las, .laz, .copc.laz) the header is read alone: points, format, scale, offset,
+bounds, coordinate system, dimensions and records; of .zarr the layout too."""
 EPILOG = """\
 examples:
   gpu-xform info scan.ply
   gpu-xform info *.glb --json
+  gpu-xform info tiles/*.laz
 """
 MAX_TEXTS = 12
+SCAN_TYPES = ("las", "laz", "zarr")
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -40,8 +45,8 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "models",
         metavar="FILE",
         nargs="+",
-        type=types.parse_file_path,
-        help="a model file, or a pattern such as *.obj; - for standard input",
+        type=types.parse_points_path,
+        help="a model file, a scan, or a pattern such as *.obj; - for standard input",
     )
     groups.add_reading_options(group)
     groups.add_json(parser, "descriptions of the files")
@@ -56,7 +61,7 @@ def run(options: argparse.Namespace) -> int:
             found.append(_describe(path, options.file_type, options.tolerance))
         except FAILURES as error:
             errors.append(error)
-            print_stderr(format_error(error, path))
+            print_stderr(format_error(error, "" if str(error).startswith(f"{path}: ") else path))
     if found or not errors:
         print_stdout(json.dumps(found, indent=2) + "\n" if options.json else "\n".join(map(_format, found)))
     return exit_code_for(errors[0]) if errors else 0
@@ -68,6 +73,8 @@ def _describe(path: str, declared_type: str | None, tolerance: float | None) -> 
     from ...formats.gltf import merge_scene
 
     kind = file_type(path, declared_type)
+    if kind in SCAN_TYPES:
+        return _summarize_scan(path, kind)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", MeshWarning)
         scene = load_scene(files.open_source(path), file_type=kind, tolerance=tolerance)
@@ -94,6 +101,19 @@ def _describe(path: str, declared_type: str | None, tolerance: float | None) -> 
         "comments": _find_comments(mesh),
         "warnings": [str(warning.message) for warning in caught if issubclass(warning.category, MeshWarning)],
     }
+
+
+def _summarize_scan(path: str, kind: str) -> dict[str, Any]:
+    """Return what a scan holds, as JSON has it."""
+    from ...chunked.summary import summarize
+
+    if path == STDIO:
+        raise ArgumentError(f"{path}: .las, .laz and .zarr are read from a file, not through a pipe")
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", MeshWarning)
+        found = summarize(path, kind)
+    told = [str(warning.message) for warning in caught if issubclass(warning.category, MeshWarning)]
+    return {"file": path, "type": kind, **found, "warnings": told}
 
 
 def _describe_joint(joint: Joint) -> dict[str, Any]:
@@ -168,10 +188,15 @@ def _find_comments(mesh: Mesh) -> list[str]:
 
 def _format(found: dict[str, Any]) -> str:
     """Return a paragraph that says what a file holds."""
+    if found["type"] in SCAN_TYPES:
+        box = found["bounds"]
+        is_box = box is not None and None not in (*box[0], *box[1])
+        rows = describe_scan(found, _format_bounds(*box) if is_box else "not told" if box is None else "not finite")
+        return _format_rows(found, rows)
     encoding = f", {found['encoding']}" if found["encoding"] else ""
     low, high = found["bounds"]
     faces = [f"{count:,} of {size} corners" for size, count in found["faces"].items()]
-    rows: list[tuple[str, str]] = [
+    rows = [
         ("type", f"{found['type']}{encoding}"),
         ("points", f"{found['points']:,}"),
         ("faces", f"{sum(found['faces'].values()):,}" + (f" ({_shorten(faces)})" if faces else "")),
@@ -194,7 +219,12 @@ def _format(found: dict[str, Any]) -> str:
     shown = ["animations", "comments"] if "material" in found["labels"] else ["materials", "animations", "comments"]
     rows += [(key, _shorten(found[key])) for key in shown if found[key]]
     rows += [("units", found["units"])] if found["units"] else []
-    rows += [("warning", " ".join(text.split())) for text in found["warnings"]]
+    return _format_rows(found, rows)
+
+
+def _format_rows(found: dict[str, Any], rows: list[tuple[str, str]]) -> str:
+    """Return a file's name and its rows in columns, with what could not be read."""
+    rows = [*rows, *(("warning", " ".join(text.split())) for text in found["warnings"])]
     width = max(len(name) for name, _ in rows)
     return "".join([f"{found['file']}\n", *(f"  {name:{width}}  {text}\n" for name, text in rows)])
 

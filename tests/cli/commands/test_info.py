@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gpu_xform import Mesh, Scene, samples, save_mesh, translate
+from gpu_xform import Mesh, Scene, samples, save_mesh, transform_file, translate
 from gpu_xform.cli import main
 from tests.cli.commands.test_transform_attributes import HOUSE, SCAN
 from tests.support.cli import error_of
+from tests.support.las_files import make_las
 
 
 def info_of(capsys: pytest.CaptureFixture[str], *paths: str) -> list[dict[str, Any]]:
@@ -133,3 +134,28 @@ def test_materials_have_their_colours(capsys: pytest.CaptureFixture[str]) -> Non
     out = capsys.readouterr().out
     assert "white (1, 1, 0.5, 0.25)" in out
     assert "mtllib      house.mtl" in out
+
+
+def test_scans_by_their_headers(capsys: pytest.CaptureFixture[str]) -> None:
+    las = make_las(Path("tile.laz"), 40)
+    save = np.arange(6, dtype="f4").reshape(2, 3)
+    np.save("a.npy", save)
+    transform_file("a.npy", "a.zarr", np.eye(4))
+    tile, array = info_of(capsys, "tile.laz", "a.zarr/")
+    assert (tile["type"], tile["points"], tile["point_format"], tile["warnings"]) == ("laz", 40, 7, [])
+    assert np.array_equal(tile["bounds"], [las.header.mins, las.header.maxs])
+    assert (array["type"], array["points"], array["bounds"]) == ("zarr", 2, [[0, 1, 2], [3, 4, 5]])
+    assert main(["info", "tile.laz", "a.zarr"]) == 0
+    lines = [line.split(maxsplit=1) for line in capsys.readouterr().out.splitlines() if line.startswith("  ")]
+    assert ["type", "LAZ, chunks of 50,000 points; LAS 1.4, point format 7, 58 bytes per point"] in lines
+    assert ["scale", "0.001, 0.002, 0.005"] in lines
+    assert ["crs", "none named"] in lines
+    assert ["type", "zarr, format 3, 3 x float32"] in lines
+
+
+def test_a_scan_that_is_none_is_named_once(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("no.las").write_bytes(b"no")
+    assert main(["info", "no.las"]) != 0
+    assert capsys.readouterr().err.count("no.las") == 1
+    assert main(["info", "-", "--file-type", "las"]) != 0
+    assert "not through a pipe" in capsys.readouterr().err
