@@ -23,6 +23,7 @@ from ..stage_times import report_stage
 from ..streams import name_file_in_errors, print_stderr, raise_warnings
 
 AFFINE_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
+MAX_UNUSED = 8  # names of a table that are told
 
 USAGE = "IN... OUT [options]"
 DESCRIPTION = """\
@@ -48,9 +49,11 @@ of them fails, the others are still made.
 
 A --matrix-table is JSON ({"tile.laz": [16 numbers, row by row], ...}, a list,
 or a pose graph or camera trajectory of Open3D), CSV (a name and 16 numbers, 12,
-or 8: scale, quaternion w,x,y,z and translation, or a name and the file of a
-matrix as CloudCompare writes it), or COLMAP's images.txt. Poses of cameras are
-inverted, so that they lead into the world. Its matrices apply first.
+or 8: scale, quaternion w,x,y,z and translation, or titles such as qw and tx in
+any order, or a name and the file of a matrix as CloudCompare writes it), a text
+of such matrices, one below the other, or COLMAP's images.txt. Names count with
+folder and type, or without. Poses of cameras are inverted, so that they lead
+into the world. Its matrices apply first.
 
 examples:
   gpu-xform transform in.obj out.ply --scale 0.3 --translate -0.5,2,0
@@ -140,6 +143,9 @@ def run(options: argparse.Namespace) -> int:
                 progress.write_lines(exit_codes.format_error(error, subject))
                 codes.append(exit_codes.exit_code_for(error))
             move(done, len(tasks))
+    if tasks[0].table is not None and (unused := tasks[0].table.unused):
+        more = f", and {len(unused) - MAX_UNUSED} more" if len(unused) > MAX_UNUSED else ""
+        print_stderr(f"gpu-xform: {options.matrix_table}: no input for {', '.join(unused[:MAX_UNUSED])}{more}\n")
     failed = f", {len(codes)} failed" if codes else ""
     print_stderr(f"gpu-xform: {len(tasks)} files: {len(tasks) - len(codes)} done{failed}\n")
     return min(codes, default=0)
@@ -176,7 +182,13 @@ def _transform(options: argparse.Namespace) -> None:
         require_target(options.output)
     matrix = compose_transforms(options)
     if options.table is not None:
-        matrix = matrix @ options.table.find(options.input, options.place, options.count)
+        found = options.table.find(options.input, options.place, options.count)
+        if not options.project and found[3, :3].any() and not found[:3, 3].any():
+            raise ArgumentError(
+                f"{options.matrix_table}: the matrix of {options.input} ends in the row {found[3].tolist()}: it seems "
+                f"to be stored column by column, and must be row by row"
+            )
+        matrix = matrix @ found
     if not options.project and tuple(matrix[3]) != AFFINE_LAST_ROW:
         raise ArgumentError("the transforms are projective: give --project to divide the points by w")
     if options.make_folders:

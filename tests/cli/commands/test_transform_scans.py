@@ -14,7 +14,7 @@ from gpu_xform.compute import streaming
 from tests.chunked.test_las import require_moved
 from tests.chunked.test_ply import write_cloud
 from tests.support.cli import error_of
-from tests.support.las_files import make_las
+from tests.support.las_files import NORMALS, make_las, stack
 from tests.support.reference_transform import AFFINE, some_points
 
 MATRIX = gx.chain(gx.rotate_z(30, degrees=True), gx.translate(1, 2, 3))
@@ -53,15 +53,32 @@ def test_many_tiles_take_a_matrix_each_and_a_bad_one_does_not_stop_the_rest(
     tiles = [make_las(Path(f"tiles/t{i}.las"), 100 + i) for i in range(3)]
     Path("tiles/t1.las").write_bytes(b"LASF" + bytes(400))
     matrices = {f"t{i}.las": (AFFINE @ gx.translate(i, 0, 0)).tolist() for i in range(2)}
-    Path("poses.json").write_text(json.dumps({**matrices, "t2": MATRIX.tolist()}))
+    Path("poses.json").write_text(json.dumps({**matrices, "t2": MATRIX.tolist(), "t7.las": np.eye(4).tolist()}))
     command = ["transform", "tiles/*.las", "moved/{model}.laz", "--matrix-table", "poses.json", "--translate", "0,0,5"]
     assert main(command) == 2
     printed = capsys.readouterr().err
     assert "gpu-xform: error: tiles/t1.las: LAS version 0.0 is not known" in printed
-    assert printed.endswith("gpu-xform: 3 files: 2 done, 1 failed\n")
+    assert printed.endswith("gpu-xform: poses.json: no input for t7.las\ngpu-xform: 3 files: 2 done, 1 failed\n")
     require_moved(tiles[0], laspy.read("moved/t0.laz"), gx.translate(0, 0, 5) @ AFFINE)
     require_moved(tiles[2], laspy.read("moved/t2.laz"), gx.translate(0, 0, 5) @ MATRIX)
     assert sorted(path.name for path in Path("moved").iterdir()) == ["t0.laz", "t2.laz"]
+
+
+def test_a_matrix_by_columns_is_told_and_a_singular_one_flattens(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    make_las(Path("a.las"), 20)
+    make_las(Path("b.las"), 20, normals=False)
+    Path("poses.json").write_text(json.dumps({"a": MATRIX.T.tolist(), "b": MATRIX.T.tolist()}))
+    command = ["transform", "a.las", "b.las", "out/{model}.las", "--matrix-table", "poses.json"]
+    assert main(command) == 2
+    assert capsys.readouterr().err.count("it seems to be stored column by column") == 2
+    Path("poses.json").write_text(json.dumps([np.diag([1.0, 1, 0, 1]).tolist()] * 2))
+    assert main(command) == 0
+    flat = laspy.read("out/a.las")
+    assert np.ptp(flat.z) == np.ptp(laspy.read("out/b.las").z) == 0
+    assert not stack(flat, NORMALS)[:, :2].any()
+    assert np.isfinite(stack(flat, NORMALS)).all()
 
 
 def test_an_interrupted_tile_is_resumed(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
