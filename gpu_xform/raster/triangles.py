@@ -165,6 +165,7 @@ class TriangleStage:
         # The same pipelines both times: others might round otherwise, and no face would be as near as the nearest.
         constants = {
             "workgroup_size": choose_workgroup_size(self._device),
+            "has_visibility": self._has_visibility,
             "writes_ids": self._write_ids,
             "has_flats": self.has_flats,
             "has_light": self._has_light,

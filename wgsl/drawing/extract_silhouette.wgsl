@@ -37,7 +37,15 @@ fn extract(index: u32) {
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
-    for (var index = invocation.x; index < view.n_candidates; index += n_workgroups.x * workgroup_size) {
+    var index = invocation.x;
+    if index >= view.n_candidates {
+        return;
+    }
+    loop {
         extract(index);
+        index += n_workgroups.x * workgroup_size;
+        if index >= view.n_candidates {
+            break;
+        }
     }
 }

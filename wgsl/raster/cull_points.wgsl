@@ -32,7 +32,11 @@ fn is_listed(index: u32, point: vec3<f32>) -> bool {
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
     let first = splat.first_packet + splat.packet_stride * invocation.x;
     let stride = splat.packet_stride * n_workgroups.x * workgroup_size;
-    for (var packet = first; 4u * packet < splat.n_points; packet += stride) {
+    var packet = first;
+    if 4u * packet >= splat.n_points {
+        return;
+    }
+    loop {
         let index = 4u * packet;
         let at = 3u * packet;
         let a = points[at];
@@ -54,6 +58,10 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workg
             if listed.z { list.points[slot] = index + 2u; }
             slot += n_listed.z;
             if listed.w { list.points[slot] = index + 3u; }
+        }
+        packet += stride;
+        if 4u * packet >= splat.n_points {
+            break;
         }
     }
 }

@@ -21,6 +21,7 @@ struct LargeTriangles {
 @group(0) @binding(8) var<storage, read> corner_normals: array<u32>; // three per triangle, octahedral
 
 override workgroup_size: u32;
+override has_visibility: bool; // there is a second time
 override writes_ids: bool; // the visibility buffer holds ids of triangles, not indices of their colours
 override has_flats: bool; // planes are looked for among the depths
 override has_light: bool; // on some faces, that differs from pixel to pixel
@@ -35,17 +36,38 @@ fn main(
     let block = block_size(workgroup_size);
     let step = vec2<i32>(block * vec2(1u, n_workgroups.y));
     let offset = vec2<i32>(vec2(member % block.x, workgroup.y * block.y + member / block.x));
-    for (var i = workgroup.x; i < large_triangles.n_triangles; i += n_workgroups.x) {
-        let index = large_triangles.indices[i];
-        let triangle = load_triangle(index);
+    var i = workgroup.x;
+    if i >= large_triangles.n_triangles {
+        return;
+    }
+    loop {
+        let index = large_triangles.indices[i] % faces.n_triangles;
+        let instance = large_triangles.indices[i] / faces.n_triangles;
+        let triangle = load_triangle(index, instance);
         let normals = corner_normals_to_eye(index);
         let start = triangle.bbox_min + offset;
-        for (var y = start.y; y <= triangle.bbox_max.y; y += step.y) {
+        var y = start.y;
+        loop {
             let columns = covered_columns(triangle, y);
             let n_before = max(columns.x - start.x, 0) / step.x;
-            for (var x = start.x + n_before * step.x; x <= columns.y; x += step.x) {
-                rasterize_pixel(triangle, normals, index, vec2(x, y));
+            var x = start.x + n_before * step.x;
+            loop {
+                if x <= columns.y && y <= triangle.bbox_max.y {
+                    rasterize_pixel(triangle, normals, index, instance, vec2(x, y));
+                }
+                x += step.x;
+                if x > columns.y {
+                    break;
+                }
             }
+            y += step.y;
+            if y > triangle.bbox_max.y {
+                break;
+            }
+        }
+        i += n_workgroups.x;
+        if i >= large_triangles.n_triangles {
+            break;
         }
     }
 }

@@ -28,6 +28,7 @@ const MAX_ROUNDS = 32768u; // per invocation: lavapipe stops loops after twice a
 @group(0) @binding(8) var<storage, read> corner_normals: array<u32>; // three per triangle, octahedral
 
 override workgroup_size: u32;
+override has_visibility: bool; // there is a second time
 override writes_ids: bool; // the visibility buffer holds ids of triangles, not indices of their colours
 override has_flats: bool; // planes are looked for among the depths
 override has_light: bool; // on some faces, that differs from pixel to pixel
@@ -50,8 +51,8 @@ fn defer_large(index: u32, n_pixels: i32) {
     atomicStore(&large_triangles.n_layers, 1u);
 }
 
-fn rasterize_small(index: u32) {
-    let triangle = load_triangle(index);
+fn rasterize_small(index: u32, instance: u32) {
+    let triangle = load_triangle(index, instance);
     if !triangle.is_valid {
         return;
     }
@@ -66,25 +67,45 @@ fn rasterize_small(index: u32) {
             n_covered += max(columns.y - columns.x + 1, 0);
         }
         if n_covered > most {
-            defer_large(index, n_pixels);
+            defer_large(instance * faces.n_triangles + index, n_pixels);
             return;
         }
     }
     let normals = corner_normals_to_eye(index);
-    for (var y = triangle.bbox_min.y; y <= triangle.bbox_max.y; y++) {
+    var y = triangle.bbox_min.y;
+    loop {
         var columns = vec2(triangle.bbox_min.x, triangle.bbox_max.x);
         if !is_small {
             columns = covered_columns(triangle, y);
         }
-        for (var x = columns.x; x <= columns.y; x++) {
-            rasterize_pixel(triangle, normals, index, vec2(x, y));
+        var x = columns.x;
+        loop {
+            if x <= columns.y {
+                rasterize_pixel(triangle, normals, index, instance, vec2(x, y));
+            }
+            x++;
+            if x > columns.y {
+                break;
+            }
+        }
+        y++;
+        if y > triangle.bbox_max.y {
+            break;
         }
     }
 }
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
-    for (var i = invocation.x; i < faces.n_triangles; i += n_workgroups.x * workgroup_size) {
-        rasterize_small(invocation.y * faces.n_triangles + i);
+    var i = invocation.x;
+    if i >= faces.n_triangles {
+        return;
+    }
+    loop {
+        rasterize_small(i, invocation.y);
+        i += n_workgroups.x * workgroup_size;
+        if i >= faces.n_triangles {
+            break;
+        }
     }
 }

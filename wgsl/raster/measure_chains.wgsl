@@ -101,11 +101,19 @@ fn add_sections_before(section: u32, instance: u32, n_sections: u32) {
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
     let n_sections = (style.n_edges + EDGES_PER_SECTION - 1u) / EDGES_PER_SECTION;
-    for (var section = invocation.x; section < n_sections; section += n_workgroups.x * workgroup_size) {
+    var section = invocation.x;
+    if section >= n_sections {
+        return;
+    }
+    loop {
         if is_adding {
             add_sections_before(section, invocation.y, n_sections);
         } else {
             measure(section, invocation.y, n_sections);
+        }
+        section += n_workgroups.x * workgroup_size;
+        if section >= n_sections {
+            break;
         }
     }
 }

@@ -29,7 +29,11 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workg
     }
     let n_across = blocks_across(tile.extent.x);
     let n_blocks = n_across * blocks_across(tile.extent.y);
-    for (var block = invocation.x; block < n_blocks; block += n_workgroups.x * workgroup_size) {
+    var block = invocation.x;
+    if block >= n_blocks {
+        return;
+    }
+    loop {
         let first = BLOCK_SIDE * vec2<i32>(vec2(block % n_across, block / n_across));
         var depth = 0xffffffffu;
         for (var i = 0; i < BLOCK_SIDE * BLOCK_SIDE; i++) {
@@ -37,5 +41,9 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workg
             depth = min(depth, depth_of(dots[pixel.y * tile.extent.x + pixel.x]));
         }
         block_depths[block] = depth;
+        block += n_workgroups.x * workgroup_size;
+        if block >= n_blocks {
+            break;
+        }
     }
 }

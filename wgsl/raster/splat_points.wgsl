@@ -109,7 +109,15 @@ fn splat_point(index: u32) {
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
     let first = select(list.first, 0u, splat.writes_colors == 1u);
-    for (var i = first + invocation.x; i < list.end; i += n_workgroups.x * workgroup_size) {
+    var i = first + invocation.x;
+    if i >= list.end {
+        return;
+    }
+    loop {
         splat_point(list.points[i]);
+        i += n_workgroups.x * workgroup_size;
+        if i >= list.end {
+            break;
+        }
     }
 }

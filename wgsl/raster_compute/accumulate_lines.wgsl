@@ -45,30 +45,39 @@ fn rasterize(index: u32, instance: u32, lane: u32) {
     let axis = major_axis(line);
     let offset = edge_offset(axis, half_width);
     let bounds = bounds_in_tile(axis, tile);
-    let first = max(i32(floor(axis.start.x - half_width)), bounds.x);
+    var x = max(i32(floor(axis.start.x - half_width)), bounds.x) + i32(lane);
     let last = min(i32(floor(axis.start.x + axis.length_major + half_width)), bounds.y);
-    for (var x = first + i32(lane); x <= last; x += 1 << style.log2_lanes) {
+    if x > last {
+        return;
+    }
+    loop {
         var opacity = 0.0;
         if !is_wide {
             let t = t_at_column(axis, x);
             opacity = color_alpha_at(index, line, t) * opacity_at(line, t);
-            if (hidden != HIDDEN_SHOW || dashes != DASHES_NONE) && opacity <= 0.0 {
-                continue;
+        }
+        if is_wide || (hidden == HIDDEN_SHOW && dashes == DASHES_NONE) || opacity > 0.0 {
+            let spans = column_spans(axis, half_width, offset, x);
+            let rows = row_range(spans);
+            let highest = min(rows.y, bounds.w);
+            var y = max(rows.x, bounds.z);
+            loop {
+                let pixel = pixel_at(axis, x, y);
+                let t = t_at_pixel(line, pixel);
+                if is_wide {
+                    opacity = color_alpha_at(index, line, t) * opacity_at(line, t);
+                }
+                let alpha = select(0.0, opacity * coverage(spans, y), y <= highest);
+                emit_fragment(pixel_index(tile, pixel), alpha, instance * style.n_edges + index, line, t);
+                y++;
+                if y > highest {
+                    break;
+                }
             }
         }
-        let spans = column_spans(axis, half_width, offset, x);
-        let rows = row_range(spans);
-        let highest = min(rows.y, bounds.w);
-        for (var y = max(rows.x, bounds.z); y <= highest; y++) {
-            let pixel = pixel_at(axis, x, y);
-            let t = t_at_pixel(line, pixel);
-            if is_wide {
-                opacity = color_alpha_at(index, line, t) * opacity_at(line, t);
-            }
-            let alpha = opacity * coverage(spans, y);
-            if alpha > 0.0 {
-                emit_fragment(pixel_index(tile, pixel), alpha, instance * style.n_edges + index, line, t);
-            }
+        x += 1 << style.log2_lanes;
+        if x > last {
+            break;
         }
     }
 }
@@ -76,7 +85,15 @@ fn rasterize(index: u32, instance: u32, lane: u32) {
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
     let n = style.n_edges << style.log2_lanes;
-    for (var i = invocation.x; i < n; i += n_workgroups.x * workgroup_size) {
+    var i = invocation.x;
+    if i >= n {
+        return;
+    }
+    loop {
         rasterize(i >> style.log2_lanes, invocation.y, i & ((1u << style.log2_lanes) - 1u));
+        i += n_workgroups.x * workgroup_size;
+        if i >= n {
+            break;
+        }
     }
 }

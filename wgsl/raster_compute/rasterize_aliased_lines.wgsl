@@ -32,18 +32,35 @@ fn rasterize(index: u32, instance: u32) {
     let axis = major_axis(line);
     let bounds = bounds_in_tile(axis, tile);
     let columns = aliased_columns(axis);
-    for (var x = max(columns.x, bounds.x); x < min(columns.y, bounds.y + 1); x++) {
+    var x = max(columns.x, bounds.x);
+    let last = min(columns.y - 1, bounds.y);
+    if x > last {
+        return;
+    }
+    loop {
         let y = aliased_row(axis, x);
         if y >= bounds.z && y <= bounds.w {
             let slot = pixel_index(tile, pixel_at(axis, x, y));
             emit_aliased(slot, instance * style.n_edges + index, line, t_at_column(axis, x));
+        }
+        x++;
+        if x > last {
+            break;
         }
     }
 }
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
-    for (var index = invocation.x; index < style.n_edges; index += n_workgroups.x * workgroup_size) {
+    var index = invocation.x;
+    if index >= style.n_edges {
+        return;
+    }
+    loop {
         rasterize(index, invocation.y);
+        index += n_workgroups.x * workgroup_size;
+        if index >= style.n_edges {
+            break;
+        }
     }
 }

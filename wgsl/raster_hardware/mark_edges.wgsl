@@ -49,7 +49,15 @@ fn mark_block(block: u32, n_blocks: u32, instance: u32) {
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
     let n = count_blocks(style.n_edges);
-    for (var block = invocation.x; block < n; block += n_workgroups.x * workgroup_size) {
+    var block = invocation.x;
+    if block >= n {
+        return;
+    }
+    loop {
         mark_block(block, n * n_workgroups.y, invocation.y);
+        block += n_workgroups.x * workgroup_size;
+        if block >= n {
+            break;
+        }
     }
 }

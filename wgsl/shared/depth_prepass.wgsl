@@ -1,7 +1,7 @@
 // Triangles to depths, and, when all depths are known, to the visibility buffer. Both times through the same pipelines:
 // others might round otherwise, and no face would be as near as the nearest.
 // Entry declares: tile, faces, clip_positions, triangles, face_depths, visibility, color_indices, corner_normals,
-//     writes_ids, has_light, has_flats, has_depth_cue.
+//     has_visibility, writes_ids, has_light, has_flats, has_depth_cue.
 #import depth_cue
 #import octahedral
 #import tile
@@ -28,10 +28,10 @@ fn block_size(workgroup_size: u32) -> vec2<u32> {
     return vec2(width, workgroup_size / width);
 }
 
-// The triangle with an index over all instances.
-fn load_triangle(index: u32) -> Triangle {
-    let corner = 3u * (index % faces.n_triangles);
-    let first = faces.instance_stride * (index / faces.n_triangles);
+// The triangle with an index in its instance.
+fn load_triangle(index: u32, instance: u32) -> Triangle {
+    let corner = 3u * index;
+    let first = faces.instance_stride * instance;
     return setup_triangle(
         clip_positions[first + triangles[corner]],
         clip_positions[first + triangles[corner + 1u]],
@@ -50,7 +50,7 @@ fn corner_normals_to_eye(index: u32) -> mat3x3<f32> {
     if !has_light || !is_set(faces.writes_visibility, index) {
         return mat3x3<f32>();
     }
-    let corner = 3u * (index % faces.n_triangles);
+    let corner = 3u * index;
     return mat3x3(normal_to_eye(corner), normal_to_eye(corner + 1u), normal_to_eye(corner + 2u));
 }
 
@@ -68,13 +68,13 @@ fn is_flat(triangle: Triangle, fragment: TriangleFragment) -> bool {
     return abs(triangle.depth.x) + abs(triangle.depth.y) <= MAX_FLAT_SLOPE * pixel_depth;
 }
 
-fn rasterize_pixel(triangle: Triangle, normals: mat3x3<f32>, index: u32, pixel: vec2<i32>) {
+fn rasterize_pixel(triangle: Triangle, normals: mat3x3<f32>, index: u32, instance: u32, pixel: vec2<i32>) {
     let fragment = triangle_fragment(triangle, pixel, tile.depth_slope_per_pixel);
     if !fragment.is_covered {
         return;
     }
     let slot = depth_index(tile, pixel);
-    if !is_set(faces.writes_visibility, index) {
+    if !has_visibility || !is_set(faces.writes_visibility, index) {
         atomicMax(&face_depths[slot], bitcast<u32>(fragment.biased_depth));
         if has_flats && is_flat(triangle, fragment) {
             let depth = fragment.depth - dot(abs(fragment.weights), triangle.depth_error);
@@ -86,10 +86,10 @@ fn rasterize_pixel(triangle: Triangle, normals: mat3x3<f32>, index: u32, pixel: 
         return;
     }
     if writes_ids {
-        atomicMax(&visibility[slot], faces.first_id + index + 1u);
+        atomicMax(&visibility[slot], faces.first_id + instance * faces.n_triangles + index + 1u);
         return;
     }
-    let color_index = color_indices[min(index % faces.n_triangles, arrayLength(&color_indices) - 1u)];
+    let color_index = color_indices[min(index, arrayLength(&color_indices) - 1u)];
     let color_id = faces.first_id + color_index + 1u;
     var light = 1.0;
     if has_light && any(faces.light_from_normals[2] != vec4(0.0)) {

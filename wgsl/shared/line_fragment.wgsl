@@ -37,9 +37,11 @@ fn accumulate_absorbance(pixel: u32, alpha: f32) {
     }
 }
 
+// Nothing is left of what has no alpha; it is better added, as 0, than left out: what differs between neighbours is
+// dear on processors.
 fn emit_fragment(pixel: u32, alpha: f32, edge: u32, line: Segment, t: f32) {
     accumulate_absorbance(pixel, alpha);
-    if color_mode == COLOR_UNIFORM {
+    if color_mode == COLOR_UNIFORM || alpha <= 0.0 {
         return;
     }
     let slots = k * pixel;

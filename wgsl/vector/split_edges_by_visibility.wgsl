@@ -94,7 +94,15 @@ fn split(index: u32, instance: u32) {
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
-    for (var index = invocation.x; index < style.n_edges; index += n_workgroups.x * workgroup_size) {
+    var index = invocation.x;
+    if index >= style.n_edges {
+        return;
+    }
+    loop {
         split(index, invocation.y);
+        index += n_workgroups.x * workgroup_size;
+        if index >= style.n_edges {
+            break;
+        }
     }
 }

@@ -207,7 +207,7 @@ class Picture {
         color_indices: faces.colorIndices ? context.keep(faces.colorIndices) : context.scratch("no colour indices", 4),
         corner_normals: faces.cornerNormals ? context.keep(faces.cornerNormals) : context.scratch("no colour indices", 4),
       };
-      const own = { writes_ids: 0, has_flats: Number(hasFlats), has_light: Number(hasLight), has_depth_cue: Number(hasDepthCue) };
+      const own = { has_visibility: Number(hasColors), writes_ids: 0, has_flats: Number(hasFlats), has_light: Number(hasLight), has_depth_cue: Number(hasDepthCue) };
       this.encoder.clearBuffer(large, 0, 16);
       this.dispatch("depth_small_triangles", own, bindings, countWorkgroups(n), nInstances);
       this.dispatch("depth_large_triangles", own, bindings, large);
