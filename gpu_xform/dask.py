@@ -41,6 +41,11 @@ __all__ = [
     "transform_vectors",
 ]
 
+
+def __dir__() -> list[str]:
+    return __all__
+
+
 _Function = Callable[..., npt.NDArray[Any]]
 
 

@@ -13,6 +13,10 @@ from .matrices import _affine
 __all__ = ["homogeneous", "identity", "project_onto", "reflect", "rotate", "scale", "shear", "translate"]
 
 
+def __dir__() -> list[str]:
+    return __all__
+
+
 def identity() -> Float64Array:
     """Return the 3x3 identity.
 

@@ -21,9 +21,32 @@ from .surfaces.function_surfaces import parametric
 from .surfaces.newell_teapot import make_teapot_patches
 from .surfaces.patches import bezier
 
+__all__ = [
+    "cloth",
+    "cube",
+    "curtain",
+    "grid",
+    "hair",
+    "house",
+    "icosphere",
+    "klein_bottle",
+    "moebius",
+    "robot_arm",
+    "saddle",
+    "snub_dodecahedron",
+    "teapot",
+    "teapot_patches",
+    "torus",
+    "trefoil_tube",
+]
+
 _PHI = (1.0 + math.sqrt(5.0)) / 2.0
 _MAX_SUBDIVISIONS = 12  # 3.4e8 triangles, 16 GB
 _MAX_SPRING_POINTS = 1 << 27  # of a cloth or of hair: 3 GB
+
+
+def __dir__() -> list[str]:
+    return __all__
 
 
 def cube() -> Mesh:

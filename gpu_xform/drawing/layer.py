@@ -78,7 +78,7 @@ class Style(TypedDict, total=False):
 
 
 @public
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Layer(Pictured):
     """A model in a picture, where it stands, and how it is drawn.
 
@@ -232,6 +232,14 @@ class Layer(Pictured):
             raise ArgumentTypeError(f"unexpected keyword argument {_describe_keyword(min(unknown))}")
         return super().__new__(cls)
 
+    def __repr__(self) -> str:
+        _, *styles = fields(self)
+        given = {each.name: getattr(self, each.name) for each in styles}
+        named = [
+            f"{each.name}={_show(given[each.name])}" for each in styles if not _is_same(given[each.name], each.default)
+        ]
+        return f"{type(self).__name__}({', '.join([_show(self.model), *named])})"
+
     def __post_init__(self) -> None:
         object.__setattr__(self, "model", as_own_model(self.model))
         if is_point_array(self.model):
@@ -382,6 +390,17 @@ class Layer(Pictured):
         if len(matrices) == 0:
             raise ArgumentError.expecting("transform", "hold at least one matrix", "none")
         return matrices
+
+
+def _is_same(value: Any, default: Any) -> bool:
+    return value is default or (
+        isinstance(default, bool | float | str) and isinstance(value, type(default)) and bool(value == default)
+    )
+
+
+def _show(value: Any) -> str:
+    """Return the text of a value, of arrays their shape alone."""
+    return f"<array {value.shape}>" if isinstance(value, np.ndarray) else repr(value)
 
 
 def _limits_of(scalars: Any, clim: Sequence[float] | None) -> tuple[float, float]:

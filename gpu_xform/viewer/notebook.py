@@ -22,7 +22,16 @@ def show_in_notebook(session: Session, size: tuple[int, int]) -> None:
         raise MissingExtraError(
             f"a view in a notebook needs rendercanvas and anywidget: pip install 'gpu_xform[notebook]' ({error})"
         ) from None
-    canvas = backend.RenderCanvas(size=size, title=session.title, max_fps=MAX_FPS)
+
+    class Canvas(backend.RenderCanvas):  # type: ignore[misc]
+        """A widget that closes once: `close` of rendercanvas 2.7.2 calls itself without end."""
+
+        def _rc_close(self) -> None:
+            if not self.get_closed():
+                self._is_closed = True
+                super()._rc_close()
+
+    canvas = Canvas(size=size, title=session.title, max_fps=MAX_FPS)
     failures = connect(canvas, session)
 
     def end(_: object) -> None:

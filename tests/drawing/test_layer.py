@@ -304,3 +304,9 @@ def test_an_unknown_keyword_of_a_layer_comes_with_a_suggestion() -> None:
         Layer(CUBE, **settings)
     assert dataclasses.replace(Layer(model=CUBE, color="red"), line_width=3).color == "red"
     assert copy.copy(Layer(CUBE, alpha=0.5)).alpha == 0.5
+
+
+def test_the_text_of_a_layer_names_what_differs_from_the_defaults() -> None:
+    assert repr(Layer(CUBE)) == f"Layer({CUBE!r})"
+    layer = Layer(CUBE, color="red", transform=np.eye(4), line_width=2, antialias=False)
+    assert repr(layer) == f"Layer({CUBE!r}, transform=<array (4, 4)>, line_width=2, antialias=False, color='red')"

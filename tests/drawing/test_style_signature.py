@@ -10,6 +10,7 @@ import gpu_xform as gx
 from gpu_xform.drawing.layer import Style
 
 TAKE_A_STYLE = ("render", "render_array", "render_svg", "render_pdf", "animate", "turntable", "view", "save_page")
+COMPLETED = [f"gx.{name}(mesh, line_w" for name in (*TAKE_A_STYLE, "Layer")]
 PLAIN = gx.Layer(gx.samples.cube())
 
 
@@ -43,10 +44,15 @@ def test_annotations_of_public_names_are_found(name: str) -> None:
 
 
 @pytest.mark.parametrize("use_jedi", [False, True])
-@pytest.mark.parametrize("call", ["gx.render(mesh, line_w", "gx.animate(mesh, poses, line_w", "gx.Layer(mesh, line_w"])
+@pytest.mark.parametrize("call", COMPLETED)
 def test_ipython_completes_style_keywords(call: str, use_jedi: bool) -> None:
     completer: Any = import_module("IPython.core.completer")
     own = completer.IPCompleter(namespace={"gx": gx}, use_jedi=use_jedi)
     with completer.provisionalcompleter():
         found = [completion.text for completion in own.completions(call, len(call))]
     assert any(text.startswith("line_width") for text in found)
+
+
+@pytest.mark.parametrize("module", [gx, gx.samples, gx.planar, gx.dask], ids=lambda module: module.__name__)
+def test_completion_lists_public_names_alone(module: Any) -> None:
+    assert {name for name in dir(module) if not name.startswith("__")} <= {*module.__all__, "errors"}

@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 import gpu_xform as gx
+from gpu_xform._core.pictured import show_lists
 from gpu_xform.rendering import preview
 
 CUBE = gx.samples.cube()
@@ -73,6 +74,25 @@ def test_ipython_shows_the_picture_beside_the_text_and_a_terminal_draws_none(mon
     assert data == {"text/plain": repr(CUBE), "image/png": CUBE._repr_png_()}
     monkeypatch.setattr(preview, "draw_preview", None)  # would fail if it were called
     assert formatter.format(CUBE, include={"text/plain"})[0] == {"text/plain": repr(CUBE)}
+
+
+def test_ipython_shows_a_list_of_layers_as_one_picture_and_other_lists_as_text() -> None:
+    layers = [gx.Layer(CUBE, color="red"), gx.Layer(CUBE, color="blue", transform=gx.translate(3, 0, 0))]
+    shell_type = import_module("IPython.core.interactiveshell").InteractiveShell
+    shell = shell_type.instance()
+    try:
+        show_lists()
+        formatter = shell.display_formatter
+        formatter.active_types = ["text/plain", "image/png"]
+        data, _ = formatter.format(layers)
+        with Image.open(io.BytesIO(data["image/png"])) as image:
+            assert np.array_equal(
+                np.asarray(image), gx.render_array(layers, size=preview.SIZE, hidden="remove")[..., :3]
+            )
+        for others in ([], [1, 2], [CUBE, 1]):
+            assert set(formatter.format(others)[0]) == {"text/plain"}
+    finally:
+        shell_type.clear_instance()
 
 
 def test_an_svg_document_is_text_that_shows_and_saves_itself(tmp_path: Path) -> None:

@@ -22,7 +22,8 @@ FLAGS = (
     *("--headless", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run"),
     *("--force-device-scale-factor=1", "--hide-scrollbars"),
     *("--disable-background-networking", "--disable-component-update", "--disable-sync", "--disable-quic"),
-    "--host-resolver-rules=MAP * ~NOTFOUND",  # without a network, pages that need one must fail here too
+    # Without a network, pages that need one must fail here too.
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
 )
 
 NO_GPU_FLAGS = ("--disable-gpu",)  # with which a page loses its WebGPU device as soon as a canvas shows a picture
