@@ -1,236 +1,201 @@
 """The loops of convolution on the host: images through lines of taps, band by band.
 
 A pass has `n_lines` lines of `n_taps` taps: a matrix is its rows, a column one line. The taps of a line are added in
-groups, and groups in the order of `tap_groups.py`, so that neither bands nor blocks of columns nor
-the number of threads changes a byte. No tap is added that the matrix does not have, nor contracted with its product.
+groups, and groups in the order of `tap_groups.py`, so that neither bands nor blocks of columns nor the number of
+threads changes a byte. No tap is added that the matrix does not have, nor contracted with its product.
+
+LLVM would keep sums in memory, group for group: a tile of them stays in registers while all taps are added. A window of
+rows of the image, and one of the first pass's results, moves down a block of columns and stays in a processor's cache.
 """
 
+from functools import partial
 from typing import Any
 
 import numba
 import numpy as np
 import numpy.typing as npt
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
 
 from .compile import compile_function, compile_loop
+from .packed_loops import VECTOR_BYTES
+from .tap_groups import MAX_GROUP
 
 Array = npt.NDArray[Any]
 
-
-# Sums of one line, as a function per number of taps, so that the compiler sees no inner loop: `out` from `at` on gains
-# the products of coefficients `k` from `i` on and of `n` numbers of `source` from `o` on, tap by tap `step` further.
-# All of these are unsigned: numbers that an index below 0 might mean are gathered one by one. Parts of arrays would do
-# as well, but each costs as much as fifty sums.
-
-ZERO, ONE, TWO, THREE, FOUR = (np.uint64(number) for number in range(5))
+TILE_BYTES = 128  # 192 are no faster, 256 do not fit into the registers of two rows and their products
 
 
-@compile_function
-def add_1(source: Array, o: Any, n: Any, k: Array, i: Any, out: Array, at: Any) -> None:
-    """Add one tap."""
-    a = k[i]
-    for x in range(n):
-        out[at + x] += a * source[o + x]
-
-
-@compile_function
-def add_3(source: Array, o: Any, step: Any, n: Any, k: Array, i: Any, out: Array, at: Any) -> None:
-    """Add three taps."""
-    a, b, c = k[i], k[i + ONE], k[i + TWO]
-    o1 = o + step
-    o2 = o1 + step
-    for x in range(n):
-        out[at + x] += a * source[o + x] + b * source[o1 + x] + c * source[o2 + x]
-
-
-@compile_function
-def add_4(source: Array, o: Any, step: Any, n: Any, k: Array, i: Any, out: Array, at: Any) -> None:
-    """Add four taps."""
-    a, b, c, d = k[i], k[i + ONE], k[i + TWO], k[i + THREE]
-    o1 = o + step
-    o2 = o1 + step
-    o3 = o2 + step
-    for x in range(n):
-        out[at + x] += a * source[o + x] + b * source[o1 + x] + c * source[o2 + x] + d * source[o3 + x]
-
-
-@compile_function
-def add_5(source: Array, o: Any, step: Any, n: Any, k: Array, i: Any, out: Array, at: Any) -> None:
-    """Add five taps."""
-    a, b, c, d, e = k[i], k[i + ONE], k[i + TWO], k[i + THREE], k[i + FOUR]
-    o1 = o + step
-    o2 = o1 + step
-    o3 = o2 + step
-    o4 = o3 + step
-    for x in range(n):
-        out[at + x] += (
-            a * source[o + x] + b * source[o1 + x] + c * source[o2 + x] + d * source[o3 + x] + e * source[o4 + x]
-        )
-
-
-# The same for two rows of results at once, which read a row of the image once: `j` is the place of the coefficients
-# of the lower one, and `lower` its own.
-
-
-@compile_function
-def add_1_to_two(source: Array, o: Any, n: Any, k: Array, i: Any, j: Any, out: Array, at: Any, lower: Any) -> None:
-    """Add one tap to each."""
-    a = k[i]
-    a_lower = k[j]
-    for x in range(n):
-        p = source[o + x]
-        out[at + x] += a * p
-        out[lower + x] += a_lower * p
-
-
-@compile_function
-def add_3_to_two(
-    source: Array, o: Any, step: Any, n: Any, k: Array, i: Any, j: Any, out: Array, at: Any, lower: Any
-) -> None:
-    """Add three taps to each."""
-    a, b, c = k[i], k[i + ONE], k[i + TWO]
-    a_lower, b_lower, c_lower = k[j], k[j + ONE], k[j + TWO]
-    o1 = o + step
-    o2 = o1 + step
-    for x in range(n):
-        p, q, r = source[o + x], source[o1 + x], source[o2 + x]
-        out[at + x] += a * p + b * q + c * r
-        out[lower + x] += a_lower * p + b_lower * q + c_lower * r
-
-
-@compile_function
-def add_4_to_two(
-    source: Array, o: Any, step: Any, n: Any, k: Array, i: Any, j: Any, out: Array, at: Any, lower: Any
-) -> None:
-    """Add four taps to each."""
-    a, b, c, d = k[i], k[i + ONE], k[i + TWO], k[i + THREE]
-    a_lower, b_lower, c_lower, d_lower = (
-        k[j],
-        k[j + ONE],
-        k[j + TWO],
-        k[j + THREE],
-    )
-    o1 = o + step
-    o2 = o1 + step
-    o3 = o2 + step
-    for x in range(n):
-        p, q, r, y = source[o + x], source[o1 + x], source[o2 + x], source[o3 + x]
-        out[at + x] += a * p + b * q + c * r + d * y
-        out[lower + x] += a_lower * p + b_lower * q + c_lower * r + d_lower * y
-
-
-@compile_function
-def add_5_to_two(
-    source: Array, o: Any, step: Any, n: Any, k: Array, i: Any, j: Any, out: Array, at: Any, lower: Any
-) -> None:
-    """Add five taps to each."""
-    a, b, c, d, e = k[i], k[i + ONE], k[i + TWO], k[i + THREE], k[i + FOUR]
-    a_lower, b_lower, c_lower, d_lower, e_lower = (
-        k[j],
-        k[j + ONE],
-        k[j + TWO],
-        k[j + THREE],
-        k[j + FOUR],
-    )
-    o1 = o + step
-    o2 = o1 + step
-    o3 = o2 + step
-    o4 = o3 + step
-    for x in range(n):
-        p, q, r, y, z = source[o + x], source[o1 + x], source[o2 + x], source[o3 + x], source[o4 + x]
-        out[at + x] += a * p + b * q + c * r + d * y + e * z
-        out[lower + x] += a_lower * p + b_lower * q + c_lower * r + d_lower * y + e_lower * z
-
-
-@compile_function
-def add_group(n_taps: int, source: Array, o: Any, step: Any, n: Any, k: Array, i: Any, out: Array, at: Any) -> None:
-    """Add a group of taps."""
-    if n_taps == 1:
-        add_1(source, o, n, k, i, out, at)
-    elif n_taps == 3:
-        add_3(source, o, step, n, k, i, out, at)
-    elif n_taps == 4:
-        add_4(source, o, step, n, k, i, out, at)
-    else:
-        add_5(source, o, step, n, k, i, out, at)
-
-
-@compile_function
-def add_group_to_two(
-    n_taps: int,
-    source: Array,
-    o: Any,
-    step: Any,
-    n: Any,
-    k: Array,
-    i: Any,
-    j: Any,
-    out: Array,
+@intrinsic(prefer_literal=True)  # type: ignore[untyped-decorator, unused-ignore]
+def correlate_tiles(
+    typing_context: Any,  # noqa: ARG001
+    n_together: Any,
+    source: Any,
     at: Any,
-    lower: Any,
-) -> None:
-    """Add a group of taps to each of two rows."""
-    if n_taps == 1:
-        add_1_to_two(source, o, n, k, i, j, out, at, lower)
-    elif n_taps == 3:
-        add_3_to_two(source, o, step, n, k, i, j, out, at, lower)
-    elif n_taps == 4:
-        add_4_to_two(source, o, step, n, k, i, j, out, at, lower)
-    else:
-        add_5_to_two(source, o, step, n, k, i, j, out, at, lower)
-
-
-# Sums of rows are (6 size,) numbers: of two rows of results, each with sums of three levels, `size` numbers apart.
-
-
-@compile_function
-def close_sums(sums: Array, at: Any, size: Any, n: Any, level: int) -> None:
-    """Add the finished sums of a row, from `at` on, to those of the next level, up to `level`, and begin them anew."""
-    for _ in range(level):
-        above = at + size
-        for x in range(n):
-            sums[above + x] += sums[at + x]
-            sums[at + x] = 0
-        at = above
-
-
-@compile_function
-def correlate_rows(
-    source: Array,
-    o: Any,
     stride: Any,
     step: Any,
     n: Any,
+    k: Any,
+    starts: Any,
+    levels: Any,
+    is_deep: Any,
+    out: Any,
+    between: Any,
+) -> Any:
+    """Write the sums of one row of `n` numbers, or of two, into `out`, a tile at a time, whose sums stay in registers.
+
+    The lower of two rows meets each line of `source` a line earlier, so that both share what is read. Up to a tile more
+    is read and written. Both arrays (m,) have the type of the coefficients `k` (n_lines n_taps,).
+
+    n_together : 1 or 2, a literal
+    at : where the first tap of the first number lies in `source`
+    stride, step : numbers from a line to the next, from a tap to the next
+    is_deep : whether any of the `levels` is not 0
+    between : numbers from a row of results to the next
+    """
+    n_rows = n_together.literal_value
+    arguments = n_together, source, at, stride, step, n, k, starts, levels, is_deep, out, between
+    return types.void(*arguments), partial(_generate_tiles, n_rows)
+
+
+def _generate_tiles(n_rows: int, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+    """Emit the loops over tiles, lines and groups, and the products and sums of a group of each length."""
+    at, stride, step, n = arguments[2:6]
+    is_deep, between = arguments[9], arguments[11]
+    source, k, starts, levels, out = (
+        context.make_array(signature.args[i])(context, builder, arguments[i]) for i in (1, 6, 7, 8, 10)
+    )
+    number, index = context.get_data_type(signature.args[1].dtype), ir.IntType(64)
+    number_bytes = signature.args[1].dtype.bitwidth // 8
+    n_lanes, n_vectors = VECTOR_BYTES // number_bytes, TILE_BYTES // VECTOR_BYTES
+    vector = ir.VectorType(number, n_lanes)
+    n_lines, n_groups = builder.extract_value(levels.shape, 0), builder.extract_value(levels.shape, 1)
+    zero, one = ir.Constant(index, 0), ir.Constant(index, 1)
+
+    def find_vectors(pointer: Any) -> list[Any]:
+        parts = (builder.gep(pointer, [ir.Constant(index, n_lanes * i)]) for i in range(n_vectors))
+        return [builder.bitcast(part, ir.PointerType(vector)) for part in parts]
+
+    def load(pointers: list[Any]) -> list[Any]:
+        values = [builder.load(pointer) for pointer in pointers]
+        for value in values:
+            value.align = number_bytes  # rows may begin anywhere
+        return values
+
+    def store(values: list[Any], pointers: list[Any]) -> None:
+        for value, pointer in zip(values, pointers, strict=True):
+            builder.store(value, pointer).align = number_bytes
+
+    def repeat(value: Any) -> Any:
+        nothing = ir.Constant(vector, ir.Undefined)
+        first = builder.insert_element(nothing, value, ir.Constant(ir.IntType(32), 0))
+        order = ir.Constant(ir.VectorType(ir.IntType(32), n_lanes), [0] * n_lanes)
+        return builder.shuffle_vector(first, nothing, order)
+
+    def add(a: list[Any], b: list[Any]) -> list[Any]:
+        return [builder.fadd(*pair) for pair in zip(a, b, strict=True)]
+
+    def clear(sums: list[Any]) -> None:
+        store([ir.Constant(vector, [ir.Constant(number, 0.0)] * n_lanes)] * n_vectors, sums)
+
+    def close(sums: list[list[Any]], level: int) -> None:
+        store(add(load(sums[level + 1]), load(sums[level])), sums[level + 1])
+        clear(sums[level])
+
+    def add_line(pointer: Any, rows: list[tuple[list[list[Any]], Any]]) -> None:
+        """Add the taps of a line at `pointer` to the sums of each of `rows`, to which it is the line that is named."""
+        with cgutils.for_range(builder, n_groups, intp=index) as loop:
+            first = builder.load(builder.gep(starts.data, [loop.index]))
+            end = builder.load(builder.gep(starts.data, [builder.add(loop.index, one)]))
+            n_taps = builder.load(builder.gep(starts.data, [n_groups]))
+            begin = builder.gep(pointer, [builder.mul(first, step)])
+            coefficients = [builder.gep(k.data, [builder.add(builder.mul(line, n_taps), first)]) for _, line in rows]
+            after = builder.append_basic_block("after_group")
+            choice = builder.switch(builder.sub(end, first), after)
+            for length in range(1, MAX_GROUP + 1):
+                block = builder.append_basic_block(f"group_of_{length}")
+                choice.add_case(ir.Constant(index, length), block)
+                with builder.goto_block(block):
+                    totals: list[list[Any]] = []
+                    for tap in range(length):
+                        place = ir.Constant(index, tap)
+                        numbers = load(find_vectors(builder.gep(begin, [builder.mul(step, place)])))
+                        factors = [repeat(builder.load(builder.gep(each, [place]))) for each in coefficients]
+                        products = [[builder.fmul(factor, value) for value in numbers] for factor in factors]
+                        totals = [add(*pair) for pair in zip(totals, products, strict=True)] if tap else products
+                    for (sums, _), total in zip(rows, totals, strict=True):
+                        store(add(load(sums[0]), total), sums[0])
+                    builder.branch(after)
+            builder.position_at_end(after)
+            with builder.if_then(is_deep, likely=False):
+                for sums, line in rows:
+                    group = builder.add(builder.mul(line, n_groups), loop.index)
+                    level = builder.load(builder.gep(levels.data, [group]))
+                    for lower in range(2):
+                        is_closed = builder.icmp_unsigned(">", level, ir.Constant(level.type, lower))
+                        with builder.if_then(is_closed, likely=False):
+                            close(sums, lower)
+
+    # Of three levels, for each row; they become registers.
+    rows = [[[cgutils.alloca_once(builder, vector) for _ in range(n_vectors)] for _ in range(3)] for _ in range(n_rows)]
+    tile = ir.Constant(index, TILE_BYTES // number_bytes)
+    with cgutils.for_range_slice(builder, zero, n, tile, index) as (x, _):
+        begin = builder.gep(source.data, [builder.add(at, x)])
+        for sums in rows:
+            for level in sums:
+                clear(level)
+        if n_rows == 2:
+            add_line(begin, [(rows[0], zero)])
+        with cgutils.for_range(builder, n_lines, start=ir.Constant(index, n_rows - 1), intp=index) as loop:
+            members = [(sums, builder.sub(loop.index, ir.Constant(index, i))) for i, sums in enumerate(rows)]
+            add_line(builder.gep(begin, [builder.mul(loop.index, stride)]), members)
+        if n_rows == 2:
+            add_line(builder.gep(begin, [builder.mul(n_lines, stride)]), [(rows[1], builder.sub(n_lines, one))])
+        for i, sums in enumerate(rows):
+            with builder.if_then(is_deep, likely=False):
+                close(sums, 0)
+                close(sums, 1)
+                store(load(sums[2]), sums[0])
+            place = builder.add(x, builder.mul(between, ir.Constant(index, i)))
+            store(load(sums[0]), find_vectors(builder.gep(out.data, [place])))
+    return context.get_dummy_value()
+
+
+@compile_function
+def correlate_row(
+    source: Array,
+    at: int,
+    stride: int,
+    step: int,
+    n: int,
     k: Array,
     starts: Array,
     levels: Array,
-    sums: Array,
-    size: Any,
-    n_together: int,
+    is_deep: bool,
+    out: Array,
 ) -> None:
-    """Sum the taps of one row of results, or of two: the lower one meets each row of the image a line earlier.
+    """Write the sums of one row, as `correlate_tiles` does."""
+    correlate_tiles(1, source, at, stride, step, n, k, starts, levels, is_deep, out, 0)
 
-    k : (n_lines n_taps,)
-    stride : numbers from the row of the image that a line reads to that of the next
-    """
-    n_lines = len(levels)
-    n_taps = starts[-1]
-    lower = size + size + size
-    for reached in range(n_lines + n_together - 1):
-        is_shared = n_together == 2 and 0 < reached < n_lines
-        # If one of the two rows of results is by itself, which, and the line that it has reached.
-        is_lower = reached == n_lines
-        at, line = (lower, reached - 1) if is_lower else (ZERO, reached)
-        row = o + np.uint64(reached) * stride
-        for group in range(len(starts) - 1):
-            first, end = starts[group], starts[group + 1]
-            i, part = np.uint64(line * n_taps + first), row + np.uint64(first) * step
-            if is_shared:
-                j = np.uint64((line - 1) * n_taps + first)
-                add_group_to_two(end - first, source, part, step, n, k, i, j, sums, ZERO, lower)
-                close_sums(sums, lower, size, n, levels[line - 1, group])
-            else:
-                add_group(end - first, source, part, step, n, k, i, sums, at)
-            close_sums(sums, at, size, n, levels[line, group])
+
+@compile_function
+def correlate_two_rows(
+    source: Array,
+    at: int,
+    stride: int,
+    step: int,
+    n: int,
+    k: Array,
+    starts: Array,
+    levels: Array,
+    is_deep: bool,
+    out: Array,
+    between: int,
+) -> None:
+    """Write the sums of two rows, as `correlate_tiles` does."""
+    correlate_tiles(2, source, at, stride, step, n, k, starts, levels, is_deep, out, between)
 
 
 @compile_function
@@ -317,6 +282,8 @@ def correlate(
     out: Array,
     rows_per_band: int,
     pixels_per_block: int,
+    windows: Array,
+    scratch: Array,
 ) -> None:
     """Write images (k, h, w c), through one pass or through another of a column as well, into `out`.
 
@@ -325,67 +292,82 @@ def correlate(
     k, starts, levels : coefficients (n_lines n_taps,), and how `TapGroups` groups them; of a second pass as well, which
         has no taps if there is none
     numbers : zero, scale, opaque, the offset's fraction and whole, the largest integer or 0, in the type of the sums
+    windows : how many rows of the image are kept, and of the first pass's results, and how many numbers lie between
+        rows of these and of those
+    scratch : (n_workers, m) of the type of the sums, for both windows and two rows: fresh memory costs more than sums
     """
     height, width = images.shape[1], images.shape[2] // n_channels
     n_bands = (height + rows_per_band - 1) // rows_per_band
+    n_tasks, n_workers = len(images) * n_bands, len(scratch)
     zero, scale, opaque, fraction, whole, largest = numbers
-    above, beside = len(rows) - height, len(columns) - width
+    beside = len(columns) - width
     above_second = max(len(k_second) - 1, 0)
-    # No multiple of a page, at which rows would share the lines of a cache.
-    stride = (pixels_per_block + beside) * n_channels + 16
-    stride_second = pixels_per_block * n_channels + 16
+    above_first = len(rows) - height - above_second
     has_second = len(k_second) > 0
-    has_levels = levels.any() or levels_second.any()
-    for task in numba.prange(len(images) * n_bands):
-        image, target = images[task // n_bands], out[task // n_bands]
-        top = (task % n_bands) * rows_per_band
-        n_rows = min(rows_per_band, height - top)
-        source = np.empty((n_rows + above) * stride, k.dtype)
-        middle = np.empty((n_rows + above_second) * stride_second if has_second else 0, k.dtype)
-        size = pixels_per_block * n_channels + 80
-        sums = np.zeros(6 * size, k.dtype)
-        for first in range(0, width, pixels_per_block):
-            n = min(pixels_per_block, width - first) * n_channels
-            n_read, reach = 0, above - above_second
-            numbers_made = np.uint64(n)
-            for number in range(2 if has_second else 1):
-                is_last = number == 1 or not has_second
-                start = middle if number else source
-                taps = k_second if number else k
-                groups = starts_second if number else starts
-                closes = levels_second if number else levels
-                row_stride = np.uint64(stride_second if number else stride)
-                step = row_stride if number or is_column else np.uint64(n_channels)
-                n_made = n_rows if is_last else n_rows + above_second
-                y = 0
-                while y < n_made:
-                    n_together = 2 if len(closes) > 1 and y + 1 < n_made else 1
-                    sums[:n] = 0
-                    sums[3 * size : 3 * size + n] = 0
-                    if number == 0:  # rows are read when they are needed, so that the memory works meanwhile
-                        while n_read < y + n_together + reach:
-                            row = source[n_read * stride : n_read * stride + n + beside * n_channels]
+    capacity, capacity_second, stride, stride_second = windows
+    n_kept = above_first + 1  # rows of a full window that two rows of results may need again
+    shares_lines = len(levels) > 1 and not has_second
+    is_deep, is_deep_second = bool(levels.any()), bool(levels_second.any())
+    tap_step = int(stride if is_column else n_channels)
+    for worker in numba.prange(n_workers):
+        source = scratch[worker, : capacity * stride]
+        middle = scratch[worker, len(source) : len(source) + capacity_second * stride_second]
+        sums = scratch[worker, len(source) + len(middle) :]
+        for task in range(worker * n_tasks // n_workers, (worker + 1) * n_tasks // n_workers):
+            image, target = images[task // n_bands], out[task // n_bands]
+            top = (task % n_bands) * rows_per_band
+            for first in range(0, width, pixels_per_block):
+                n = min(pixels_per_block, width - first) * n_channels
+                # Both windows hold the rows from `begin` on, of those that were read or made.
+                n_read = begin = n_made = begin_second = 0
+                n_rows, y = min(rows_per_band, height - top), 0
+                while y < n_rows:
+                    n_together = 2 if shares_lines and y + 1 < n_rows else 1
+                    while n_made < y + n_together + above_second:
+                        while n_read <= n_made + above_first:
+                            if n_read - begin == capacity:
+                                source[: n_kept * stride] = source[(capacity - n_kept) * stride :]
+                                begin = n_read - n_kept
+                            at = (n_read - begin) * stride
+                            row = source[at : at + n + beside * n_channels]
                             place = rows[top + n_read]
                             if place < 0:
                                 row[:] = -zero
                             else:
                                 read_row(image[place], columns, first, left, n_channels, zero, is_premultiplied, row)
                             n_read += 1
-                    at = np.uint64(y) * row_stride
-                    unsigned_size = np.uint64(size)
-                    correlate_rows(
-                        start, at, row_stride, step, numbers_made, taps, groups, closes, sums, unsigned_size, n_together
-                    )
-                    for k_row in range(n_together):
-                        begin = 3 * size * k_row
-                        if has_levels:
-                            close_sums(sums, np.uint64(begin), unsigned_size, numbers_made, 2)
-                            sums[begin : begin + n] = sums[begin + 2 * size : begin + 2 * size + n]
-                            sums[begin + 2 * size : begin + 2 * size + n] = 0
-                        result = sums[begin : begin + n]
-                        if is_last:
-                            row_out = target[top + y + k_row, first * n_channels : first * n_channels + n]
-                            write_row(result, row_out, scale, opaque, fraction, whole, largest)
-                        else:
-                            middle[(y + k_row) * stride_second : (y + k_row) * stride_second + n] = result
+                        if has_second:
+                            if n_made - begin_second == capacity_second:
+                                kept = (capacity_second - above_second) * stride_second
+                                middle[: above_second * stride_second] = middle[kept:]
+                                begin_second = n_made - above_second
+                            at = (n_made - begin) * stride
+                            made = middle[(n_made - begin_second) * stride_second :]
+                            correlate_row(source, at, stride, tap_step, n, k, starts, levels, is_deep, made)
+                        n_made += 1
+                    at = (y - begin) * stride
+                    if has_second:
+                        at = (y - begin_second) * stride_second
+                        correlate_row(
+                            middle,
+                            at,
+                            stride_second,
+                            stride_second,
+                            n,
+                            k_second,
+                            starts_second,
+                            levels_second,
+                            is_deep_second,
+                            sums,
+                        )
+                    elif n_together == 1:
+                        correlate_row(source, at, stride, tap_step, n, k, starts, levels, is_deep, sums)
+                    else:
+                        correlate_two_rows(
+                            source, at, stride, tap_step, n, k, starts, levels, is_deep, sums, stride_second
+                        )
+                    for lower in range(n_together):
+                        row_out = target[top + y + lower, first * n_channels : first * n_channels + n]
+                        result = sums[lower * stride_second : lower * stride_second + n]
+                        write_row(result, row_out, scale, opaque, fraction, whole, largest)
                     y += n_together

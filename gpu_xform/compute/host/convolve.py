@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ...host import count_threads
 from ..kernels.convolution_job import ConvolutionJob, copy_extended
 from . import convolution_vectorized as vectorized
 from .choose import as_constant, run_compiled
@@ -16,10 +17,11 @@ Array = npt.NDArray[Any]
 
 # Fewer products take NumPy less time than importing numba takes.
 MIN_COMPILED_PRODUCTS = 1 << 21
-NUMBERS_PER_BLOCK = 4096  # of a row: shorter ones lose more to the calls than they gain by the first cache
+NUMBERS_PER_BLOCK = 4096  # of a row, so that a window of rows stays in a processor's second cache
 MIN_ROWS_PER_BAND = 64
-ROWS_PER_MARGIN = 4  # of a band, so that what two bands both read is little
-MAX_ROWS_PER_BAND = 256
+MIN_ROWS_AHEAD = 16  # of a window: when it is full, the rows that are needed again are moved to its begin
+MAX_ROWS_AHEAD = 80
+PAD_NUMBERS = 80  # of a row: what is read of a tile beyond the last number; no multiple of a page, whose lines meet
 NUMPY_BLOCK_NUMBERS = 1 << 16  # of a band that NumPy works on, so that what it makes stays in a cache
 
 
@@ -46,7 +48,16 @@ def _run_compiled(job: ConvolutionJob, rows: Array, columns: Array, left: int, p
     first, second = [*passes, TapGroups.none(job.dtype)][:2]
     fraction, whole = job.offset
     numbers = np.array([job.zero, job.scale, job.opaque, fraction, whole, _largest(job)], job.dtype)
-    margin = len(rows) - height
+    margin, beside = len(rows) - height, len(columns) - width
+    above_second = max(second.coefficients.shape[1] - 1, 0)
+    n_threads = count_threads()
+    rows_per_band = max(MIN_ROWS_PER_BAND, -(-height // n_threads))
+    pixels_per_block = min(-(-NUMBERS_PER_BLOCK // n_channels), width)
+    above = np.array([margin - above_second, above_second])
+    capacities = above + np.clip(above, MIN_ROWS_AHEAD, MAX_ROWS_AHEAD)
+    strides = np.array([pixels_per_block + beside, pixels_per_block]) * n_channels + PAD_NUMBERS
+    n_workers = min(n_threads, n_images * -(-height // rows_per_band))
+    scratch = np.empty((n_workers, capacities @ strides + 2 * strides[1]), job.dtype)
     target = out.reshape(flat)
     is_done = run_compiled(
         _import_loops,
@@ -66,8 +77,10 @@ def _run_compiled(job: ConvolutionJob, rows: Array, columns: Array, left: int, p
         numbers,
         job.opaque > 0,
         target,
-        min(max(MIN_ROWS_PER_BAND, ROWS_PER_MARGIN * margin), MAX_ROWS_PER_BAND),
-        -(-NUMBERS_PER_BLOCK // n_channels),
+        rows_per_band,
+        pixels_per_block,
+        np.append(capacities, strides),
+        scratch,
     )
     if is_done and out is not job.out:
         job.out[...] = out

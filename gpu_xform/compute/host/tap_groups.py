@@ -11,10 +11,7 @@ import numpy.typing as npt
 
 from ..kernels.convolution_job import Stencil
 
-# A loop reads as many slices at once. The processor has registers for them and their coefficients, and there is a loop
-# for each length but two.
-MAX_GROUP = 5
-LENGTH_WITHOUT_LOOP = 2
+MAX_GROUP = 5  # the loops have code for each length
 SUMS_PER_SUM = 16  # groups of a sum, and sums of a sum
 
 
@@ -51,5 +48,5 @@ class TapGroups:
 
 def _group(n_taps: int) -> npt.NDArray[np.int64]:
     """Return where groups begin that are as equal as can be, and `n_taps`."""
-    n_groups = n_taps if n_taps == LENGTH_WITHOUT_LOOP else -(-n_taps // MAX_GROUP)
+    n_groups = -(-n_taps // MAX_GROUP)
     return np.arange(n_groups + 1) * n_taps // n_groups
