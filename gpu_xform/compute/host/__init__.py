@@ -1,5 +1,5 @@
 """The host's kernels: what the compute shaders do, by loops over the processors that numba compiles, or by NumPy.
 
-Reading order: compile, packed_loops, loops, convolution_loops, choose, vectorized, tap_groups, convolution_vectorized,
+Reading order: compile, packed_loops, loops, tap_groups, convolution_loops, choose, vectorized, convolution_vectorized,
 blas, transform, own_matrices, skin, reduce, store, convolve.
 """

@@ -55,12 +55,12 @@ def correlate_tiles(
     is_deep : whether any of the `levels` is not 0
     between : numbers from a row of results to the next
     """
-    n_rows = n_together.literal_value
+    height = n_together.literal_value
     arguments = n_together, source, at, stride, step, n, k, starts, levels, is_deep, out, between
-    return types.void(*arguments), partial(_generate_tiles, n_rows)
+    return types.void(*arguments), partial(_generate_tiles, height)
 
 
-def _generate_tiles(n_rows: int, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+def _generate_tiles(height: int, context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
     """Emit the loops over tiles, lines and groups, and the products and sums of a group of each length."""
     at, stride, step, n = arguments[2:6]
     is_deep, between = arguments[9], arguments[11]
@@ -139,19 +139,19 @@ def _generate_tiles(n_rows: int, context: Any, builder: Any, signature: Any, arg
                             close(sums, lower)
 
     # Of three levels, for each row; they become registers.
-    rows = [[[cgutils.alloca_once(builder, vector) for _ in range(n_vectors)] for _ in range(3)] for _ in range(n_rows)]
+    rows = [[[cgutils.alloca_once(builder, vector) for _ in range(n_vectors)] for _ in range(3)] for _ in range(height)]
     tile = ir.Constant(index, TILE_BYTES // number_bytes)
     with cgutils.for_range_slice(builder, zero, n, tile, index) as (x, _):
         begin = builder.gep(source.data, [builder.add(at, x)])
         for sums in rows:
             for level in sums:
                 clear(level)
-        if n_rows == 2:
+        if height == 2:
             add_line(begin, [(rows[0], zero)])
-        with cgutils.for_range(builder, n_lines, start=ir.Constant(index, n_rows - 1), intp=index) as loop:
+        with cgutils.for_range(builder, n_lines, start=ir.Constant(index, height - 1), intp=index) as loop:
             members = [(sums, builder.sub(loop.index, ir.Constant(index, i))) for i, sums in enumerate(rows)]
             add_line(builder.gep(begin, [builder.mul(loop.index, stride)]), members)
-        if n_rows == 2:
+        if height == 2:
             add_line(builder.gep(begin, [builder.mul(n_lines, stride)]), [(rows[1], builder.sub(n_lines, one))])
         for i, sums in enumerate(rows):
             with builder.if_then(is_deep, likely=False):
