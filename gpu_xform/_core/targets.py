@@ -3,7 +3,7 @@
 import errno
 import os
 import stat
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..errors import ArgumentError, ArgumentTypeError
@@ -38,6 +38,14 @@ def find_target(path: "StrPath", name: str = "path") -> WriteTarget:
     if not stat.S_ISREG(mode):
         return WriteTarget(Path(path), True)
     return WriteTarget(Path(os.path.realpath(path)), False)
+
+
+def is_zarr_path(path: "StrPath") -> bool:
+    """Return whether a path names a Zarr array: `scan.zarr`, or one within a group, `scan.zarr/points`."""
+    parts = [part.lower() for part in PurePath(os.fsdecode(path)).parts]
+    return bool(parts) and (
+        parts[-1].endswith(".zarr") or ("." not in parts[-1] and any(part.endswith(".zarr") for part in parts))
+    )
 
 
 def require_path(path: object, name: str) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._core.targets import find_target
+from .._core.targets import find_target, is_zarr_path
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, MeshError
 from ..formats._warn import warn
@@ -19,9 +19,9 @@ from .las import (
     list_las_losses,
 )
 from .losses import warn_of_losses
-from .npy import NpySink, NpySource
+from .npy import SCAN_POINTS, NpySink, NpySource
 from .ply import PlySink, PlySource, SamePlySink, can_hold
-from .protocol import PointSink, PointSource
+from .protocol import Bounds, PointSink, PointSource
 from .zarr import ZarrSink, ZarrSource
 
 SOURCES: dict[str, Any] = {"las": LasSource, "laz": LasSource, "npy": NpySource, "ply": PlySource, "zarr": ZarrSource}
@@ -30,6 +30,8 @@ CHUNKED_TYPES = tuple(SOURCES)
 
 def find_type(path: StrPath) -> str:
     """Return the type of a file by the end of its name; "npy" for all that are not known, as streams are."""
+    if is_zarr_path(path):
+        return "zarr"
     suffix = Path(os.fsdecode(path)).suffix.lower().lstrip(".")
     return suffix if suffix in SOURCES else "npy"
 
@@ -61,6 +63,10 @@ def make_sink(
         return ZarrSink(destination, shape, source.dtype, getattr(source, "array", None))
     target = find_target(destination, "destination")
     if file_type == "npy":
+        suffix = Path(os.fsdecode(destination)).suffix
+        if source.file_type != "npy" and suffix not in ("", ".npy") and not target.is_stream:
+            known = ", ".join(f".{name}" for name in SOURCES)
+            raise ArgumentError.expecting("destination", f"end in {known}", repr(os.fspath(destination)))
         warn_of_losses(os.fspath(destination), file_type, source.attributes)
         return NpySink(destination, *target, shape, source.dtype)
     _require_space(source, destination)
@@ -110,14 +116,31 @@ def _choose_grid(
     """Return scales and offsets; where the bounds of a LAS header leave no good ones, those of the points decide."""
     scales = source.header.scales if isinstance(source, LasSource) else [DEFAULT_SCALE] * 3
     try:
-        grid = choose_las_grid(source.read_bounds(), matrix, scales, scale, offset, project)
+        bounds = source.read_bounds()
+        _require_finite(source, bounds)
+        grid = choose_las_grid(bounds, matrix, scales, scale, offset, project)
         is_widened = scale is None and not np.array_equal(grid[0], scales)
         if not (is_widened and isinstance(source, LasSource) and source.count_bounds()):
+            if is_widened:
+                told = [f"{old:g} becomes {new:g}" for old, new in zip(scales, grid[0], strict=True) if old != new]
+                warn(f"{source.path}: 32-bit integers need a wider scale for the result: {', '.join(told)}")
             return grid
     except MeshError as error:
         if not (isinstance(source, LasSource) and source.count_bounds()):
             raise MeshError(f"{source.path}: {error}") from None
     return _choose_grid(source, matrix, project, scale, offset)
+
+
+def _require_finite(source: PointSource | LasSource, bounds: Bounds) -> None:
+    """Raise MeshError that names the first point of a source whose coordinates no integers can hold."""
+    if np.isfinite(bounds).all():
+        return
+    for start in range(0, source.n_points, SCAN_POINTS):
+        points = source.read(start, min(start + SCAN_POINTS, source.n_points)).positions
+        is_finite = np.isfinite(points).all(axis=1)
+        if not is_finite.all():
+            row = int(np.argmin(is_finite))
+            raise MeshError(f"point {start + row}: coordinates must be finite for LAS, got {points[row].tolist()}")
 
 
 def _warn_of_crs(source: LasSource, matrix: Float64Array, project: bool) -> None:

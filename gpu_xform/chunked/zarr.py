@@ -28,6 +28,7 @@ LARGE_SHARD_POINTS = 1 << 24  # a graph of 1e12 points in blocks of a million wo
 MANY_POINTS = 1 << 33
 CHUNKS_PER_SHARD = 4
 _METADATA = ("zarr.json", ".zarray")
+_MAX_NAMED = 8
 
 
 def import_zarr() -> Any:
@@ -46,11 +47,30 @@ def open_array(path: StrPath) -> Any:
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), os.fspath(path))
     try:
         return zarr.open_array(os.fspath(path), mode="r")
-    except OSError:
-        raise
     except Exception as error:
+        if isinstance(error, OSError) and error.errno is not None:  # zarr says that there is no array by one without
+            raise
         text = str(error).splitlines()[0] if str(error) else type(error).__name__
+        if names := _list_arrays(path):
+            text = f"it is a group; name one of its arrays: {', '.join(names)}"
         raise ArgumentError.expecting("source", "be a Zarr array", repr(os.fspath(path)), reason=text) from None
+
+
+def _list_arrays(path: StrPath) -> list[str]:
+    """Return the paths of the first arrays in a group; none if it is no group."""
+    folders = [metadata.parent for name in _METADATA for metadata in Path(path).glob(f"*/{name}")]
+    return sorted(str(folder) for folder in folders if _is_array(folder))[:_MAX_NAMED]
+
+
+def _is_array(folder: Path) -> bool:
+    """Return whether a folder is a Zarr array, and not a group of several."""
+    if (folder / ".zarray").is_file():
+        return True
+    try:
+        content = json.loads((folder / "zarr.json").read_bytes())
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(content, dict) and content.get("node_type") == "array"
 
 
 def stored_rows(array: Any) -> int:
@@ -265,7 +285,7 @@ def find_zarr_target(path: StrPath) -> Path:
     """Return where a Zarr array will be; raise an error where something else stands there."""
     require_path(path, "destination")
     target = Path(os.path.realpath(path))
-    if os.path.lexists(target) and not any((target / name).is_file() for name in _METADATA):
+    if os.path.lexists(target) and not _is_array(target):
         raise ArgumentError.expecting("destination", "be new, or a Zarr array", repr(os.fspath(path)))
     if not target.parent.is_dir():
         raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), os.fspath(path))

@@ -12,6 +12,7 @@ import numpy as np
 from .. import matrices
 from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_square_matrix, as_vector
 from .._core.suggestions import did_you_mean
+from .._core.targets import is_zarr_path
 from .._core.types import Float64Array
 from ..drawing.camera import MIN_MARGIN
 from ..drawing.dash_patterns import MAX_DASHES, as_dash_pattern
@@ -438,8 +439,7 @@ def parse_file_path(text: str) -> str:
 @argument_type
 def parse_points_path(text: str) -> str:
     """Parse the path of a file, or of a Zarr array, which is a folder and may end so."""
-    stripped = text.rstrip("/\\")
-    return parse_file_path(stripped if stripped.lower().endswith(".zarr") else text)
+    return parse_file_path(stripped if is_zarr_path(stripped := text.rstrip("/\\")) else text)
 
 
 @argument_type

@@ -6,7 +6,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
-from .._core.targets import find_target
+from .._core.targets import find_target, is_zarr_path
 from ..errors import ArgumentError
 
 STDIO = "-"
@@ -16,6 +16,8 @@ def file_type(path: str, declared: str | None = None) -> str:
     """Return the lower-case type of a file, such as "obj": `declared` if given, else the end of its name."""
     if declared is None and path == STDIO:
         raise ArgumentError("--file-type must give the type of standard input")
+    if declared is None and is_zarr_path(path):
+        return "zarr"
     return (Path(path).suffix if declared is None else declared).lower().lstrip(".")
 
 

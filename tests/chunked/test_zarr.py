@@ -2,7 +2,7 @@
 
 import warnings
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -178,6 +178,25 @@ def test_what_is_no_array_is_refused_and_nothing_else_is_replaced(tmp_path: Path
     with pytest.raises(gx.ArgumentError, match="destination must be new, or a Zarr array"):
         gx.transform_file(tmp_path / "in.zarr", tmp_path / "mine.zarr", AFFINE)
     assert (tmp_path / "mine.zarr" / "thesis.txt").exists()
+    (tmp_path / "empty.zarr").mkdir()
+    with pytest.raises(gx.ArgumentError, match=r"source must be a Zarr array, got '.*empty\.zarr'"):
+        gx.transform_file(tmp_path / "empty.zarr", tmp_path / "out.zarr", AFFINE)
+
+
+@pytest.mark.parametrize("zarr_format", [2, 3])
+def test_arrays_of_a_group_are_read_and_written_and_no_group_is_replaced(
+    tmp_path: Path, zarr_format: Literal[2, 3]
+) -> None:
+    points = some_points(50, "f4")
+    group = zarr.create_group(tmp_path / "scan.zarr", zarr_format=zarr_format)
+    group.create_array("points", data=points)
+    with pytest.raises(gx.ArgumentError, match=r"it is a group; name one of its arrays: .*scan\.zarr.points"):
+        gx.transform_file(tmp_path / "scan.zarr", tmp_path / "out.zarr", AFFINE)
+    with pytest.raises(gx.ArgumentError, match="destination must be new, or a Zarr array"):
+        gx.transform_file(tmp_path / "scan.zarr" / "points", tmp_path / "scan.zarr", AFFINE)
+    gx.transform_file(tmp_path / "scan.zarr" / "points", tmp_path / "scan.zarr" / "moved", AFFINE)
+    moved = zarr.open_array(tmp_path / "scan.zarr" / "moved", mode="r")[:]
+    assert np.array_equal(moved, gx.transform_points(points, AFFINE))
 
 
 def test_shards_grow_with_the_number_of_points() -> None:
