@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import struct
 from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
@@ -34,6 +35,16 @@ def import_laspy() -> Any:
     except ImportError:
         raise MissingExtraError("LAS needs laspy: pip install 'gpu_xform[las]'") from None
     return laspy
+
+
+def read_laspy_header(path: StrPath) -> Any:
+    """Return the header as laspy reads it; raise MeshError where it does not, as for names that are no UTF-8."""
+    laspy = import_laspy()
+    with Path(path).open("rb") as file:
+        try:
+            return laspy.LasHeader.read_from(file)
+        except (ArithmeticError, LookupError, ValueError, TypeError, struct.error, laspy.LaspyException) as error:
+            raise MeshError(f"{os.fspath(path)}: laspy does not read its header: {error}") from None
 
 
 class LasSource:
@@ -160,22 +171,17 @@ class LasSource:
     @property
     def attributes(self) -> Sequence[str]:
         """Names of all dimensions but X, Y and Z, as laspy has them; those of normals are nx, ny and nz."""
-        return list(self._name_dimensions(self._read_laspy_header().point_format).values())
+        return list(self._name_dimensions(read_laspy_header(self.path).point_format).values())
 
     def _name_dimensions(self, point_format: Any) -> dict[str, str]:
         normals = next((each.fields for each in self.directions if each.is_normal), ())
         renamed = dict(zip(normals, _NORMAL_NAMES, strict=False))
         return {name: renamed.get(name, name) for name in point_format.dimension_names if name not in AXES}
 
-    def _read_laspy_header(self) -> Any:
-        laspy = import_laspy()
-        with Path(self.path).open("rb") as file:
-            return laspy.LasHeader.read_from(file)
-
     def read_columns(self, block: Block) -> Mapping[str, npt.NDArray[Any]]:
         """Return all dimensions but X, Y and Z, bit fields as numbers."""
         laspy = import_laspy()
-        point_format = self._read_laspy_header().point_format
+        point_format = read_laspy_header(self.path).point_format
         assert block.records is not None  # noqa: S101
         array = np.ndarray(len(block.records), point_format.dtype(), block.records.data)
         points = laspy.PackedPointRecord(array, point_format)

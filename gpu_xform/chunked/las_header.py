@@ -145,7 +145,7 @@ def read_las_header(file: BinaryIO) -> LasHeader:
         file_bytes=size,
     )
     if minor >= 4 and n_evlrs:
-        header.evlrs = list(_list_evlrs(file, evlrs_start, n_evlrs, size))
+        header.evlrs = list(_list_evlrs(file, evlrs_start, n_evlrs, points_start, size))
     if waveform_start and not points_start <= waveform_start <= size:
         raise MeshError(f"the header says that waveforms begin at byte {waveform_start:,} of {size:,}")
     header.waveform_start = waveform_start
@@ -169,13 +169,12 @@ def _read_vlrs(head: bytearray, start: int, count: int) -> tuple[list[Vlr], int]
     return vlrs, start
 
 
-def _list_evlrs(file: BinaryIO, start: int, count: int, size: int) -> Iterator[tuple[str, int, int, int]]:
+def _list_evlrs(file: BinaryIO, start: int, count: int, first: int, size: int) -> Iterator[tuple[str, int, int, int]]:
     for i in range(count):
-        file.seek(start)
-        data = file.read(EVLR_BYTES)
-        if len(data) < EVLR_BYTES:
+        if not first <= start <= size - EVLR_BYTES:
             raise MeshError(f"record {i} of {count} behind the points begins at byte {start:,} of {size:,}")
-        user, number, length = struct.unpack_from("<16sHQ", data, 2)
+        file.seek(start)
+        user, number, length = struct.unpack_from("<16sHQ", file.read(EVLR_BYTES), 2)
         if start + EVLR_BYTES + length > size:
             raise MeshError(f"record {i} of {count} behind the points takes {length:,} bytes, more than the file has")
         yield _as_text(user), number, start, EVLR_BYTES + length

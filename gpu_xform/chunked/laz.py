@@ -76,7 +76,7 @@ class ChunkTable:
             raise MeshError(f"the table tells of {n_chunks:,} chunks, more than the file has bytes")
         file.seek(end)
         try:
-            table = call_lazrs(lazrs.read_chunk_table_only, file, lazrs.LazVlr(self.record))
+            table = call_lazrs(lazrs.read_chunk_table_only, file, call_lazrs(lazrs.LazVlr, self.record))
         except LazError as error:
             raise MeshError(f"the table of chunks cannot be read: {error}") from None
         counts, sizes = [count for count, _ in table], [size for _, size in table]

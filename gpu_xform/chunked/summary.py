@@ -12,7 +12,7 @@ import numpy as np
 from .._core.types import StrPath
 from ..errors import ArgumentError, MeshError
 from ..formats._warn import warn
-from .las import import_laspy
+from .las import import_laspy, read_laspy_header
 from .las_crs import name_crs
 from .las_header import COPC_USER, CRS_USER, EVLR_BYTES, LasHeader, read_las_header
 from .laz import ChunkTable
@@ -62,7 +62,7 @@ def summarize_las(path: StrPath) -> dict[str, Any]:
         "offset": header.offsets.tolist(),
         "crs": name_crs(systems),
         "returns": _count_returns(header),
-        "dimensions": _list_dimensions(path),
+        "dimensions": _list_dimensions(path, header.point_format),
         "vlrs": [_describe_record(vlr.user, vlr.number, vlr.data, len(vlr.body)) for vlr in header.vlrs],
         "evlrs": records_behind,
         "waveforms": bool(header.waveform_start),
@@ -70,15 +70,14 @@ def summarize_las(path: StrPath) -> dict[str, Any]:
     }
 
 
-def _list_dimensions(path: StrPath) -> dict[str, str]:
+def _list_dimensions(path: StrPath, number: int) -> dict[str, str]:
     """Return the type of each dimension, such as "3 bits" or "uint16"."""
-    laspy = import_laspy()
-    with Path(path).open("rb") as file:
-        try:
-            dimensions = laspy.LasHeader.read_from(file).point_format.dimensions
-        except laspy.errors.LaspyException as error:
-            raise MeshError(f"{path}: {error}") from None
-    return {each.name: _name_type(each) for each in dimensions}
+    try:
+        point_format = read_laspy_header(path).point_format
+    except MeshError as error:
+        warn(str(error))
+        point_format = import_laspy().PointFormat(number)
+    return {each.name: _name_type(each) for each in point_format.dimensions}
 
 
 def _name_type(dimension: Any) -> str:

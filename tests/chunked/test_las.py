@@ -173,6 +173,8 @@ LIES = {
     "offset": (155, "<d", np.nan, "offsets finite"),
     "magic": (0, "4s", b"OBJ ", "not a LAS file"),
     "places of records": (235, "<QI", (1 << 40, 1), "record 0 of 1 behind the points begins at byte"),
+    "places beyond files": (235, "<QI", ((1 << 64) - 1, 1), "record 0 of 1 behind the points begins at byte"),
+    "places before the points": (235, "<QI", (0, 1), "record 0 of 1 behind the points begins at byte 0"),
 }
 
 

@@ -148,6 +148,22 @@ def test_a_table_of_chunks_that_lies_is_an_error(tile: Path, tmp_path: Path, lie
     assert [path.name for path in tmp_path.iterdir()] == ["in.laz"]
 
 
+def test_an_unknown_item_is_an_error(tile: Path, tmp_path: Path) -> None:
+    data = (tile / "in.laz").read_bytes()
+    place = data.index(b"laszip encoded") + 16 + 36 + 34  # behind its head, the first item's type
+    (tmp_path / "in.laz").write_bytes(data[:place] + b"\xff" + data[place + 1 :])
+    with pytest.raises(gx.MeshError, match=r"in\.laz: the table of chunks cannot be read: .*255"):
+        gx.transform_file(tmp_path / "in.laz", tmp_path / "out.laz", MATRIX)
+
+
+def test_points_in_one_piece_are_refused(tile: Path, tmp_path: Path) -> None:
+    data = (tile / "in.laz").read_bytes()
+    place = data.index(b"laszip encoded") + 16 + 36
+    (tmp_path / "in.laz").write_bytes(data[:place] + b"\1" + data[place + 1 :])
+    with pytest.raises(gx.MeshError, match="compressed in one piece"):
+        gx.transform_file(tmp_path / "in.laz", tmp_path / "out.laz", MATRIX)
+
+
 def test_a_panic_of_lazrs_is_an_error() -> None:
     class PanicException(BaseException):
         pass

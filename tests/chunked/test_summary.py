@@ -53,6 +53,18 @@ def test_bounds_that_no_points_can_have_are_not_told(tmp_path: Path) -> None:
     assert summarize(path, "las")["bounds"] is None
 
 
+def test_names_that_are_no_utf8_leave_the_dimensions_of_the_format(tmp_path: Path) -> None:
+    path = tmp_path / "in.las"
+    make_las(path)
+    path.write_bytes(path.read_bytes().replace(b"amplitude", b"h\xf6he-----"))
+    with pytest.warns(gx.MeshWarning, match="laspy does not read its header"):
+        found = summarize(path, "las")
+    assert list(found["dimensions"]) == list(laspy.PointFormat(7).dimension_names)
+    with pytest.raises(gx.MeshError, match=r"in\.las: laspy does not read its header"):
+        gx.transform_file(path, tmp_path / "out.npy", np.eye(4))
+    gx.transform_file(path, tmp_path / "out.las", np.eye(4))
+
+
 def test_a_zarr_array_is_counted_unless_it_is_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     array = zarr.create_array(
         store=str(tmp_path / "a.zarr"), shape=(10, 3), chunks=(2, 3), shards=(4, 3), dtype="f4", attributes={"b": 1}
