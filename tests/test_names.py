@@ -7,6 +7,7 @@ to the whole package if its key is "", to less if the same word is a good name f
 import ast
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -134,8 +135,13 @@ PARTICIPLE = re.compile(r"[a-z]+ed")  # free functions are verbs; `transformed` 
 SUPERLATIVE = re.compile(r"(MOST|LEAST|LARGEST|WIDEST|LONGEST)_")  # MAX_ and MIN_ say the same
 
 
-def python_definitions(file: Path) -> Iterator[tuple[str, str]]:
-    """Yield the kind and the name of every class, function, method, constant, field and parameter."""
+@cache
+def python_definitions(file: Path) -> tuple[tuple[str, str], ...]:
+    """Return the kind and the name of every class, function, method, constant, field and parameter."""
+    return tuple(_find_definitions(file))
+
+
+def _find_definitions(file: Path) -> Iterator[tuple[str, str]]:
     waiting: list[tuple[ast.AST, str]] = [(ast.parse(file.read_text("utf-8")), "module")]
     while waiting:
         node, scope = waiting.pop()

@@ -6,6 +6,7 @@ import re
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -180,13 +181,18 @@ def test_a_colormap_is_found_without_matplotlib_and_without_a_word() -> None:
     assert loaded_after(use) & HEAVY == {"cmap"}
 
 
-def imports(file: Path, *, type_checking: bool) -> Iterator[str]:
-    """Yield the dotted name of every module that a file imports, at its top or later."""
+@cache
+def imports(file: Path, *, type_checking: bool) -> tuple[str, ...]:
+    """Return the dotted name of every module that a file imports, at its top or later."""
+    return tuple(_find_imports(file, type_checking))
+
+
+def _find_imports(file: Path, type_checking: bool) -> Iterator[str]:
     package = ("gpu_xform", *file.relative_to(ROOT).parent.parts)
     waiting: list[ast.AST] = [ast.parse(file.read_text("utf-8"))]
     while waiting:
         node = waiting.pop()
-        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test) and not type_checking:
+        if not type_checking and isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
             continue
         waiting.extend(ast.iter_child_nodes(node))
         if isinstance(node, ast.Import):

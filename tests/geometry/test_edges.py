@@ -369,16 +369,16 @@ def test_angles_outside_0_to_180_degrees_are_refused(angle: float) -> None:
 
 
 @pytest.mark.slow
-def test_a_million_triangles_cost_a_few_sorts() -> None:
-    keys = np.random.default_rng(0).integers(0, 2**63, 4_000_000, dtype=np.uint64)
+def test_many_triangles_cost_a_few_sorts() -> None:
+    keys = np.random.default_rng(0).integers(0, 2**63, 1_000_000, dtype=np.uint64)
     start = time.process_time()
     np.argsort(keys, kind="stable")
     one_sort = time.process_time() - start
-    mesh = triangulated(samples.grid(700))
-    assert mesh.n_faces == 980_000
+    mesh = triangulated(samples.grid(350))
+    assert mesh.n_faces == 245_000
     start = time.process_time()
-    assert len(resolve_edges(mesh, "feature")) == 4 * 700
-    assert time.process_time() - start < 10 * one_sort + 1.0
+    assert len(resolve_edges(mesh, "feature")) == 4 * 350
+    assert time.process_time() - start < 10 * one_sort + 0.5
 
 
 def sphere_with_a_seam(n: int, offset: float = 0.0) -> Mesh:

@@ -217,15 +217,15 @@ def test_edges_of_triangles_are_those_of_trimesh() -> None:
 
 
 @pytest.mark.slow
-def test_a_million_faces_cost_a_few_sorts() -> None:
-    keys = np.random.default_rng(0).integers(0, 2**63, 4_000_000, dtype=np.uint64)
+def test_many_faces_cost_a_few_sorts() -> None:
+    keys = np.random.default_rng(0).integers(0, 2**63, 1_000_000, dtype=np.uint64)
     start = time.process_time()
     np.sort(keys)
     one_sort = time.process_time() - start
     start = time.process_time()
-    mesh = samples.grid(1000)
-    assert len(mesh.edges) == 2 * 1000 * 1001
-    assert time.process_time() - start < 20 * one_sort + 1.0
+    mesh = samples.grid(500)
+    assert len(mesh.edges) == 2 * 500 * 501
+    assert time.process_time() - start < 20 * one_sort + 0.5
 
 
 def test_importing_meshes_imports_no_reader() -> None:

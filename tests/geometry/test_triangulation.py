@@ -239,14 +239,14 @@ def test_a_concave_prism_is_a_closed_solid_for_trimesh() -> None:
 
 
 @pytest.mark.slow
-def test_a_million_quads_cost_a_few_sorts() -> None:
-    keys = np.random.default_rng(0).integers(0, 2**63, 4_000_000, dtype=np.uint64)
+def test_many_quads_cost_a_few_sorts() -> None:
+    keys = np.random.default_rng(0).integers(0, 2**63, 1_000_000, dtype=np.uint64)
     start = time.process_time()
     np.argsort(keys, kind="stable")
     one_sort = time.process_time() - start
-    mesh = samples.grid(1000)
+    mesh = samples.grid(500)
     start = time.process_time()
     corners, faces = triangles_of(mesh)
-    assert time.process_time() - start < 10 * one_sort + 1.0
-    assert np.array_equal(faces, np.arange(1_000_000).repeat(2))
+    assert time.process_time() - start < 10 * one_sort + 0.5
+    assert np.array_equal(faces, np.arange(250_000).repeat(2))
     assert np.array_equal(corners[::2], np.asarray(mesh.faces)[:, :3])

@@ -198,7 +198,7 @@ def darkness_of_parts(mesh: Mesh, n: int, size: tuple[int, int], style: dict[str
 )
 def test_faint_lines_of_a_dense_model_add_up_as_those_of_a_few_models_do(style: dict[str, Any]) -> None:
     """Sums of few edges are finer; no edge may be lost where there are many."""
-    assert (darkness_of_parts(samples.icosphere(7), 4, (100, 100), style) <= 3).all()
+    assert (darkness_of_parts(samples.icosphere(6), 4, (50, 50), style) <= 3).all()
 
 
 @pytest.mark.slow

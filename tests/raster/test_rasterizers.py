@@ -60,6 +60,7 @@ def draw(rasterizer: Any, model: Any = SPHERE, size: tuple[int, int] = SIZE, **s
     return gx.render_array(model, size=size, rasterizer=rasterizer, **style)
 
 
+@pytest.mark.parametrize("rasterizer_name", RASTERIZERS[1:2], indirect=True)  # draws with both, or tests none
 @pytest.mark.parametrize("name", PICTURES)
 def test_both_draw_the_same(name: str) -> None:
     """At most 2/255 anywhere and 0.1/255 on average; what both count in the same integers, to the byte."""
@@ -71,6 +72,7 @@ def test_both_draw_the_same(name: str) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("rasterizer_name", RASTERIZERS[1:2], indirect=True)  # draws with both, or tests none
 @pytest.mark.parametrize("sides", [(24, 12), (48, 24)])
 @pytest.mark.parametrize("hidden", ["remove", "dash"])
 def test_both_hide_wide_lines_alike_but_for_one_pixel_in_100_000(sides: tuple[int, int], hidden: str) -> None:

@@ -1,12 +1,12 @@
-// Correlation of an image with a small matrix. An invocation makes a block of two rows of four vectors; of pixels of
-// four channels, two rows of eight; with a column of eight numbers or more, eight rows of one vector.
+// Correlation of an image with a small matrix. An invocation makes a block of two rows of four vectors.
 //
 // A vector is four numbers of a row, whose pixels have one to four each. Rows are padded on the way in, by borders and
 // to whole blocks, so that nothing here asks where the image ends. No tap is added that the matrix does not have: a
-// zero in its place would make NaN of an infinite pixel.
+// zero in its place would make NaN of an infinite pixel. What `convolve_column` and `convolve_pixels` do is done by
+// stages of their own, as a driver may take ten times as long to compile all three.
 #import real
 #import convolution_pass
-#import pixel_format
+#import image_vectors
 #import strip
 
 @group(0) @binding(0) var<uniform> parameters: ConvolutionPass;
@@ -20,8 +20,6 @@
 @group(0) @binding(5) var<storage, read_write> destination_words: array<u32>;
 
 override workgroup_size: u32;
-override is_column: bool; // the matrix is one of 8 rows or more, summed as they come
-override is_pixels: bool; // of four channels, through a matrix that is not too wide to sum its columns as they come
 override kernel_width: u32; // compiled in, because columns are unrolled by fours
 override n_channels: u32; // of a pixel, 1 to 4
 override source_format: u32;
@@ -32,44 +30,8 @@ override unpremultiplies: bool;
 override sums_quads: bool; // taps of four columns by themselves first
 override sums_rows: bool; // then those of each row
 
-fn load_vector(i: u32) -> Vec4 {
-    var v: Vec4;
-    if source_format == FORMAT_UINT8 {
-        v = unpack_bytes(source_words[i]) - parameters.zero;
-    } else if source_format == FORMAT_UINT16 {
-        v = unpack_halves(vec2(source_words[2u * i], source_words[2u * i + 1u])) - parameters.zero;
-    } else {
-        v = source[i];
-    }
-    if premultiplies {
-        v = Vec4(v.xyz * v.w, v.w);
-    }
-    return v;
-}
-
 fn load_strip(i: u32) -> Strip {
     return Strip(load_vector(i), load_vector(i + 1u), load_vector(i + 2u), load_vector(i + 3u), load_vector(i + 4u));
-}
-
-// To the nearest, ties to even.
-fn round_integers(v: Vec4) -> Vec4 {
-    return round(v + parameters.offset_fraction) + parameters.offset_whole;
-}
-
-fn store_vector(i: u32, sum: Vec4) {
-    var v = sum * parameters.scale;
-    if unpremultiplies {
-        v = unpremultiply(v, parameters.opaque);
-    }
-    if destination_format == FORMAT_UINT8 {
-        destination_words[i] = pack_bytes(round_integers(v));
-    } else if destination_format == FORMAT_UINT16 {
-        let halves = pack_halves(round_integers(v));
-        destination_words[2u * i] = halves.x;
-        destination_words[2u * i + 1u] = halves.y;
-    } else {
-        destination[i] = v;
-    }
 }
 
 fn store_block(i: u32, block: Block) {
@@ -181,198 +143,9 @@ fn add_row(sums: TwoRows, i: u32, top: u32, bottom: u32, has_top: bool, has_bott
     return taps.sums;
 }
 
-// Eight neighbours of outputs, in a column or, if a vector is a pixel, in a row. `k` holds what the next vector of the
-// image is multiplied by for each but the first.
-struct Octet {
-    a: Vec4,
-    b: Vec4,
-    c: Vec4,
-    d: Vec4,
-    e: Vec4,
-    f: Vec4,
-    g: Vec4,
-    h: Vec4,
-    k: array<Real, 7>,
-}
-
-// The next vector of the image into the sums from number `first` to `last`, which are known where this is called.
-fn add_to_octet(octet: Octet, next: Vec4, coefficient: Real, first: u32, last: u32) -> Octet {
-    var result = octet;
-    let k = octet.k;
-    result.k = array(coefficient, k[0], k[1], k[2], k[3], k[4], k[5]);
-    if first <= 0u { result.a = fma(Vec4(coefficient), next, octet.a); }
-    if first <= 1u && last >= 1u { result.b = fma(Vec4(k[0]), next, octet.b); }
-    if first <= 2u && last >= 2u { result.c = fma(Vec4(k[1]), next, octet.c); }
-    if first <= 3u && last >= 3u { result.d = fma(Vec4(k[2]), next, octet.d); }
-    if first <= 4u && last >= 4u { result.e = fma(Vec4(k[3]), next, octet.e); }
-    if first <= 5u && last >= 5u { result.f = fma(Vec4(k[4]), next, octet.f); }
-    if first <= 6u && last >= 6u { result.g = fma(Vec4(k[5]), next, octet.g); }
-    if last >= 7u { result.h = fma(Vec4(k[6]), next, octet.h); }
-    return result;
-}
-
-fn store_octet(j: u32, octet: Octet, step: u32) {
-    store_vector(j, octet.a);
-    store_vector(j + step, octet.b);
-    store_vector(j + 2u * step, octet.c);
-    store_vector(j + 3u * step, octet.d);
-    store_vector(j + 4u * step, octet.e);
-    store_vector(j + 5u * step, octet.f);
-    store_vector(j + 6u * step, octet.g);
-    store_vector(j + 7u * step, octet.h);
-}
-
-fn convolve_column(block: u32) {
-    let y = 8u * (block / parameters.blocks_per_row);
-    let x = block % parameters.blocks_per_row;
-    let stride = parameters.source_stride;
-    var i = y * stride + x;
-    var column = Octet();
-    column = add_to_octet(column, load_vector(i), coefficients[0].x, 0u, 0u);
-    column = add_to_octet(column, load_vector(i + stride), coefficients[1].x, 0u, 1u);
-    column = add_to_octet(column, load_vector(i + 2u * stride), coefficients[2].x, 0u, 2u);
-    column = add_to_octet(column, load_vector(i + 3u * stride), coefficients[3].x, 0u, 3u);
-    column = add_to_octet(column, load_vector(i + 4u * stride), coefficients[4].x, 0u, 4u);
-    column = add_to_octet(column, load_vector(i + 5u * stride), coefficients[5].x, 0u, 5u);
-    column = add_to_octet(column, load_vector(i + 6u * stride), coefficients[6].x, 0u, 6u);
-    i += 7u * stride;
-    for (var row = 7u; row < parameters.kernel_height; row++) {
-        column = add_to_octet(column, load_vector(i), coefficients[row].x, 0u, 7u);
-        i += stride;
-    }
-    column = add_to_octet(column, load_vector(i), Real(), 1u, 7u);
-    column = add_to_octet(column, load_vector(i + stride), Real(), 2u, 7u);
-    column = add_to_octet(column, load_vector(i + 2u * stride), Real(), 3u, 7u);
-    column = add_to_octet(column, load_vector(i + 3u * stride), Real(), 4u, 7u);
-    column = add_to_octet(column, load_vector(i + 4u * stride), Real(), 5u, 7u);
-    column = add_to_octet(column, load_vector(i + 5u * stride), Real(), 6u, 7u);
-    column = add_to_octet(column, load_vector(i + 6u * stride), Real(), 7u, 7u);
-    store_octet(y * parameters.destination_stride + x, column, parameters.destination_stride);
-}
-
-// Two rows of eight pixels.
-struct Octets {
-    top: Octet,
-    bottom: Octet,
-}
-
-fn add_octet(s: Octet, t: Octet) -> Octet {
-    return Octet(s.a + t.a, s.b + t.b, s.c + t.c, s.d + t.d, s.e + t.e, s.f + t.f, s.g + t.g, s.h + t.h, s.k);
-}
-
-// A row of the image, and the rows of the matrix that it meets, as in `add_row`.
-struct Row {
-    i: u32,
-    top: u32,
-    bottom: u32,
-    has_top: bool,
-    has_bottom: bool,
-}
-
-// Pixel number `column` of a row into the sums from `first` to `last` of both rows.
-fn add_pixel(sums: Octets, row: Row, column: u32, first: u32, last: u32) -> Octets {
-    var result = sums;
-    let next = load_vector(row.i + column);
-    let vector = min(column, kernel_width - 1u) / 4u;
-    if row.has_top {
-        result.top = add_to_octet(sums.top, next, coefficients[row.top + vector][column % 4u], first, last);
-    }
-    if row.has_bottom {
-        result.bottom = add_to_octet(sums.bottom, next, coefficients[row.bottom + vector][column % 4u], first, last);
-    }
-    return result;
-}
-
-// The same for the first pixels, and for the last, of which narrow matrices meet some only.
-fn add_early_pixel(sums: Octets, row: Row, column: u32) -> Octets {
-    return add_pixel(sums, row, column, max(column + 1u, kernel_width) - kernel_width, column);
-}
-
-fn add_late_pixel(sums: Octets, row: Row, number: u32) -> Octets {
-    let column = max(kernel_width, 7u) + number;
-    if column > kernel_width + 6u {
-        return sums;
-    }
-    return add_pixel(sums, row, column, column + 1u - kernel_width, 7u);
-}
-
-fn add_pixels(sums: Octets, row: Row) -> Octets {
-    var result = sums;
-    if sums_rows {
-        result = Octets();
-    }
-    result = add_early_pixel(result, row, 0u);
-    result = add_early_pixel(result, row, 1u);
-    result = add_early_pixel(result, row, 2u);
-    result = add_early_pixel(result, row, 3u);
-    result = add_early_pixel(result, row, 4u);
-    result = add_early_pixel(result, row, 5u);
-    result = add_early_pixel(result, row, 6u);
-    for (var column = 7u; column < kernel_width; column++) {
-        result = add_pixel(result, row, column, 0u, 7u);
-    }
-    result = add_late_pixel(result, row, 0u);
-    result = add_late_pixel(result, row, 1u);
-    result = add_late_pixel(result, row, 2u);
-    result = add_late_pixel(result, row, 3u);
-    result = add_late_pixel(result, row, 4u);
-    result = add_late_pixel(result, row, 5u);
-    result = add_late_pixel(result, row, 6u);
-    if sums_rows {
-        return Octets(add_octet(sums.top, result.top), add_octet(sums.bottom, result.bottom));
-    }
-    return result;
-}
-
-fn convolve_pixels(block: u32) {
-    let y = 2u * (block / parameters.blocks_per_row);
-    let x = 8u * (block % parameters.blocks_per_row);
-    let stride = parameters.source_stride;
-    let vectors_per_row = (kernel_width + 3u) / 4u;
-    var i = y * stride + x;
-    var k = 0u;
-    // In the order of `main`.
-    var sums = Octets();
-    var some = add_pixels(Octets(), Row(i, 0u, 0u, true, false));
-    for (var row = 1u; row < min(parameters.rows_per_sum, parameters.kernel_height); row++) {
-        i += stride;
-        some = add_pixels(some, Row(i, k + vectors_per_row, k, true, true));
-        k += vectors_per_row;
-    }
-    if sums_rows {
-        for (var first = parameters.rows_per_sum; first < parameters.kernel_height; first += parameters.rows_per_sum) {
-            sums.top = add_octet(sums.top, some.top);
-            some.top = Octet();
-            i += stride;
-            some = add_pixels(some, Row(i, k + vectors_per_row, k, true, true));
-            k += vectors_per_row;
-            sums.bottom = add_octet(sums.bottom, some.bottom);
-            some.bottom = Octet();
-            let last = min(first + parameters.rows_per_sum, parameters.kernel_height);
-            for (var row = first + 1u; row < last; row++) {
-                i += stride;
-                some = add_pixels(some, Row(i, k + vectors_per_row, k, true, true));
-                k += vectors_per_row;
-            }
-        }
-    }
-    some = add_pixels(some, Row(i + stride, 0u, k, false, true));
-    let j = y * parameters.destination_stride + x;
-    store_octet(j, add_octet(sums.top, some.top), 1u);
-    store_octet(j + parameters.destination_stride, add_octet(sums.bottom, some.bottom), 1u);
-}
-
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     if invocation.x >= parameters.n_blocks {
-        return;
-    }
-    if is_column {
-        convolve_column(invocation.x);
-        return;
-    }
-    if is_pixels {
-        convolve_pixels(invocation.x);
         return;
     }
     let y = 2u * (invocation.x / parameters.blocks_per_row);
@@ -384,26 +157,18 @@ fn main(@builtin(global_invocation_id) invocation: vec3<u32>) {
     // The bottom row of outputs meets each row of the matrix one row of the image later, and sums them alike.
     var sums = TwoRows();
     var some = add_row(TwoRows(), i, 0u, 0u, true, false);
-    for (var row = 1u; row < min(parameters.rows_per_sum, parameters.kernel_height); row++) {
+    for (var row = 1u; row < parameters.kernel_height; row++) {
+        let begins = sums_rows && row % parameters.rows_per_sum == 0u;
+        if begins {
+            sums.top = add_blocks(sums.top, some.top);
+            some.top = Block();
+        }
         i += stride;
         some = add_row(some, i, k + vectors_per_row, k, true, true);
         k += vectors_per_row;
-    }
-    if sums_rows {
-        for (var first = parameters.rows_per_sum; first < parameters.kernel_height; first += parameters.rows_per_sum) {
-            sums.top = add_blocks(sums.top, some.top);
-            some.top = Block();
-            i += stride;
-            some = add_row(some, i, k + vectors_per_row, k, true, true);
-            k += vectors_per_row;
+        if begins {
             sums.bottom = add_blocks(sums.bottom, some.bottom);
             some.bottom = Block();
-            let last = min(first + parameters.rows_per_sum, parameters.kernel_height);
-            for (var row = first + 1u; row < last; row++) {
-                i += stride;
-                some = add_row(some, i, k + vectors_per_row, k, true, true);
-                k += vectors_per_row;
-            }
         }
     }
     some = add_row(some, i + stride, 0u, k, false, true);

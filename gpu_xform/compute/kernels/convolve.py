@@ -14,6 +14,7 @@ from ...gpu.buffers import UNIFORM, Buffer
 from ...gpu.chunking import name_number_type
 from ...gpu.device import GpuDevice, require_gpu_device
 from ...gpu.dispatch import Binding, dispatch
+from ...gpu.shaders import ComputePipeline
 from .convolution_job import MAX_STENCIL_BYTES, ConvolutionJob, Stencil, copy_extended
 from .transform import POOL_OWNER
 
@@ -151,21 +152,7 @@ class _Passes:
         used = [*buffers, *idle, parameters[0].buffer, coefficients[0].buffer]
         with self._device.encode_commands(*used, label="convolve") as encoder:
             for number in range(len(heights)):
-                pipeline = self._device.pipelines.compute(
-                    "convolve",
-                    name_number_type(job.dtype),
-                    workgroup_size=self._workgroup_size,
-                    is_column=self._blocks[number] == COLUMN,
-                    is_pixels=self._blocks[number] == PIXELS,
-                    kernel_width=job.stencils[number].matrix.shape[1],
-                    n_channels=self._n_channels,
-                    source_format=formats[number],
-                    destination_format=formats[number + 1],
-                    premultiplies=job.opaque > 0 and number == 0,
-                    unpremultiplies=job.opaque > 0 and number == len(heights) - 1,
-                    sums_quads=job.stencils[number].matrix.shape[1] > MAX_COLUMNS_PER_SUM,
-                    sums_rows=job.stencils[number].matrix.size > MAX_TAPS_PER_SUM,
-                )
+                pipeline = self._compile(number, formats[number], formats[number + 1])
                 bindings = self._device.bind_groups.bind(
                     pipeline,
                     parameters=parameters[number],
@@ -182,6 +169,26 @@ class _Passes:
             for k, image in enumerate(range(tile.images.start, tile.images.stop)):
                 pixels = numbers[k * padded_height :][:height].reshape(height, n_columns, self._n_channels)
                 job.out[image, tile.rows, tile.columns] = pixels
+
+    def _compile(self, number: int, source_format: Format, destination_format: Format) -> ComputePipeline:
+        """Return the pipeline of a pass, of the stage for its blocks."""
+        job = self._job
+        height, width = job.stencils[number].matrix.shape
+        constants: dict[str, float] = {
+            "workgroup_size": self._workgroup_size,
+            "source_format": source_format,
+            "destination_format": destination_format,
+            "premultiplies": job.opaque > 0 and number == 0,
+            "unpremultiplies": job.opaque > 0 and number == len(job.stencils) - 1,
+        }
+        stage = "convolve_column"
+        if self._blocks[number] != COLUMN:
+            constants |= {"kernel_width": width, "sums_rows": height * width > MAX_TAPS_PER_SUM}
+            stage = "convolve_pixels"
+        if self._blocks[number] == VECTORS:
+            constants |= {"n_channels": self._n_channels, "sums_quads": width > MAX_COLUMNS_PER_SUM}
+            stage = "convolve"
+        return self._device.pipelines.compute(stage, name_number_type(job.dtype), **constants)
 
     @property
     def _workgroup_size(self) -> int:

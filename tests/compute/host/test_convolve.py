@@ -79,7 +79,7 @@ def test_long_sums_and_two_passes_too(host: Device, by_loops: pytest.MonkeyPatch
     assert result.tobytes() == expected.tobytes()
 
 
-@settings(max_examples=20)
+@settings(max_examples=12)
 @given(st.tuples(st.integers(13, 40), st.integers(13, 70)), KERNELS, KINDS, st.sampled_from(BORDERS), SEEDS)
 def test_it_is_the_twin_of_the_shader(
     device: GpuDevice,

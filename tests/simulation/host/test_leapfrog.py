@@ -54,7 +54,7 @@ def list_conditions(name: str) -> dict[str, Any]:
     }
 
 
-def run(springs: gx.Springs, n_steps: int = 40, **conditions: Any) -> bytes:
+def run(springs: gx.Springs, n_steps: int = 12, **conditions: Any) -> bytes:
     """Return the state after some steps."""
     springs.step(n_steps, 0.9 * min(springs.largest_step, 1e-3), **conditions)
     return springs.positions.tobytes() + springs.velocities.tobytes()
