@@ -21,13 +21,14 @@ from ._warn import warn
 from .gltf import merge_scene
 from .gltf_placements import make_names
 from .limits import budget
-from .urdf_files import find_model
+from .urdf_files import PACKAGE_SCHEMES, find_model
 from .vrml_shapes import Polygons, make_box, make_cylinder, make_sphere
 
 ReadModel = Callable[[bytes, str, Path], Mesh | None]
 
 _MAX_DEPTH = 1024
 _MAX_NAMED = 4
+_MAX_NAME_LENGTH = 100
 _Z_FROM_Y = matrices.rotate_x(90, degrees=True)  # the primitives of VRML stand along y, those of URDF along z
 _WHITE = (255, 255, 255, 255)  # of what has no colour, so that `fill="file"` draws all
 _LIMITED = ("revolute", "prismatic")
@@ -206,6 +207,7 @@ class _Visuals:
         self._files: dict[Path, Mesh | None] = {}
         self._made: dict[Any, Mesh] = {}
         self._lost: Counter[str] = Counter()
+        self._lacks_package = False
 
     def of(self, link: Any) -> list[_Part]:
         """Return the parts of a link."""
@@ -227,7 +229,8 @@ class _Visuals:
             return
         named = [text for text, _ in self._lost.most_common(_MAX_NAMED)]
         more = f", and {len(self._lost) - len(named)} more" if len(self._lost) > len(named) else ""
-        warn(f"left out: {', '.join(named)}{more}")
+        hint = "; ROS_PACKAGE_PATH says where packages are" if self._lacks_package else ""
+        warn(f"left out: {', '.join(named)}{more}{hint}")
 
     def _find_color(self, visual: Any) -> tuple[int, ...]:
         material = visual.find("material")
@@ -265,7 +268,8 @@ class _Visuals:
         scale = tuple(_read_numbers(shape, "scale", (1.0, 1.0, 1.0), owner))
         path = find_model(name, self._folder)
         if path is None:
-            self._lost[f"{quote(name)}, which was not found"] += 1
+            self._lost[f"{_quote_end(name)}, which was not found"] += 1
+            self._lacks_package |= name.startswith(PACKAGE_SCHEMES)
             return None
         key = path, scale, color
         if key not in self._made:
@@ -273,7 +277,7 @@ class _Visuals:
                 self._files[path] = self._read_file(path)
             mesh = self._files[path]
             if mesh is None:
-                self._lost[f"{quote(name)}, of a type that cannot be read"] += 1
+                self._lost[f"{_quote_end(name)}, of a type that cannot be read"] += 1
                 return None
             with prefix_errors(owner):
                 moved = mesh if scale == (1.0, 1.0, 1.0) else mesh.transformed(np.diag([*scale, 1.0]))
@@ -354,3 +358,8 @@ def _read_numbers(
 def _read_number(element: Any, attribute: str, default: float | None, owner: str) -> float:
     (number,) = _read_numbers(element, attribute, None if default is None else (default,), owner, 1)
     return float(number)
+
+
+def _quote_end(name: str) -> str:
+    """Return a path in quotes, cut at its beginning, for the files of a robot differ at the end."""
+    return repr(name if len(name) <= _MAX_NAME_LENGTH else f"...{name[-_MAX_NAME_LENGTH:]}")

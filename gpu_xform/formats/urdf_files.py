@@ -6,7 +6,7 @@ from pathlib import Path
 from urllib.parse import unquote
 
 _MAX_LEVELS = 8  # above the file, in which packages are looked for
-_PACKAGE_SCHEMES = ("package://", "model://")
+PACKAGE_SCHEMES = ("package://", "model://")
 _PACKAGE_FILE = "package.xml"
 
 
@@ -21,7 +21,7 @@ def find_model(name: str, folder: Path | None) -> Path | None:
         return None
     folder = folder.resolve()
     name = unquote(name)
-    scheme = next((scheme for scheme in _PACKAGE_SCHEMES if name.startswith(scheme)), None)
+    scheme = next((scheme for scheme in PACKAGE_SCHEMES if name.startswith(scheme)), None)
     if scheme is None:
         return _find_within(_find_package(folder), folder / name.removeprefix("file://"))
     package, _, rest = name.removeprefix(scheme).partition("/")

@@ -99,12 +99,22 @@ def test_files_of_packages_are_found_beside_the_package_or_by_the_environment(
     moved = tmp_path / "ros" / "share"
     moved.mkdir(parents=True)
     robot.parents[1].rename(moved / "arm_description")
-    with pytest.warns(MeshWarning, match="left out: 'package://arm_desc.*', which was not found"):
+    missing = "left out: 'package://arm_description/meshes/tetra.stl', which was not found; ROS_PACKAGE_PATH says where"
+    with pytest.warns(MeshWarning, match=missing):
         assert not load_scene(elsewhere)["a"].models
     for variable, place in (("ROS_PACKAGE_PATH", moved), ("AMENT_PREFIX_PATH", moved.parent)):
         monkeypatch.setenv(variable, f"/nowhere:{place}")
         assert load_mesh(elsewhere).n_faces == 2
         monkeypatch.delenv(variable)
+
+
+def test_each_missing_file_counts_however_long_its_path(robot: Path) -> None:
+    link = '<link name="{0}"><visual><geometry><mesh filename="package://{1}/{0}.stl"/></geometry></visual></link>'
+    joint = '<joint name="{0}" type="fixed"><parent link="0"/><child link="{0}"/></joint>'
+    links = "".join(link.format(k, "long_name/" * 20) for k in range(6))
+    robot.write_text(f"<robot>{links}{''.join(map(joint.format, range(1, 6)))}</robot>", "utf-8")
+    with pytest.warns(MeshWarning, match=r"left out: '\.\.\.\S*long_name//0\.stl', which .*, and 2 more; ROS"):
+        load_scene(robot)
 
 
 @pytest.mark.parametrize(
