@@ -1,6 +1,7 @@
 """The host's kernels in NumPy give the bytes of the compiled loops, so that no number of points shows."""
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 import gpu_xform as gx
 from gpu_xform.compute.host import choose
 from gpu_xform.compute.host.choose import MIN_COMPILED_POINTS, MIN_COMPILED_PRODUCTS
-from gpu_xform.compute.host.vectorized import MIN_COPIED_POINTS, MIN_POINTS_BY_AXIS
+from gpu_xform.compute.host.vectorized import MIN_COPIED_POINTS, MIN_POINTS_BY_AXIS, MIN_POINTS_BY_ROW
 from gpu_xform.device import Device
 from tests.support.reference_transform import AFFINE, PLANAR, PLANAR_PROJECTIVE, PROJECTIVE
 from tests.support.types import Array
@@ -82,9 +83,24 @@ def test_no_number_of_points_at_which_the_way_changes_shows(host: Device, dtype:
     points = np.random.default_rng(6).normal(scale=9.0, size=(MIN_COMPILED_PRODUCTS, 3)).astype(dtype)
     for function, matrix in ((gx.transform_points, AFFINE), (gx.project_points, PROJECTIVE)):
         expected = function(points, matrix, device=host)  # by the compiled loop
-        for least in (2, MIN_COPIED_POINTS, MIN_POINTS_BY_AXIS, MIN_COMPILED_POINTS):
+        for least in (2, MIN_COPIED_POINTS, MIN_POINTS_BY_ROW, MIN_POINTS_BY_AXIS, MIN_COMPILED_POINTS):
             for n in (least - 1, least):
                 assert function(points[:n], matrix, device=host).tobytes() == expected[:n].tobytes(), n
+
+
+def test_threads_do_not_share_what_is_kept_from_call_to_call(host: Device) -> None:
+    clouds = np.random.default_rng(8).normal(size=(4, 2 * MIN_POINTS_BY_ROW, 3))
+    expected = gx.transform_points(clouds, AFFINE, device=host)
+
+    def find_wrong(k: int) -> list[int]:
+        return [
+            turn
+            for turn in range(200)
+            if not np.array_equal(gx.transform_points(clouds[k], AFFINE, device=host), expected[k])
+        ]
+
+    with ThreadPoolExecutor(len(clouds)) as threads:
+        assert list(threads.map(find_wrong, range(len(clouds)))) == [[]] * len(clouds)
 
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
