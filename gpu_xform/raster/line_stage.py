@@ -36,6 +36,9 @@ from .vertex_stage import ProjectedDrawable
 ABSORBANCE_STEPS_PER_E = (2048, 1024, 512, 256)
 MIN_TRANSMITTANCE = 4e-4  # of an edge in a pixel: a fifth of what eight bits show
 MAX_EDGES_FOR_DEEP_K_BUFFER = 16384  # of more edges, more than two per pixel hardly show
+MIN_LISTED_EDGES = 1 << 14  # of fewer, all are drawn sooner than those listed that are seen
+LISTED_EDGE_BYTES = 4
+BLOCK_EDGES = 32  # of which an invocation lists those that are seen
 MAX_NARROW_WIDTH_PX = 8.0  # in wider lines it shows if opacity goes by columns
 
 

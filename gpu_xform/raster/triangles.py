@@ -66,6 +66,7 @@ class TriangleStage:
     name : that of its buffers, if a picture has several stages of faces
     finds_flats : whether to look for planes among the faces, which hide lines however little they are before them
     face_depths : the bits of a float per pixel of the tile and the margin around it; 0 if there is no face
+    n_depths : how many of them there are at most, without those that follow
     has_flats : whether some of them may lie in planes, as flat_cover.wgsl looks for them: as many depths follow then
     """
 
@@ -95,7 +96,7 @@ class TriangleStage:
         self._has_light = not write_ids and any(batch.corner_normals for batch in self._batches)
         if palette and (self._has_light or self._has_depth_cue):
             _require_few_colors(palette.n_bytes // 4, has_light=self._has_light, has_depth_cue=self._has_depth_cue)
-        self._n_depths = n_depths
+        self.n_depths = n_depths
         pool = device.pool
         self.face_depths: Buffer = pool.scratch(
             POOL_OWNER, f"{name}: depths", self._depth_bytes if self._batches else 4
@@ -111,7 +112,7 @@ class TriangleStage:
 
     @property
     def _depth_bytes(self) -> int:
-        return DEPTH_BYTES * self._n_depths * (1 + self.has_flats)
+        return DEPTH_BYTES * self.n_depths * (1 + self.has_flats)
 
     @property
     def is_empty(self) -> bool:
@@ -136,7 +137,7 @@ class TriangleStage:
         encoder.clear_buffer(self.face_depths, self._depth_bytes)
         self._record(encoder, tile, writes_visibility=False)
         if self._has_visibility:
-            encoder.clear_buffer(self._visibility, 4 * self._n_depths)
+            encoder.clear_buffer(self._visibility, 4 * self.n_depths)
             self._record(encoder, tile, writes_visibility=True)
 
     def composite(self, encoder: CommandEncoder, target: RenderTarget, tile: Binding) -> None:
@@ -153,7 +154,7 @@ class TriangleStage:
         """
         is_visible = np.zeros(1 + sum(math.prod(batch.shape) for batch in self._batches), np.bool_)
         if self._has_visibility:
-            with self._visibility.map_read(4 * self._n_depths) as view:
+            with self._visibility.map_read(4 * self.n_depths) as view:
                 is_visible[view.view(np.uint32)] = True
         found: dict[int, list[npt.NDArray[np.bool_]]] = {id(each): [] for each in projected}
         for batch in self._batches:

@@ -50,6 +50,8 @@ ONLY_ON_THE_DEVICE = {
     "IndexedDraw": "a dispatch writes it for the draw that it is named after",
     "SectionEnd": "a first dispatch writes it for a second one",
     "LargeTriangles": "the host clears its head, and dispatches by it",
+    "GrowingEdgeList": "the host clears its head, and dispatches by it",
+    "EdgeList": "shaders write and read it",
 }
 
 EVERY_STRUCT = pytest.mark.parametrize(("name", "stage", "number_type", "mirror"), STRUCTS)

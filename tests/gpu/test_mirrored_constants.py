@@ -17,8 +17,10 @@ from gpu_xform.drawing.shading import AMBIENT
 from gpu_xform.drawing.silhouettes import NO_FACE
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
 from gpu_xform.raster.clouds import BLOCK_SIDE_PX
+from gpu_xform.raster.compute.seen_edges import CELL_PX
 from gpu_xform.raster.dashes import EDGES_PER_SECTION
-from gpu_xform.raster.hardware.edge_lists import BLOCK_EDGES, FANOUT, LISTS, N_LISTS
+from gpu_xform.raster.hardware.edge_lists import FANOUT, LISTS, N_LISTS
+from gpu_xform.raster.line_stage import BLOCK_EDGES
 from gpu_xform.raster.quads import QUAD_TRIANGLES, QUAD_VERTICES
 from gpu_xform.raster.triangles import OPACITY_BITS
 from gpu_xform.simulation.incidence import MAX_PACKETS, Slots
@@ -41,6 +43,7 @@ TWINS = {
     "AMBIENT": AMBIENT,
     **{f"{prefix}_{member.name}": member for prefix, enumeration in ENUMERATIONS.items() for member in enumeration},
     "BLOCK_EDGES": BLOCK_EDGES,
+    "CELL_PX": CELL_PX,
     "CHAIN_EDGE_MASK": float(~(CHAIN_IS_FIRST | CHAIN_IS_REVERSED)),
     "CHAIN_IS_FIRST": float(CHAIN_IS_FIRST),
     "CHAIN_IS_REVERSED": float(CHAIN_IS_REVERSED),
@@ -90,6 +93,7 @@ WGSL_ALONE = {
     "OPACITY_STEPS": "shaders pack and unpack it",
     "OPAQUE_ABSORBANCE": "shaders write and read absorbance",
     "PIXELS_PER_BAND": "the shaders choose their own grid",
+    "ROUNDING_PX": "only the shaders look up depths",
     "SATURATED_ABSORBANCE": "shaders write and read absorbance",
     "TINY": "only the shader divides by lengths",
     "SILHOUETTE_PROBE_PX": "only the shaders look up depths; the margin of tiles has room for it",

@@ -1,4 +1,4 @@
-"""Edges that faces hide altogether get no quads, and nothing else changes."""
+"""Edges that faces hide altogether are not drawn, and nothing else changes."""
 
 from typing import Any
 
@@ -10,8 +10,9 @@ import gpu_xform as gx
 from gpu_xform import Camera, Layer, samples
 from gpu_xform.gpu import debug
 from gpu_xform.gpu.device import GpuDevice
+from gpu_xform.raster.compute import seen_edges
 from gpu_xform.raster.hardware import edge_lists
-from gpu_xform.raster.hardware.edge_lists import MIN_EDGES
+from gpu_xform.raster.line_stage import BLOCK_EDGES, MIN_LISTED_EDGES
 from tests.support.types import Pixels
 from tests.support.wgsl import constants, struct
 
@@ -22,6 +23,8 @@ ROW = np.stack([gx.translate(1.5 * k, 0.2 * k, -0.5 * k) for k in range(3)])
 
 PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {
     "one colour": (TORUS, {}),
+    "dense": (samples.icosphere(5), {}),
+    "dense in two": ([samples.icosphere(5), samples.torus(100, 60)], {"alpha": 0.4}),
     "thick and faint": (TORUS, {"line_width": 7.0, "alpha": 0.3}),
     "depth cue": (TORUS, {"depth_cue": 0.8}),
     "by face": (TORUS, {"color": "face", "line_width": 3.0}),
@@ -37,13 +40,18 @@ PICTURES: dict[str, tuple[Any, dict[str, Any]]] = {
 
 
 def draw(monkeypatch: pytest.MonkeyPatch, min_edges: int, model: Any, style: dict[str, Any], device: Any) -> Pixels:
-    monkeypatch.setattr(edge_lists, "MIN_EDGES", min_edges)
+    for module in (edge_lists, seen_edges):
+        monkeypatch.setattr(module, "MIN_LISTED_EDGES", min_edges)
+    monkeypatch.setattr(seen_edges, "MAX_PIXELS_PER_EDGE", 1 << 40)
     return gx.render_array(model, device=device, **FRAME | style)
 
 
 @pytest.mark.parametrize("name", PICTURES)
-def test_a_list_changes_no_byte(name: str, monkeypatch: pytest.MonkeyPatch, device_with_limits: Any) -> None:
+def test_a_list_changes_no_byte(
+    name: str, rasterizer_name: str, monkeypatch: pytest.MonkeyPatch, device_with_limits: Any
+) -> None:
     model, style = PICTURES[name]
+    style = style | {"rasterizer": rasterizer_name}
     device = device_with_limits(max_texture_side=256)
     expected = draw(monkeypatch, 1 << 40, model, style, device)
     assert (expected != expected[0, 0]).any()
@@ -52,7 +60,7 @@ def test_a_list_changes_no_byte(name: str, monkeypatch: pytest.MonkeyPatch, devi
 
 def test_both_sides_count_alike() -> None:
     numbers = constants("mark_edges")
-    assert numbers["BLOCK_EDGES"] == f"{edge_lists.BLOCK_EDGES}u"
+    assert numbers["BLOCK_EDGES"] == f"{BLOCK_EDGES}u"
     assert numbers["N_LISTS"] == f"{edge_lists.N_LISTS}u"
     assert 1 << int(numbers["LOG2_FANOUT"].rstrip("u")) == edge_lists.FANOUT
     assert struct("list_edges", "IndexedDraw").count(": u32,") * edge_lists.NUMBER_BYTES == edge_lists.DRAW_BYTES
@@ -83,8 +91,8 @@ def test_the_edges_towards_the_eye_are_listed_in_their_order(level: int, n_insta
         shown, unknown = read_lists(device)
     # Of a point of a unit sphere: how far it lies before the plane through the points that the eye sees at the rim.
     heights = np.concatenate([middles @ (eye - (x, 0, 0)) / np.linalg.norm(eye - (x, 0, 0)) for x in offsets])
-    assert len(heights) >= MIN_EDGES
-    assert len(heights) > edge_lists.BLOCK_EDGES * edge_lists.FANOUT**2
+    assert len(heights) >= MIN_LISTED_EDGES
+    assert len(heights) > BLOCK_EDGES * edge_lists.FANOUT**2
     for each in (shown, unknown):
         assert (np.diff(each) > 0).all()
     assert not np.intersect1d(shown, unknown).size
@@ -93,6 +101,24 @@ def test_the_edges_towards_the_eye_are_listed_in_their_order(level: int, n_insta
     assert is_listed[heights > 0.1].all()
     assert is_shown[heights > 0.3].all()
     assert not is_listed[heights < -0.2].any()
+
+
+def test_the_edges_towards_the_eye_are_stepped_along() -> None:
+    mesh = samples.icosphere(5)
+    stack = np.stack([gx.translate(-1.5, 0.0, 0.0), gx.translate(1.5, 0.0, 0.0)])
+    heights = np.tile(mesh.positions[mesh.edges].mean(axis=1)[:, 2], 2)
+    camera = Camera.look_at((0.0, 0.0, 50.0), (0.0, 0.0, 0.0), fov_y=6.0)
+    style = FRAME | {"size": (512, 512), "rasterizer": "compute"}
+    with GpuDevice() as device:
+        gx.render_array(mesh, device=device, camera=camera, transform=stack, **style)
+        numbers = debug.read_buffer(device, "raster: seen edges", np.uint32).astype(np.int64)
+    head = seen_edges.HEAD_BYTES // 4
+    listed = numbers[head : head + numbers[head - 1]]
+    assert len(np.unique(listed)) == len(listed)
+    is_listed = np.zeros(len(heights), np.bool_)
+    is_listed[listed] = True
+    assert is_listed[heights > 0.1].all()
+    assert not is_listed[heights < -0.5].any()
 
 
 def test_edges_beside_the_picture_are_not_listed() -> None:
@@ -112,7 +138,7 @@ def test_edges_beside_a_tile_are_not_listed_for_it(device_with_limits: Any) -> N
 
 
 def test_a_list_beyond_a_binding_is_done_without(monkeypatch: pytest.MonkeyPatch, device_with_limits: Any) -> None:
-    monkeypatch.setattr(edge_lists, "MIN_EDGES", 1)
+    monkeypatch.setattr(edge_lists, "MIN_LISTED_EDGES", 1)
     mesh, stack = samples.icosphere(3), np.stack([gx.translate(0.01 * k, 0.0, 0.0) for k in range(20)])
     expected = gx.render_array(mesh, transform=stack, **FRAME)
     small = device_with_limits(max_binding_bytes=1 << 16)

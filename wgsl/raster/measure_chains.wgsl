@@ -34,12 +34,8 @@ fn begins_chain(place: u32) -> bool {
     return (chains[place].edge & CHAIN_IS_FIRST) != 0u;
 }
 
-fn is_within(a: vec4<f32>) -> bool {
-    return a.z > 0.0 && a.z < a.w && abs(a.x) < a.w && abs(a.y) < a.w;
-}
-
 fn length_in_picture(a: vec4<f32>, b: vec4<f32>) -> f32 {
-    if is_within(a) && is_within(b) {
+    if is_in_view(a) && is_in_view(b) {
         return distance(clip_to_pixels(a, tile.size), clip_to_pixels(b, tile.size));
     }
     let line = clip_segment(a, b, 0.5 * style.line_width + 1.0, tile.size);
@@ -55,7 +51,9 @@ fn measure(section: u32, instance: u32, n_sections: u32) {
     let first = instance * style.instance_stride;
     var last = NO_POINT; // where the edge before ends: most begin there, and points are far apart in memory
     var last_position = vec4(0.0);
-    for (var place = section * EDGES_PER_SECTION; place < end_of(section); place++) {
+    var place = section * EDGES_PER_SECTION;
+    let last_place = end_of(section) - 1u;
+    loop {
         let entry = chains[place];
         if (entry.edge & CHAIN_IS_FIRST) != 0u {
             end = SectionEnd(0.0, 1u);
@@ -72,6 +70,10 @@ fn measure(section: u32, instance: u32, n_sections: u32) {
             end.length_px += length_in_picture(position, last_position);
         }
         dash_starts[slot] = select(start_px, -end.length_px, (entry.edge & CHAIN_IS_REVERSED) != 0u);
+        if place == last_place {
+            break;
+        }
+        place++;
     }
     section_ends[instance * n_sections + section] = end;
 }
@@ -91,10 +93,20 @@ fn add_sections_before(section: u32, instance: u32, n_sections: u32) {
             break;
         }
     }
-    for (var place = section * EDGES_PER_SECTION; place < end_of(section) && !begins_chain(place); place++) {
-        let entry = chains[place].edge;
+    var place = section * EDGES_PER_SECTION;
+    let last_place = end_of(section) - 1u;
+    var entry = chains[place].edge;
+    loop {
         let slot = instance * style.n_edges + (entry & CHAIN_EDGE_MASK);
         dash_starts[slot] += select(length_px, -length_px, (entry & CHAIN_IS_REVERSED) != 0u);
+        if place == last_place {
+            break;
+        }
+        place++;
+        entry = chains[place].edge;
+        if (entry & CHAIN_IS_FIRST) != 0u {
+            break;
+        }
     }
 }
 

@@ -10,6 +10,14 @@
 #import load_segment
 #import tile
 
+struct EdgeList {
+    n_workgroups: u32, // three counts, as dispatch_workgroups_indirect reads them
+    n_workgroups_y: u32,
+    n_workgroups_z: u32,
+    n_edges: u32,
+    edges: array<u32>, // counted over all instances
+}
+
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var<uniform> style: LineStyle;
 @group(0) @binding(2) var<storage, read> clip_positions: array<vec4<f32>>; // reversed-Z
@@ -19,8 +27,11 @@
 @group(0) @binding(6) var<storage, read_write> absorbance: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> k_buffer: array<atomic<u32>>; // k keys per pixel, nearest first
 @group(0) @binding(8) var<storage, read> dash_starts: array<f32>; // of the edges of all instances
+@group(0) @binding(9) var<storage, read> seen_edges: EdgeList; // from list_seen_edges.wgsl
 
 override workgroup_size: u32;
+override is_listed: bool; // edges of the list are drawn, not all
+override is_instanced: bool; // there is more than one instance
 override hidden: u32; // one of HIDDEN_*
 override dashes: u32; // one of DASHES_*
 override is_silhouette: bool;
@@ -84,13 +95,26 @@ fn rasterize(index: u32, instance: u32, lane: u32) {
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
-    let n = style.n_edges << style.log2_lanes;
+    var n_edges = style.n_edges;
+    if is_listed {
+        n_edges = seen_edges.n_edges;
+    }
+    let n = n_edges << style.log2_lanes;
     var i = invocation.x;
     if i >= n {
         return;
     }
     loop {
-        rasterize(i >> style.log2_lanes, invocation.y, i & ((1u << style.log2_lanes) - 1u));
+        var index = i >> style.log2_lanes;
+        var instance = invocation.y;
+        if is_listed {
+            index = seen_edges.edges[index];
+            if is_instanced {
+                instance = index / style.n_edges;
+                index -= instance * style.n_edges;
+            }
+        }
+        rasterize(index, instance, i & ((1u << style.log2_lanes) - 1u));
         i += n_workgroups.x * workgroup_size;
         if i >= n {
             break;

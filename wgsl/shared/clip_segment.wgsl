@@ -33,6 +33,11 @@ fn clip_range(range: vec2<f32>, at_a: f32, at_b: f32) -> vec2<f32> {
     return range;
 }
 
+// Whether a point in clip space lies in the view volume.
+fn is_in_view(a: vec4<f32>) -> bool {
+    return a.z > 0.0 && a.z < a.w && abs(a.x) < a.w && abs(a.y) < a.w;
+}
+
 // The segment from a to b, both in clip space, in a picture of `size` pixels with a margin for the width of the line.
 fn clip_segment(a: vec4<f32>, b: vec4<f32>, margin_px: f32, size: vec2<f32>) -> Segment {
     // At the near and the far plane, so that nothing folds through the eye, and at the picture's sides, so that

@@ -70,10 +70,16 @@ fn is_flat(triangle: Triangle, fragment: TriangleFragment) -> bool {
 
 fn rasterize_pixel(triangle: Triangle, normals: mat3x3<f32>, index: u32, instance: u32, pixel: vec2<i32>) {
     let fragment = triangle_fragment(triangle, pixel, tile.depth_slope_per_pixel);
+    let slot = depth_index(tile, pixel);
+    if !has_visibility && !has_flats {
+        // 0, which changes nothing, where it does not cover the pixel: what differs between neighbours is dear on
+        // processors.
+        atomicMax(&face_depths[slot], bitcast<u32>(fragment.biased_depth));
+        return;
+    }
     if !fragment.is_covered {
         return;
     }
-    let slot = depth_index(tile, pixel);
     if !has_visibility || !is_set(faces.writes_visibility, index) {
         atomicMax(&face_depths[slot], bitcast<u32>(fragment.biased_depth));
         if has_flats && is_flat(triangle, fragment) {

@@ -27,12 +27,17 @@ fn edge_visibility(line: Segment, half_width: f32) -> u32 {
     if axis.length_major > MAX_PROBED_PX {
         return EDGE_UNKNOWN;
     }
-    let last = i32(floor(axis.start.x + axis.length_major + half_width));
-    var x = i32(floor(axis.start.x - half_width));
-    let is_first_hidden = is_hidden(line, t_at_column(axis, x));
-    x++;
-    while x <= last && is_hidden(line, t_at_column(axis, x)) == is_first_hidden {
+    // Columns beside the segment ask for its ends.
+    let last = i32(ceil(axis.start.x + axis.length_major - 0.5)) - 1;
+    var x = i32(ceil(axis.start.x - 0.5));
+    let is_start_hidden = is_hidden(line, 0.0);
+    var is_same = is_hidden(line, 1.0) == is_start_hidden;
+    loop {
+        is_same = is_same && is_hidden(line, t_at_column(axis, x)) == is_start_hidden;
         x++;
+        if x > last || !is_same {
+            break;
+        }
     }
-    return select(EDGE_UNKNOWN, select(EDGE_SHOWN, EDGE_HIDDEN, is_first_hidden), x > last);
+    return select(EDGE_UNKNOWN, select(EDGE_SHOWN, EDGE_HIDDEN, is_start_hidden), is_same);
 }

@@ -1,4 +1,4 @@
 """Lines by compute shaders.
 
-Reading order: lines.
+Reading order: seen_edges, lines.
 """

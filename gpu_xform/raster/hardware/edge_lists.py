@@ -9,14 +9,12 @@ from ...gpu.context import CommandEncoder
 from ...gpu.device import GpuDevice
 from ...gpu.dispatch import dispatch
 from ..line_batches import Bindings, LineBatch
-from ..line_stage import LinePart, is_wide
+from ..line_stage import BLOCK_EDGES, LISTED_EDGE_BYTES, MIN_LISTED_EDGES, LinePart, is_wide
 from ..quads import QUADS_PER_DRAW
 from ..render_target import POOL_OWNER
 
 LISTS = (Hidden.SHOW, Hidden.REMOVE)  # what is left to test of the edges of each list
 N_LISTS = len(LISTS)
-MIN_EDGES = 1 << 14  # of fewer, all are drawn sooner than listed
-BLOCK_EDGES = 32
 FANOUT = 32  # blocks per group, and groups per supergroup
 NUMBER_BYTES = 4
 DRAW_BYTES = 20
@@ -66,8 +64,8 @@ class EdgeLists:
 def is_listable(device: GpuDevice, batch: LineBatch, opacity: dict[str, float]) -> bool:
     """Say whether faces hide edges of a batch altogether, it is worth finding out which, and the list can be bound."""
     is_hiding = opacity["hidden"] == Hidden.REMOVE and not is_wide(batch.lines)
-    n_bytes = NUMBER_BYTES * batch.n_instance_edges
-    return is_hiding and batch.n_instance_edges >= MIN_EDGES and n_bytes <= device.limits.max_bound_bytes
+    n_bytes = LISTED_EDGE_BYTES * batch.n_instance_edges
+    return is_hiding and batch.n_instance_edges >= MIN_LISTED_EDGES and n_bytes <= device.limits.max_bound_bytes
 
 
 def _count_blocks(batch: LineBatch) -> int:

@@ -261,9 +261,9 @@ class Picture {
     const [steps, mayOverflow] = this.chooseAbsorbanceSteps(lines, nEdges);
     const look = { color_mode: lines.colorMode, k, is_wide: Number(lines.lineWidth > constants.MAX_NARROW_WIDTH_PX) };
     const counted = { absorbance_steps_per_e: steps };
-    const all = { ...bindings, absorbance: perPixel, k_buffer: kBuffer };
+    const all = { ...bindings, absorbance: perPixel, k_buffer: kBuffer, seen_edges: context.scratch("no list", 20) };
     const own = {
-      ...opacity, ...look, ...counted, has_transparency: Number(lines.hasTransparency),
+      ...opacity, ...look, ...counted, has_transparency: Number(lines.hasTransparency), is_listed: 0, is_instanced: 0,
       min_transmittance: constants.MIN_TRANSMITTANCE, may_overflow: Number(mayOverflow),
     };
     const nLanes = 2 ** this.chooseLog2Lanes(lines, width, nEdges);
