@@ -1,5 +1,5 @@
-// Windows of pixels, two cells wide and high, one beginning with each cell, and the farthest depth of the faces in them.
-// What is behind it is hidden in all of the window: Greene et al., "Hierarchical Z-buffer visibility", 1993.
+// Windows of pixels, two cells wide and high, one at each cell, and the farthest depth of the faces in each. What
+// is behind it is hidden in all of the window: Greene et al., "Hierarchical Z-buffer visibility", 1993.
 #import tile
 
 const CELL_PX = 4;
