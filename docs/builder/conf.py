@@ -28,7 +28,7 @@ myst_enable_extensions = ["attrs_inline", "attrs_block", "colon_fence", "dollarm
 myst_heading_anchors = 4
 nb_execution_mode = "off"  # docs/builder/notebook.py runs it
 
-autodoc_typehints = "signature"
+autodoc_typehints = "none"  # in signatures, NumPy's types would take pages; the parameters below tell theirs
 autodoc_member_order = "bysource"
 python_maximum_signature_line_length = 100
 numpydoc_show_class_members = False

@@ -37,6 +37,7 @@ def test_a_page_has_no_errors_and_fits(page: str, opened: Browser) -> None:
         assert opened.evaluate("document.documentElement.scrollWidth") <= size[0], size
         assert opened.evaluate("document.querySelector('h1').innerText.length") > 0
         assert opened.evaluate("document.querySelectorAll('.search-button, .search-button-field').length") > 0
+        assert "_NestedSequence" not in opened.evaluate("document.body.innerText")  # of NumPy's types
 
 
 def test_the_search_knows_each_public_name() -> None:

@@ -44,7 +44,7 @@ for i, (name, points) in enumerate(corners.items()):
             line_width=2,
         )
     )
-    label = gx.Layer(np.array([(2.3 * i, -1.45, 0.0)]), labels={0: name}, point_size=0.1, color="#333333")
+    label = gx.Layer(np.array([(2.3 * i - 0.75, -1.4, 0.0)]), labels={0: name}, point_size=0.1, color="#333333")
     layers.append(label)
-picture = gx.render(layers, camera={"direction": (0, -0.25, -1)}, size=(960, 320), font_size=15)
+picture = gx.render(layers, camera={"direction": (0, -0.25, -1)}, size=(960, 320), font_size=20)
 picture.save("platonic_solids.png")

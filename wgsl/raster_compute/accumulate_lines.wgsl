@@ -74,12 +74,12 @@ fn rasterize(index: u32, instance: u32, lane: u32) {
             var y = max(rows.x, bounds.z);
             loop {
                 let pixel = pixel_at(axis, x, y);
-                let t = t_at_pixel(line, pixel);
                 if is_wide {
+                    let t = t_at_pixel(line, pixel);
                     opacity = color_alpha_at(index, line, t) * opacity_at(line, t);
                 }
                 let alpha = select(0.0, opacity * coverage(spans, y), y <= highest);
-                emit_fragment(pixel_index(tile, pixel), alpha, instance * style.n_edges + index, line, t);
+                emit_fragment(pixel, alpha, instance * style.n_edges + index, line);
                 y++;
                 if y > highest {
                     break;

@@ -40,8 +40,8 @@ fn rasterize(index: u32, instance: u32) {
     loop {
         let y = aliased_row(axis, x);
         if y >= bounds.z && y <= bounds.w {
-            let slot = pixel_index(tile, pixel_at(axis, x, y));
-            emit_aliased(slot, instance * style.n_edges + index, line, t_at_column(axis, x));
+            let pixel = pixel_at(axis, x, y);
+            emit_aliased(pixel, instance * style.n_edges + index, line, t_at_column(axis, x));
         }
         x++;
         if x > last {

@@ -50,6 +50,6 @@ fn fragment_main(in: Corner) {
     let step = select(pixel, pixel.yx, axis.is_steep);
     let columns = aliased_columns(axis);
     if step.x >= columns.x && step.x < columns.y && step.y == aliased_row(axis, step.x) {
-        emit_aliased(pixel_index(tile, pixel), in.edge, line, t_at_column(axis, step.x));
+        emit_aliased(pixel, in.edge, line, t_at_column(axis, step.x));
     }
 }

@@ -64,6 +64,6 @@ fn fragment_main(in: Corner) {
     let opacity = color_alpha_at(edge_index(in.edge), line, t) * opacity_at(line, t);
     let alpha = opacity * pixel_coverage(axis, 0.5 * style.line_width, pixel);
     if alpha > 0.0 {
-        emit_fragment(pixel_index(tile, pixel), alpha, in.edge, line, t_at_pixel(line, pixel));
+        emit_fragment(pixel, alpha, in.edge, line);
     }
 }

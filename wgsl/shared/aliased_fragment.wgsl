@@ -6,6 +6,7 @@
 #import edge_depth
 #import line_opacity
 #import line_style
+#import tile
 
 const MIN_SEEN_OPACITY = 0.5 / 255.0;
 
@@ -22,13 +23,14 @@ fn aliased_row(axis: MajorAxis, x: i32) -> i32 {
     return i32(floor(axis.start.y + axis.slope * distance_major));
 }
 
-fn emit_aliased(pixel: u32, edge: u32, line: Segment, t: f32) {
+fn emit_aliased(pixel: vec2<i32>, edge: u32, line: Segment, t: f32) {
+    let index = pixel_index(tile, pixel);
     if is_uniform_style && hidden == HIDDEN_SHOW && dashes == DASHES_NONE {
-        atomicStore(&depth_keys[pixel], 1u);
+        atomicStore(&depth_keys[index], 1u);
         return;
     }
     if (hidden == HIDDEN_SHOW && dashes == DASHES_NONE && !has_depth_cue) || opacity_at(line, t) >= MIN_SEEN_OPACITY {
-        let depth = normalized_depth_at(line, t, style.depth_cue);
-        atomicMax(&depth_keys[pixel], depth_key(depth, edge, style.edge_bits));
+        let depth = ordering_depth_at(line, pixel, style.depth_cue);
+        atomicMax(&depth_keys[index], depth_key(depth, edge, style.edge_bits));
     }
 }

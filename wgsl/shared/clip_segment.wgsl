@@ -50,7 +50,7 @@ fn clip_segment(a: vec4<f32>, b: vec4<f32>, margin_px: f32, size: vec2<f32>) -> 
     range = clip_range(range, side.y * a.w - a.y, side.y * b.w - b.y);
     range = clip_range(range, side.y * a.w + a.y, side.y * b.w + b.y);
     let start = mix(a, b, range.x);
-    let end = mix(a, b, range.y);
+    let end = select(mix(a, b, range.y), b, range.y == 1.0); // b itself: a driver may miss it by a bit
     var segment: Segment;
     if range.x > range.y || start.w <= 0.0 || end.w <= 0.0 {
         return segment;
