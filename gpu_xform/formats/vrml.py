@@ -21,8 +21,9 @@ from .._core.error_context import prefix_errors
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.attributes import sign_of_determinant
-from ..geometry.mesh import Mesh
+from ..geometry.mesh import Mesh, take_over
 from ._beside import find_beside
+from ._growing_array import GrowingArray
 from ._text import plain_text, quote
 from ._warn import warn
 from .limits import budget, spend_own
@@ -163,12 +164,9 @@ class _MeshBuilder:
 
     depth: int = 0
     is_spent: bool = False
-    points: list[Float64Array] = field(default_factory=list)
-    sizes: list[IndexArray] = field(default_factory=list)
-    corners: list[IndexArray] = field(default_factory=list)
-    n_points: int = 0
-    n_corners: int = 0
-    n_faces: int = 0
+    points: GrowingArray = field(default_factory=lambda: GrowingArray(np.float64, 3))
+    sizes: GrowingArray = field(default_factory=lambda: GrowingArray(np.uint32))
+    corners: GrowingArray = field(default_factory=lambda: GrowingArray(np.uint32))
     attributes: AttributeBuilder = field(default_factory=AttributeBuilder)
     point_ranges: dict[tuple[int, bytes], tuple[int, int]] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
@@ -235,7 +233,7 @@ class _MeshBuilder:
         if key not in self.point_ranges:
             self._count(numbers.count_at_most(), coordinates.line)
             points = numbers.floats(3)
-            self.point_ranges[key] = self.n_points, len(points)
+            self.point_ranges[key] = len(self.points), len(points)
             self._append_points(points, matrix)
         return self.point_ranges[key]
 
@@ -251,10 +249,10 @@ class _MeshBuilder:
         else:
             with self._leave_out_misfits("color"):
                 colors = read_parts(shape, state.appearance, len(sizes), is_vrml1=state.is_vrml1)
-                self.attributes.add("face", "color", self.n_faces, colors)
+                self.attributes.add("face", "color", len(self.sizes), colors)
                 self.attributes.has_colors |= says_color(shape, state.appearance)
             self.attributes.note(state.appearance)
-        self._add_faces(polygons.corners[order] + self.n_points, sizes)
+        self._add_faces(polygons.corners[order] + len(self.points), sizes)
         self._append_points(polygons.points, state.matrix)
 
     def _add_attributes(
@@ -280,9 +278,9 @@ class _MeshBuilder:
             if column is None:
                 continue
             if column.is_per_corner:
-                self.attributes.add("corner", name, self.n_corners, column.rows[column.chosen[order]])
+                self.attributes.add("corner", name, len(self.corners), column.rows[column.chosen[order]])
             else:
-                self.attributes.add("face", name, self.n_faces, column.rows[column.chosen[row_of_face]])
+                self.attributes.add("face", name, len(self.sizes), column.rows[column.chosen[row_of_face]])
 
     @contextlib.contextmanager
     def _leave_out_misfits(self, name: str) -> Iterator[None]:
@@ -297,14 +295,11 @@ class _MeshBuilder:
     def _add_faces(self, corners: IndexArray, sizes: IndexArray) -> None:
         self.sizes.append(sizes)
         self.corners.append(corners)
-        self.n_corners += len(corners)
-        self.n_faces += len(sizes)
 
     def _append_points(self, points: Float64Array, matrix: Float64Array) -> None:
         if not (matrix == _UNMOVED).all():
             points = points @ matrix[:3, :3].T + matrix[:3, 3]
         self.points.append(points)
-        self.n_points += len(points)
 
     def _list_losses(self) -> str:
         """Return what holds geometry and was not added, and what was read as a group by its children alone."""
@@ -324,18 +319,17 @@ class _MeshBuilder:
 
     def build(self) -> Mesh:
         """Return the mesh of all that was added."""
-        if not self.corners and not self.n_points:
+        if not self.corners and not self.points:
             losses = self._list_losses() or "it needs a face set, a line set, a point set or a primitive"
             raise MeshError(f"no shapes: {losses}")
-        empty = [np.zeros(0, np.int64)]
-        offsets = np.concatenate([[0], np.cumsum(np.concatenate(self.sizes + empty))])
-        indices = np.concatenate(self.corners + empty)
+        offsets = np.zeros(len(self.sizes) + 1, np.int64)
+        np.cumsum(self.sizes.take(), out=offsets[1:])
+        points, corners = self.points.take(), self.corners.take()
         holds = self.attributes.describe_losses()
-        return Mesh.from_offsets(
-            np.concatenate(self.points),
-            offsets,
-            indices,
-            attributes=self.attributes.build(self.n_points, offsets, indices),
+        return take_over(
+            points,
+            (offsets, corners),
+            attributes=self.attributes.build(len(points), offsets, corners),
             metadata={"vrml": {"holds": holds}} if holds else None,
         )
 
@@ -533,15 +527,18 @@ def _read_matrix(node: PlacedNode) -> Float64Array:
 
 def _make_matrix(node: PlacedNode, scale_name: str) -> Float64Array:
     """Return T C R Q S Q^-1 C^-1 of a node's translation, center, rotation, scale and scaleOrientation: (4, 4)."""
-    matrix = _UNMOVED.copy()
-    if node.node.fields.keys().isdisjoint(("rotation", "scaleOrientation", scale_name)):
+    matrix, fields = _UNMOVED.copy(), node.node.fields
+    if "rotation" in fields:
+        matrix[:3, :3] = _make_rotation(node, "rotation")
+    if "scaleOrientation" in fields or scale_name in fields:
+        scale_axes = _make_rotation(node, "scaleOrientation")
+        scale = np.diag(node.floats(scale_name, (1.0, 1.0, 1.0)))
+        matrix[:3, :3] = matrix[:3, :3] @ scale_axes @ scale @ scale_axes.T
+    if "translation" in fields:
         matrix[:3, 3] = node.floats("translation", (0.0, 0.0, 0.0))
-        return matrix
-    center = node.floats("center", (0.0, 0.0, 0.0))
-    rotation = _make_rotation(node, "rotation")
-    scale_axes = _make_rotation(node, "scaleOrientation")
-    matrix[:3, :3] = rotation @ scale_axes @ np.diag(node.floats(scale_name, (1.0, 1.0, 1.0))) @ scale_axes.T
-    matrix[:3, 3] = node.floats("translation", (0.0, 0.0, 0.0)) + center - matrix[:3, :3] @ center
+    if "center" in fields:
+        center = node.floats("center", (0.0, 0.0, 0.0))
+        matrix[:3, 3] += center - matrix[:3, :3] @ center
     return matrix
 
 

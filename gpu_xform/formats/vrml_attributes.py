@@ -128,6 +128,7 @@ class AttributeBuilder:
                 if merged is not None:
                     found = {"point": merged}
             for place, table in found.items():
+                table.flags.writeable = False  # else it would be copied
                 tables[place][name] = table
         material = {"texture": self.textures[0]} if len(self.textures) == 1 else None
         if not (any(tables.values()) or material):
@@ -204,7 +205,7 @@ def read_colors_of_points(shape: PlacedNode, appearance: Appearance, n_points: i
 
 
 def read_parts(shape: PlacedNode, appearance: Appearance, n_faces: int, *, is_vrml1: bool) -> Float64Array:
-    """Return the colours (n_faces, k) of a primitive."""
+    """Return the colours (n_faces, k) of a primitive; one that all faces have takes the memory of one."""
     table = _read_material(appearance, is_line=False)
     if len(table) > 1 and is_vrml1 and appearance.material_binding.startswith("PER_PART"):
         part = np.zeros(n_faces, np.int64)
@@ -215,7 +216,7 @@ def read_parts(shape: PlacedNode, appearance: Appearance, n_faces: int, *, is_vr
             caps = [number for name, number in _PARTS_BEHIND_SIDES[shape.kind].items() if name in known]
             part[n_faces - len(caps) :] = caps
         return table[part % len(table)]
-    return np.repeat(table[:1], n_faces, axis=0)
+    return np.broadcast_to(table[0], (n_faces, table.shape[1]))
 
 
 def says_color(shape: PlacedNode, appearance: Appearance) -> bool:

@@ -62,7 +62,7 @@ class PlacedNode(NamedTuple):
 
     def number(self, name: str, default: float) -> float:
         """Return a field of one number."""
-        return float(self.floats(name, (default,))[0])
+        return default if self.numbers(name) is None else float(self.floats(name, (default,))[0])
 
     def rows(self, name: str, default: tuple[tuple[float, ...], ...]) -> Float64Array:
         """Return a field of rows as long as those of its default; the default if it has none."""

@@ -140,6 +140,25 @@ def test_what_expands_without_bound_is_refused_before_it_does(name: str) -> None
     assert time.process_time() - start < 10  # traced, it takes five times as long
 
 
+def test_repeated_shapes_take_hardly_more_memory_than_their_mesh() -> None:
+    """A file of 100 kB may repeat a sphere 5,000 times."""
+    red = "appearance Appearance{material Material{diffuseColor 1 0 0}}"
+    data = vrml(
+        f"DEF A Shape{{geometry Sphere{{}} {red}}}\n"
+        + "".join(f"Transform{{translation {i} 0 0 children USE A}}\n" for i in range(300))
+    )
+    gx.load_mesh(io.BytesIO(vrml("Shape{geometry Sphere{}}")), file_type="wrl")
+    tracemalloc.start()
+    try:
+        mesh = gx.load_mesh(io.BytesIO(data), file_type="wrl")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    held = (mesh.positions, mesh.indices, mesh.offsets, mesh.attributes.face["color"])
+    assert mesh.n_points == 301 * 482
+    assert peak < 1.5 * sum(array.nbytes for array in held)
+
+
 LONG_LINE = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3" + b" \\\n" * 200_000
 MANY_ELEMENTS = b"ply\nformat ascii 1.0\n" + b"".join(b"element e%d 0\nproperty int x\n" % i for i in range(20_000))
 
