@@ -128,8 +128,5 @@ def resolve_gpu_device(device: Device | None) -> GpuDevice:
 def require_gpu_device(device: Device) -> GpuDevice:
     """Return `device`, which must be a graphics adapter's."""
     if not isinstance(device, GpuDevice):
-        raise DeviceError(
-            "the host device draws no pictures and filters no images: "
-            "that takes a graphics adapter, such as gx.Device() opens"
-        )
+        raise DeviceError("the host device draws no pictures: that takes a graphics adapter, such as gx.Device() opens")
     return device

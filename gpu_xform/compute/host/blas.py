@@ -5,19 +5,37 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ...host import count_threads
+
 Array = npt.NDArray[Any]
 
 POINTS_PER_ROW = 4
 ROWS_PER_BLOCK = 4096  # stay in a processor's cache, and fill the tiles of any BLAS
 POINTS_PER_BLOCK = POINTS_PER_ROW * ROWS_PER_BLOCK
+MIN_BLOCKS_PER_THREAD = 4  # starting a thread takes as long as a fraction of one
 
 
 def transform_affine(points: Array, m: Array, out: Array) -> None:
-    """Write `m` (4, 4), affine, applied to points (n, 2 or 3), into `out` (n, 2 or 3); both are C-ordered.
+    """Write `m` (4, 4), affine, applied to points (n, 2 or 3), into `out` (n, 2 or 3), on all processors.
 
     Four points are one row, multiplied by a block-diagonal matrix, in blocks of one size: the bytes of a point depend
-    neither on its place nor on the number of points.
+    neither on its place nor on the number of points, nor on that of threads.
     """
+    n_blocks = -(-len(points) // POINTS_PER_BLOCK)
+    n_threads = min(count_threads(), n_blocks // MIN_BLOCKS_PER_THREAD)
+    if n_threads < 2:
+        _transform_part(points, m, out)
+        return
+    from concurrent.futures import ThreadPoolExecutor  # imports logging, which few points need not wait for
+
+    step = -(-n_blocks // n_threads) * POINTS_PER_BLOCK
+    parts = [slice(start, start + step) for start in range(0, len(points), step)]
+    with ThreadPoolExecutor(n_threads) as threads:
+        list(threads.map(lambda part: _transform_part(points[part], m, out[part]), parts))
+
+
+@np.errstate(over="ignore", invalid="ignore")  # a thread does not inherit it
+def _transform_part(points: Array, m: Array, out: Array) -> None:
     n_points, n_components = points.shape
     axes = slice(n_components)
     linear = np.kron(np.eye(POINTS_PER_ROW, dtype=m.dtype), m[axes, axes].T)
@@ -25,16 +43,18 @@ def transform_affine(points: Array, m: Array, out: Array) -> None:
     shape = ROWS_PER_BLOCK, POINTS_PER_ROW * n_components
     moved = np.empty(shape, m.dtype)
     for start in range(0, n_points, POINTS_PER_BLOCK):
-        part = points[start : start + POINTS_PER_BLOCK]
-        if len(part) < POINTS_PER_BLOCK:
+        part, target = (array[start : start + POINTS_PER_BLOCK] for array in (points, out))
+        is_whole = len(part) == POINTS_PER_BLOCK
+        if not is_whole:
             padded = np.zeros((POINTS_PER_BLOCK, n_components), points.dtype)
             padded[: len(part)] = part
             part = padded
-        rows = part.reshape(shape)
-        _multiply(rows, linear, moved)
-        moved += translation
-        target = out[start : start + POINTS_PER_BLOCK]
-        target[...] = moved.reshape(-1, n_components)[: len(target)]
+        _multiply(part.reshape(shape), linear, moved)
+        if is_whole and target.flags.c_contiguous:
+            np.add(moved, translation, out=target.reshape(shape))
+        else:
+            moved += translation
+            target[...] = moved.reshape(-1, n_components)[: len(target)]
 
 
 def _multiply(rows: Array, linear: Array, out: Array) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
+from gpu_xform.compute.host import blas
 from gpu_xform.compute.host.blas import POINTS_PER_BLOCK, transform_affine
 from tests.support.reference_transform import AFFINE, assert_transformed, some_points
 
@@ -31,6 +32,19 @@ def test_neither_place_nor_number_of_points_changes_a_byte(dtype: npt.DTypeLike)
         assert out.tobytes() == whole[part].tobytes()
 
 
+@pytest.mark.parametrize("columns", [2, 3])
+def test_neither_does_the_number_of_threads(columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(blas, "MIN_BLOCKS_PER_THREAD", 1)
+    points = some_points(3 * POINTS_PER_BLOCK + 9, np.float32, columns)
+    points[[7, 2 * POINTS_PER_BLOCK]] = np.inf
+    results = []
+    for threads in ("1", "2", "5"):
+        monkeypatch.setenv("GPU_XFORM_THREADS", threads)
+        results.append(points.copy())
+        transform_affine(results[-1], AFFINE.astype(np.float32), results[-1])
+    assert results[0].tobytes() == results[1].tobytes() == results[2].tobytes()
+
+
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 @pytest.mark.parametrize("columns", [2, 3])
 def test_what_is_not_finite_stays_in_its_own_point(columns: int, dtype: npt.DTypeLike) -> None:
@@ -42,8 +56,7 @@ def test_what_is_not_finite_stays_in_its_own_point(columns: int, dtype: npt.DTyp
     spoiled[[5, 6, 100], [0, 1, 0]] = np.inf, np.nan, -np.inf
     spoiled[POINTS_PER_BLOCK + 7] = np.inf
     out = np.empty_like(points)
-    with np.errstate(invalid="ignore"):
-        transform_affine(spoiled, m, out)
+    transform_affine(spoiled, m, out)
     is_bad = np.isin(np.arange(len(points)), [5, 6, 100, POINTS_PER_BLOCK + 7])
     assert out[~is_bad].tobytes() == clean[~is_bad].tobytes()
     assert out[5, 0] == np.inf  # by 1.1, and the other products are finite
