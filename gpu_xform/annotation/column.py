@@ -75,7 +75,7 @@ def lay_out_column(
     for i, part in enumerate(laid_out):
         height = max((text.box.bottom for text in part.texts), default=0.0)
         top = below + i * bars_height + max(0.0, 0.5 * (bars_height - em - height))
-        result += _shift(part, left, top)
+        result += part.moved(left, top)
     return Column(width + 2.0 * MARGIN * em, result)
 
 
@@ -163,13 +163,3 @@ def _width(text: Text) -> float:
 
 def _extent(annotation: Annotation) -> float:
     return max((text.box.right for text in annotation.texts), default=0.0)
-
-
-def _shift(annotation: Annotation, x: float, y: float) -> Annotation:
-    shapes: list[Shape] = []
-    for shape in annotation.shapes:
-        if isinstance(shape, Rectangle):
-            shapes.append(Rectangle(shape.box.moved(x, y), shape.color))
-        elif isinstance(shape, Line):
-            shapes.append(Line(shape.x0 + x, shape.y0 + y, shape.x1 + x, shape.y1 + y, shape.width, shape.color))
-    return Annotation(shapes, [move_text(text, text.box.left + x, text.box.top + y) for text in annotation.texts])

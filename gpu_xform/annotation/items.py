@@ -1,7 +1,7 @@
 """Items: what an annotation is made of. Every back end draws these, in pixels from the top left corner, y down."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from ..imaging.colors import Rgba
@@ -44,6 +44,10 @@ class Text:
     color: Rgba
     halo: Rgba | None
 
+    def moved(self, x: float, y: float) -> "Text":
+        """Return the text, moved."""
+        return replace(self, x=self.x + x, y=self.y + y, box=self.box.moved(x, y))
+
 
 @dataclass(frozen=True)
 class Line:
@@ -57,6 +61,10 @@ class Line:
     color: Rgba
     dash: tuple[float, ...] = ()
 
+    def moved(self, x: float, y: float) -> "Line":
+        """Return the line, moved."""
+        return replace(self, x0=self.x0 + x, y0=self.y0 + y, x1=self.x1 + x, y1=self.y1 + y)
+
 
 @dataclass(frozen=True)
 class Rectangle:
@@ -64,6 +72,10 @@ class Rectangle:
 
     box: Box
     color: Rgba
+
+    def moved(self, x: float, y: float) -> "Rectangle":
+        """Return the rectangle, moved."""
+        return replace(self, box=self.box.moved(x, y))
 
 
 @dataclass(frozen=True)
@@ -74,6 +86,10 @@ class Disc:
     y: float
     diameter: float
     color: Rgba
+
+    def moved(self, x: float, y: float) -> "Disc":
+        """Return the disc, moved."""
+        return replace(self, x=self.x + x, y=self.y + y)
 
 
 Shape = Line | Rectangle | Disc
@@ -100,6 +116,10 @@ class Annotation:
     def is_empty(self) -> bool:
         """Whether there is nothing to draw."""
         return not self.shapes and not self.texts
+
+    def moved(self, x: float, y: float) -> "Annotation":
+        """Return the annotation, moved."""
+        return Annotation([shape.moved(x, y) for shape in self.shapes], [text.moved(x, y) for text in self.texts])
 
     def __add__(self, other: "Annotation") -> "Annotation":
         return Annotation((*self.shapes, *other.shapes), (*self.texts, *other.texts))

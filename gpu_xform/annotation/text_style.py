@@ -1,6 +1,6 @@
 """Text style: the font, the size and the colours of all texts of a picture."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from .._core.arguments import as_float
 from .._core.types import StrPath
@@ -50,8 +50,7 @@ class TextStyle:
 
 def move_text(text: Text, left: float, top: float) -> Text:
     """Return the text with the upper left corner of its box at a point."""
-    x, y = left - text.box.left, top - text.box.top
-    return replace(text, x=text.x + x, y=text.y + y, box=text.box.moved(x, y))
+    return text.moved(left - text.box.left, top - text.box.top)
 
 
 def make_text_style(

@@ -406,7 +406,7 @@ def _show(value: Any) -> str:
 def _limits_of(scalars: Any, clim: Sequence[float] | None) -> tuple[float, float]:
     """Return the numbers at both ends of a colormap; masked ones have no colour."""
     values = np.ma.filled(np.ma.asarray(scalars, np.float64), np.nan) if np.ma.isMaskedArray(scalars) else scalars
-    return find_limits(np.zeros(0) if values is None else np.asarray(values), clim)
+    return find_limits(np.zeros(0) if values is None else np.asarray(values, np.float64), clim)
 
 
 def as_own_model(model: Any) -> Any:

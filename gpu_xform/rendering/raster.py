@@ -104,7 +104,7 @@ def render(
     views : names among front, back, left, right, top, bottom and iso, optional
         Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
         text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
-        `camera={"up": ...}`. Axes and a legend cannot go with views.
+        `camera={"up": ...}`. A legend and colour bars stand at the right of all views. Axes cannot go with views.
     projection : "third" or "first"
         Where views lie: the top view above the front view, as in America, or below it, as in Europe.
     **style
@@ -207,7 +207,7 @@ def render_array(
     views : names among front, back, left, right, top, bottom and iso, optional
         Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
         text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
-        `camera={"up": ...}`. Axes and a legend cannot go with views.
+        `camera={"up": ...}`. A legend and colour bars stand at the right of all views. Axes cannot go with views.
     projection : "third" or "first"
         Where views lie: the top view above the front view, as in America, or below it, as in Europe.
     **style
@@ -256,9 +256,11 @@ def _draw(
     red, green, blue, alpha = parse_background(frame.background)
     pixels = np.empty((height, width, 4), np.uint8)
     pixels[:] = np.floor(255.0 * np.array([red, green, blue, alpha]) + 0.5)
-    for layers, own, (x, y) in sheet:
-        image = begin_render(layers, own, {}, rasterizer=rasterizer).result()
+    for view in sheet.views:
+        x, y = view.offset
+        image = begin_render(sheet.layers, view.frame, {}, rasterizer=rasterizer).result()
         pixels[y : y + image.shape[0], x : x + image.shape[1]] = image
+    draw_annotation(pixels, sheet.key)
     return pixels
 
 

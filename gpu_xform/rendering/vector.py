@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Unpack
 
 from .._core.public import public
 from .._core.types import StrPath
-from ..annotation.items import NO_ANNOTATION, Annotation
+from ..annotation.items import Annotation
 from ..annotation.options import AnnotationOptions, AxesLike, LegendLike
 from ..device import Device
 from ..drawing.camera import CameraLike
@@ -17,7 +18,7 @@ from ..drawing.prepare import DEFAULT_SIZE, Frame, PreparedFrame, Size, parse_si
 from ..drawing.sheet import Projection, ViewName
 from ..drawing.style_signature import show_style_keywords
 from ..errors import ArgumentError
-from ..imaging.colors import ColorLike, Rgba
+from ..imaging.colors import ColorLike, Rgba, parse_background
 from ..vector import VectorLayer, format_pdf, format_svg
 from ..vector.build_layers import build_layers
 from ..vector.edge_visibility import MARGIN_PX
@@ -88,7 +89,7 @@ def render_svg(
     views : names among front, back, left, right, top, bottom and iso, optional
         Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
         text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
-        `camera={"up": ...}`. Axes and a legend cannot go with views.
+        `camera={"up": ...}`. A legend and colour bars stand at the right of all views. Axes cannot go with views.
     projection : "third" or "first"
         Where views lie: the top view above the front view, as in America, or below it, as in Europe.
     **style
@@ -197,7 +198,7 @@ def render_pdf(
     views : names among front, back, left, right, top, bottom and iso, optional
         Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
         text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
-        `camera={"up": ...}`. Axes and a legend cannot go with views.
+        `camera={"up": ...}`. A legend and colour bars stand at the right of all views. Axes cannot go with views.
     projection : "third" or "first"
         Where views lie: the top view above the front view, as in America, or below it, as in Europe.
     **style
@@ -247,10 +248,14 @@ def draw_layers(
     sheet = plan_sheet(models, frame, style, views, projection)
     if sheet is None:
         return _draw_one(models, frame, style)
-    parts = [(offset, _draw_one(layers, own, {})) for layers, own, offset in sheet]
-    all_layers = [layer.moved(*offset) for offset, (_, _, layers, _) in parts for layer in layers]
+    all_layers, annotation = [], sheet.key
+    for view in sheet.views:
+        _, _, layers, texts = _draw_one(sheet.layers, view.frame, {})
+        named = [replace(layer, name=f"{view.name}: {layer.name}") if layer.name else layer for layer in layers]
+        all_layers += [layer.moved(*view.offset) for layer in named]
+        annotation += texts.moved(*view.offset)
     size = parse_size(frame.size) if frame.page is None else frame.page.sides_px(frame.dpi)
-    return size, parts[0][1][1], all_layers, NO_ANNOTATION
+    return size, parse_background(frame.background), all_layers, annotation
 
 
 def _require_depths_fit(prepared: PreparedFrame) -> None:

@@ -81,6 +81,27 @@ def test_a_picture_holds_what_each_view_shows() -> None:
     assert gx.render_pdf(WEDGE, views=["front", "iso"], size=SIZE).startswith(b"%PDF")
 
 
+def test_labels_are_at_their_points_in_each_view_and_keys_stand_once_beside_all() -> None:
+    style: dict[str, Any] = {"views": "front,top", "size": SIZE, "name": "wedge", "scalars": [0, 1, 2, 3, 4, 5]}
+    style |= {"labels": {1: "tip"}, "legend": True, "colorbar": "height", "font_size": 9}
+    svg = gx.render_svg(WEDGE, **style)
+    texts = re.findall(r"<text[^>]*?>(.*?)</text>", svg)
+    assert texts.count("tip") == 2
+    assert texts.count("height") == texts.count("wedge") == 1
+    plain = gx.render_array(WEDGE, **style | {"labels": None, "legend": False, "colorbar": False})
+    pixels = gx.render_array(WEDGE, **style | {"labels": None})
+    column = (pixels[:, -60:, :3] < 255).any(axis=(0, 2))
+    assert column.any()
+    assert not (pixels != plain).all()
+    at = {tuple(np.argwhere((image[..., :3] < 250).any(axis=2)).min(axis=0) > 0) for image in (plain, pixels)}
+    assert at == {(True, True)}  # no view is cut off
+    labelled = gx.render_array(WEDGE, **style)
+    rows = np.flatnonzero((labelled != pixels).any(axis=(1, 2)))
+    assert np.diff(rows).max() > 9  # a label above, and one below
+    with pytest.raises(ArgumentError, match="paper must not be given with axes, a legend or a colour bar"):
+        gx.render_svg(WEDGE, **{k: v for k, v in style.items() if k != "size"}, paper="A6")
+
+
 def test_sheets_of_paper_are_true_to_scale() -> None:
     views: dict[str, Any] = {"views": "front,top", "paper": "A6", "drawing_scale": "5:1"}
     svg = gx.render_svg(WEDGE, **views)
@@ -100,7 +121,7 @@ def test_sheets_of_paper_are_true_to_scale() -> None:
         ({"views": "iso,iso"}, "views must name each view once"),
         ({"views": "iso", "projection": "second"}, "projection must be 'third' or 'first', got 'second'"),
         ({"views": "iso", "camera": {"direction": (0, 0, -1)}}, "camera must be None or hold nothing but 'up'"),
-        ({"views": "iso", "axes": True}, "views cannot go with axes"),
+        ({"views": "iso", "axes": True}, "views cannot go with axes: their numbers"),
         ({"views": "front,iso", "size": (2, 2)}, "size must have room for the views"),
     ],
 )
