@@ -1,24 +1,26 @@
 """Points by the billion beside their peers, and the paper to 1e12 points with the numbers of this machine.
 
-    python benchmarks/scale.py [--fraction 0.1] [--device host] [--rows npy,las,...] [--folder /fast/disk]
+    python benchmarks/scale.py [--fraction 0.1] [--devices host,llvmpipe] [--rows npy,las,...] [--folder /fast/disk]
 
-Every peer's file is compared with ours before its time counts; contenders take turns. The sizes are those of the table
-in docs/scale.md, times the fraction. Needs the extras `las`, `zarr`, `dask` and `host`.
+Every peer's file is compared with ours before its time counts; contenders take turns, our devices among them. Sizes
+are those of the table in docs/scale.md, times the fraction; in full they take about ten minutes on two idle cores, and
+up to 10 GB in the folder at a time. Needs the extras `las`, `zarr`, `dask` and `host`.
 """
 
 import argparse
+import contextlib
 import os
 import shutil
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from harness import Row, calm_threads, medians, table
+from harness import Contender, Row, calm_threads, medians, table
 
 import gpu_xform as gx
 
@@ -27,6 +29,14 @@ LINEAR, SHIFT = MATRIX[:3, :3], MATRIX[:3, 3]
 PART = 1_000_000
 POINT_BYTES = 12  # of three float32
 MANY = 1e12
+MEMORY_ROWS = (
+    ("in.las", "o.las"),
+    ("in.las", "o.laz"),
+    ("in.npy", "o.npy"),
+    ("in.zarr", "o.zarr"),
+    ("in.ply", "o.ply"),
+)
+Devices = Mapping[str, gx.Device]
 ROWS = ("npy", "ply", "las", "laz", "zarr", "memory")
 
 
@@ -34,28 +44,48 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--fraction", type=float, default=1.0, help="of the sizes of the table (default: 1)")
     parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--device", default="host", help="as gx.Device takes it (default: host)")
+    parser.add_argument("--devices", default="host", help="as gx.Device takes them, with commas (default: host)")
     parser.add_argument("--rows", default=",".join(ROWS), help=f"which rows to measure, among {', '.join(ROWS)}")
     parser.add_argument("--folder", help="where to put the files, on the disk to measure")
     options = parser.parse_args()
     calm_threads()
-    device = gx.default_device(options.device)
+    devices = {name: gx.Device(name) for name in options.devices.split(",")}
     folder = Path(tempfile.mkdtemp(prefix="scale-", dir=options.folder))
     measured: dict[str, float] = {}
     rows: list[Row] = []
     try:
         for name in options.rows.split(","):
-            found, speeds = globals()[f"measure_{name}"](folder, options.fraction, options.rounds, device)
+            start = time.perf_counter()
+            found, speeds = globals()[f"measure_{name}"](folder, options.fraction, options.rounds, devices)
             rows += found
             measured |= speeds
-            for path in folder.iterdir():
-                shutil.rmtree(path) if path.is_dir() else path.unlink()
-            print(table(rows[len(rows) - len(found) :]), flush=True)
-        measured |= measure_machine(folder, device)
+            size = sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
+            empty(folder)
+            spent = time.perf_counter() - start
+            shown = f"{table(found)}\n" if found else ""
+            print(f"{shown}{name}: {spent:.0f} s, {size / 1e9:.2f} GB of files\n", flush=True)
+        measured |= measure_machine(folder, next(iter(devices.values())))
     finally:
         shutil.rmtree(folder)
-    print(f"\n{device!r}, {os.cpu_count()} processors, {options.fraction:g} of the sizes\n\n{table(rows)}\n")
+    print(
+        f"{list(devices.values())}, {os.cpu_count()} processors, {options.fraction:g} of the sizes\n\n{table(rows)}\n"
+    )
     print(describe_paper(measured))
+
+
+def empty(folder: Path) -> None:
+    """Remove what a row has left, before the next one."""
+    for path in folder.iterdir():
+        shutil.rmtree(path) if path.is_dir() else path.unlink()
+
+
+def compare(
+    what: str, against: str, ours: Mapping[str, Contender], theirs: Contender, rounds: int, at_most: float
+) -> tuple[list[Row], float]:
+    """Return a row per device, all timed in one run, and the seconds of the first."""
+    seconds = medians({**ours, "theirs": theirs}, rounds, 0)
+    rows = [Row(f"{what}, {name}", against, seconds[name], seconds["theirs"], at_most) for name in ours]
+    return rows, rows[0].ours
 
 
 def make_points(n: int, seed: int = 0) -> Any:
@@ -63,7 +93,7 @@ def make_points(n: int, seed: int = 0) -> Any:
     return np.random.default_rng(seed).random((n, 3), np.float32) * np.float32(1000)
 
 
-def measure_npy(folder: Path, fraction: float, rounds: int, device: gx.Device) -> tuple[list[Row], dict[str, float]]:
+def measure_npy(folder: Path, fraction: float, rounds: int, devices: Devices) -> tuple[list[Row], dict[str, float]]:
     """Time a stream of `.npy` beside NumPy over chunks of memory maps."""
     n = int(200e6 * fraction)
     source = np.lib.format.open_memmap(folder / "in.npy", "w+", np.float32, (n, 3))
@@ -80,43 +110,55 @@ def measure_npy(folder: Path, fraction: float, rounds: int, device: gx.Device) -
             out[start : start + PART] += shift
         out.flush()
 
-    def ours() -> None:
-        gx.transform_file(folder / "in.npy", folder / "ours.npy", MATRIX, device=device)
-
-    ours()
     by_numpy()
     some = slice(None, None, max(n // 1000, 1))
-    found = [np.load(folder / name, mmap_mode="r")[some] for name in ("ours.npy", "numpy.npy")]
-    assert np.abs(found[0] - found[1]).max() < 1e-3
-    seconds = medians({"ours": ours, "numpy": by_numpy}, rounds, 0)
-    row = Row(f".npy, {n / 1e6:g} M points", "NumPy over memmap chunks", seconds["ours"], seconds["numpy"], 1.0)
-    return [row], {"npy_points_per_s": n / seconds["ours"]}
+    expected = np.load(folder / "numpy.npy", mmap_mode="r")[some]
+    ours = make_ours(folder, "in.npy", "ours.npy", devices)
+    for go in ours.values():
+        go()
+        assert np.abs(np.load(folder / "ours.npy", mmap_mode="r")[some] - expected).max() < 1e-3
+    what = f".npy, {n / 1e6:g} M points"
+    rows, seconds = compare(what, "NumPy over memmap chunks", ours, by_numpy, rounds, 1.0)
+    return rows, {"npy_points_per_s": n / seconds}
 
 
-def measure_ply(folder: Path, fraction: float, rounds: int, device: gx.Device) -> tuple[list[Row], dict[str, float]]:
+def make_ours(folder: Path, source: str, target: str, devices: Devices) -> dict[str, Contender]:
+    """Return for each device what transforms a file into another."""
+
+    def bind(device: gx.Device) -> Contender:
+        return lambda: gx.transform_file(folder / source, folder / target, MATRIX, device=device)
+
+    return {name: bind(device) for name, device in devices.items()}
+
+
+def measure_ply(folder: Path, fraction: float, rounds: int, devices: Devices) -> tuple[list[Row], dict[str, float]]:
     """Time a stream of PLY beside the reader and writer of whole meshes."""
     n = int(5e6 * fraction)
-    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {n}\n" + "".join(
-        f"property float {axis}\n" for axis in "xyz"
-    )
-    with (folder / "in.ply").open("wb") as file:
-        file.write(f"{head}end_header\n".encode())
-        file.write(make_points(n).data)
+    write_cloud(folder / "in.ply", n)
 
     def whole() -> None:
         mesh = gx.load_mesh(folder / "in.ply")
         gx.save_mesh(mesh.transformed(MATRIX), folder / "whole.ply")
 
-    def ours() -> None:
-        gx.transform_file(folder / "in.ply", folder / "ours.ply", MATRIX, device=device)
-
-    ours()
     whole()
-    found = [gx.load_mesh(folder / name).positions for name in ("ours.ply", "whole.ply")]
-    assert np.abs(found[0] - found[1]).max() < 1e-3
-    seconds = medians({"ours": ours, "whole": whole}, rounds, 0)
-    row = Row(f"PLY, {n / 1e6:g} M points", "the whole mesh", seconds["ours"], seconds["whole"], 0.3)
-    return [row], {"ply_points_per_s": n / seconds["ours"]}
+    expected = gx.load_mesh(folder / "whole.ply").positions
+    ours = make_ours(folder, "in.ply", "ours.ply", devices)
+    for go in ours.values():
+        go()
+        assert np.abs(gx.load_mesh(folder / "ours.ply").positions - expected).max() < 1e-3
+    del expected
+    rows, seconds = compare(f"PLY, {n / 1e6:g} M points", "the whole mesh", ours, whole, rounds, 0.3)
+    return rows, {"ply_points_per_s": n / seconds}
+
+
+def write_cloud(path: Path, n: int) -> None:
+    """Write a binary PLY file of points alone."""
+    head = f"ply\nformat binary_little_endian 1.0\nelement vertex {n}\n" + "".join(
+        f"property float {axis}\n" for axis in "xyz"
+    )
+    with path.open("wb") as file:
+        file.write(f"{head}end_header\n".encode())
+        file.write(make_points(n).data)
 
 
 def make_tile(path: Path, n: int) -> None:
@@ -162,41 +204,35 @@ def move_by_laspy(source: Path, target: Path) -> None:
                 writer.write_points(points)
 
 
-def measure_las(folder: Path, fraction: float, rounds: int, device: gx.Device) -> tuple[list[Row], dict[str, float]]:
+def measure_las(folder: Path, fraction: float, rounds: int, devices: Devices) -> tuple[list[Row], dict[str, float]]:
     """Time LAS beside laspy and NumPy by hand."""
     import laspy
 
     n = int(20e6 * fraction)
     make_tile(folder / "in.las", n)
 
-    def ours() -> None:
-        gx.transform_file(folder / "in.las", folder / "ours.las", MATRIX, device=device)
-
     def by_hand() -> None:
         move_by_laspy(folder / "in.las", folder / "hand.las")
 
-    ours()
     by_hand()
-    found = [laspy.read(folder / name) for name in ("ours.las", "hand.las")]
-    for start in range(0, n, PART):
-        spans = [np.stack([las.x[start:][:PART], las.y[start:][:PART], las.z[start:][:PART]]) for las in found]
-        assert np.abs(spans[0] - spans[1]).max() < 0.0011
-    del found
-    seconds = medians({"ours": ours, "by hand": by_hand}, rounds, 0)
-    row = Row(f"LAS, {n / 1e6:g} M points", "laspy and NumPy by hand", seconds["ours"], seconds["by hand"], 1.0)
-    return [row], {"las_points_per_s": n / seconds["ours"]}
+    ours = make_ours(folder, "in.las", "ours.las", devices)
+    for go in ours.values():
+        go()
+        with laspy.open(folder / "ours.las") as mine, laspy.open(folder / "hand.las") as theirs:
+            for points, expected in zip(mine.chunk_iterator(PART), theirs.chunk_iterator(PART), strict=True):
+                for axis in "xyz":
+                    assert np.abs(np.asarray(points[axis]) - np.asarray(expected[axis])).max() < 0.0011
+    rows, seconds = compare(f"LAS, {n / 1e6:g} M points", "laspy and NumPy by hand", ours, by_hand, rounds, 1.0)
+    return rows, {"las_points_per_s": n / seconds}
 
 
-def measure_laz(folder: Path, fraction: float, rounds: int, device: gx.Device) -> tuple[list[Row], dict[str, float]]:
+def measure_laz(folder: Path, fraction: float, rounds: int, devices: Devices) -> tuple[list[Row], dict[str, float]]:
     """Time LAZ beside a copy by laspy with the parallel back end of lazrs."""
     import laspy
 
     n = int(20e6 * fraction)
     make_tile(folder / "in.las", n)
-    gx.transform_file(folder / "in.las", folder / "in.laz", np.eye(4), device=device)
-
-    def ours() -> None:
-        gx.transform_file(folder / "in.laz", folder / "ours.laz", MATRIX, device=device)
+    gx.transform_file(folder / "in.las", folder / "in.laz", np.eye(4))
 
     def copy() -> None:
         backend = laspy.LazBackend.LazrsParallel
@@ -207,16 +243,17 @@ def measure_laz(folder: Path, fraction: float, rounds: int, device: gx.Device) -
             for points in reader.chunk_iterator(PART):
                 writer.write_points(points)
 
-    ours()
     copy()
     assert laspy.open(folder / "copy.laz").header.point_count == n
-    with laspy.open(folder / "ours.laz") as reader, laspy.open(folder / "in.las") as plain:
-        moved, before = reader.read_points(PART), plain.read_points(PART)
-        expected = np.stack([before.x, before.y, before.z], axis=1) @ LINEAR.T + SHIFT
-        assert np.abs(np.stack([moved.x, moved.y, moved.z], axis=1) - expected).max() < 0.00051
-    seconds = medians({"ours": ours, "copy": copy}, rounds, 0)
-    row = Row(f"LAZ, {n / 1e6:g} M points", "a copy by laspy, parallel", seconds["ours"], seconds["copy"], 1.1)
-    return [row], {"laz_points_per_s": n / seconds["ours"]}
+    ours = make_ours(folder, "in.laz", "ours.laz", devices)
+    for go in ours.values():
+        go()
+        with laspy.open(folder / "ours.laz") as reader, laspy.open(folder / "in.las") as plain:
+            moved, before = reader.read_points(PART), plain.read_points(PART)
+            expected = np.stack([before.x, before.y, before.z], axis=1) @ LINEAR.T + SHIFT
+            assert np.abs(np.stack([moved.x, moved.y, moved.z], axis=1) - expected).max() < 0.00051
+    rows, seconds = compare(f"LAZ, {n / 1e6:g} M points", "a copy by laspy, parallel", ours, copy, rounds, 1.1)
+    return rows, {"laz_points_per_s": n / seconds}
 
 
 def _copy_block(block: Any) -> Any:
@@ -227,9 +264,8 @@ def _move_block(block: Any, linear: Any, shift: Any) -> Any:
     return block @ linear + shift
 
 
-def measure_zarr(folder: Path, fraction: float, rounds: int, device: gx.Device) -> tuple[list[Row], dict[str, float]]:
+def measure_zarr(folder: Path, fraction: float, rounds: int, devices: Devices) -> tuple[list[Row], dict[str, float]]:
     """Time a Zarr array on two spawned workers beside the same graph that copies, and that uses NumPy."""
-    import distributed
     import zarr
 
     n = int(200e6 * fraction)
@@ -239,55 +275,75 @@ def measure_zarr(folder: Path, fraction: float, rounds: int, device: gx.Device) 
     for start in range(0, n, PART):
         array[start : start + PART] = make_points(min(PART, n - start), start)
     linear, shift = LINEAR.T.astype("f4"), SHIFT.astype("f4")
-    environment = {"GPU_XFORM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    changes: dict[str, Callable[[Any], Any]] = {
+        **dict.fromkeys(devices, lambda points: gx.dask.transform_points(points, MATRIX)),
+        "copy": lambda points: points.map_blocks(_copy_block, dtype="f4"),
+        "numpy": lambda points: points.map_blocks(_move_block, linear, shift, dtype="f4"),
+    }
+    spent = dict.fromkeys(changes, 0.0)  # seconds of the workers' processors
 
-    def run(name: str, change: Callable[[Any], Any]) -> Callable[[], None]:
+    def run(name: str, client: Any) -> Contender:
         def go() -> None:
-            points = gx.dask.from_zarr(folder / "in.zarr")
-            gx.dask.to_zarr(change(points), folder / name)
+            before = sum(client.run(time.process_time).values())
+            with client.as_current():
+                points = gx.dask.from_zarr(folder / "in.zarr")
+                gx.dask.to_zarr(changes[name](points), folder / f"{name}.zarr")
+            spent[name] += sum(client.run(time.process_time).values()) - before
 
         return go
 
+    with contextlib.ExitStack() as stack:
+        clients = {name: stack.enter_context(start_workers(device)) for name, device in devices.items()}
+        first = next(iter(clients.values()))
+        contenders = {name: run(name, clients.get(name, first)) for name in changes}
+        found = {}
+        for name, go in contenders.items():
+            go()
+            found[name] = np.asarray(zarr.open_array(str(folder / f"{name}.zarr"), mode="r")[:1000])
+        assert all(np.abs(found[name] - found["numpy"]).max() < 1e-3 for name in devices)
+        spent = dict.fromkeys(changes, 0.0)
+        seconds = medians(contenders, rounds, 0)
+    print("processor time over NumPy's: " + ", ".join(f"{k} {v / spent['numpy']:.2f}" for k, v in spent.items()))
+    what = f"Zarr, {n / 1e6:g} M points, two workers"
+    rows = []
+    for name in devices:
+        rows.append(Row(f"{what}, {name}", "the same graph copying", seconds[name], seconds["copy"], 1.3))
+        rows.append(Row(f"{what}, {name}", "NumPy in the same graph", seconds[name], seconds["numpy"], 1.0))
+    return rows, {"zarr_points_per_s": n / rows[0].ours, "zarr_copy_points_per_s": n / seconds["copy"]}
+
+
+@contextlib.contextmanager
+def start_workers(device: gx.Device) -> Iterator[Any]:
+    """Lend a client of two spawned workers of a thread each, which have the device."""
+    import distributed
+
+    environment = {"GPU_XFORM_THREADS": "1", "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with (
         distributed.LocalCluster(
             n_workers=2, threads_per_worker=1, dashboard_address=":0", silence_logs=50, env=environment
         ) as cluster,
-        distributed.Client(cluster) as client,
+        distributed.Client(cluster, set_as_default=False) as client,
     ):
         client.register_plugin(gx.dask.DevicePlugin(device.name))
-        contenders = {
-            "ours": run("ours.zarr", lambda points: gx.dask.transform_points(points, MATRIX)),
-            "copy": run("copy.zarr", lambda points: points.map_blocks(_copy_block, dtype="f4")),
-            "numpy": run("numpy.zarr", lambda points: points.map_blocks(_move_block, linear, shift, dtype="f4")),
-        }
-        for go in contenders.values():
-            go()
-        first = [zarr.open_array(str(folder / f"{name}.zarr"), mode="r")[:1000] for name in ("ours", "numpy")]
-        assert np.abs(np.asarray(first[0]) - np.asarray(first[1])).max() < 1e-3
-        seconds = medians(contenders, rounds, 0)
-    what = f"Zarr, {n / 1e6:g} M points, two workers"
-    rows = [
-        Row(what, "the same graph copying", seconds["ours"], seconds["copy"], 1.3),
-        Row(what, "NumPy in the same graph", seconds["ours"], seconds["numpy"], 1.0),
-    ]
-    return rows, {"zarr_points_per_s": n / seconds["ours"], "zarr_copy_points_per_s": n / seconds["copy"]}
+        yield client
 
 
 def measure_memory(
     folder: Path,
     fraction: float,
     rounds: int,  # noqa: ARG001
-    device: gx.Device,
+    devices: Devices,
 ) -> tuple[list[Row], dict[str, float]]:
     """Print by how much a process grows that streams, over one that has transformed a few points."""
     n = int(20e6 * fraction)
     make_tile(folder / "in.las", n)
     np.save(folder / "in.npy", make_points(n))
-    gx.transform_file(folder / "in.npy", folder / "in.zarr", np.eye(4), device=device)
+    gx.transform_file(folder / "in.npy", folder / "in.zarr", np.eye(4))
+    write_cloud(folder / "in.ply", n // 4)
     script = (
         "import re, sys, numpy as np, gpu_xform as gx\n"
         "def peak(): return int(re.search(r'VmHWM:\\s+(\\d+)', open('/proc/self/status').read())[1]) / 1024\n"
-        "device = gx.default_device(sys.argv[3])\n"
+        "gx.default_device(sys.argv[3])\n"
         "gx.transform_points(np.ones((200_000, 3), np.float32), gx.scale(2))\n"
         "gx.transform_points(np.ones((200_000, 3)), gx.scale(2))\n"
         "import laspy, lazrs, zarr\n"
@@ -295,10 +351,13 @@ def measure_memory(
         "gx.transform_file(sys.argv[1], sys.argv[2], gx.rotate_z(1))\n"
         "print(peak() - idle)\n"
     )
-    for source, target in (("in.las", "o.las"), ("in.las", "o.laz"), ("in.npy", "o.npy"), ("in.zarr", "o.zarr")):
-        command = [sys.executable, "-c", script, str(folder / source), str(folder / target), device.name]
-        run = subprocess.run(command, check=True, capture_output=True, text=True)
-        print(f"{source} to {target}: {float(run.stdout):.0f} MB over the idle process (at most 200)")
+    for name, device in devices.items():
+        grown = []
+        for source, target in MEMORY_ROWS:
+            command = [sys.executable, "-c", script, str(folder / source), str(folder / target), device.name]
+            run = subprocess.run(command, check=True, capture_output=True, text=True)
+            grown.append(f"{source} to {target} {float(run.stdout):.0f}")
+        print(f"{name}, MB over the idle process (at most 200, PLY 100): {', '.join(grown)}")
     return [], {}
 
 

@@ -105,7 +105,9 @@ class FileSink:
         with self._close_named():
             held = os.fstat(self._file.fileno()).st_size
             before, _, journal = read_note(self._note)
-            if resume and held and before != work:
+            if resume and (held or before) and before != work:
+                if not held:  # it was renamed, and its process killed; if it was its own source, it is not done again
+                    self._partial.unlink()
                 raise OtherWorkError(
                     f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
                 )

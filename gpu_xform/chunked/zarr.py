@@ -188,7 +188,7 @@ class ZarrSink:
         """Make the array or go on with it, and put it at its destination at the end of the block."""
         with self._lock():
             before, _, journal = read_note(self._note)
-            if resume and self._partial.exists() and before and before != work:
+            if resume and before and before != work:  # without a folder: it was renamed, and its process killed
                 raise OtherWorkError(
                     f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
                 )
@@ -252,7 +252,11 @@ class ZarrSink:
             note.write(json.dumps({"start": part.start, "points": part.n_points}) + "\n")
 
     def _finish(self) -> None:
-        replaced = self._path.with_name(f".{os.urandom(8).hex()}.tmp")
+        for torn in self._partial.rglob("*.partial"):  # which zarr writes beside a chunk, of a process that was killed
+            torn.unlink()
+        replaced = self._path.with_name(f".{self._path.name}.replaced")
+        if replaced.exists():  # of a run that was killed here
+            shutil.rmtree(replaced)
         if self._path.exists():
             self._path.rename(replaced)
         self._partial.rename(self._path)

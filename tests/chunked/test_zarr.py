@@ -117,6 +117,31 @@ def test_an_interrupted_run_is_resumed(tmp_path: Path) -> None:
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.zarr", "out.zarr"]
 
 
+def test_what_a_killed_process_left_of_a_chunk_goes(tmp_path: Path) -> None:
+    points = some_points(50, "f4")
+    write_zarr(tmp_path / "in.zarr", points)
+
+    def litter(*_: int) -> None:
+        (tmp_path / "out.zarr.partial" / "c" / "0" / "0.4b6e.partial").write_bytes(b"torn")  # as zarr names it
+
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, progress=litter)
+    assert not [*(tmp_path / "out.zarr").rglob("*.partial")]
+
+
+def test_a_run_that_was_killed_after_its_end_is_not_done_again_in_place(tmp_path: Path) -> None:
+    path, note = tmp_path / "a.zarr", tmp_path / "a.zarr.partial.work"
+    write_zarr(path, some_points(50, "f4"))
+    note.write_text("other\n1\n")  # all but the last step of a run that had its own result as source
+    with pytest.raises(gx.ArgumentError, match="belongs to other work"):
+        gx.transform_file(path, path, AFFINE, resume=True)
+    assert np.array_equal(zarr.open_array(path, mode="r")[:], some_points(50, "f4"))
+    np.save(tmp_path / "b.npy", some_points(50, "f4"))
+    (tmp_path / "b.npy.partial.work").write_text("other\n1\n")
+    with pytest.raises(gx.ArgumentError, match="belongs to other work"):
+        gx.transform_file(tmp_path / "b.npy", tmp_path / "b.npy", AFFINE, resume=True)
+    assert not (tmp_path / "b.npy.partial").exists()
+
+
 def test_a_second_run_into_one_destination_is_refused(tmp_path: Path) -> None:
     write_zarr(tmp_path / "in.zarr", some_points(950, "f4"))
     told: list[str] = []

@@ -163,12 +163,15 @@ def _plan_tasks(options: argparse.Namespace, inputs: Sequence[str]) -> list[argp
         table = MatrixTable(options.matrix_table)
     template = types.parse_template(options.output) if is_template else None
     tasks, owners = [], dict[str, str]()
+    sources = {os.path.normcase(os.path.realpath(path)): path for path in inputs if path != STDIO}
     for place, path in enumerate(inputs):
         output = template.path_for(path) if template is not None else options.output
         location = os.path.normcase(os.path.realpath(output))
         if location in owners:
             raise ArgumentError(f"{output}: two results would be written there, of {owners[location]} and of {path}")
         owners[location] = path
+        if sources.get(location, path) != path:
+            raise ArgumentError(f"{output}: the result of {path} would replace {sources[location]}, another input")
         changes = {"input": path, "output": output, "place": place, "count": len(inputs), "table": table}
         tasks.append(argparse.Namespace(**{**vars(options), **changes, "make_folders": template is not None}))
     return tasks

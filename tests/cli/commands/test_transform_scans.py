@@ -64,6 +64,17 @@ def test_many_tiles_take_a_matrix_each_and_a_bad_one_does_not_stop_the_rest(
     assert sorted(path.name for path in Path("moved").iterdir()) == ["t0.laz", "t2.laz"]
 
 
+def test_no_result_replaces_another_input(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("a").mkdir()
+    for path in ("a/b.las", "a-b.las"):
+        make_las(Path(path), 20)
+    before = Path("a-b.las").read_bytes()
+    assert main(["transform", "a/b.las", "a-b.las", "{parent}-{model}.las", *STEPS]) == 2
+    assert "a-b.las: the result of a/b.las would replace a-b.las, another input" in capsys.readouterr().err
+    assert Path("a-b.las").read_bytes() == before
+    assert main(["transform", "a/b.las", "a-b.las", "{folder}/{model}.las", *STEPS]) == 0
+
+
 def test_a_matrix_by_columns_is_told_and_a_singular_one_flattens(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
