@@ -29,6 +29,7 @@ OPACITY_BITS = 8  # of these, if a depth cue fades faces; and as many for light,
 DEPTH_BYTES = 4
 # Few triangles are looked at for planes, which hide what is less than a pixel under them; dense models have none.
 PIXELS_PER_FLAT = 64
+MIN_TRIANGLES_APART = 1 << 14  # of which the small ones are drawn before the others
 MAX_FEW_TRIANGLES = 2048
 
 
@@ -106,6 +107,9 @@ class TriangleStage:
         max_triangles = max((math.prod(batch.shape) for batch in self._batches), default=0)
         n_large_bytes = HEAD_BYTES + INDEX_BYTES * max_triangles
         self._large_triangles = pool.scratch(POOL_OWNER, f"{name}: large triangles", n_large_bytes, INDIRECT)
+        left = [math.prod(batch.shape) for batch in self._batches if _is_drawn_apart(batch)]
+        n_left_bytes = HEAD_BYTES + INDEX_BYTES * max(left, default=1)
+        self._left_triangles = pool.scratch(POOL_OWNER, f"{name}: left triangles", n_left_bytes, INDIRECT)
         passes = (False, True)
         structs = [batch.struct(writes_visibility=visibility) for visibility in passes for batch in self._batches]
         self._structs = uniforms.upload(device, POOL_OWNER, name, structs)
@@ -122,7 +126,7 @@ class TriangleStage:
     @property
     def buffers(self) -> list[Buffer]:
         """All that a submission of these stages uses."""
-        own = [self.face_depths, self._visibility, self._no_color_indices, self._large_triangles]
+        own = [self.face_depths, self._visibility, self._no_color_indices, self._large_triangles, self._left_triangles]
         own += [part.buffer for part in self._structs]
         own += [self._palette] if self._palette else []
         for batch in self._batches:
@@ -172,9 +176,12 @@ class TriangleStage:
             "has_light": self._has_light,
             "has_depth_cue": self._has_depth_cue,
         }
-        small = self._device.pipelines.compute("depth_small_triangles", **constants)
-        large = self._device.pipelines.compute("depth_large_triangles", **constants)
-        bind = self._device.bind_groups.bind
+        compute, bind = self._device.pipelines.compute, self._device.bind_groups.bind
+        small = {
+            is_apart: compute("depth_small_triangles", leaves_others=is_apart, **constants)
+            for is_apart in {_is_drawn_apart(batch) for batch in self._batches}
+        }
+        large = compute("depth_large_triangles", **constants)
         structs = self._structs[len(self._batches) :] if writes_visibility else self._structs[: len(self._batches)]
         for batch, struct in zip(self._batches, structs, strict=True):
             if writes_visibility and not self._write_ids and batch.color_indices is None:
@@ -192,7 +199,14 @@ class TriangleStage:
             }
             encoder.clear_buffer(self._large_triangles, HEAD_BYTES)
             grid = count_workgroups(self._device, batch.n_triangles), batch.projected.n_instances
-            dispatch(encoder, small, bind(small, **bindings), *grid)
+            is_apart = _is_drawn_apart(batch)
+            own: dict[str, Buffer | Binding] = {**bindings, "left_triangles": self._left_triangles}
+            if is_apart:
+                encoder.clear_buffer(self._left_triangles, HEAD_BYTES)
+            dispatch(encoder, small[is_apart], bind(small[is_apart], **own), *grid)
+            if is_apart:
+                left = compute("depth_left_triangles", leaves_others=False, **constants)
+                dispatch(encoder, left, bind(left, **own), self._left_triangles)
             dispatch(encoder, large, bind(large, **bindings), self._large_triangles)
 
 
@@ -205,6 +219,10 @@ class Hiders(NamedTuple):
     def of(self, lines: Lines | Cloud) -> TriangleStage:
         """Return the faces that may hide some lines or dots."""
         return self.covers if lines.is_covered else self.faces
+
+
+def _is_drawn_apart(batch: _TriangleBatch) -> bool:
+    return math.prod(batch.shape) >= MIN_TRIANGLES_APART
 
 
 def _require_few_colors(n_colors: int, *, has_light: bool, has_depth_cue: bool) -> None:

@@ -52,6 +52,8 @@ ONLY_ON_THE_DEVICE = {
     "LargeTriangles": "the host clears its head, and dispatches by it",
     "GrowingEdgeList": "the host clears its head, and dispatches by it",
     "EdgeList": "shaders write and read it",
+    "GrowingTriangleList": "the host clears its head, and dispatches by it",
+    "TriangleList": "shaders write and read it",
 }
 
 EVERY_STRUCT = pytest.mark.parametrize(("name", "stage", "number_type", "mirror"), STRUCTS)

@@ -1,21 +1,15 @@
-// Depths, or visibility, of small triangles, one per invocation; large ones are left to depth_large_triangles.wgsl.
+// Depths, or visibility, of small triangles, one per invocation; large ones are left to depth_large_triangles.wgsl. Of
+// many triangles, all that are not small are left to depth_left_triangles.wgsl: slivers would hold up their neighbours.
 #import depth_prepass
+#import small_triangles
 
-struct LargeTriangles {
+struct GrowingTriangleList {
     n_workgroups: atomic<u32>, // three counts, as dispatch_workgroups_indirect reads them
-    n_bands: atomic<u32>,
-    n_layers: atomic<u32>,
+    n_workgroups_y: atomic<u32>,
+    n_workgroups_z: atomic<u32>,
     n_triangles: atomic<u32>,
-    indices: array<u32>,
+    indices: array<u32>, // over all instances
 }
-
-const MAX_SMALL_TRIANGLE_PX = 256; // in the bounding box
-const MAX_SLIVER_PX = 2048; // in the rows of a long, thin triangle
-const BOXES_PER_SLIVER = 4; // how many times as large its bounding box must be
-const PIXELS_PER_BAND = 8192u; // a workgroup's own start costs about as much as a tenth of that
-const MIN_WORKGROUPS = 64u; // side by side, if there are as many triangles
-const MAX_WORKGROUPS = 65535u; // that WebGPU lets a dispatch have
-const MAX_ROUNDS = 32768u; // per invocation: lavapipe stops loops after twice as many, without a word
 
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var<uniform> faces: Faces;
@@ -26,85 +20,37 @@ const MAX_ROUNDS = 32768u; // per invocation: lavapipe stops loops after twice a
 @group(0) @binding(6) var<storage, read> color_indices: array<u32>; // one per triangle, or one for all
 @group(0) @binding(7) var<storage, read_write> large_triangles: LargeTriangles;
 @group(0) @binding(8) var<storage, read> corner_normals: array<u32>; // three per triangle, octahedral
+@group(0) @binding(9) var<storage, read_write> left_triangles: GrowingTriangleList; // as TriangleList
 
 override workgroup_size: u32;
+override leaves_others: bool; // that are not small
 override has_visibility: bool; // there is a second time
 override writes_ids: bool; // the visibility buffer holds ids of triangles, not indices of their colours
 override has_flats: bool; // planes are looked for among the depths
 override has_light: bool; // on some faces, that differs from pixel to pixel
 override has_depth_cue: bool;
 
-// How many workgroups take `n` large triangles, each of which may be as large as the tile.
-fn count_workgroups(n: u32) -> u32 {
-    let blocks = vec2<u32>(tile.depth_extent) / block_size(workgroup_size) + 2u;
-    let rounds = blocks.x * (blocks.y / MAX_BANDS + 1u) + 1u;
-    let triangles_per_workgroup = max(MAX_ROUNDS / rounds, 1u);
-    let needed = (n + triangles_per_workgroup - 1u) / triangles_per_workgroup;
-    return min(max(min(n, MIN_WORKGROUPS), needed), MAX_WORKGROUPS);
-}
-
-fn defer_large(index: u32, n_pixels: i32) {
-    let place = atomicAdd(&large_triangles.n_triangles, 1u);
-    large_triangles.indices[place] = index;
-    atomicMax(&large_triangles.n_workgroups, count_workgroups(place + 1u));
-    atomicMax(&large_triangles.n_bands, clamp(u32(n_pixels) / PIXELS_PER_BAND, 1u, MAX_BANDS));
-    atomicStore(&large_triangles.n_layers, 1u);
-}
-
-fn rasterize_small(index: u32, instance: u32) {
-    let triangle = load_triangle(index, instance);
-    if !triangle.is_valid {
-        return;
-    }
-    let extent = triangle.bbox_max - triangle.bbox_min + 1;
-    let n_pixels = extent.x * extent.y;
-    let is_small = n_pixels <= MAX_SMALL_TRIANGLE_PX;
-    if !is_small {
-        let most = min(MAX_SLIVER_PX, n_pixels / BOXES_PER_SLIVER);
-        var n_covered = 0;
-        for (var y = triangle.bbox_min.y; y <= triangle.bbox_max.y && n_covered <= most; y++) {
-            let columns = covered_columns(triangle, y);
-            n_covered += max(columns.y - columns.x + 1, 0);
-        }
-        if n_covered > most {
-            defer_large(instance * faces.n_triangles + index, n_pixels);
-            return;
-        }
-    }
-    let normals = corner_normals_to_eye(index);
-    var y = triangle.bbox_min.y;
-    loop {
-        var columns = vec2(triangle.bbox_min.x, triangle.bbox_max.x);
-        if !is_small {
-            columns = covered_columns(triangle, y);
-        }
-        var x = columns.x;
-        loop {
-            if x <= columns.y {
-                rasterize_pixel(triangle, normals, index, instance, vec2(x, y));
-            }
-            x++;
-            if x > columns.y {
-                break;
-            }
-        }
-        y++;
-        if y > triangle.bbox_max.y {
-            break;
-        }
-    }
+fn list_left(index: u32) {
+    let place = atomicAdd(&left_triangles.n_triangles, 1u);
+    left_triangles.indices[place] = index;
+    atomicMax(&left_triangles.n_workgroups, min(place / workgroup_size + 1u, MAX_WORKGROUPS));
+    atomicStore(&left_triangles.n_workgroups_y, 1u);
+    atomicStore(&left_triangles.n_workgroups_z, 1u);
 }
 
 @compute @workgroup_size(workgroup_size)
 fn main(@builtin(global_invocation_id) invocation: vec3<u32>, @builtin(num_workgroups) n_workgroups: vec3<u32>) {
+    let n = faces.n_triangles;
     var i = invocation.x;
-    if i >= faces.n_triangles {
+    if i >= n {
         return;
     }
     loop {
-        rasterize_small(i, invocation.y);
+        if rasterize_small(i, invocation.y) {
+            list_left(invocation.y * faces.n_triangles + i);
+        }
         i += n_workgroups.x * workgroup_size;
-        if i >= faces.n_triangles {
+        if i >= n {
             break;
         }
     }

@@ -209,7 +209,7 @@ class Picture {
       };
       const own = { has_visibility: Number(hasColors), writes_ids: 0, has_flats: Number(hasFlats), has_light: Number(hasLight), has_depth_cue: Number(hasDepthCue) };
       this.encoder.clearBuffer(large, 0, 16);
-      this.dispatch("depth_small_triangles", own, bindings, countWorkgroups(n), nInstances);
+      this.dispatch("depth_small_triangles", { ...own, leaves_others: 0 }, { ...bindings, left_triangles: context.scratch("none left", 20) }, countWorkgroups(n), nInstances);
       this.dispatch("depth_large_triangles", own, bindings, large);
     });
     this.encoder.clearBuffer(stage.depths, 0, depthBytes);
