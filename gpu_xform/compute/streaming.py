@@ -28,6 +28,7 @@ from .parts import PartJob, PartWorker, choose_part_device, fold_matrices
 from .transform import project_points, transform_points
 
 CHUNK_BYTES = 32 << 20
+CPU_CHUNK_BYTES = 8 << 20  # as many as a graphics adapter that is a CPU takes at once: more only take memory
 WORKER_CHUNK_BYTES = 16 << 20  # of which a worker holds a few, until they are fetched
 HOST_CHUNK_BYTES = 2 << 20  # stay in a processor's cache from reading to writing, which takes half the time
 Normals: TypeAlias = Literal["auto", "keep"]
@@ -53,7 +54,8 @@ def transform_file(
 ) -> None:
     """Transform the points of one file into another, of the same format or not, holding parts of it in memory.
 
-    Parts take 32 MiB, those of workers 16, and on the host device 2 MiB where nothing is compressed.
+    Parts take 32 MiB, those of workers 16. Where nothing is compressed, they take 8 on graphics adapters that are CPUs,
+    and 2 on the host device.
 
     The result grows in `<destination>.partial` and is renamed when it is complete. An interrupted run leaves that file,
     and `resume` goes on with it, to the same bytes. Only one run at a time writes it. If the destination is a symbolic
@@ -225,8 +227,11 @@ def _choose_step(source: PointSource, job: PartJob, device: Device | None) -> in
         chunk = job.sink.chunk_points
     point_bytes = max(source.point_bytes, source.n_columns * source.dtype.itemsize)
     n_bytes = CHUNK_BYTES if device is not None else min(CHUNK_BYTES, WORKER_CHUNK_BYTES)
-    if isinstance(device, HostDevice) and chunk * point_bytes < HOST_CHUNK_BYTES // 8:  # unlike those of LAZ and Zarr
-        n_bytes = min(n_bytes, HOST_CHUNK_BYTES)
+    if device is not None and chunk * point_bytes < HOST_CHUNK_BYTES // 8:  # unlike those of LAZ and Zarr
+        if isinstance(device, HostDevice):
+            n_bytes = min(n_bytes, HOST_CHUNK_BYTES)
+        elif device.adapter.kind == "CPU":
+            n_bytes = min(n_bytes, CPU_CHUNK_BYTES)
     return max(n_bytes // point_bytes // chunk, 1) * chunk
 
 
