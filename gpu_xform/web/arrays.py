@@ -6,12 +6,14 @@ Bytes become text in base 85, a sixteenth shorter than in base 64: `page.html` r
 import json
 import struct
 import zlib
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 LEVEL = 9
+MAX_SIZE_TRIED = 1 << 18  # numbers; of more, a quick compressor says which coding is the shortest
 RADIX, DIGITS, WORD_BYTES = 85, 5, 4
 FIRST_DIGIT = ord("#")  # the digits follow in their order, so that no text has a backslash at its end or ends a script,
 LESS_THAN, STANDS_IN = ord("<"), ord("x")  # but for one that could open a comment
@@ -25,15 +27,14 @@ class ArrayStore:
         self._parts: list[bytes] = []
 
     def add_integers(self, values: npt.NDArray[Any]) -> int:
-        """Return the number of integers (n,) or (n, columns), taken modulo 2**32, as they are or as differences."""
+        """Return the number of integers (n,) or (n, columns), taken modulo 2**32, in the shortest coding."""
         table = np.atleast_2d(values.T).T if values.ndim == 1 else values
         words = np.ascontiguousarray(table.T.astype(np.int64).astype(np.uint32))  # (columns, n)
-        steps = np.diff(words, axis=1, prepend=np.uint32(0)).view(np.int32)
-        deltas = ((steps << 1) ^ (steps >> 31)).view(np.uint32)
-        plain, delta = (_split_planes(each) for each in (words, deltas))
-        is_delta = len(zlib.compress(delta[1], 1)) < len(zlib.compress(plain[1], 1))
-        n_bytes, content = delta if is_delta else plain
-        return self._add(content, n=words.shape[1], columns=words.shape[0], bytes=n_bytes, isDelta=is_delta)
+        coded = {name: _split_planes(code(words)) for name, code in _CODINGS.items()}
+        level = LEVEL if words.size < MAX_SIZE_TRIED else 1
+        coding = min(coded, key=lambda name: len(zlib.compress(coded[name][1], level)))
+        n_bytes, content = coded[coding]
+        return self._add(content, n=words.shape[1], columns=words.shape[0], bytes=n_bytes, coding=coding)
 
     def add_floats(self, values: npt.NDArray[np.float64]) -> int:
         """Return the number of floats (n, columns)."""
@@ -73,3 +74,28 @@ def _split_planes(words: npt.NDArray[np.uint32]) -> tuple[int, bytes]:
     n_bytes = max((int(words.max(initial=0)).bit_length() + 7) // 8, 1)
     planes = words.reshape(-1).astype("<u4").view(np.uint8).reshape(-1, 4)[:, :n_bytes]
     return n_bytes, planes.T.tobytes()
+
+
+def _fold_signs(words: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+    """Return the numbers with the sign in the lowest bit, so that those near 0 need few bytes."""
+    signed = words.view(np.int32)
+    return ((signed << 1) ^ (signed >> 31)).view(np.uint32)
+
+
+def _list_differences(words: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+    return _fold_signs(np.diff(words, axis=1, prepend=np.uint32(0)))
+
+
+def _count_back(words: npt.NDArray[np.uint32]) -> npt.NDArray[np.uint32]:
+    """Return how far each number, row by row, lies below one above the largest before it: 0 for a new point."""
+    numbers = words.T.ravel()
+    above = np.concatenate([np.zeros(1, np.uint32), np.maximum.accumulate(numbers)[:-1] + np.uint32(1)])[: numbers.size]
+    return _fold_signs(np.ascontiguousarray((above - numbers).reshape(words.T.shape).T))
+
+
+_CODINGS: dict[str, Callable[[npt.NDArray[np.uint32]], npt.NDArray[np.uint32]]] = {
+    "plain": lambda words: words,
+    "signed": _fold_signs,
+    "delta": _list_differences,
+    "back": _count_back,
+}

@@ -37,7 +37,6 @@ from ..geometry.mesh import Mesh
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from ..imaging.image import Pixels
 from ..rendering.raster import render_array
-from ..viewer.key_bindings import KEYS, POINTER
 from .arrays import ArrayStore
 from .decimation import decimate_layers
 from .poster import encode_poster
@@ -48,10 +47,6 @@ DEFAULT_SIZE = (960, 720)
 DEFAULT_TITLE = "gpu_xform"
 MANY_EDGES = 1_000_000
 STACK_LEVEL = 3
-_LEFT_OUT = ("S", "H, ?", "Q, Esc")  # of the window's keys, those that a page has in its own way, or has not
-_OWN_KEYS = (("S", "save the picture as PNG"), ("H, ?", "show or hide this list"))
-_TOUCH = (("fingers", "one rotates, two move and zoom"),)
-_PLAYER_KEYS = (("Space", "play or pause the animation"),)
 
 
 @public
@@ -269,7 +264,6 @@ class _Page:
             **described,
             "camera": self._describe_camera(store),
             "background": list(self.background),
-            "help": self._list_keys(),
         }
         fields = {
             "title": escape(self.title),
@@ -304,16 +298,6 @@ class _Page:
         if isinstance(camera, Camera):
             return describe_camera(camera, {}, self.layers, self.frames, width / height, store)
         return describe_camera(None, fit_options(camera), self.layers, self.frames, width / height, store)
-
-    def _list_keys(self) -> list[list[str]]:
-        """Return the rows of the list of keys: names, what they do, and the key that a click stands for, if any."""
-        keys = [row for row in KEYS if row[0] not in _LEFT_OUT] + list(_OWN_KEYS)
-        keys += _PLAYER_KEYS if self.frames.n_frames > 1 else ()
-        rows = [[what, effect, ""] for what, effect in (*POINTER, *_TOUCH)]
-        for names, effect in keys:
-            first = names.split(",")[0]
-            rows.append([names, effect, {"Space": " "}.get(first, first.lower() if len(first) == 1 else first)])
-        return rows
 
 
 def _css_color(color: Rgba) -> str:

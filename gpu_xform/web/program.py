@@ -3,6 +3,7 @@
 import functools
 import json
 import re
+from collections.abc import Sequence
 from importlib.resources import files
 from typing import Any
 
@@ -22,6 +23,7 @@ from ..gpu.wgsl import IMPORT, REAL, Sources, installed_sources
 from ..imaging.colors import COLOR_CYCLE, to_rgba
 from ..raster import dashes, line_batches, line_stage, rasterizer, tiles, triangles
 from ..viewer import controls, orbit, style_overrides
+from ..viewer.key_bindings import KEYS, POINTER
 from .arrays import encode_bytes
 
 SCRIPTS = (
@@ -46,6 +48,10 @@ STAGES = (
     *("rasterize_aliased_lines", "composite_aliased_lines"),
 )
 NUMBER_TYPE = "f32"
+_LEFT_OUT = ("S", "H, ?", "Q, Esc")  # of the window's keys, those that a page has in its own way, or has not
+_OWN_KEYS = (("S", "save the picture as PNG"), ("H, ?", "show or hide this list"))
+_TOUCH = (("fingers", "one rotates, two move and zoom"),)
+_PLAYER_KEYS = (("Space", "play or pause the animation"),)
 _LAYOUTS = ("TILE", "LINE_STYLE", "FACES", "VERTEX_TRANSFORM")
 _SHARED: tuple[tuple[Any, tuple[str, ...]], ...] = (
     (build_draw_list, ("CLOUD_POINT_SIZE_PX",)),
@@ -99,10 +105,12 @@ def make_program() -> dict[str, Any]:
         for name in STAGES
     }
     structs = {name: describe_layout(getattr(layouts, name)) for name in _LAYOUTS}
-    parts = {
+    parts: dict[str, Any] = {
         "style": _strip_style(read_text("page.css")),
         "controls": read_text("controls.html"),
         "player": read_text("player.html"),
+        "help": list_keys((*KEYS, *_OWN_KEYS)),
+        "playerHelp": list_keys(_PLAYER_KEYS, pointer=()),
         "script": f"{join_scripts()}\nreturn openPage;",
     }
     return {"files": wgsl, "stages": stages, "layouts": structs, "constants": collect_constants(), **parts}
@@ -153,6 +161,19 @@ def collect_constants() -> dict[str, Any]:
     constants["COLOR_CYCLE"] = [to_rgba(color, "color") for color in COLOR_CYCLE]
     plain: dict[str, Any] = json.loads(json.dumps(constants, default=_as_plain))
     return plain
+
+
+def list_keys(
+    keys: Sequence[tuple[str, str]], *, pointer: Sequence[tuple[str, str]] = (*POINTER, *_TOUCH)
+) -> list[list[str]]:
+    """Return the rows of a list of keys: names, what they do, and the key that a click stands for, if any."""
+    rows = [[what, effect, ""] for what, effect in pointer]
+    for names, effect in keys:
+        if (names, effect) in KEYS and names in _LEFT_OUT:
+            continue
+        first = names.split(",")[0]
+        rows.append([names, effect, {"Space": " "}.get(first, first.lower() if len(first) == 1 else first)])
+    return rows
 
 
 def _as_plain(value: Any) -> Any:

@@ -208,7 +208,8 @@ def describe_camera(
         points = np.unique(np.concatenate(extremes), axis=0)
         first = Orbit.from_camera(Camera.fit(points, **options), aspect, bounds)
         described["fit"] = _describe_options(options)
-        described["points"] = store.add_floats(points)
+        offsets = (points - bounds.center).astype(np.float32)  # whose bytes are half zero
+        described["points"] = store.add_floats(offsets.astype(np.float64))
     else:
         first = Orbit.from_camera(camera, aspect, bounds)
     described["orbit"] = {

@@ -30,9 +30,18 @@ def decode(text: str) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
             arrays.append(np.ascontiguousarray(planes.transpose(2, 1, 0)).view("<f8")[..., 0])
             continue
         words = sum(planes[i].astype(np.uint64) << (8 * i) for i in range(n_bytes)).astype(np.uint32)
-        if layout["isDelta"]:
-            steps = (words >> np.uint32(1)) ^ np.where(words & np.uint32(1), np.uint32(0xFFFFFFFF), np.uint32(0))
-            words = np.cumsum(steps, axis=1, dtype=np.uint32)
+        unfolded = (words >> np.uint32(1)) ^ np.where(words & np.uint32(1), np.uint32(0xFFFFFFFF), np.uint32(0))
+        match layout["coding"]:
+            case "signed":
+                words = unfolded
+            case "delta":
+                words = np.cumsum(unfolded, axis=1, dtype=np.uint32)
+            case "back":
+                above, found = 0, []
+                for back in unfolded.T.ravel().tolist():
+                    found.append((above - back) % 2**32)
+                    above = max(above, found[-1] + 1)
+                words = np.array(found, np.uint32).reshape(words.T.shape).T
         arrays.append(words.T)
     assert offset == len(content)
     return head, arrays
@@ -61,3 +70,16 @@ def test_negative_numbers_keep_their_bits() -> None:
     store.add_integers(np.array([[-3, 7], [2, -(1 << 19)]]))
     _, (found,) = decode(store.encode({}))
     assert found.view(np.int32).tolist() == [[-3, 7], [2, -(1 << 19)]]
+
+
+def test_each_coding_is_taken_where_it_is_short_and_comes_back() -> None:
+    fan = np.stack([np.arange(60), np.arange(60) + 1, np.arange(60) + 61], axis=1)
+    signs = np.where(np.arange(999) % 3, 5, -5)
+    tables = [np.full(999, 7), signs, np.arange(999) * 300, fan]
+    store = ArrayStore()
+    for table in tables:
+        store.add_integers(table)
+    head, arrays = decode(store.encode({}))
+    assert {layout["coding"] for layout in head["arrays"]} >= {"plain", "signed", "delta"}
+    for table, found in zip(tables, arrays, strict=True):
+        assert np.array_equal(found.view(np.int32).squeeze(), table)

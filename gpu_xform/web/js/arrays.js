@@ -1,4 +1,4 @@
-// Arrays as pages hold them: integers whose bytes lie plane by plane, which compress well, and floats; `pack.py` writes
+// Arrays as pages hold them: integers whose bytes lie plane by plane, which compress well, and floats; `arrays.py` writes
 // them.
 
 // What a page holds: a number of bytes, JSON of so many bytes, and arrays, whose places in the rest the JSON's last
@@ -16,18 +16,24 @@ export function unpack(bytes) {
   return { ...content, arrays };
 }
 
-// Each column is the planes of its values' bytes, lowest first; the values are differences from row to row if they
-// are deltas, the sign in the lowest bit.
-function readIntegers(bytes, { n, columns, bytes: nPlanes, isDelta }) {
-  const values = new Uint32Array(n * columns);
-  for (let column = 0; column < columns; column++) {
-    let previous = 0;
-    for (let row = 0; row < n; row++) {
+const unfold = word => (word >>> 1) ^ -(word & 1);
+
+// Each column is the planes of its values' bytes, lowest first. They are coded as `arrays.py` says: as they are; with the
+// sign in the lowest bit; so, as differences from row to row; or, row by row, by how far they lie below one above the
+// largest before, with the sign in the lowest bit too.
+function readIntegers(bytes, { n, columns, bytes: nPlanes, coding }) {
+  const values = new Uint32Array(n * columns), previous = new Int32Array(columns);
+  let above = 0;
+  for (let row = 0; row < n; row++) {
+    for (let column = 0; column < columns; column++) {
       let value = 0;
-      for (let plane = 0; plane < nPlanes; plane++) {
-        value |= bytes[(plane * columns + column) * n + row] << (8 * plane);
+      for (let plane = 0; plane < nPlanes; plane++) value |= bytes[(plane * columns + column) * n + row] << (8 * plane);
+      if (coding === "signed") value = unfold(value);
+      else if (coding === "delta") value = previous[column] += unfold(value);
+      else if (coding === "back") {
+        value = (above - unfold(value)) >>> 0;
+        above = Math.max(above, value + 1);
       }
-      if (isDelta) value = previous = (previous + ((value >>> 1) ^ -(value & 1))) | 0;
       values[row * columns + column] = value;
     }
   }

@@ -23,8 +23,9 @@ function readScene({ arrays, ...scene }) {
     ...layer, mesh: meshes[layer.mesh], worlds: read(layer.matrices), ownEdges: read(layer.ownEdges), cornerNormals: read(layer.cornerNormals),
     colors: colored(layer.colors), fill: colored(layer.fill),
   }));
-  const { camera } = scene;
-  return { ...scene, layers, camera: { ...camera, points: read(camera.points ?? null) } };
+  const { camera } = scene, { center } = camera.bounds;
+  const points = read(camera.points ?? null)?.map((offset, i) => center[i % 3] + offset);
+  return { ...scene, layers, camera: { ...camera, points } };
 }
 
 function matricesAt({ worlds, nInstances }, frame) {
@@ -33,7 +34,7 @@ function matricesAt({ worlds, nInstances }, frame) {
 }
 
 // Puts all but the poster on the page.
-function lay(document, { style, controls, player }, { help }) {
+function lay(document, { style, controls, player, help, playerHelp }, { nFrames }) {
   const part = (tag, content) => Object.assign(document.createElement(tag), content);
   document.head.append(part("style", { textContent: style }));
   const view = document.querySelector("#view");
@@ -41,7 +42,7 @@ function lay(document, { style, controls, player }, { help }) {
   view.insertAdjacentHTML("afterend", player);
   view.querySelector("canvas").setAttribute("aria-label", document.title);
   const list = view.querySelector("#help");
-  for (const [keys, effect, key] of help) {
+  for (const [keys, effect, key] of nFrames > 1 ? [...help, ...playerHelp] : help) {
     const row = part(key ? "button" : "div", {});
     if (key) row.dataset.key = key;
     row.append(part("b", { textContent: keys }), part("span", { textContent: effect }));
