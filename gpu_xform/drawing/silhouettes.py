@@ -12,17 +12,19 @@ from ..gpu.dispatch import dispatch
 from .draw_list import EDGE_BYTES
 
 NO_FACE = 2**32 - 1
+EDGE_ON_SINE = 1e-4  # as in extract_silhouette.wgsl
 
 
 def find_silhouette(
     candidates: npt.NDArray[np.void], planes: npt.NDArray[np.float32], eye: npt.NDArray[np.float64]
 ) -> IndexArray:
     """Return the edges (m, 2) that `extract_silhouette` leaves, found on the host, which any number of faces fits."""
-    looks_at_eye = planes @ (eye / (np.abs(eye).max() or 1.0)) > 0.0
+    eye = eye / (np.abs(eye).max() or 1.0)
+    towards, edge_on = planes @ eye, EDGE_ON_SINE * np.linalg.norm(eye[:3])
     has_two = candidates["faces"][:, 1] != NO_FACE
     first, second = np.where(has_two[:, None], candidates["faces"], 0).T
-    is_same = looks_at_eye[first] == looks_at_eye[second]
-    is_drawn = ~has_two | (is_same == (candidates["is_turned"] == 1))
+    sign = np.where(candidates["is_turned"] == 1, -1.0, 1.0)
+    is_drawn = ~has_two | ((towards[first] > edge_on) != (sign * towards[second] > edge_on))
     edges: IndexArray = candidates["edge"][is_drawn].astype(np.int64)
     return edges
 

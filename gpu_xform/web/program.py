@@ -16,6 +16,7 @@ from ..drawing import (
     dash_patterns,
     enums,
     shading,
+    silhouettes,
 )
 from ..geometry import chains
 from ..gpu import layouts
@@ -79,6 +80,7 @@ _SHARED: tuple[tuple[Any, tuple[str, ...]], ...] = (
     (orbit, ("DIRECTION_EPSILON", "MAX_DISTANCE_RADII", "MIN_DISTANCE_RADII", "SIDES")),
     (rasterizer, ("MAX_DEPTH_MARGIN_PX",)),
     (shading, ("AMBIENT",)),
+    (silhouettes, ("EDGE_ON_SINE",)),
     (style_overrides, ("EDGE_CYCLE",)),
     (tiles, ("TILE_SIDE_PX",)),
     (triangles, ("MAX_FEW_TRIANGLES", "PIXELS_PER_FLAT")),

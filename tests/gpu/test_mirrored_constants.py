@@ -14,7 +14,7 @@ from gpu_xform.drawing.draw_list import NO_POINT
 from gpu_xform.drawing.enums import HIDDEN_FADE_ALPHA, ColorMode, Dashes, Hidden
 from gpu_xform.drawing.point_colors import Coloring
 from gpu_xform.drawing.shading import AMBIENT
-from gpu_xform.drawing.silhouettes import NO_FACE
+from gpu_xform.drawing.silhouettes import EDGE_ON_SINE, NO_FACE
 from gpu_xform.gpu.self_test import MAX_ITERATIONS
 from gpu_xform.raster.clouds import BLOCK_SIDE_PX
 from gpu_xform.raster.compute.seen_edges import CELL_PX
@@ -49,6 +49,7 @@ TWINS = {
     "CHAIN_IS_REVERSED": float(CHAIN_IS_REVERSED),
     "BLOCK_SIDE": BLOCK_SIDE_PX,
     "COPLANAR_FACTOR": 1.0 + DEPTH_RTOL,
+    "EDGE_ON_SINE": EDGE_ON_SINE,
     "EDGES_PER_SECTION": EDGES_PER_SECTION,
     "LIST_SHOWN": LISTS.index(Hidden.SHOW),
     "LIST_UNKNOWN": LISTS.index(Hidden.REMOVE),

@@ -1,5 +1,6 @@
 """Silhouettes, held against which faces look at the eye in double precision."""
 
+import re
 from typing import Any
 
 import numpy as np
@@ -8,9 +9,10 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
 from gpu_xform.drawing.enums import HiddenStyle
+from gpu_xform.drawing.silhouettes import EDGE_ON_SINE
 from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces, resolve_edges
 from gpu_xform.geometry.mesh import pack_pairs
-from tests.support.solids import star_prism
+from tests.support.solids import TURN, star_prism, turned_part
 from tests.support.types import Array
 
 SIZE = (150, 120)
@@ -56,10 +58,12 @@ def seen_edge_on(mesh: Mesh, eye: Array) -> Array:
     found = find_edge_faces(mesh)
     normals = compute_face_normals(mesh)
     corner = mesh.positions[mesh.indices[mesh.offsets[:-1]]]
-    looks = normals @ eye[:3] - eye[3] * np.einsum("ij,ij->i", normals, corner) > 0.0
-    one, other = looks[found.faces].T
+    towards = normals @ eye[:3] - eye[3] * np.einsum("ij,ij->i", normals, corner)
+    one, other = towards[found.faces].T
+    other = np.where(found.inconsistent_winding, -other, other)
+    edge_on = EDGE_ON_SINE * np.linalg.norm(eye[:3])
     between_two = found.n_faces == 2
-    chosen: Array = found.edges[~between_two | ((one != other) ^ found.inconsistent_winding)]
+    chosen: Array = found.edges[~between_two | ((one > edge_on) != (other > edge_on))]
     return chosen
 
 
@@ -214,3 +218,18 @@ def test_a_silhouette_behind_another_body_is_hidden_to_a_pixel_or_two() -> None:
     assert (alone[behind] != 255).any()
     assert (shown[behind] == 255).all()
     assert np.array_equal(shown[beside], alone[beside])
+
+
+@pytest.mark.parametrize("side", [-1, 1])
+def test_faces_that_are_seen_edge_on_do_not_break_the_outline(side: int) -> None:
+    # Rounding decides on which side of the eye's plane each of them lies.
+    part = turned_part()
+    svg = gx.render_svg(part, edges="silhouette", hidden="remove", camera=along_axis(part, side), size=(128, 128))
+    [path] = re.findall(r' d="([^"]+)"', svg)
+    assert path.count("M") == 1
+    assert len(re.findall(r"[\d.]+", path)) == 2 * 97
+
+
+def along_axis(part: Mesh, side: int) -> Camera:
+    frame = TURN[:3, :3]
+    return Camera.fit(part, direction=frame @ (0, 0, side), up=frame @ (0, 1, 0), orthographic=True)

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from gpu_xform import Mesh, chain, rotate_x, rotate_y, samples, scale, translate
+from gpu_xform import Mesh, chain, rotate, rotate_x, rotate_y, samples, scale, translate
 
 L_OUTLINE = [(0.0, 0.0), (3.0, 0.0), (3.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]
+TURN = rotate((1.0, 2.0, 3.0), 0.7)
 STAR_RADII = [1.0, 0.35, 0.9, 0.3, 1.2, 0.45, 0.8, 0.4, 1.1, 0.3]
 
 
@@ -41,6 +42,23 @@ def l_prism() -> Mesh:
 def star_prism() -> Mesh:
     angles = np.arange(len(STAR_RADII)) * (math.tau / len(STAR_RADII))
     return prism(np.array(STAR_RADII)[:, np.newaxis] * np.stack([np.cos(angles), np.sin(angles)], axis=1), 0.6)
+
+
+def turned_part(n: int = 96, n_rounding: int = 10) -> Mesh:
+    """Return a disc around z, its side straight and its upper rim rounded, placed anyhow in single precision.
+
+    Its axis is that of `TURN`.
+    """
+    quarter = np.linspace(0.0, math.pi / 2.0, n_rounding + 1)
+    rim = np.column_stack([0.9 + 0.1 * np.sin(quarter), 0.2 + 0.1 * np.cos(quarter)])
+    profile = np.concatenate([rim, [(1.0, 0.0)]])
+    angles = 0.01 + math.tau / n * np.arange(n)
+    ring = np.column_stack([np.cos(angles), np.sin(angles), np.ones(n)])
+    points = (profile[:, np.newaxis, [0, 0, 1]] * ring).reshape(-1, 3) @ TURN[:3, :3].T
+    here, k = np.arange(n), len(profile) - 1
+    below = np.stack([here, here + n, (here + 1) % n + n, (here + 1) % n], axis=1)
+    sides = (below + n * np.arange(k)[:, np.newaxis, np.newaxis]).reshape(-1, 4)
+    return Mesh(points.astype(np.float32), [here, *sides, (k * n + here)[::-1]])
 
 
 def interlocking() -> tuple[Mesh, Mesh]:

@@ -1,4 +1,5 @@
 // Silhouettes: edges between a face that looks at the eye and one that looks away; the others become edges of no point.
+// A face that is seen edge-on looks away, or rounding would choose between both of its sides, edge by edge.
 struct Candidate {
     edge: vec2<u32>,
     faces: vec2<u32>, // the second NO_FACE if the edge is drawn in every view
@@ -13,6 +14,7 @@ struct SilhouetteView {
 
 const NO_FACE = 0xffffffffu;
 const NO_POINT = 0xffffffffu;
+const EDGE_ON_SINE = 1e-4; // of the angle to the view: a face that is no wider than a tenth of a pixel
 
 @group(0) @binding(0) var<uniform> view: SilhouetteView;
 @group(0) @binding(1) var<storage, read> candidates: array<Candidate>;
@@ -21,16 +23,16 @@ const NO_POINT = 0xffffffffu;
 
 override workgroup_size: u32;
 
-fn looks_at_eye(face: u32) -> bool {
-    return dot(planes[face], view.eye) > 0.0;
+fn looks_at_eye(face: u32, sign: f32) -> bool {
+    return sign * dot(planes[face], view.eye) > EDGE_ON_SINE * length(view.eye.xyz);
 }
 
 fn extract(index: u32) {
     let candidate = candidates[index];
     var is_drawn = candidate.faces.y == NO_FACE;
     if !is_drawn {
-        let is_same = looks_at_eye(candidate.faces.x) == looks_at_eye(candidate.faces.y);
-        is_drawn = is_same == (candidate.is_turned == 1u);
+        let sign = select(1.0, -1.0, candidate.is_turned == 1u);
+        is_drawn = looks_at_eye(candidate.faces.x, 1.0) != looks_at_eye(candidate.faces.y, sign);
     }
     edges[index] = select(vec2(NO_POINT), candidate.edge, is_drawn);
 }

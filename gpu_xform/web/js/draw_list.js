@@ -178,17 +178,19 @@ class LayerBuilder {
       drawn.forEach(row => (flags[row] = 1));
       return flags;
     });
-    const looks = new Uint8Array(mesh.nFaces);
+    // As extract_silhouette.wgsl: a face that is seen edge-on looks away.
+    const edgeOn = this.constants.EDGE_ON_SINE * Math.hypot(eye[0], eye[1], eye[2]), towards = new Float64Array(mesh.nFaces);
     for (let f = 0; f < mesh.nFaces; f++) {
       const at = 4 * f;
-      looks[f] = planes[at] * eye[0] + planes[at + 1] * eye[1] + planes[at + 2] * eye[2] + planes[at + 3] * eye[3] > 0;
+      towards[f] = planes[at] * eye[0] + planes[at + 1] * eye[1] + planes[at + 2] * eye[2] + planes[at + 3] * eye[3];
     }
     const rows = [];
     for (let i = 0; i < candidates.length; i += 4) {
       const second = candidates[i + 2];
       if (isDrawn?.[candidates[i]]) continue;
-      const isSame = looks[candidates[i + 1]] === looks[second];
-      if (second === NO_FACE || isSame === (candidates[i + 3] === 1)) rows.push(candidates[i]);
+      const sign = candidates[i + 3] === 1 ? -1 : 1;
+      const differ = towards[candidates[i + 1]] > edgeOn !== sign * towards[second] > edgeOn;
+      if (second === NO_FACE || differ) rows.push(candidates[i]);
     }
     if (!rows.length) return [];
     const set = { key: null, edges: mesh.pickEdges(rows), rows: null };
