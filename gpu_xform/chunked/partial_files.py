@@ -66,13 +66,9 @@ class FileSink:
     def finish(self, file: BinaryIO, facts: list[dict[str, Any]]) -> None:
         """Complete the file, which is at its end; `facts` are those of all parts."""
 
-    @contextmanager
-    def name_destination(self) -> Iterator[None]:
-        """Name the destination in what the system refuses: Python does not say which file a full disk is about."""
-        try:
-            yield
-        except OSError as error:
-            raise OSError(error.errno, error.strerror, self._destination) from None
+    def name_destination(self) -> AbstractContextManager[None]:
+        """Name the destination in what the system refuses."""
+        return name_in_refusals(self._destination)
 
     @contextmanager
     def _open_stream(self) -> Iterator[int]:
@@ -171,6 +167,15 @@ class FileSink:
             end = len(self.head) + self._n_points * self.point_bytes
         file.seek(end)
         file.truncate()
+
+
+@contextmanager
+def name_in_refusals(destination: str) -> Iterator[None]:
+    """Name a destination in what the system refuses: Python does not say which file a full disk is about."""
+    try:
+        yield
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, destination) from None
 
 
 def write_note(note: Path, work: str, journal: list[dict[str, Any]]) -> None:

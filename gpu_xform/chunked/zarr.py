@@ -20,7 +20,7 @@ from .._core.targets import require_path
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MissingExtraError
 from .npy import scan_bounds
-from .partial_files import read_note, write_note
+from .partial_files import name_in_refusals, read_note, write_note
 from .protocol import Block, Bounds, ChunkError, Directions, Encoded, OtherWorkError, PointSource
 
 SHARD_POINTS = 1 << 20
@@ -192,17 +192,18 @@ class ZarrSink:
                 raise OtherWorkError(
                     f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
                 )
-            if not (resume and before == work and self._partial.exists()):
-                journal = []
-                if self._partial.exists():
-                    shutil.rmtree(self._partial)
-                self._create()
-            self._work = work
-            done = {line["start"]: line["points"] for line in journal}
-            while self._n_points in done:
-                self._n_points += done[self._n_points]
-            write_note(self._note, work, journal)
             try:
+                with name_in_refusals(self._destination):
+                    if not (resume and before == work and self._partial.exists()):
+                        journal = []
+                        if self._partial.exists():
+                            shutil.rmtree(self._partial)
+                        self._create()
+                    write_note(self._note, work, journal)
+                self._work = work
+                done = {line["start"]: line["points"] for line in journal}
+                while self._n_points in done:
+                    self._n_points += done[self._n_points]
                 yield self._n_points
                 self._finish()
             except BaseException:
@@ -231,24 +232,22 @@ class ZarrSink:
 
     def append(self, part: Encoded) -> None:
         """Write a part of whole shards, in any process and any order."""
-        if isinstance(part.body, tuple):
-            key, data = part.body
-            target = self._partial / key
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(data)
-        else:
-            if self._array is None:
-                self._array = import_zarr().open_array(str(self._partial), mode="r+")
-            try:
+        with name_in_refusals(self._destination):
+            if isinstance(part.body, tuple):
+                key, data = part.body
+                target = self._partial / key
+                target.parent.mkdir(parents=True, exist_ok=True)
+                target.write_bytes(data)
+            else:
+                if self._array is None:
+                    self._array = import_zarr().open_array(str(self._partial), mode="r+")
                 self._array[part.start : part.start + part.n_points] = part.body
-            except OSError as error:
-                raise OSError(error.errno, error.strerror, self._destination) from None
         if self._work:
             self.record(part)
 
     def record(self, part: Encoded) -> None:
         """Note a part that is whole."""
-        with self._note.open("a", encoding="utf-8") as note:
+        with name_in_refusals(self._destination), self._note.open("a", encoding="utf-8") as note:
             note.write(json.dumps({"start": part.start, "points": part.n_points}) + "\n")
 
     def _finish(self) -> None:

@@ -28,6 +28,17 @@ def largest_file(n_bytes: int) -> Iterator[None]:
         signal.signal(signal.SIGXFSZ, ignored)
 
 
+@pytest.mark.parametrize("target", ["npy", "zarr", "laz"])
+def test_a_disk_that_is_full_from_the_start_names_the_destination_and_nothing_is_left(
+    tmp_path: Path, target: str
+) -> None:
+    np.save(tmp_path / "in.npy", some_points(600, "f8"))
+    out = tmp_path / f"out.{target}"
+    with largest_file(0), pytest.raises(OSError, match=f"File too large: '.*out.{target}'"):
+        gx.transform_file(tmp_path / "in.npy", out, AFFINE)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.npy"]
+
+
 @pytest.mark.parametrize(("source", "target"), [("las", "las"), ("npy", "ply"), ("npy", "zarr")])
 def test_a_full_disk_names_the_destination_and_the_run_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, source: str, target: str

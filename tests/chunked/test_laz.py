@@ -5,6 +5,7 @@ import warnings
 from pathlib import Path
 from typing import Any
 
+import copclib
 import laspy
 import numpy as np
 import pytest
@@ -71,8 +72,6 @@ def test_a_killed_run_is_resumed_to_the_same_bytes(tile: Path, tmp_path: Path) -
 
 def write_copc(source: Path, destination: Path) -> None:
     """Write a COPC file of one node per 40,000 points of a LAS file."""
-    import copclib
-
     las = laspy.read(source)
     grid = copclib.Vector3(*las.header.scales), copclib.Vector3(*las.header.offsets)
     config = copclib.CopcConfigWriter(6, *grid)
@@ -95,6 +94,16 @@ def test_copc_is_read_and_its_index_left_out(tile: Path, tmp_path: Path) -> None
         gx.transform_file(tmp_path / "in.copc.laz", tmp_path / "out.laz", MATRIX)
     after = laspy.read(tmp_path / "out.laz")
     require_moved(before, after, MATRIX)
+    by_nodes = copclib.FileReader(str(tmp_path / "in.copc.laz"))
+    nodes = sorted(by_nodes.GetAllNodes(), key=lambda node: node.offset)
+    points = b"".join(bytes(np.array(by_nodes.GetPointData(node), np.int8)) for node in nodes)
+    assert points == before.points.array.tobytes()
+    read_back = copclib.LazReader(str(tmp_path / "out.laz")).GetPoints()
+    assert len(read_back) == len(after)
+    for i in (0, 40_000, len(after) - 1):
+        point = read_back[i]
+        assert np.allclose([point.x, point.y, point.z], after.xyz[i], rtol=0, atol=1e-9)
+        assert (point.intensity, point.gps_time) == (after.intensity[i], after.gps_time[i])
     assert not [vlr for vlr in [*after.vlrs, *(after.evlrs or [])] if vlr.user_id == "copc"]
 
 
