@@ -57,7 +57,10 @@ class PlySource:
             header = parse_header(self.head)
             if not _is_cloud(header):
                 raise ArgumentError.expecting(
-                    "source", "be a binary PLY file of points, without faces and lists", repr(self.path)
+                    "source",
+                    "be a binary PLY file of points, without faces and lists",
+                    repr(self.path),
+                    reason="others are models, which load_mesh reads whole",
                 )
             self.head = self.head[: header.end]
             self.header = header
