@@ -77,9 +77,10 @@ lock: ## write requirements/, the versions that CI installs with LOCKED=1; needs
 	  --custom-compile-command "make lock" --output-file requirements/ci.txt pyproject.toml
 
 .PHONY: attack
-attack: .venv/tools driver ## interrupt and kill commands at MOMENTS=200 random moments
+attack: .venv/tools driver ## interrupt and kill commands at MOMENTS=200 random moments, and fill disks under them
 	@GPU_XFORM_INTERRUPTIONS=$(MOMENTS) $(PYTEST) tests/gpu/test_interruptions.py
 	@$(BIN)/python -m tests.fuzz.attack --moments $(MOMENTS)
+	@$(BIN)/python -m tests.fuzz.full_disk --moments $(MOMENTS)
 
 .PHONY: docs
 docs: .venv/docs driver ## build the documentation site into build/site/html; warnings and broken links are errors
