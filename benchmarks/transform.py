@@ -383,8 +383,14 @@ def on_host(n_points: int, dtype: npt.DTypeLike) -> list[Row]:
     is_single = points.dtype == np.float32
     rows = [
         Row(what, f"best of NumPy: {best}", seconds["ours"], seconds[best], 0.35 if is_single else 0.5),
-        Row(what, "a bare numba loop", seconds["ours"], seconds["a bare numba loop"], 1.1),
-        Row(f"{what}, without numba", f"best of NumPy: {best}", seconds["without"], seconds[best], 0.6),
+        Row(what, "a bare numba loop", seconds["ours"], seconds["a bare numba loop"], 1.1 if is_single else None),
+        Row(
+            f"{what}, without numba",
+            f"best of NumPy: {best}",
+            seconds["without"],
+            seconds[best],
+            0.6 if is_single else None,
+        ),
     ]
     if is_single:
         asked = {"torch addmm(out=)": 0.4, "open3d transform": 0.6, "Warp, a kernel on the CPU": 0.6}
