@@ -49,7 +49,7 @@ COMPARISONS = [
     Comparison(SMOOTH, "ours", "pygfx mesh wireframe", 0.45),
     Comparison(SMOOTH, "ours", "pygfx mesh wireframe, ppaa='fxaa'"),
     Comparison(SMOOTH, "ours", "pyvista lines, MSAA", 0.6),
-    Comparison(f"{SMOOTH}, hidden lines removed", "ours, hidden lines removed", "f3d mesh with edges", 0.3),
+    Comparison(f"{SMOOTH}, hidden lines removed", "ours, hidden lines removed", "f3d mesh with edges", 0.18),
     Comparison(f"{SMOOTH}, hidden lines removed", "ours, hidden lines removed", "ours, aliased, hidden lines removed"),
     Comparison(SMOOTH, "ours, by render passes", "ours"),
     Comparison(
