@@ -2,26 +2,25 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError
 from ..geometry.edges import list_edge_parts
+from ..geometry.intersections import number_bodies
 from ..geometry.mesh import Mesh
+from ..geometry.section_areas import BodyRing, choose_directions, face_areas, find_areas
 from ..geometry.sections import (
     CutMesh,
     Ring,
     cut_mesh,
-    find_holders,
     hatch_area,
-    signed_area,
     trace_rings,
     triangulate_area,
 )
-from ..imaging.colors import to_rgba_array
+from ..imaging.colors import to_rgba, to_rgba_array
 from .build_draw_list import normalize_w
 from .intersections import IntersectionLayer, with_mesh
 from .layer import SHADED_FILL, Layer, is_auto
@@ -39,7 +38,11 @@ DEFAULT_LINE_WIDTH_PX = 1.5
 
 @dataclass
 class _CutLayer:
-    """A layer, one of its instances, and what the plane leaves of it; `rings` are its closed outlines in the plane."""
+    """A layer, one of its instances, and what the plane leaves of it.
+
+    rings : its closed outlines in the plane
+    bodies : (f,) the number of the body of each face of the whole mesh: of the faces that edges connect
+    """
 
     layer: Layer
     whole: Mesh
@@ -47,6 +50,15 @@ class _CutLayer:
     cut: CutMesh
     world: Float64Array
     rings: list[Ring]
+    bodies: IndexArray
+
+
+class _Cap(NamedTuple):
+    """An area that is cut: points (p, 3) in the world, triangles (t, 3) of them, and the number of its body."""
+
+    points: Float64Array
+    triangles: IndexArray
+    body: int
 
 
 def cut_sections(layers: Sequence[Layer]) -> list[Layer]:
@@ -85,15 +97,16 @@ def _cut_layer(layer: Layer, section: Section) -> list[_CutLayer]:
         raise ArgumentError.expecting("edges", "be names of sets with section", "an array")
     point, normal = section
     parts = []
+    bodies = number_bodies(mesh)
     for matrix in normalize_w(layer.world_from_model):
         plane = np.append(normal, -(normal @ point)) @ matrix
-        cut = cut_mesh(mesh, mesh.positions @ plane[:3] + plane[3])
+        cut = cut_mesh(mesh, mesh.positions @ plane[:3] + plane[3], bodies)
         if cut.mesh.n_points == 0:
             continue
         homogeneous = cut.mesh.positions @ matrix[:, :3].T + matrix[:, 3]
         world = homogeneous[:, :3] / homogeneous[:, 3:]
-        rings = trace_rings(world, world @ _plane_axes(normal).T, cut.outline)
-        parts.append(_CutLayer(replace(layer, model=mesh), mesh, matrix, cut, world, rings))
+        rings = trace_rings(world, world @ _plane_axes(normal).T, cut.outline, cut.bodies)
+        parts.append(_CutLayer(replace(layer, model=mesh), mesh, matrix, cut, world, rings, bodies))
     return parts
 
 
@@ -150,57 +163,32 @@ def _left_layer(part: _CutLayer) -> Layer:
 
 
 def _draw_areas(parts: Sequence[tuple[int, _CutLayer]], section: Section) -> dict[int, list[Layer]]:
-    """Return the caps, the hatching and the outlines of each layer, by its number.
-
-    Rings of all layers that a plane cuts are nested in one another: an area is what a ring holds but for the rings in
-    it. It is solid if more rings around it, and its own, hold a body than leave a hole.
-    """
+    """Return the caps, the hatching and the outlines of each layer, by its number."""
     point, normal = section
     axes = _plane_axes(normal)
     origin = normal * (normal @ point)
-    owners = [number for number, part in parts for _ in part.rings]
-    rings = [ring for _, part in parts for ring in part.rings]
-    holders = find_holders(rings)
-    turns = [np.sign(signed_area(ring.points)) * (1.0 if ring.is_forward else -1.0) for ring in rings]
-    # A ring holds a body if it turns as the outermost ring of its layer that it lies in does.
-    signs = []
-    for number, own in enumerate(holders):
-        outer = [k for k in own if owners[k] == owners[number]]
-        root = min(outer, key=lambda k: len(holders[k]), default=number)
-        signs.append(turns[number] * turns[root])
-    spacing = _choose_spacing(rings)
-    points: dict[int, list[Float64Array]] = {}
-    triangles: dict[int, list[npt.NDArray[np.int64]]] = {}
+    rings = [BodyRing(ring, (number, ring.body)) for number, part in parts for ring in part.rings]
+    areas = find_areas(rings)
+    directions = choose_directions(areas)
+    spacing = _choose_spacing([each.ring for each in rings])
+    hatches = {number: parse_hatch(part.layer.hatch, has_section=True) for number, part in parts}
+    caps: dict[int, list[_Cap]] = {}
     lines: dict[int, list[Float64Array]] = {}
-    order = {number: k for k, number in enumerate(dict.fromkeys(number for number, _ in parts))}
-    for number, own in enumerate(holders):
-        level = signs[number] + sum(signs[k] for k in own)
-        if level <= 0.0:
-            continue
-        holes = [
-            rings[k].points for k, around in enumerate(holders) if number in around and len(around) == len(own) + 1
-        ]
-        area = [rings[number].points, *holes]
-        owner = owners[number]
-        flat, corners = triangulate_area(area)
-        triangles.setdefault(owner, []).append(corners + sum(len(each) for each in points.get(owner, [])))
-        points.setdefault(owner, []).append(flat @ axes + origin)
-        hatch = parse_hatch(next(part.layer.hatch for each, part in parts if each == owner), has_section=True)
+    for area in areas:
+        owner, body = area.body
+        flat, corners = triangulate_area(area.rings)
+        caps.setdefault(owner, []).append(_Cap(flat @ axes + origin, corners, body))
+        hatch = hatches[owner]
         if hatch is not None:
-            n_around = sum(owners[k] == owner and signs[k] > 0.0 for k in own)
-            degrees = HATCH_DEGREES[(order[owner] + n_around) % 2] if hatch[0] is None else hatch[0]
-            ends = hatch_area(area, degrees, spacing if hatch[1] is None else hatch[1])
+            degrees = HATCH_DEGREES[directions[area.body]] if hatch[0] is None else hatch[0]
+            ends = hatch_area(area.rings, degrees, spacing if hatch[1] is None else hatch[1])
             lines.setdefault(owner, []).append((ends @ axes + origin).reshape(-1, 3))
     drawn: dict[int, list[Layer]] = {number: [] for number, _ in parts}
     for number, own_layers in drawn.items():
         mine = [part for each, part in parts if each == number]
-        if not mine:
-            continue
         layer = mine[0].layer
-        if number in points:
-            own_layers.append(
-                _cap_layer(layer, Mesh(np.concatenate(points[number]), np.concatenate(triangles[number])))
-            )
+        if number in caps:
+            own_layers.append(_cap_layer(mine[0], caps[number]))
         if number in lines:
             own_layers.append(_line_layer(layer, _segments(np.concatenate(lines[number])), "hatching", HATCH_WIDTHS))
         edges = np.concatenate([part.world[part.cut.outline].reshape(-1, 3) for part in mine])
@@ -228,15 +216,33 @@ _PLAIN: dict[str, Any] = dict.fromkeys(
 )
 
 
-def _cap_layer(layer: Layer, cap: Mesh) -> Layer:
-    """Return the layer of the area that is cut: filled as the model is, or only hiding what is behind it."""
+def _cap_layer(part: _CutLayer, caps: Sequence[_Cap]) -> Layer:
+    """Return the layer of the areas that are cut: filled as their bodies are, or only hiding what is behind them."""
+    layer = part.layer
+    firsts = np.cumsum([0, *(len(cap.points) for cap in caps)])
+    corners = np.concatenate([cap.triangles + first for cap, first in zip(caps, firsts, strict=False)])
+    model = Mesh(np.concatenate([cap.points for cap in caps]), corners)
     name = f"{layer.name or ''} cut area".strip()
     style: dict[str, Any] = {**_PLAIN, "name": name, "color": "black", "shading": "none", "hidden": "remove"}
     if layer.fill is None:
-        return _without_legend(layer, style | {"model": cap, "alpha": 0.0})
-    colors = fill_colors(layer, layer.model.n_faces if isinstance(layer.model, Mesh) else 0)
-    fill = tuple(colors[0].tolist()) if len(colors) == 1 else SHADED_FILL
-    return _without_legend(layer, style | {"model": cap, "fill": fill, "edges": np.empty((0, 2), np.int64)})
+        return _without_legend(layer, style | {"model": model, "alpha": 0.0})
+    colors = fill_colors(layer, part.whole.n_faces)
+    if len(colors) == 1:
+        fill: Any = tuple(colors[0].tolist())
+    else:
+        by_body = {body: _main_color(part, colors, body) for body in {cap.body for cap in caps}}
+        fill = np.repeat([by_body[cap.body] for cap in caps], [len(cap.triangles) for cap in caps], axis=0)
+    return _without_legend(layer, style | {"model": model, "fill": fill, "edges": np.empty((0, 2), np.int64)})
+
+
+def _main_color(part: _CutLayer, colors: Float64Array, body: int) -> Float64Array:
+    """Return the colour that more than half of the surface of a body has, of those of its faces, else a light grey."""
+    rows = np.flatnonzero(part.bodies == body)
+    shades, number = np.unique(np.rint(255.0 * colors[rows]), axis=0, return_inverse=True)
+    areas = np.bincount(number.reshape(-1), face_areas(part.whole)[rows], len(shades))
+    largest = int(areas.argmax())
+    color: Float64Array = shades[largest] / 255.0
+    return color if 2.0 * areas[largest] > areas.sum() else np.array(to_rgba(SHADED_FILL, "fill"))
 
 
 def _line_layer(layer: Layer, lines: Mesh, name: str, widths: float) -> Layer:

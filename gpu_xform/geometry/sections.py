@@ -10,6 +10,7 @@ from .edges import merge_coincident_points
 from .mesh import Mesh
 from .triangulation import triangulate
 
+SAME_AREA = 1e-3  # relative: rings of less difference may be those of a pin and of its bore
 ON_PLANE_TOLERANCE = 1e-12  # of the largest distance: a point that is nearer to the plane lies in it
 
 
@@ -20,6 +21,7 @@ class CutMesh(NamedTuple):
     ends, weights : (n, 2) points of the whole mesh between which each point lies, and (n,) how far towards the second
     faces : (f,) the face of the whole mesh that each face is of
     outline : (m, 2) edges in the plane, in the direction in which their face passes them
+    bodies : (m,) the number of the body that each of them is of
     """
 
     mesh: Mesh
@@ -27,17 +29,27 @@ class CutMesh(NamedTuple):
     weights: Float64Array
     faces: IndexArray
     outline: IndexArray
+    bodies: IndexArray
 
 
 class Ring(NamedTuple):
-    """A closed line in the plane: points (k, 2), and whether it is passed as most of its edges are directed."""
+    """A closed line in the plane.
+
+    points : (k, 2)
+    is_forward : it is passed as most of its edges are directed
+    body : the number of the body that it is of
+    """
 
     points: Float64Array
     is_forward: bool
+    body: int
 
 
-def cut_mesh(mesh: Mesh, distances: Float64Array) -> CutMesh:
-    """Cut off what lies before a plane that points lie at `distances` (n,) from, linear in their coordinates."""
+def cut_mesh(mesh: Mesh, distances: Float64Array, bodies: IndexArray | None = None) -> CutMesh:
+    """Cut off what lies before a plane that points lie at `distances` (n,) from, linear in their coordinates.
+
+    bodies : (f,) the number of the body of each face, by default 0; where two bodies touch, each has an outline
+    """
     distances = distances.copy()
     distances[np.abs(distances) <= ON_PLANE_TOLERANCE * np.abs(distances).max(initial=0.0)] = 0.0
     indices, offsets, faces = _split_notched(mesh, distances)
@@ -76,14 +88,16 @@ def cut_mesh(mesh: Mesh, distances: Float64Array) -> CutMesh:
     points = (1.0 - weights)[:, np.newaxis] * mesh.positions[ends[:, 0]] + weights[:, np.newaxis] * mesh.positions[
         ends[:, 1]
     ]
-    outline = _find_outline(points, flat, counts[is_kept], in_plane)
+    kept_faces = faces[is_kept]
+    body_of_face = np.zeros(len(kept_faces), np.int64) if bodies is None else bodies[kept_faces]
+    outline, outline_bodies = _find_outline(points, flat, counts[is_kept], in_plane, body_of_face)
     is_used = np.zeros(len(points), np.bool_)
     is_used[flat] = True
     if mesh.n_faces == 0:
         is_used[:n] = distances <= 0.0
     place = np.cumsum(is_used) - 1
     left = Mesh.from_offsets(points[is_used], np.append(0, np.cumsum(counts[is_kept])), place[flat])
-    return CutMesh(left, ends[is_used], weights[is_used], faces[is_kept], place[outline])
+    return CutMesh(left, ends[is_used], weights[is_used], kept_faces, place[outline], outline_bodies)
 
 
 def _split_notched(mesh: Mesh, distances: Float64Array) -> tuple[IndexArray, IndexArray, IndexArray]:
@@ -106,53 +120,83 @@ def _split_notched(mesh: Mesh, distances: Float64Array) -> tuple[IndexArray, Ind
     return all_indices, np.append(0, np.cumsum(all_sizes)), np.concatenate([np.flatnonzero(whole), owners[chosen]])
 
 
-def _find_outline(points: Float64Array, indices: IndexArray, sizes: IndexArray, in_plane: BoolArray) -> IndexArray:
-    """Return the directed edges of faces (f,) of three corners or more that lie in the plane and have one face."""
+def _find_outline(
+    points: Float64Array, indices: IndexArray, sizes: IndexArray, in_plane: BoolArray, bodies: IndexArray
+) -> tuple[IndexArray, IndexArray]:
+    """Return the directed edges of faces of three corners or more that lie in the plane and have one face of a body.
+
+    sizes, bodies : (f,) the number of corners of each face, and that of its body; the second result is of the edges
+    """
     offsets = np.append(0, np.cumsum(sizes))
     following = np.arange(len(indices)) + 1
     following[offsets[1:] - 1] = offsets[:-1]
     is_area = np.repeat(sizes >= 3, sizes)
     edges = np.stack([indices, indices[following]], axis=1)[is_area]
-    edges = edges[in_plane[edges].all(axis=1)]
+    owners = np.repeat(bodies, sizes)[is_area]
+    is_in_plane = in_plane[edges].all(axis=1)
+    edges, owners = edges[is_in_plane], owners[is_in_plane]
     if len(edges) == 0:
-        return edges
+        return edges, owners
     numbers = np.sort(merge_coincident_points(points, edges), axis=1)
-    _, first, counts = np.unique(numbers, axis=0, return_index=True, return_counts=True)
+    rows = np.column_stack([numbers, owners])
+    _, first, counts = np.unique(rows, axis=0, return_index=True, return_counts=True)
     chosen = first[counts % 2 == 1]
     is_long = numbers[chosen, 0] != numbers[chosen, 1]
-    outline: IndexArray = edges[chosen[is_long]]
-    return outline
+    return edges[chosen[is_long]], owners[chosen[is_long]]
 
 
-def trace_rings(points: Float64Array, flat: Float64Array, outline: IndexArray) -> list[Ring]:
-    """Return the closed lines that edges (m, 2) of points (n, 3), which are flat (n, 2) in the plane, make."""
+def trace_rings(
+    points: Float64Array, flat: Float64Array, outline: IndexArray, bodies: IndexArray | None = None
+) -> list[Ring]:
+    """Return the closed lines that edges (m, 2) of points (n, 3), which are flat (n, 2) in the plane, make.
+
+    bodies : (m,) of the edges, by default all 0; lines of several bodies are closed only where those of one are not
+    """
     if len(outline) == 0:
         return []
+    if bodies is None:
+        bodies = np.zeros(len(outline), np.int64)
     numbers = merge_coincident_points(points, outline)
+    within = numbers + (int(numbers.max()) + 1) * bodies[:, np.newaxis]
+    rings, rest = _close_rings(within, np.arange(len(outline)))
+    rings += _close_rings(numbers, rest)[0]
+    found = []
+    for rows, is_forward in rings:
+        corners = outline[rows, np.where(is_forward, 0, 1)]
+        found.append(Ring(flat[corners], 2 * sum(is_forward) >= len(rows), int(bodies[rows[0]])))
+    return found
+
+
+def _close_rings(numbers: IndexArray, rows: IndexArray) -> tuple[list[tuple[list[int], list[bool]]], IndexArray]:
+    """Return the closed lines that some rows of edges (m, 2) make, and the rows that are in none.
+
+    A line is its rows, and whether it passes each from its first to its second end.
+    """
     at: dict[int, list[int]] = {}
-    for row, (a, b) in enumerate(numbers.tolist()):
-        at.setdefault(a, []).append(row)
-        at.setdefault(b, []).append(row)
-    rings, is_done = [], np.zeros(len(outline), np.bool_)
-    for row in range(len(outline)):
+    for row in rows.tolist():
+        for end in numbers[row].tolist():
+            at.setdefault(end, []).append(row)
+    rings, open_rows, is_done = [], list[int](), np.zeros(len(numbers), np.bool_)
+    for row in rows.tolist():
         if is_done[row]:
             continue
         begin, place = numbers[row].tolist()
         is_done[row] = True
-        corners, n_forward, n_edges = [int(outline[row, 0])], 1, 1
+        passed, is_forward = [row], [True]
         while place != begin:
-            rest = next((each for each in at[place] if not is_done[each]), None)
-            if rest is None:
+            following = next((each for each in at[place] if not is_done[each]), None)
+            if following is None:
                 break
-            is_done[rest] = True
-            is_along = numbers[rest, 0] == place
-            corners.append(int(outline[rest, 0 if is_along else 1]))
-            place = int(numbers[rest, 1 if is_along else 0])
-            n_forward += is_along
-            n_edges += 1
-        if place == begin and len(corners) >= 3:
-            rings.append(Ring(flat[corners], 2 * n_forward >= n_edges))
-    return rings
+            is_done[following] = True
+            is_along = bool(numbers[following, 0] == place)
+            passed.append(following)
+            is_forward.append(is_along)
+            place = int(numbers[following, 1 if is_along else 0])
+        if place == begin and len(passed) >= 3:
+            rings.append((passed, is_forward))
+        else:
+            open_rows += passed
+    return rings, np.array(open_rows, np.int64)
 
 
 def signed_area(points: Float64Array) -> float:
@@ -162,11 +206,39 @@ def signed_area(points: Float64Array) -> float:
 
 
 def find_holders(rings: Sequence[Ring]) -> list[list[int]]:
-    """Return the rings that each ring lies in, by number."""
+    """Return the rings that each ring lies in, by number; rings may touch, but do not cross.
+
+    Of rings of two bodies that are nearly the same, such as those of a pin and its bore, the one that runs
+    counter-clockwise, along a hole of faces whose front is outside, holds the other.
+    """
+    areas = [signed_area(ring.points) * (1.0 if ring.is_forward else -1.0) for ring in rings]
+    inner = [_inner_point(ring.points) for ring in rings]
+
+    def is_smaller(a: int, b: int) -> bool:
+        first, second = abs(areas[a]), abs(areas[b])
+        is_same = rings[a].body != rings[b].body and abs(first - second) < SAME_AREA * max(first, second)
+        return areas[b] > 0.0 if is_same and areas[a] * areas[b] < 0.0 else (first, a) < (second, b)
+
+    numbers = range(len(rings))
     return [
-        [k for k, other in enumerate(rings) if k != number and _is_inside(ring.points[0], other.points)]
-        for number, ring in enumerate(rings)
+        [k for k in numbers if k != number and is_smaller(number, k) and _is_inside(inner[number], rings[k].points)]
+        for number in numbers
     ]
+
+
+def _inner_point(polygon: Float64Array) -> Float64Array:
+    """Return a point in a polygon (k, 2), away from its sides."""
+    levels = np.unique(polygon[:, 1])
+    if len(levels) < 2:
+        return np.asarray(polygon[0])
+    gap = int(np.diff(levels).argmax())
+    y = 0.5 * (levels[gap] + levels[gap + 1])
+    p, q = polygon, np.roll(polygon, -1, axis=0)
+    crossed = (p[:, 1] > y) != (q[:, 1] > y)
+    p, q = p[crossed], q[crossed]
+    x = np.sort(p[:, 0] + (y - p[:, 1]) / (q[:, 1] - p[:, 1]) * (q[:, 0] - p[:, 0]))
+    widest = 2 * int((x[1::2] - x[::2]).argmax())
+    return np.array([0.5 * (x[widest] + x[widest + 1]), y])
 
 
 def _is_inside(point: Float64Array, polygon: Float64Array) -> bool:

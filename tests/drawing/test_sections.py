@@ -7,8 +7,10 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
+from gpu_xform.drawing.layer import SHADED_FILL
 from gpu_xform.drawing.sections import cut_sections
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
+from gpu_xform.imaging.colors import to_rgba
 
 SIZE = (128, 128)
 CAMERA = Camera.look_at((0, 0, 8), (0, 0, 0), fov_y=18.0, orthographic=True)
@@ -100,6 +102,57 @@ def test_bodies_in_one_another_are_areas_of_their_own_and_hatched_in_turn() -> N
         np.linalg.norm(np.cross(*(cap.positions[list(face)][1:] - cap.positions[face[0]]))) / 2 for face in cap.faces
     )
     assert area == pytest.approx(np.pi, rel=0.02)
+
+
+def test_bodies_of_one_mesh_are_hatched_in_turn_and_capped_in_their_own_colours() -> None:
+    moves = [(0, 0, 0), (2, 0, 0), (4, 0, 0), (4, 0, 0)]  # side by side, the last one within the third
+    scales = [1.0, 1.0, 1.0, 0.5]
+    cubes = [samples.cube().transformed(matrices.chain(matrices.scale(size), matrices.translate(*move)))
+             for size, move in zip(scales, moves, strict=True)]  # fmt: skip
+    faces = [np.array(cube.faces) + 8 * k for k, cube in enumerate(cubes)]
+    mesh = Mesh(np.concatenate([cube.positions for cube in cubes]), np.concatenate(faces))
+    colors = np.array([(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0)]).repeat(6, axis=0).astype(float)
+    colors[0] = (0, 1, 1)  # one face that is painted
+    colors[6:9] = (1, 0, 1)  # half of them
+    layers = {layer.name: layer for layer in cut_sections(
+        [Layer(mesh, name="four", fill=colors, section=((0, 0, 0.1), (0, 0, 1)), hatch=True)])}  # fmt: skip
+    lines: Any = layers["four hatching"].model
+    ends = lines.positions.reshape(-1, 2, 3)
+    turns = (ends[:, 1] - ends[:, 0])[:, :2].prod(axis=1) > 0
+    middles = ends.mean(axis=1)
+    is_inner = np.abs(middles[:, :2] - (4, 0)).max(axis=1) < 0.5
+    for k, expected in enumerate((True, False, True)):
+        chosen = (np.abs(middles[:, 0] - 2 * k) < 1.0) & ~is_inner
+        assert chosen.any()
+        assert (turns[chosen] == expected).all()
+    assert is_inner.any()
+    assert not turns[is_inner].any()
+    cap: Any = layers["four cut area"]
+    places = np.array([cap.model.positions[list(face)].mean(axis=0) for face in cap.model.faces])
+    grey = tuple(to_rgba(SHADED_FILL, "fill")[:3])
+    for x, color in ((0, (1, 0, 0)), (2, grey), (4, (1, 1, 0))):
+        own = np.abs(places[:, :2] - (x, 0)).max(axis=1) < 0.5
+        assert own.any()
+        np.testing.assert_allclose(np.asarray(cap.fill)[own, :3], np.tile(color, (own.sum(), 1)))
+
+
+@pytest.mark.parametrize("in_layers", [False, True])
+@pytest.mark.parametrize("pin_first", [False, True])
+def test_a_pin_that_fills_its_bore_is_an_area_of_its_own(pin_first: bool, in_layers: bool) -> None:
+    parts = [BALL.transformed(matrices.scale(0.6)), SHELL][:: 1 if pin_first else -1]
+    style: dict[str, Any] = {"section": PLANE, "hatch": True, "name": "part"}
+    if in_layers:
+        layers = cut_sections([Layer(part, **style) for part in parts])
+    else:
+        faces = [*parts[0].faces, *(np.add(face, parts[0].n_points) for face in parts[1].faces)]
+        layers = cut_sections([Layer(Mesh(np.concatenate([part.positions for part in parts]), faces), **style)])
+    ends: Any = np.concatenate([layer.model.positions for layer in layers if layer.name == "part hatching"])  # type: ignore[union-attr]
+    ends = ends.reshape(-1, 2, 3)
+    turns = (ends[:, 1] - ends[:, 0])[:, :2].prod(axis=1) > 0
+    is_pin = np.linalg.norm(ends, axis=2).max(axis=1) < 0.601
+    assert len(set(turns[is_pin])) == len(set(turns[~is_pin])) == 1
+    assert turns[is_pin][0] != turns[~is_pin][0]
+    assert (np.linalg.norm(ends[~is_pin], axis=2) > 0.58).all()
 
 
 def test_styles_by_face_and_point_follow_the_cut() -> None:
