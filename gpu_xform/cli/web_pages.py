@@ -37,7 +37,8 @@ def find_given(options: Namespace, names: Sequence[str]) -> str | None:
 
 def make_web_page(options: Namespace, layers: Sequence["Layer"], **arguments: Any) -> bytes:
     """Return the page that `options` ask for."""
-    from ..web.page import make_page
+    from ..drawing.prepare import Frame
+    from ..web.page import encode_page, show_models
 
-    own = {name: arguments[name] for name in ("camera", "size", "background", "device")}
-    return make_page(list(layers), title=options.title, max_edges=options.max_edges, **own)
+    frame = Frame(*(arguments[name] for name in ("camera", "size", "background", "device")))
+    return encode_page(show_models(list(layers), frame, {}), options.title, options.max_edges)

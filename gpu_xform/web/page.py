@@ -117,70 +117,70 @@ def save_page(
     """
     require_page_path(path)
     find_target(path)
-    data = make_page(
-        models,
-        frames,
-        n_frames=n_frames,
-        duration=duration,
-        fps=fps,
-        title=title,
-        camera=camera,
-        size=size,
-        background=background,
-        device=device,
-        max_edges=max_edges,
-        **style,
-    )
-    with atomic_write(path) as file:
-        file.write(data)
-
-
-def make_page(
-    models: Models | Animation,
-    frames: PosesLike | None = None,
-    *,
-    n_frames: int | None = None,
-    duration: float | None = None,
-    fps: float | None = None,
-    title: str | None = None,
-    camera: CameraLike | None = None,
-    size: Size = DEFAULT_SIZE,
-    background: ColorLike | None = "white",
-    device: Device | None = None,
-    max_edges: int | None = None,
-    **style: Unpack[Style],
-) -> bytes:
-    """Return the file that `save_page` writes; raises as that does."""
     require_style(style)
     if title is not None and not isinstance(title, str):
         raise ArgumentTypeError.expecting("title", "be a text", type(title).__name__)
     if max_edges is not None and as_int(max_edges, "max_edges") < 1:
         raise ArgumentError.expecting("max_edges", "be at least 1", max_edges)
+    given = {"frames": frames, "n_frames": n_frames, "duration": duration, "fps": fps, "camera": camera, **style}
     if isinstance(models, Animation):
-        others = {"frames": frames, "n_frames": n_frames, "duration": duration, "fps": fps, "camera": camera, **style}
-        given = next((name for name, value in others.items() if value is not None), None)
-        if given is not None:
-            raise ArgumentError(f"{given} cannot go with an Animation, which has its own", argument=given)
-        recipe = models.recipe
-        if recipe.annotations != NO_OPTIONS:
-            raise ArgumentError("axes and legend cannot go into a page, which has no texts", argument="axes")
-        layers, moving = _follow(recipe.motion, recipe.models, recipe.style)
-        frame = Frame(recipe.camera, recipe.size, recipe.background, recipe.device)
-        name = models.title
+        content = show_animation(models, [name for name, value in given.items() if value is not None])
+    elif frames is not None:
+        motion = make_motion(frames, fps, n_frames, duration)
+        content = show_motion(models, motion, Frame(camera, parse_size(size), background, device), style)
+    elif n_frames is None and duration is None and fps is None:
+        content = show_models(models, Frame(camera, parse_size(size), background, device), style)
     else:
-        if frames is None and not (n_frames is None and duration is None and fps is None):
-            raise ArgumentError("n_frames, duration and fps go with frames")
-        frame = Frame(camera, parse_size(size), background, device)
-        loaded = load_models(models)
-        if frames is None:
-            layers, moving = _stand(loaded, style)
-        else:
-            layers, moving = _follow(make_motion(frames, fps, n_frames, duration), loaded, style)
-        name = name_models(models)
-    color = parse_background(frame.background)
-    if max_edges is not None:
-        layers = decimate_layers(layers, max_edges)
-    page = _Page(title or name or layers[0].name or DEFAULT_TITLE, color, layers, moving, frame).encode()
+        raise ArgumentError("n_frames, duration and fps go with frames")
+    data = encode_page(content, title, max_edges)
+    with atomic_write(path) as file:
+        file.write(data)
+
+
+@dataclass(frozen=True)
+class Content:
+    """What a page shows.
+
+    name : of the models, empty if they have none
+    """
+
+    layers: Sequence[Layer]
+    frames: Frames
+    frame: Frame
+    name: str
+
+
+def show_models(models: Models, frame: Frame, style: Style) -> Content:
+    """Return models that do not move."""
+    loaded = load_models(models)
+    layers, frames = _stand(loaded, style)
+    return Content(layers, frames, frame, name_models(models))
+
+
+def show_motion(models: Models, motion: Motion, frame: Frame, style: Style) -> Content:
+    """Return models that matrices move."""
+    layers, frames = _follow(motion, load_models(models), style)
+    return Content(layers, frames, frame, name_models(models))
+
+
+def show_animation(animation: Animation, given: Sequence[str]) -> Content:
+    """Return the models of an animation, which has what `given` names already."""
+    if given:
+        raise ArgumentError(f"{given[0]} cannot go with an Animation, which has its own", argument=given[0])
+    recipe = animation.recipe
+    if recipe.annotations != NO_OPTIONS:
+        raise ArgumentError("axes and legend cannot go into a page, which has no texts", argument="axes")
+    layers, frames = _follow(recipe.motion, recipe.models, recipe.style)
+    frame = Frame(recipe.camera, recipe.size, recipe.background, recipe.device)
+    return Content(layers, frames, frame, animation.title)
+
+
+def encode_page(content: Content, title: str | None, max_edges: int | None) -> bytes:
+    """Return the file that `save_page` writes; raises as that does for what cannot be drawn."""
+    layers = content.layers if max_edges is None else decimate_layers(content.layers, max_edges)
+    shown = title or content.name or layers[0].name or DEFAULT_TITLE
+    background = parse_background(content.frame.background)
+    page = _Page(shown, background, layers, content.frames, content.frame).encode()
     n_edges = sum(
         {id(layer.model): len(layer.model.edges) for layer in layers if isinstance(layer.model, Mesh)}.values()
     )

@@ -9,7 +9,7 @@ from ..imaging.image import Pixels, to_pillow
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-MAX_BYTES = 3 << 10
+MAX_BYTES = 1800
 SIDES_PX = (800, 640, 512, 400, 320, 256, 192, 128)  # of the longer side; the largest that is small enough is taken
 QUALITIES = (60, 35)
 
