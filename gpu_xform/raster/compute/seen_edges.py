@@ -31,15 +31,17 @@ class SeenEdges:
         pool = device.pool
         n_bytes = HEAD_BYTES + LISTED_EDGE_BYTES * max(listed, default=1)
         self.list: Buffer = pool.scratch(POOL_OWNER, "seen edges", n_bytes, INDIRECT)
-        # A tile has a margin, so that it is never narrower than a cell.
-        n_cell_bytes = DEPTH_BYTES * (n_depths // CELL_PX if listed else 1)
-        self._cells: Buffer = pool.scratch(POOL_OWNER, "cell depths", n_cell_bytes)
-        self._windows: Buffer = pool.scratch(POOL_OWNER, "window depths", n_cell_bytes)
+        self._depths: list[Buffer] = []  # of cells and of windows
+        if listed:
+            # A tile has a margin, so that it is never narrower than a cell.
+            n_cell_bytes = DEPTH_BYTES * (n_depths // CELL_PX)
+            names = ("cell depths", "window depths")
+            self._depths = [pool.scratch(POOL_OWNER, name, n_cell_bytes) for name in names]
 
     @property
     def buffers(self) -> list[Buffer]:
         """All that a submission of these stages uses."""
-        return [self.list, self._cells, self._windows]
+        return [self.list, *self._depths]
 
     def is_listable(self, batch: LineBatch) -> bool:
         """Say whether faces may hide edges altogether, it is worth finding out which, and the list can be bound."""
@@ -56,14 +58,14 @@ class SeenEdges:
         tile = part.bindings["tile"]
         n_workgroups = count_workgroups(device, self._n_depths // CELL_PX**2)
         depths = part.bindings["face_depths"]
-        for is_second, found in enumerate((self._cells, self._windows)):
+        for is_second, found in enumerate(self._depths):
             pipeline = device.pipelines.compute("find_window_depths", workgroup_size=size, is_second=is_second)
             group = device.bind_groups.bind(pipeline, tile=tile, depths=depths, farthest=found)
             dispatch(encoder, pipeline, group, n_workgroups)
             depths = found
         encoder.clear_buffer(self.list, HEAD_BYTES)
         own: Bindings = {name: part.bindings[name] for name in ("tile", "style", "clip_positions", "edges")}
-        own |= {"window_depths": self._windows, "seen_edges": self.list}
+        own |= {"window_depths": depths, "seen_edges": self.list}
         pipeline = device.pipelines.compute("list_seen_edges", workgroup_size=size)
         grid = count_workgroups(device, -(-batch.n_edges // BLOCK_EDGES)), batch.projected.n_instances
         dispatch(encoder, pipeline, device.bind_groups.bind(pipeline, **own), *grid)
