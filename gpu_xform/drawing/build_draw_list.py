@@ -221,9 +221,14 @@ class _LayerBuilder:
                     Drawable(points, matrix[None], each, ()) for matrix, each in zip(clip_from_points, lit, strict=True)
                 ]
                 faces = None
+        apart = self._tangent_edges_apart(lines, clip_from_points)
+        lines = apart[0] if len(apart) == 1 else () if apart else lines
+        lined = [] if len(apart) == 1 else list(zip(clip_from_points, apart, strict=False))
         if candidates is None or not is_seen:
-            return [*drawables, Drawable(points, clip_from_points, faces, lines + dots, source.sample_edges)]
+            drawables.append(Drawable(points, clip_from_points, faces, lines + dots, source.sample_edges))
+            return drawables + [Drawable(points, matrix[None], None, own, source.sample_edges) for matrix, own in lined]
         drawables.append(Drawable(points, clip_from_points, faces, lines, source.sample_edges))
+        drawables += [Drawable(points, matrix[None], None, own, source.sample_edges) for matrix, own in lined]
         for matrix in clip_from_points:
             silhouette = self._silhouette(strokes, candidates, colors, matrix)
             drawables.append(Drawable(points, matrix[None], None, silhouette, source.sample_edges))
@@ -508,6 +513,28 @@ class _LayerBuilder:
             )
             for stroke, own_colors in strokes
         )
+
+    def _tangent_edges_apart(self, lines: Sequence[Lines], clip_from_points: Float64Array) -> list[tuple[Lines, ...]]:
+        """Return the lines of each instance, silhouettes among them apart; none if there cannot be any."""
+        tangent = self._source.tangent_edges(self._layer) if isinstance(self._source, MeshSource) else None
+        if tangent is None or all(part.hidden is Hidden.SHOW for part in lines):
+            return []
+        among = self._on_device(tangent.key, tangent.find)
+        n_edges = among.n_bytes // CANDIDATE.itemsize
+        if n_edges == 0:
+            return []
+        planes = self._on_device(tangent.planes_key, tangent.planes)
+        instances = []
+        for matrix in clip_from_points:
+            both = []
+            for keeps_others in (True, False):
+                edges = extract_silhouette(self._device, among, n_edges, planes, eye(matrix), keeps_others=keeps_others)
+                self._stack.callback(edges.release)
+                both.append((edges, not keeps_others))
+            instances.append(
+                tuple(replace(part, edges=edges, are_silhouettes=is_one) for part in lines for edges, is_one in both)
+            )
+        return instances
 
     def _chains(self, edges: EdgeSource) -> Buffer:
         """Return the chains of edges that are drawn in every view."""

@@ -35,6 +35,7 @@ from .layer import Layer, at_present
 from .layer_colors import colors_by_face
 from .point_array import PointArray
 from .silhouettes import NO_FACE
+from .tangent_edges import find_tangent_edges
 
 MAX_SAMPLED_EDGES = 1 << 9
 PACKED_AT_ONCE = 1 << 16  # points
@@ -219,6 +220,21 @@ class MeshSource:
             return candidates
 
         key = ("silhouette", rest, angle) if rest is None or isinstance(rest, str) else None
+        return SilhouetteCandidates(find, self._planes, self._edge_indices, key, ("planes", *self._frame))
+
+    def tangent_edges(self, layer: Layer) -> SilhouetteCandidates | None:
+        """Return all edges that are drawn in every view, in their order, as candidates, if some may be silhouettes."""
+        if layer.edges is None or colors_by_face(layer):
+            return None
+        rest, _ = split_silhouette(layer.edges)
+        if not isinstance(rest, str) or rest == "all":
+            return None
+        mesh, angle = self.mesh, layer.feature_angle
+
+        def find() -> npt.NDArray[np.void]:
+            return find_tangent_edges(mesh, resolve_edges(mesh, rest, angle))
+
+        key = ("tangent edges", rest, angle)
         return SilhouetteCandidates(find, self._planes, self._edge_indices, key, ("planes", *self._frame))
 
     def triangles(self) -> tuple[IndexArray, IndexArray]:

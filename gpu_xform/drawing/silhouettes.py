@@ -30,13 +30,20 @@ def find_silhouette(
 
 
 def extract_silhouette(
-    device: GpuDevice, candidates: Buffer, n_candidates: int, planes: Buffer, eye: npt.NDArray[np.float64]
+    device: GpuDevice,
+    candidates: Buffer,
+    n_candidates: int,
+    planes: Buffer,
+    eye: npt.NDArray[np.float64],
+    *,
+    keeps_others: bool = False,
 ) -> Buffer:
     """Return the edges (n_candidates, 2) uint32 that `Lines` takes, without points for those not seen edge-on.
 
     candidates : `layouts.CANDIDATE` (n_candidates,)
     planes : (f, 4) float32, each face's (normal, offset) in the points' frame, positive before the face
     eye : (4,), in the points' frame, homogeneous; w = 0 for a direction towards it
+    keeps_others : whether to return the others, without points for those seen edge-on
 
     The caller releases the result.
     """
@@ -44,6 +51,7 @@ def extract_silhouette(
     struct = np.zeros((), layouts.SILHOUETTE_VIEW)
     struct["eye"] = eye / (np.abs(eye).max() or 1.0)  # zero if the eye sees all the model as one line
     struct["n_candidates"] = n_candidates
+    struct["keeps_others"] = keeps_others
     pipeline = device.pipelines.compute("extract_silhouette", workgroup_size=choose_workgroup_size(device))
     with device.lock:
         (view,) = uniforms.upload(device, "silhouette", "view", [struct])

@@ -135,7 +135,12 @@ EXTREMES = np.dtype(
 CANDIDATE = np.dtype([("edge", "<u4", (2,)), ("faces", "<u4", (2,)), ("is_turned", "<u4"), ("padding", "<u4")])
 
 SILHOUETTE_VIEW = np.dtype(
-    {"names": ["eye", "n_candidates"], "formats": [("<f4", (4,)), "<u4"], "offsets": [0, 16], "itemsize": 32}
+    {
+        "names": ["eye", "n_candidates", "keeps_others"],
+        "formats": [("<f4", (4,)), "<u4", "<u4"],
+        "offsets": [0, 16, 20],
+        "itemsize": 32,
+    }
 )
 
 CHAIN_EDGE = np.dtype([("edge", "<u4"), ("start", "<u4"), ("end", "<u4")])

@@ -233,3 +233,16 @@ def test_faces_that_are_seen_edge_on_do_not_break_the_outline(side: int) -> None
 def along_axis(part: Mesh, side: int) -> Camera:
     frame = TURN[:3, :3]
     return Camera.fit(part, direction=frame @ (0, 0, side), up=frame @ (0, 1, 0), orthographic=True)
+
+
+@pytest.mark.parametrize("hidden", ["remove", "dash"])
+def test_a_fillet_does_not_hide_the_tangent_edge_at_which_it_ends(hidden: HiddenStyle) -> None:
+    part = turned_part(n_rounding=30)
+    surface = np.concatenate([[0], np.repeat([1, 2], [30 * 96, 96]), [3]])
+    brep = Mesh(part.positions, part.faces, attributes={"face": {"brep_face": surface}})
+    window = Camera.window((-1.1, 1.1), (-1.1, 1.1))
+    shown = gx.render_array(brep, hidden=hidden, transform=TURN.T, camera=window, size=(330, 330), edges="feature")
+    angles = np.linspace(0.0, 2.0 * np.pi, 1000)
+    x, y = np.floor(165.0 + 150.0 * np.array([np.cos(angles), np.sin(angles)])).astype(int)
+    around = shown[y[:, np.newaxis] + np.arange(-1, 2), x[:, np.newaxis] + np.arange(-1, 2), 0]
+    assert around.min(axis=1).max() < 110

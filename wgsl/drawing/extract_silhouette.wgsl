@@ -10,6 +10,7 @@ struct Candidate {
 struct SilhouetteView {
     eye: vec4<f32>, // in the points' frame, homogeneous
     n_candidates: u32,
+    keeps_others: u32, // in place of silhouettes
 }
 
 const NO_FACE = 0xffffffffu;
@@ -34,7 +35,7 @@ fn extract(index: u32) {
         let sign = select(1.0, -1.0, candidate.is_turned == 1u);
         is_drawn = looks_at_eye(candidate.faces.x, 1.0) != looks_at_eye(candidate.faces.y, sign);
     }
-    edges[index] = select(vec2(NO_POINT), candidate.edge, is_drawn);
+    edges[index] = select(vec2(NO_POINT), candidate.edge, is_drawn != (view.keeps_others == 1u));
 }
 
 @compute @workgroup_size(workgroup_size)
