@@ -4,7 +4,7 @@
 
 Every peer's file is compared with ours before its time counts; contenders take turns, our devices among them. Sizes
 are those of the table in docs/scale.md, times the fraction; in full they take about ten minutes on two idle cores, and
-up to 10 GB in the folder at a time. Needs the extras `las`, `zarr`, `dask` and `host`.
+up to 11 GB in the folder at a time. Needs the extras `las`, `zarr`, `dask` and `host`.
 """
 
 import argparse

@@ -87,6 +87,10 @@ def _make_las_sink(
     offset: Any,
 ) -> PointSink:
     _require_space(source, destination)
+    if os.fsdecode(destination).lower().endswith(".copc.laz"):
+        raise ArgumentError.expecting(
+            "destination", "end in .laz alone", repr(os.fspath(destination)), reason="COPC is read, not written"
+        )
     target = find_target(destination, "destination")
     if target.is_stream:
         raise ArgumentError.expecting("destination", "be a file for this type", repr(os.fspath(destination)))

@@ -9,7 +9,7 @@ from ..errors import ArgumentError
 from .paths import STDIO
 
 PLACEHOLDERS: dict[str, Callable[[Path], str]] = {
-    "{model}": lambda model: model.stem,
+    "{model}": lambda model: Path(model.stem).stem if model.name.lower().endswith(".copc.laz") else model.stem,
     "{suffix}": lambda model: model.suffix.removeprefix("."),
     "{parent}": lambda model: Path(os.path.abspath(model)).parent.name,  # noqa: PTH100 - links stay as they are named
     "{folder}": lambda model: str(model.parent),

@@ -94,6 +94,8 @@ def test_copc_is_read_and_its_index_left_out(tile: Path, tmp_path: Path) -> None
         gx.transform_file(tmp_path / "in.copc.laz", tmp_path / "out.laz", MATRIX)
     after = laspy.read(tmp_path / "out.laz")
     require_moved(before, after, MATRIX)
+    with pytest.raises(gx.ArgumentError, match=r"destination must end in \.laz alone, .*: COPC is read, not written"):
+        gx.transform_file(tmp_path / "in.copc.laz", tmp_path / "moved.copc.laz", MATRIX)
     by_nodes = copclib.FileReader(str(tmp_path / "in.copc.laz"))
     nodes = sorted(by_nodes.GetAllNodes(), key=lambda node: node.offset)
     points = b"".join(bytes(np.array(by_nodes.GetPointData(node), np.int8)) for node in nodes)

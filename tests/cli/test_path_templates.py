@@ -23,6 +23,7 @@ def test_placeholders(text: str, path: str) -> None:
     assert Template(text).path_for("in/put/scan.v2.obj") == path
     assert Template(text).is_per_model == ("scan" in path)
     assert Template("{folder}").path_for("a.obj") == "."
+    assert Template("{model}.laz").path_for("in/tile.2.copc.laz") == "tile.2.laz"
 
 
 def test_braces_in_a_model_s_name_are_left_alone() -> None:
