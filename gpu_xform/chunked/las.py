@@ -219,6 +219,7 @@ class LasSink(FileSink):
 
     is_patched = True
     has_journal = True
+    keeps_raw = True
 
     def __init__(
         self, destination: StrPath, path: Path, is_stream: bool, header: LasHeader, grid: Any, is_compressed: bool
@@ -240,7 +241,7 @@ class LasSink(FileSink):
     def encode(self, block: Block, positions: npt.NDArray[Any], source: PointSource) -> Encoded:
         """Return whole points, rounded to the grid; raise ArgumentError where int32 cannot hold them."""
         if block.raw is not None:
-            return self._keep_raw(block)
+            return self._keep_raw(block, source)
         records = self._make_records(block, source)
         low, high = round_to_grid(positions)
         if len(positions) and not (low.min() >= _INT32.min and high.max() <= _INT32.max):
@@ -252,9 +253,10 @@ class LasSink(FileSink):
             body, facts["table"] = compress(self._record, body)
         return Encoded(block.start, len(positions), body, facts)
 
-    def _keep_raw(self, block: Block) -> Encoded:
+    def _keep_raw(self, block: Block, source: PointSource) -> Encoded:
         n_points, body = block.raw
-        if self._record is None or (n_points != CHUNK_POINTS and block.start + n_points != self._header.n_points):
+        is_laz = self._record is not None and source.file_type == "laz"
+        if not is_laz or (n_points != CHUNK_POINTS and block.start + n_points != self._header.n_points):
             raise ArgumentError(
                 f"{self._destination}: cannot hold a chunk that does not decompress; a .laz file with chunks of "
                 f"{CHUNK_POINTS:,} points, from another such file, can"

@@ -28,6 +28,7 @@ class FileSink:
     is_patched = False
     has_journal = False
     is_parallel = False
+    keeps_raw = False
 
     def __init__(self, destination: StrPath, path: Path, is_stream: bool) -> None:
         self._destination = os.fspath(destination)

@@ -111,11 +111,13 @@ class PointSink(Protocol):
     chunk_points : parts are whole multiples of it
     world_from_stored : (d + 1, d + 1), without rotation
     is_parallel : whether any process may `append` any part at any time
+    keeps_raw : whether it may store a part as its source has it compressed
     """
 
     chunk_points: int
     world_from_stored: Float64Array
     is_parallel: bool
+    keeps_raw: bool
 
     def encode(self, block: Block, positions: npt.NDArray[Any], source: PointSource) -> Encoded:
         """Return a part as it will be stored, with `positions` in stored coordinates, not yet rounded."""

@@ -17,7 +17,7 @@ from .las_crs import name_crs
 from .las_header import COPC_USER, CRS_USER, EVLR_BYTES, LasHeader, read_las_header
 from .laz import ChunkTable
 from .protocol import Bounds
-from .zarr import ZarrSource
+from .zarr import ZarrSource, read_attributes
 
 MAX_COUNTED_POINTS = 1 << 27  # of an array, whose bounds no header tells: a second or two
 _SYSTEM, _SOFTWARE, _DAY, _LEGACY_RETURNS, _RETURNS = 26, 58, 90, 111, 255
@@ -140,7 +140,7 @@ def summarize_zarr(path: StrPath) -> dict[str, Any]:
         "chunks": list(array.chunks),
         "shards": None if array.shards is None else list(array.shards),
         "compressors": [type(codec).__name__ for codec in array.compressors],
-        "attributes": sorted(map(str, array.attrs)),
+        "attributes": sorted(map(str, read_attributes(array))),
     }
 
 

@@ -73,6 +73,12 @@ def _is_array(folder: Path) -> bool:
     return isinstance(content, dict) and content.get("node_type") == "array"
 
 
+def read_attributes(array: Any) -> dict[str, Any]:
+    """Return the attributes of an array; none where its metadata have something else there."""
+    found = array.metadata.attributes
+    return dict(found) if isinstance(found, Mapping) else {}
+
+
 def stored_rows(array: Any) -> int:
     """Return how many rows are stored together: a shard's, where there are shards."""
     return int((array.shards or array.chunks)[0])
@@ -148,6 +154,7 @@ class ZarrSink:
     """A Zarr array that grows in a folder beside its destination, in shards that any process may write."""
 
     is_parallel = True
+    keeps_raw = True
 
     def __init__(self, destination: StrPath, shape: tuple[int, int], dtype: np.dtype[Any], source: Any) -> None:
         """Take the shards, codecs and attributes of `source`, a Zarr array, if it is one whose rows are whole."""
@@ -280,7 +287,7 @@ def _copy_layout(array: Any, shape: tuple[int, int]) -> dict[str, Any] | None:
         "compressors": array.compressors,
         "filters": array.filters,
         "fill_value": array.fill_value,
-        "attributes": dict(array.attrs),
+        "attributes": read_attributes(array),
     }
 
 

@@ -55,7 +55,7 @@ class PartWorker:
             try:
                 yield self._transform(start, stop)
             except ChunkError as error:
-                if not self._job.skip_bad_chunks or error.stop <= error.start:
+                if not (self._job.skip_bad_chunks and self._job.sink.keeps_raw) or error.stop <= error.start:
                     raise
                 if start < error.start:
                     yield self._transform(start, error.start)

@@ -1,5 +1,6 @@
 """What is said of scans, against laspy, and coordinate systems by their records."""
 
+import json
 import struct
 from pathlib import Path
 from typing import Any
@@ -115,3 +116,13 @@ WKT2 = b'PROJCRS["a, ""b",BASEGEOGCRS["c",ID["EPSG",4326]],ID["EPSG",32633]]'
 )
 def test_a_coordinate_system_is_named(records: dict[int, bytes], expected: Any) -> None:
     assert name_crs(records) == expected
+
+
+def test_attributes_that_are_no_table_are_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "a.zarr"
+    zarr.create_array(store=str(path), data=np.ones((5, 3), "f4"))
+    content = json.loads((path / "zarr.json").read_text())
+    (path / "zarr.json").write_text(json.dumps(content | {"attributes": 7}))
+    assert summarize(path, "zarr")["attributes"] == []
+    gx.transform_file(path, tmp_path / "out.zarr", np.eye(4))
+    assert np.array_equal(zarr.open_array(tmp_path / "out.zarr", mode="r")[:], np.ones((5, 3)))
