@@ -1,5 +1,4 @@
 """Points by the billion: files and stores that are read and written a part at a time.
 
-Reading order: protocol, partial_files, npy, las_header, las_crs, las_fields, laz, las, ply, zarr, losses, registry,
-summary.
+Reading order: protocol, partial_files, npy, las_crs, las_fields, las, ply, zarr, losses, registry, summary.
 """

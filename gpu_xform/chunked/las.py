@@ -2,7 +2,6 @@
 
 import os
 import shutil
-import struct
 from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
@@ -11,12 +10,14 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from .._core.error_context import prefix_errors
 from .._core.types import Float64Array, StrPath
-from ..errors import ArgumentError, MeshError, MissingExtraError
+from ..errors import ArgumentError, MeshError
 from ..formats._warn import warn
+from ..formats.las import import_laspy, parse_laspy_header
+from ..formats.las_header import COPC_USER, LasHeader, build_head, choose_grid, patch_head, read_las_header
+from ..formats.laz import CHUNK_POINTS, ChunkTable, LazError, compress, import_lazrs, make_laz_record, write_table
 from .las_fields import describe_record
-from .las_header import COPC_USER, LasHeader, build_head, choose_grid, patch_head, read_las_header
-from .laz import CHUNK_POINTS, ChunkTable, LazError, compress, import_lazrs, make_laz_record, write_table
 from .npy import SCAN_POINTS, find_extremes
 from .partial_files import FileSink
 from .protocol import Block, Bounds, ChunkError, Encoded, GridError, PointSource, describe_file
@@ -28,23 +29,10 @@ _NORMAL_NAMES = ("nx", "ny", "nz")
 _CHUNK_POINTS_OF_LAS = 1
 
 
-def import_laspy() -> Any:
-    """Return laspy; raise MissingExtraError without it."""
-    try:
-        import laspy
-    except ImportError:
-        raise MissingExtraError("LAS needs laspy: pip install 'gpu_xform[las]'") from None
-    return laspy
-
-
 def read_laspy_header(path: StrPath) -> Any:
     """Return the header as laspy reads it; raise MeshError where it does not, as for names that are no UTF-8."""
-    laspy = import_laspy()
-    with Path(path).open("rb") as file:
-        try:
-            return laspy.LasHeader.read_from(file)
-        except (ArithmeticError, LookupError, ValueError, TypeError, struct.error, laspy.LaspyException) as error:
-            raise MeshError(f"{os.fspath(path)}: laspy does not read its header: {error}") from None
+    with Path(path).open("rb") as file, prefix_errors(os.fspath(path)):
+        return parse_laspy_header(file)
 
 
 class LasSource:

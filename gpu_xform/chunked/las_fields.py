@@ -5,13 +5,13 @@ from typing import Any
 
 import numpy as np
 
-from .las_header import EXTRA_BYTES_VLR, POINT_BYTES, WAVE_PACKET_OFFSETS, LasHeader
+from ..formats.las import find_normal
+from ..formats.las_header import EXTRA_BYTES_VLR, POINT_BYTES, WAVE_PACKET_OFFSETS, LasHeader
 from .protocol import Directions
 
 _EXTRA_TYPES = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<u8", 8: "<i8", 9: "<f4", 10: "<f8"}
 _EXTRA_RECORD_BYTES = 192
 _WAVE_VECTOR_OFFSET = 17
-_NORMALS = {"x": {"nx", "normalx"}, "y": {"ny", "normaly"}, "z": {"nz", "normalz"}}
 _WAVE_VECTOR = ("wave x", "wave y", "wave z")
 
 
@@ -25,14 +25,10 @@ def describe_record(header: LasHeader) -> tuple[np.dtype[Any], list[Directions]]
             fields[name] = ("<f4", packet + _WAVE_VECTOR_OFFSET + 4 * i)
         directions.append(Directions(_WAVE_VECTOR, False))
     extra = list_extra_fields(header)
-    normals = []
-    for spellings in _NORMALS.values():
-        found = [name for name in extra if name.lower().replace("_", "").replace(" ", "") in spellings]
-        normals.append(found[0] if found and extra[found[0]][0] in ("<f4", "<f8") else None)
-    x, y, z = normals
-    if x is not None and y is not None and z is not None:
-        fields |= {name: extra[name] for name in (x, y, z)}
-        directions.append(Directions((x, y, z), True))
+    normal = find_normal([name for name, (kind, _) in extra.items() if kind in ("<f4", "<f8")])
+    if normal is not None:
+        fields |= {name: extra[name] for name in normal}
+        directions.append(Directions(normal, True))
     names = list(fields)
     dtype = np.dtype(
         {

@@ -12,10 +12,11 @@ import numpy as np
 from .._core.types import StrPath
 from ..errors import ArgumentError, MeshError
 from ..formats._warn import warn
-from .las import import_laspy, read_laspy_header
+from ..formats.las import import_laspy
+from ..formats.las_header import COPC_USER, CRS_USER, EVLR_BYTES, LasHeader, read_las_header
+from ..formats.laz import ChunkTable
+from .las import read_laspy_header
 from .las_crs import name_crs
-from .las_header import COPC_USER, CRS_USER, EVLR_BYTES, LasHeader, read_las_header
-from .laz import ChunkTable
 from .protocol import Bounds
 from .zarr import ZarrSource, read_attributes
 

@@ -15,6 +15,8 @@ MODEL_TYPES = (
     "dae",
     "glb",
     "gltf",
+    "las",
+    "laz",
     "npy",
     "obj",
     "off",

@@ -58,6 +58,8 @@ READERS: dict[str, Callable[..., Mesh]] = {
     "dae": _from("collada", "read"),
     "glb": _from("glb", "read"),
     "gltf": _from("gltf", "read"),
+    "las": _from("las", "read"),
+    "laz": _from("las", "read"),
     "npy": _from("npy", "read"),
     "obj": _from("obj", "read"),
     "off": _from("off", "read"),
@@ -123,7 +125,8 @@ def load_mesh(
     ----------
     source : path or binary file object
         OBJ, OFF, PLY, STL, VRML (also compressed), GLB, glTF, 3MF (with the extra `3mf`), STEP (with the extra `cad`),
-        URDF and COLLADA (with the extra `robots`), or an array of points (NPY).
+        URDF and COLLADA (with the extra `robots`), a scan (LAS, LAZ; with the extra `las`), or an array of points
+        (NPY).
     file_type : str, optional
         "obj", ".OBJ", ...; by default, the suffix of the file's name.
     tolerance : float, optional

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
-from gpu_xform.chunked import laz
 from gpu_xform.chunked.registry import open_source
 from gpu_xform.compute import streaming
+from gpu_xform.formats import laz
 from tests.chunked.test_las import MATRIX, require_moved
 from tests.support.las_files import make_las
 

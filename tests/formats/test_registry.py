@@ -94,7 +94,7 @@ def test_unknown_types_name_the_known_ones(tmp_path: Path) -> None:
         (tmp_path / source).touch()
         with pytest.raises(MeshError) as caught:
             load_mesh(tmp_path / source, file_type=kind)
-        known = "3mf, dae, glb, gltf, npy, obj, off, ply, step, stl, stp, urdf, vrml, wrl, wrz"
+        known = "3mf, dae, glb, gltf, las, laz, npy, obj, off, ply, step, stl, stp, urdf, vrml, wrl, wrz"
         assert str(caught.value) == f"{tmp_path / source}: the type must be one of {known}, got {got}"
     with pytest.raises(MeshError, match="the type must be one of glb, gltf, npy, obj, off, ply, stl, got 'wrl'"):
         save_mesh(samples.cube(), tmp_path / "a.wrl")

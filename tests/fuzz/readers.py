@@ -7,6 +7,7 @@ import argparse
 import io
 import random
 import sys
+import tempfile
 import time
 import traceback
 import warnings
@@ -17,6 +18,7 @@ import numpy as np
 
 import gpu_xform as gx
 from tests.formats.test_damage import SEEDS, SNIPPETS
+from tests.support.las_files import make_las
 
 MAX_CPU_S = 2.0
 MAX_GROWTH_BYTES = 256 << 20  # of the process, while it reads a file
@@ -31,7 +33,15 @@ def save_array() -> bytes:
     return file.getvalue()
 
 
-ALL_SEEDS = [*SEEDS, ("npy", save_array())]
+def save_scan() -> tuple[bytes, bytes]:
+    """Return a `.las` file with extra bytes, and the same as `.laz`."""
+    with tempfile.TemporaryDirectory() as folder:
+        scan = make_las(Path(folder, "a.las"), 60, 7)
+        scan.write(Path(folder, "a.laz"))
+        return Path(folder, "a.las").read_bytes(), Path(folder, "a.laz").read_bytes()
+
+
+ALL_SEEDS = [*SEEDS, ("npy", save_array()), *zip(("las", "laz"), save_scan(), strict=True)]
 
 
 def mutate(data: bytes, rng: random.Random) -> bytes:

@@ -37,7 +37,8 @@ Without transforms, the file is converted.
 
 Points of any size go from .las, .laz, .copc.laz, .zarr, .npy and .ply (binary,
 without faces) to .las, .laz and .zarr, from .las, .laz and .zarr to .npy and
-.ply as well, and from .npy to .npy and .ply to .ply. An interrupted run leaves
+.ply as well, and from .npy to .npy and .ply to .ply; .las and .laz that fit in
+memory to model files as well. An interrupted run leaves
 its results beside OUT, in OUT.partial, and --resume continues from there. LAS
 needs the extra las, Zarr the extra zarr, several processes the extra dask:
 pip install 'gpu_xform[las]'.
@@ -214,9 +215,11 @@ SCAN_TYPES = ("las", "laz", "zarr")
 
 def _is_scan(path: str, source: str, target: str) -> bool:
     """Return whether an input goes through a part at a time."""
-    if {source, target} & {*SCAN_TYPES}:
-        return True
     from ...chunked.ply import is_cloud
+    from ...chunked.registry import CHUNKED_TYPES
+
+    if target in SCAN_TYPES or (source in SCAN_TYPES and (target in CHUNKED_TYPES or source == "zarr")):
+        return True
 
     return source == target == "ply" and path != STDIO and is_cloud(path)
 

@@ -126,7 +126,7 @@ def test_what_the_target_cannot_hold_is_named_or_refused(capsys: pytest.CaptureF
     [
         ("in.las cube.obj out.las", "out.las: 2 files need a path with {model} in it"),
         ("in.las in.las x{model}.las", "xin.las: two results would be written there, of in.las and of in.las"),
-        ("in.las out.obj", "out.obj: the type must be one of las, laz, npy, ply, zarr, got obj"),
+        ("in.las out.xyz", "out.xyz: the type must be one of glb, gltf, las, laz, npy, obj, off, ply, stl, zarr,"),
         ("cube.obj out.laz", "cube.obj: the type must be one of las, laz, npy, ply, zarr, got obj"),
         ("in.las -", "in.las: .las, .laz and .zarr go from a file to a file, not through a pipe"),
         ("cube.obj out.obj --workers 2", "--workers is for scans"),

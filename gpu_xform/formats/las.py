@@ -1,0 +1,112 @@
+"""LAS and LAZ read whole, as a cloud of points with their attributes; `chunked` reads and writes them in parts."""
+
+import struct
+from collections.abc import Iterable
+from io import BytesIO
+from typing import Any, BinaryIO
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import MeshError, MissingExtraError
+from ..geometry.attributes import Attributes
+from ..geometry.mesh import Mesh
+from ._warn import warn
+from .las_header import LasHeader, read_las_header
+from .laz import ChunkTable, LazError
+from .limits import budget
+
+_COLOR = ("red", "green", "blue")
+_COORDINATES = ("X", "Y", "Z")
+_WAVE_VECTOR = ("x_t", "y_t", "z_t")
+_NORMALS = tuple({f"n{axis}", f"normal{axis}"} for axis in "xyz")
+# Points of real scans shrink to a fifth or less; those of files made to be small to a ten-thousandth.
+_MAX_RATIO = 64
+_FREE_BYTES = 1 << 26
+
+
+def import_laspy() -> Any:
+    """Return laspy; raise MissingExtraError without it."""
+    try:
+        import laspy
+    except ImportError:
+        raise MissingExtraError("LAS needs laspy: pip install 'gpu_xform[las]'") from None
+    return laspy
+
+
+def parse_laspy_header(file: BinaryIO) -> Any:
+    """Return the header as laspy reads it; raise MeshError where it does not, as for names that are no UTF-8."""
+    laspy = import_laspy()
+    try:
+        return laspy.LasHeader.read_from(file)
+    except (ArithmeticError, LookupError, ValueError, TypeError, struct.error, laspy.LaspyException) as error:
+        raise MeshError(f"laspy does not read its header: {error}") from None
+
+
+def read(data: bytes) -> Mesh:
+    """Return the points in the unit of the file, with every other dimension, by the name that laspy gives it.
+
+    Red, green and blue are `color` (n, 3); those that are 8 bits in fields of 16 are uint8. Extra bytes such as
+    NormalX, NormalY and NormalZ are `normal` (n, 3).
+    Raises MeshError for a damaged file, MissingExtraError if the extra `las` is not installed.
+    """
+    header = read_las_header(BytesIO(data))
+    laspy = import_laspy()
+    n_bytes = header.n_points * header.record_bytes
+    budget().take_bytes(n_bytes, max(_MAX_RATIO, _FREE_BYTES // max(len(data), 1)), "the points")
+    records = _read_records(data, header)
+    point_format = parse_laspy_header(BytesIO(data)).point_format
+    try:
+        points = laspy.PackedPointRecord(np.frombuffer(records, point_format.dtype()), point_format)
+        columns = {name: np.array(points[name]) for name in point_format.dimension_names}
+    except (laspy.LaspyException, ValueError, TypeError, LookupError) as error:
+        raise MeshError(f"the dimensions of a point cannot be read: {type(error).__name__}: {error}") from None
+    if len(points) != header.n_points:
+        raise MeshError(f"the dimensions of a point do not take the {header.record_bytes} bytes that the header says")
+    with np.errstate(over="ignore", invalid="ignore"):
+        positions = np.stack([columns.pop(axis) for axis in _COORDINATES], axis=1) * header.scales + header.offsets
+    if not np.isfinite(positions).all():
+        raise MeshError("the scales and offsets of the header are too large for float64")
+    if all(name in columns for name in _WAVE_VECTOR):  # which no model's matrix would turn
+        warn(f"the vectors of waveforms are left out: {', '.join(_WAVE_VECTOR)}")
+        for name in _WAVE_VECTOR:
+            del columns[name]
+    return Mesh(positions, attributes=Attributes(point=_join_normals(_join_colors(columns))))
+
+
+def find_normal(names: Iterable[str]) -> tuple[str, str, str] | None:
+    """Return which of the names of floats stand for x, y and z of a normal; None if one of the three is missing."""
+    spelled = {name.lower().replace("_", "").replace(" ", ""): name for name in reversed([*names])}
+    found = [next((name for short, name in spelled.items() if short in axis), None) for axis in _NORMALS]
+    x, y, z = found
+    return None if x is None or y is None or z is None else (x, y, z)
+
+
+def _read_records(data: bytes, header: LasHeader) -> Any:
+    """Return the bytes of all points."""
+    if not header.is_compressed:
+        return memoryview(data)[header.points_start :][: header.n_points * header.record_bytes]
+    file = BytesIO(data)
+    table = ChunkTable(file, header)
+    try:
+        return table.decompress(file, 0, len(table.starts) - 1, header.record_bytes)
+    except LazError as error:
+        raise MeshError(f"a chunk does not decompress: {error}") from None
+
+
+def _join_colors(columns: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the columns with red, green and blue as one."""
+    if not all(name in columns for name in _COLOR):
+        return columns
+    color = np.stack([columns.pop(name) for name in _COLOR], axis=1)
+    # The specification asks for 16 bits, and many writers put 8 into them (ASPRS, LAS 1.4 R15, table 9).
+    columns["color"] = color.astype(np.uint8) if color.max(initial=0) <= np.iinfo(np.uint8).max else color
+    return columns
+
+
+def _join_normals(columns: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray[Any]]:
+    """Return the columns with those of a normal as one."""
+    normal = find_normal(name for name, column in columns.items() if column.dtype.kind == "f")
+    if normal is not None:
+        columns["normal"] = np.stack([columns.pop(name) for name in normal], axis=1)
+    return columns
