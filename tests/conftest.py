@@ -20,7 +20,7 @@ from tests.support.xvfb import Screen
 # A process started in the background may ignore Ctrl+C, and so do its children; the tests interrupt both.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
-settings.register_profile("local", deadline=None, max_examples=60, print_blob=True)
+settings.register_profile("local", deadline=None, max_examples=40, print_blob=True)
 settings.register_profile("ci", parent=settings.get_profile("local"), derandomize=True)
 settings.load_profile("ci" if os.environ.get("CI") else "local")
 

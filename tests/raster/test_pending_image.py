@@ -45,11 +45,12 @@ def begin(
 @pytest.mark.usefixtures("_small_tiles")
 @pytest.mark.parametrize("style", STYLES.values(), ids=list(STYLES))
 def test_overlapping_pictures_are_what_each_would_be(style: dict[str, Any], options: dict[str, Any]) -> None:
-    expected = [render_array(model, **options, **style) for model in MOVED]
-    assert len({pixels.tobytes() for pixels in expected}) == len(MOVED)
-    before = begin(MOVED[0], options, style)
-    for k in range(1, len(MOVED)):
-        following = begin(MOVED[k], options, style, overlap_with=before)
+    models = MOVED[:3]
+    expected = [render_array(model, **options, **style) for model in models]
+    assert len({pixels.tobytes() for pixels in expected}) == len(models)
+    before = begin(models[0], options, style)
+    for k in range(1, len(models)):
+        following = begin(models[k], options, style, overlap_with=before)
         assert before.result().tobytes() == expected[k - 1].tobytes()
         before = following
     assert before.result().tobytes() == expected[-1].tobytes()
