@@ -13,10 +13,12 @@ paths=()
 while IFS= read -r line; do
   [ -z "$line" ] || paths+=("$line")
 done <<< "$MODELS"
+split=$RUNNER_TEMP/words-of-options
+"$bin/python" "$GITHUB_ACTION_PATH/action/split_words.py" "$OPTIONS" > "$split" # a failure ends the script
 words=()
 while IFS= read -r -d '' word; do
   words+=("$word")
-done < <("$bin/python" "$GITHUB_ACTION_PATH/action/split_words.py" "$OPTIONS")
+done < "$split"
 
 name="{folder}/{model}-{suffix}.png"
 comparison=()

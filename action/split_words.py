@@ -3,4 +3,8 @@
 import shlex
 import sys
 
-sys.stdout.write("".join(f"{word}\0" for word in shlex.split(sys.argv[1])))
+try:
+    words = shlex.split(sys.argv[1])
+except ValueError as error:
+    sys.exit(f"::error::options: {error}, in {' '.join(sys.argv[1].split())}")
+sys.stdout.write("".join(f"{word}\0" for word in words))

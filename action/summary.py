@@ -69,7 +69,7 @@ def format_summary(report: dict[str, Any], repository: str, published: str, arti
     if bad:
         yield "<table><tr><th>model</th>" + "".join(f"<th>{title}</th>" for title in COLUMNS.values()) + "</tr>"
         for i, record in bad:
-            yield format_row(i, record, repository, published)
+            yield format_row(i, record, repository, published, artifact)
         yield "</table>"
         yield ""
     n_bad = sum(record["status"] not in GOOD for record in report["pictures"])
@@ -87,12 +87,14 @@ def format_summary(report: dict[str, Any], repository: str, published: str, arti
         yield "</details>"
 
 
-def format_row(i: int, record: dict[str, Any], repository: str, published: str) -> str:
+def format_row(i: int, record: dict[str, Any], repository: str, published: str, artifact: str) -> str:
     """Return the row of a picture that is not as expected: its name, what is wrong, and thumbnails."""
     images = {"reference": format_reference(record, repository, 200)}
     for name in ("picture", "difference"):
         has_one = record[name] is not None and record["status"] != "failed" and Path(record[name]).is_file()
-        images[name] = f'<img width="200" src="{escape(published)}/{i}-{name}.png">' if published and has_one else ""
+        elsewhere = f'<a href="{escape(artifact)}">in the artifact</a>' if artifact and has_one else ""
+        is_shown = published and has_one
+        images[name] = f'<img width="200" src="{escape(published)}/{i}-{name}.png">' if is_shown else elsewhere
     words = escape(record["message"] or WORDS[record["status"]])
     cells = "".join(f"<td>{images[name]}</td>" for name in COLUMNS)
     return f"<tr><td><b>{format_name(record)}</b><br>{words}</td>{cells}</tr>"

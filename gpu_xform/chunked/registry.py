@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from .._core.git_lfs import MAX_POINTER_BYTES, POINTER_WORDS, is_lfs_pointer
 from .._core.targets import find_target, is_zarr_path
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, MeshError
@@ -38,6 +39,10 @@ def find_type(path: StrPath) -> str:
 
 def open_source(path: StrPath) -> PointSource:
     """Open a file of points by the end of its name."""
+    if Path(path).is_file():
+        with Path(path).open("rb") as file:
+            if is_lfs_pointer(file.read(MAX_POINTER_BYTES)):
+                raise ArgumentError.expecting("source", "hold points", f"{POINTER_WORDS}, at {os.fspath(path)!r}")
     return SOURCES[find_type(path)](path)  # type: ignore[no-any-return]
 
 

@@ -462,7 +462,7 @@ def parse_workers(text: str) -> int:
 @argument_type
 def parse_template(text: str) -> Template:
     """Parse a path, with or without placeholders such as {model}."""
-    return Template(parse_file_path(text))
+    return Template(text)
 
 
 @argument_type

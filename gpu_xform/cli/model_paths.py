@@ -11,17 +11,21 @@ from .paths import STDIO
 
 # The name of an .npy file does not say whether it holds the points of a cloud, or the colours or matrices of a model.
 FOLDER_TYPES = tuple(f".{name}" for name in MODEL_TYPES if name != "npy")
+ALL_TYPES = tuple(f".{name}" for name in MODEL_TYPES)
 RECURSIVE = "**"
+MAX_FOLDERS = 20_000  # which take a second to list
 
 
 class ModelPaths(NamedTuple):
     """Paths of models.
 
     is_whole_set : whether a folder or a pattern was typed, rather than files one by one
+    roots : the folders that the paths lie in or below, as far as they were typed without patterns
     """
 
     paths: Sequence[str]
     is_whole_set: bool
+    roots: Sequence[str] = ()
 
 
 def find_models(typed: Sequence[str]) -> ModelPaths:
@@ -31,7 +35,47 @@ def find_models(typed: Sequence[str]) -> ModelPaths:
     folder without models, and `OSError` for one that cannot be read.
     """
     found = [_find(path) for path in typed]
-    return ModelPaths([path for paths, _ in found for path in paths], any(is_set for _, is_set in found))
+    roots = [_find_root(path) for path in typed if path != STDIO]
+    return ModelPaths([path for paths, _ in found for path in paths], any(is_set for _, is_set in found), roots)
+
+
+def list_near_models(roots: Sequence[str]) -> list[str] | None:
+    """Return the models in and below the working folder, `roots` and the folders of these; None if it is a long search.
+
+    Folders that are hidden, links or not readable are passed over.
+    """
+    return _list_below(dict.fromkeys([".", *(str(Path(root).parent) for root in roots), *roots]), ALL_TYPES)
+
+
+def count_left_out(typed: str) -> int:
+    """Return how many models the subfolders of a folder that was typed hold, which FOLDER/** stands for; else 0."""
+    if typed == STDIO or not Path(typed).is_dir():
+        return 0
+    found = _list_below([typed], FOLDER_TYPES) or []
+    return sum(Path(path).parent != Path(typed) for path in found)
+
+
+def _list_below(places: Iterable[str], types: tuple[str, ...]) -> list[str] | None:
+    found, n_folders = list[str](), 0
+    for place in places:
+        for folder, inner, names in os.walk(place):
+            inner[:] = [name for name in inner if not name.startswith(".")]
+            models = (name for name in names if name.lower().endswith(types) and not name.startswith("."))
+            found += (str(Path(folder, name)) for name in models)
+            n_folders += 1
+            if n_folders > MAX_FOLDERS:
+                return None
+    return found
+
+
+def _find_root(typed: str) -> str:
+    """Return the folder that was typed, or that of a file or a pattern as far as it holds no placeholder."""
+    import glob
+
+    path = Path(typed)
+    while glob.has_magic(str(path)) and not os.path.lexists(path):
+        path = path.parent
+    return str(path if path.is_dir() else path.parent)
 
 
 def _find(path: str) -> tuple[list[str], bool]:

@@ -70,7 +70,6 @@ def plan_outputs(
     for picture in pictures:
         _require_types(picture)
         if updates_references and picture.reference is not None:
-            require_type(picture.reference, ("png",))
             require_target(picture.reference)
         for path in picture.written_paths:
             require_target(path)
@@ -80,13 +79,24 @@ def plan_outputs(
 
 def _require_types(picture: PlannedPicture) -> None:
     if picture.output is not None and picture.output != STDIO:
-        require_type(picture.output, (*PICTURE_TYPES, *PAGE_TYPES))
+        _require_picture_type(picture.output, (*PICTURE_TYPES, *PAGE_TYPES))
     if picture.difference == STDIO:
         raise ArgumentError("--reference-diff must be a file: only the picture itself can go to standard output")
     if picture.difference is not None:
         require_type(picture.difference, ("png",))
     if picture.reference is not None and picture.file_type != "png":
         raise ArgumentError(f"{picture.output}: only a .png can be compared with a --reference")
+    if picture.reference is not None:
+        _require_picture_type(picture.reference, ("png",))
+
+
+def _require_picture_type(path: str, known: Sequence[str]) -> None:
+    """Raise `ArgumentError` if the type of a path is not known; without any, it is likely meant for a folder."""
+    try:
+        require_type(path, known)
+    except ArgumentError as error:
+        hint = "" if file_type(path) else f"; {path}/{{model}}.png is a picture per model in that folder"
+        raise ArgumentError(f"{error}{hint}") from None
 
 
 def _require_distinct_paths(

@@ -23,10 +23,14 @@ class Template:
     """A path in which placeholders stand for parts of the path of a model.
 
     {model} is its name without folder and type, {suffix} its type without the dot, {parent} the name of its folder, and
-    {folder} the path of that. Doubled braces stand for braces; other braces raise `ValueError`.
+    {folder} the path of that. Behind the name of a folder, {folder} never leads out of it: the steps upwards of
+    ../models are left out. Doubled braces stand for braces; other braces raise `ValueError`.
     """
 
     def __init__(self, text: str) -> None:
+        if os.path.split(text)[1] in ("", "."):
+            hint = f"; {text}{{model}}.png is a file per model in that folder" if text.endswith("/") else ""
+            raise ValueError(f"expected the path of a file, got {text!r}{hint}")
         found = BRACES.findall(text)
         for braces in found:
             if braces not in PLACEHOLDERS | ESCAPES:
@@ -40,9 +44,16 @@ class Template:
             raise ArgumentError(f"{self._text}: standard input has no name to insert")
 
         def substitute(braces: re.Match[str]) -> str:
+            if braces[0] == "{folder}":
+                return self.folder_of(str(Path(model).parent), braces.start())
             return ESCAPES.get(braces[0]) or PLACEHOLDERS[braces[0]](Path(model))
 
         return BRACES.sub(substitute, self._text)
+
+    def folder_of(self, folder: str, start: int | None = None) -> str:
+        """Return what stands for {folder}, by default for the first, of models in a folder."""
+        before = self._text[: self._text.index("{folder}") if start is None else start]
+        return folder if os.path.normpath(before) == "." else _stay_below(folder)
 
     @property
     def root(self) -> str:
@@ -61,11 +72,19 @@ class Template:
 
     def matches(self, path: str) -> bool:
         """Whether there could be a model whose path by the template is `path`."""
+        return self._match(path) is not None
+
+    def folder_in(self, path: str) -> str | None:
+        """Return what stands for {folder} in a path that matches; None if the template has none."""
+        match = self._match(path)
+        return match["folder"] if match is not None and "folder" in match.re.groupindex else None
+
+    def _match(self, path: str) -> re.Match[str] | None:
         regex = "".join(
             (".+" if part == "{folder}" else "[^/]+") if is_placeholder else re.escape(part)
             for part, is_placeholder in self._parts()
         )
-        return re.fullmatch(regex, path, re.DOTALL) is not None
+        return re.fullmatch(regex.replace(".+", "(?P<folder>.+)", 1), path, re.DOTALL)
 
     def _parts(self) -> list[tuple[str, bool]]:
         """Return the text in parts, each with whether it is a placeholder."""
@@ -74,3 +93,10 @@ class Template:
             for part in re.split(f"({BRACES.pattern})", self._text)
             if part
         ]
+
+
+def _stay_below(folder: str) -> str:
+    """Return a folder without the steps upwards that it begins with, by which it would leave the one before it."""
+    if ".." not in Path(folder).parts:
+        return folder
+    return str(Path(*(part for part in Path(os.path.normpath(folder)).parts if part != "..")))

@@ -7,17 +7,18 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .._core.git_lfs import MAX_POINTER_BYTES, POINTER_WORDS, is_lfs_pointer
 from ..errors import ArgumentError, GpuXformError
 from . import files
-from .exit_codes import MismatchError
+from .arguments_from_options import collect_style_arguments
+from .exit_codes import FAILURES, MismatchError
+from .model_paths import list_near_models
 from .outcome import DifferenceNumbers, Outcome
 from .outputs import PlannedPicture
 from .path_templates import Template
 
 if TYPE_CHECKING:
     from PIL.Image import Image
-
-LFS_POINTER = b"version https://git-lfs.github.com/spec/"
 
 
 # Pixels that may differ by more than the threshold, at any size, and per pixel of the picture: more than twice what was
@@ -56,7 +57,11 @@ def compare_with_reference(image: "Image", outcome: Outcome, options: Namespace)
     Raises `MismatchError` if they do not match, after writing the difference, and `MissingReferenceError`; with
     --update-references, writes the picture in place of the reference instead, and says so.
     """
-    problem = _find_problem(image, outcome, options)
+    try:
+        problem = _find_problem(image, outcome, options)
+    except FAILURES:  # the picture is drawn: its reference cannot be read, or its difference not be written
+        outcome.status = "no reference" if outcome.numbers is None else "differs"
+        raise
     reference = outcome.picture.reference
     if problem is None:
         outcome.status = "matched"
@@ -82,15 +87,30 @@ def keep_reference(outcome: Outcome) -> None:
             outcome.images["reference"] = to_pillow(to_pixels(outcome.picture.reference, "--reference"))
 
 
-def find_unused_references(template: Template, pictures: Sequence[PlannedPicture]) -> list[str]:
-    """Return the files that could be references by the template, but of no model among all those of the pictures.
+def find_unused_references(template: Template, pictures: Sequence[PlannedPicture], roots: Sequence[str]) -> list[str]:
+    """Return the files that could be references by the template, but of no model of the pictures or near them.
 
     If neither the folder nor the names of references are apart from those of other files, none is found.
+
+    roots : the folders that the models lie in or below; of a template with {folder}, no other's references are found
     """
     used = {os.path.realpath(picture.reference) for picture in pictures if picture.reference is not None}
     used |= {os.path.realpath(path) for picture in pictures for path in picture.written_paths}
     found = [path for path in _list_candidates(template, pictures) if template.matches(path)]
+    found = [path for path in found if os.path.realpath(path) not in used and _is_within(template, path, roots)]
+    others = list_near_models(roots) if found else []
+    if others is None:
+        return []
+    used |= {os.path.realpath(template.path_for(model)) for model in others}
     return sorted(path for path in found if os.path.realpath(path) not in used)
+
+
+def _is_within(template: Template, path: str, roots: Sequence[str]) -> bool:
+    """Return whether the model of a reference would lie in or below one of `roots`, as far as the template says."""
+    folder = template.folder_in(path)
+    return folder is None or any(
+        place == "." or Path(folder).is_relative_to(place) for place in map(template.folder_of, roots)
+    )
 
 
 def _list_candidates(template: Template, pictures: Sequence[PlannedPicture]) -> Iterator[str]:
@@ -138,11 +158,19 @@ def _find_problem(image: "Image", outcome: Outcome, options: Namespace) -> GpuXf
     return MismatchError(
         f"{reference}: the picture differs by more than {threshold:g} of 255 in {found.n_pixels:,} pixels, "
         f"{allowed:,} allowed; the largest difference is {found.largest}, at {x},{y}, the mean {found.mean:.3g}"
+        f"{_hint_at_style(outcome, options)}"
     )
+
+
+def _hint_at_style(outcome: Outcome, options: Namespace) -> str:
+    """Return what to say if the reference may be one of many pictures, which have another style by default."""
+    if outcome.picture.is_one_of_many or collect_style_arguments(options):
+        return ""
+    return "; if it was drawn by a path with {model}, type that path: one picture per model has another default style"
 
 
 def _require_content(reference: str) -> None:
     """Raise `ArgumentError` for what stands in a checkout for a file that has not been fetched."""
     with Path(reference).open("rb") as file:
-        if file.read(len(LFS_POINTER)) == LFS_POINTER:
-            raise ArgumentError(f"{reference}: a pointer of Git LFS, not the picture, which git lfs pull fetches")
+        if is_lfs_pointer(file.read(MAX_POINTER_BYTES)):
+            raise ArgumentError(f"{reference}: {POINTER_WORDS}")

@@ -15,6 +15,7 @@ from urllib.parse import unquote, unquote_to_bytes
 
 import numpy as np
 
+from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ._beside import find_beside
@@ -282,7 +283,10 @@ def _fetch(uri: str, folder: Path | None) -> bytes:
     path = find_beside(folder, folder, uri)
     if path is None:
         raise MeshError(f"its buffer must be a file beside it, got {quote(uri)}")
-    return path.read_bytes()
+    data = path.read_bytes()
+    if is_lfs_pointer(data):
+        raise MeshError(f"its buffer {quote(uri)} is {POINTER_WORDS}")
+    return data
 
 
 def _split_chunks(data: bytes) -> tuple[bytes, memoryview]:

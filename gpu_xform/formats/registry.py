@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import stat
 from collections.abc import Callable, Collection
 from functools import partial
 from importlib import import_module
@@ -15,6 +16,7 @@ import numpy.typing as npt
 from .._core.arguments import require_flag, require_text
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_error, prefix_errors
+from .._core.git_lfs import MAX_POINTER_BYTES, POINTER_WORDS, is_lfs_pointer
 from .._core.public import public
 from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
 from .._core.targets import require_path
@@ -397,6 +399,8 @@ def _read(source: PathOrFile, name: str, reader: Callable[[bytes], Model], given
     with prefix_errors(name), name_file(name), spend(len(data), limits) as budget:
         if len(data) == 0:
             raise MeshError("the file is empty")
+        if is_lfs_pointer(bytes(data[:MAX_POINTER_BYTES])):
+            raise MeshError(POINTER_WORDS)
         model = reader(bytes(data))
         if limits is not NO_LIMITS:
             if isinstance(model, Mesh):
@@ -430,7 +434,9 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
     if kind not in known:
         if known is READERS and path is source:
-            Path(source).stat()  # a file that is missing is the graver mistake
+            mode = Path(source).stat().st_mode  # a file that is missing is the graver mistake
+            if stat.S_ISDIR(mode):
+                raise prefix_error(MeshError("it is a folder, not a model file"), name or _UNNAMED)
         if known is READERS and kind == "xacro":
             raise prefix_error(
                 MeshError("it is xacro, from which URDF is made: xacro FILE -o robot.urdf"), name or _UNNAMED

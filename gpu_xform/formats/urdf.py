@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import matrices
 from .._core.error_context import prefix_errors
+from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from .._core.types import Float64Array
 from ..errors import ArgumentError, MeshError, MissingExtraError
 from ..geometry.attributes import Attributes
@@ -96,6 +97,10 @@ def _parse(data: bytes) -> Any:
         raise MeshError("it is xacro, from which URDF is made: xacro FILE -o robot.urdf")
     if etree.QName(root).localname != "robot":
         raise MeshError(f"it is not URDF: its root is <{etree.QName(root).localname}>, not <robot>")
+    namespace = etree.QName(root).namespace
+    for element in root.iter(etree.Element) if namespace else ():
+        if etree.QName(element).namespace == namespace:
+            element.tag = etree.QName(element).localname  # some tools declare a namespace for all, such as Drake's
     return root
 
 
@@ -291,6 +296,8 @@ class _Visuals:
         data = path.read_bytes()
         budget().allow_bytes(len(data))
         with prefix_errors(quote(path.name)):
+            if is_lfs_pointer(data):
+                raise MeshError(POINTER_WORDS)
             return self._read_model(data, kind, path.parent)
 
 

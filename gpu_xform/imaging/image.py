@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from .._core.targets import require_path
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError
@@ -93,6 +94,8 @@ def _open_png(path: StrPath, name: str) -> "Image":
 
     require_path(path, name)
     data = Path(path).read_bytes()
+    if is_lfs_pointer(data):
+        raise ArgumentError.expecting(name, "be a PNG file", f"{POINTER_WORDS}, at {os.fspath(path)!r}")
     try:
         return PngImageFile(io.BytesIO(data))
     except _PNG_ERRORS as error:

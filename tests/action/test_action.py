@@ -137,6 +137,15 @@ def test_wrong_usage_fails_at_once(act: Callable[..., ActionRun]) -> None:
     assert run.summary == ""
 
 
+def test_options_with_an_open_quote_fail_and_are_named(act: Callable[..., ActionRun]) -> None:
+    run = act(options=f"{SIZE} --title \"a b'")
+    assert run.exit_code != 0
+    assert [line for line in run.log.splitlines() if "::error::" in line or "Traceback" in line] == [
+        f"::error::options: No closing quotation, in {SIZE} --title \"a b'"
+    ]
+    assert "pictures:" not in run.log
+
+
 def test_the_workflow_of_this_repository_uses_the_action_on_models_that_match() -> None:
     workflow = yaml.safe_load((ROOT / ".github" / "workflows" / "ci.yml").read_text("utf-8"))
     (step,) = [step for job in workflow["jobs"].values() for step in job["steps"] if step.get("uses") == "./"]

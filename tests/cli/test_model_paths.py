@@ -34,16 +34,21 @@ def _files() -> None:
     ],
 )
 def test_what_is_found(typed: str, paths: list[str]) -> None:
-    assert find_models([typed]) == (paths, True)
+    assert find_models([typed])[:2] == (paths, True)
 
 
 def test_files_stand_for_themselves_and_are_no_whole_set() -> None:
-    assert find_models(["in/b.obj", "none.obj", "-", "in/notes.txt"]) == (
+    assert find_models(["in/b.obj", "none.obj", "-", "in/notes.txt"])[:2] == (
         ["in/b.obj", "none.obj", "-", "in/notes.txt"],
         False,
     )
-    assert find_models(["in/deep/er/[x] ü.ply"]) == (["in/deep/er/[x] ü.ply"], False)
+    assert find_models(["in/deep/er/[x] ü.ply"])[:2] == (["in/deep/er/[x] ü.ply"], False)
     assert find_models(["in/b.obj", "in/deep/er"]).is_whole_set
+
+
+def test_roots_are_the_folders_as_far_as_they_hold_no_pattern() -> None:
+    typed = ["in", "in/deep/**", "i?/**", "in/b.obj", "in/d*/*", "in/deep/er/[x] ü.ply", "-"]
+    assert find_models(typed).roots == ["in", "in/deep", ".", "in", "in", "in/deep/er"]
 
 
 def test_links_that_lead_in_a_circle_end() -> None:

@@ -52,6 +52,7 @@ def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
         ["explain"],
         ["doctor"],
         ["bench"],
+        ["completion"],
     ],
 )
 def test_help_fits_a_terminal_and_its_examples_parse(
@@ -70,7 +71,7 @@ def test_help_fits_a_terminal_and_its_examples_parse(
     assert bool(examples) == (name != ["doctor"])
     for example in examples:
         if "COMMAND" not in example:
-            words = shlex.split(example.partition(" | ")[0])
+            words = shlex.split(re.split(r" \| | > ", example)[0])
             make_parser().parse_args(attach_values(words[1:]))
 
 
@@ -90,7 +91,8 @@ def test_help_says_that_a_reference_stands_in_for_a_picture(capsys: pytest.Captu
 
 
 @pytest.mark.parametrize(
-    "name", ["render", "animate", "simulate", "view", "transform", "convolve", "explain", "doctor", "bench"]
+    "name",
+    ["render", "animate", "simulate", "view", "transform", "convolve", "explain", "doctor", "bench", "completion"],
 )
 def test_help_is_the_last_option(name: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([name, "--help"]) == 0

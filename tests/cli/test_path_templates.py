@@ -26,6 +26,21 @@ def test_placeholders(text: str, path: str) -> None:
     assert Template("{model}.laz").path_for("in/tile.2.copc.laz") == "tile.2.laz"
 
 
+@pytest.mark.parametrize(
+    ("text", "model", "path"),
+    [
+        ("pages/{folder}/{model}.png", "../repo/models/a.obj", "pages/repo/models/a.png"),
+        ("pages/{folder}/{model}.png", "../../a.obj", "pages/./a.png"),
+        ("pages/{model}-{folder}.png", "in/../../x/a.obj", "pages/a-x.png"),
+        ("../refs/{folder}/{model}.png", "../models/a.obj", "../refs/models/a.png"),
+        ("{folder}/{model}.png", "../models/a.obj", "../models/a.png"),
+        ("./{folder}/{model}.png", "../models/a.obj", "./../models/a.png"),
+    ],
+)
+def test_folders_of_models_above_stay_below_the_folder_that_was_typed(text: str, model: str, path: str) -> None:
+    assert Template(text).path_for(model) == path
+
+
 def test_braces_in_a_model_s_name_are_left_alone() -> None:
     assert Template("{folder}/{model}.png").path_for("{model}/{x}.obj") == "{model}/{x}.png"
 

@@ -51,7 +51,8 @@ def test_a_missing_wall_fails_with_its_own_code_and_figures(capsys: pytest.Captu
     assert capsys.readouterr().err == (
         "gpu-xform: error: expected.png: the picture differs by more than 8 of 255 in "
         f"{found.n_pixels} pixels, 16 allowed; the largest difference is {found.largest}, at {x},{y}, "
-        f"the mean {found.mean:.3g}\n"
+        f"the mean {found.mean:.3g}; if it was drawn by a path with {{model}}, type that path: one picture per model "
+        "has another default style\n"
     )
     assert 50 < found.n_pixels < 2000
     assert found.largest > 200

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gpu_xform import Mesh, __version__, compare_images, samples, save_mesh
+from gpu_xform import ArgumentError, Mesh, __version__, compare_images, samples, save_mesh, transform_file
 from gpu_xform.cli import main
 
 SIZE = ("--resolution", "96,64")
@@ -169,9 +169,30 @@ def test_references_are_updated_where_they_must_be_and_nothing_else(capsys: pyte
     }
     statuses = [record["status"] for record in json.loads(Path("r.json").read_bytes())["pictures"]]
     assert statuses == ["failed", "updated", "matched", "added", "matched", "matched"]
-    assert "difference</figcaption>" in Path("r.html").read_text("utf-8").split('class="updated"')[1]
+    page = Path("r.html").read_text("utf-8")
+    assert "difference</figcaption>" in page.split('class="updated"')[1]
+    assert "<b>1</b> reference updated</a>" in page
     Path("models/broken.obj").unlink()
+    shutil.copy("models/new.obj", "models/newer.obj")
+    assert render(*REFERENCE, "--update-references", "--report", "r.html") == 0
+    assert '<h1 class="new">6 pictures, 1 new reference to look at</h1>' in Path("r.html").read_text("utf-8")
     assert render(*REFERENCE) == 0
+
+
+@pytest.mark.usefixtures("_in_drawn")
+def test_models_of_subfolders_that_are_left_out_are_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "models", *REFERENCE, "--update-references", *SIZE]) == 2
+    assert capsys.readouterr().err.splitlines()[0] == "gpu-xform: models: 1 more below it, which models/** takes too"
+
+
+@pytest.mark.usefixtures("_in_drawn")
+def test_one_model_alone_is_compared_in_the_style_of_many_by_the_template(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["render", "models/same.obj", *REFERENCE, *SIZE]) == 0
+    assert main(["render", "models/same.obj", "--reference", "refs/same-obj.png", *SIZE]) == 4
+    hint = "; if it was drawn by a path with {model}, type that path: one picture per model has another default style"
+    assert hint in capsys.readouterr().err
+    assert main(["render", "models/same.obj", "--reference", "refs/same-obj.png", "--fill", "red", *SIZE]) == 4
+    assert "{model}" not in capsys.readouterr().err
 
 
 @pytest.mark.usefixtures("_in_drawn")
@@ -207,7 +228,8 @@ def test_unused_references_are_told_of_a_whole_set_only(capsys: pytest.CaptureFi
     assert main(["render", "models/same.obj", *REFERENCE, *SIZE]) == 0
     assert capsys.readouterr().err == ""
     assert main(["render", "models/sam*.obj", *REFERENCE, *SIZE]) == 0
-    assert "refs/changed-obj.png: no model has this reference" in capsys.readouterr().err
+    warning = "gpu-xform: warning: refs/removed-obj.png: no model has this reference"  # others have models
+    assert capsys.readouterr().err.splitlines() == [warning]
     # Beside models, other pictures are no references unless their names say so.
     for name in ("same.expected.png", "gone.expected.png", "wood.png"):
         shutil.copy("refs/same-obj.png", f"models/{name}")
@@ -215,6 +237,34 @@ def test_unused_references_are_told_of_a_whole_set_only(capsys: pytest.CaptureFi
     assert main(["render", "models/same*.obj", "--reference", "{folder}/{model}.expected.png", *SIZE]) == 0
     lines = capsys.readouterr().err.splitlines()
     assert lines == ["gpu-xform: warning: models/gone.expected.png: no model has this reference"]
+
+
+@pytest.mark.usefixtures("working_folder")
+@pytest.mark.parametrize(
+    ("template", "typed", "unused"),
+    [
+        ("refs/{folder}/{model}.png", "m/a", ["refs/m/a/gone.png"]),
+        ("refs/{folder}/{model}.png", "m/a/**", ["refs/m/a/gone.png"]),
+        ("refs/{folder}/{model}.png", "m/**", ["refs/m/a/gone.png", "refs/m/c/gone.png", "refs/m/gone.png"]),
+        ("refs/{folder}/{model}.png", "m/a/*.off", ["refs/m/a/gone.png"]),
+        ("refs/{model}.png", "m/a", ["refs/gone.png"]),
+    ],
+)
+def test_references_of_folders_that_are_not_drawn_are_used(
+    template: str, typed: str, unused: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    for name in ("a/near", "a/b/deep", "c/far"):
+        Path("m", name).parent.mkdir(parents=True, exist_ok=True)
+        save_mesh(samples.cube(), f"m/{name}.off")
+    options = ["--reference", template, "--resolution", "32,32"]
+    assert main(["render", "m/**", *options, "--update-references"]) == 0
+    for path in ("refs/gone.png", "refs/m/gone.png", "refs/m/a/gone.png", "refs/m/c/gone.png"):
+        if Path(path).parent.is_dir():
+            Path(path).touch()
+    capsys.readouterr()
+    assert main(["render", typed, *options]) == 0
+    warned = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
+    assert warned == [f"gpu-xform: warning: {path}: no model has this reference" for path in unused]
 
 
 @pytest.mark.usefixtures("_in_drawn")
@@ -231,6 +281,13 @@ def test_unused_references_are_told_of_a_whole_set_only(capsys: pytest.CaptureFi
         (["--reference", "refs/{model}.png", "--update-references"], "refs/same.png: two pictures would be written"),
         (["--reference", "refs/one.png", "--update-references", "-o", "x/{model}-{suffix}.png"], "refs/one.png: two"),
         (["--reference", "refs/{model}.{suffix}", "--update-references"], "the type must be one of png, got obj"),
+        (["--reference", "refs/{model}.jpg"], ".jpg: the type must be one of png, got jpg"),
+        (
+            ["--reference", "refs"],
+            "refs: the type must be one of png, got none; refs/{model}.png is a picture per model",
+        ),
+        (["-o", "refs"], "htm, got none; refs/{model}.png is a picture per model in that folder"),
+        (["-o", "drawn/"], "path of a file, got 'drawn/'; drawn/{model}.png is a file per model in that folder"),
         (["--sheet", "s.png", "-o", "all.png"], "--sheet must go with one picture per model"),
         (["--sheet", "s.png", "--paper", "A4"], "--paper cannot go with --sheet"),
     ],
@@ -247,10 +304,22 @@ def test_what_cannot_be_is_said_before_any_work(
 
 @pytest.mark.usefixtures("_in_drawn")
 def test_a_pointer_of_git_lfs_is_named(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("refs/same-obj.png").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n")
-    assert main(["render", "models/same.obj", *REFERENCE, "--update-references", *SIZE]) == 2
-    assert "refs/same-obj.png: a pointer of Git LFS" in capsys.readouterr().err
+    for name in ("refs/same-obj.png", "models/changed.obj", "models/new.step"):
+        Path(name).write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n")
+    models = ["models/same.obj", "models/changed.obj", "models/new.step"]
+    reports = ["--report", "r.json", "--report", "r.html"]
+    assert main(["render", *models, *REFERENCE, "--update-references", *reports, *SIZE]) == 2
+    words = "a pointer of Git LFS, not the file itself, which git lfs pull fetches"
+    assert capsys.readouterr().err.splitlines()[:-1] == [
+        f"gpu-xform: error: models/same.obj: refs/same-obj.png: {words}",
+        *(f"gpu-xform: error: {model}: {words}" for model in models[1:]),
+    ]
     assert b"git-lfs" in Path("refs/same-obj.png").read_bytes()
+    statuses = [record["status"] for record in json.loads(Path("r.json").read_bytes())["pictures"]]
+    assert statuses == ["no reference", "failed", "failed"]
+    assert "Not drawn" not in Path("r.html").read_text("utf-8").split('id="no-reference"')[1]
+    with pytest.raises(ArgumentError, match="source must hold points, got a pointer of Git LFS"):
+        transform_file("models/changed.obj", "out.npy", np.eye(4))
 
 
 @pytest.mark.usefixtures("_in_drawn")

@@ -29,6 +29,11 @@ def meshes(draw: st.DrawFn) -> Mesh:
     return Mesh(points, draw(st.lists(st.lists(corner, min_size=2, max_size=9), max_size=9)))
 
 
+def test_a_folder_is_no_model_file(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match=": it is a folder, not a model file"):
+        load_mesh(tmp_path)
+
+
 def through(mesh: Mesh, kind: str) -> Mesh:
     file = io.BytesIO()
     save_mesh(mesh, file, file_type=kind)

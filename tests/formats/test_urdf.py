@@ -164,6 +164,19 @@ def test_what_is_no_robot_is_named(robot: Path, old: str, new: str, message: str
         load_scene(robot)
 
 
+def test_a_namespace_of_the_whole_document_changes_nothing() -> None:
+    joint = '<joint name="j" type="fixed"><parent link="a"/><child link="b"/></joint>'
+    scene = read(f'<robot xmlns="http://drake.mit.edu"><link name="a"/><link name="b"/>{joint}</robot>')
+    assert [node.name for node in scene] == ["a", "b"]
+
+
+def test_a_pointer_of_git_lfs_for_a_mesh_is_named(robot: Path) -> None:
+    for path in robot.parents[1].rglob("*.stl"):
+        path.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n")
+    with pytest.raises(MeshError, match=r"'tetra\.stl': a pointer of Git LFS.* git lfs pull"):
+        load_scene(robot)
+
+
 def test_a_link_within_itself_is_refused() -> None:
     joint = '<joint name="{0}" type="fixed"><parent link="{1}"/><child link="{2}"/></joint>'
     links = "".join(f'<link name="{name}"/>' for name in "abc")

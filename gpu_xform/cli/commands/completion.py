@@ -3,6 +3,7 @@
 import argparse
 
 from ...errors import MissingExtraError
+from .. import options as groups
 from ..streams import print_stdout
 
 USAGE = "bash|zsh|tcsh"
@@ -10,10 +11,11 @@ DESCRIPTION = """\
 Print a script that completes the commands, options and values of gpu-xform in
 a shell. Needs: pip install 'gpu_xform[completion]'."""
 EPILOG = """\
-examples:
-  gpu-xform completion bash > ~/.local/share/bash-completion/completions/gpu-xform
-  gpu-xform completion zsh > ~/.zsh/functions/_gpu-xform  (a folder in $fpath)
-  gpu-xform completion tcsh > ~/.gpu-xform.csh  (read by ~/.tcshrc)
+examples, the folder of zsh in $fpath, and the file of tcsh read by ~/.tcshrc:
+  gpu-xform completion bash \\
+      > ~/.local/share/bash-completion/completions/gpu-xform
+  gpu-xform completion zsh > ~/.zsh/functions/_gpu-xform
+  gpu-xform completion tcsh > ~/.gpu-xform.csh
 """
 SHELLS = ("bash", "zsh", "tcsh")
 FILES = {"DIR", "FILE", "IN", "MODEL", "'MODEL ...'", "NPY", "OUT", "PNG"}  # what options call a path
@@ -22,6 +24,7 @@ FILES = {"DIR", "FILE", "IN", "MODEL", "'MODEL ...'", "NPY", "OUT", "PNG"}  # wh
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `completion`."""
     parser.add_argument("shell", metavar="SHELL", choices=SHELLS, help="the shell: bash, zsh or tcsh")
+    groups.add_general_options(parser, adapter=False)
 
 
 def run(options: argparse.Namespace) -> int:

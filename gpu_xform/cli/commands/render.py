@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from ...drawing.sheet import PROJECTIONS, VIEW_NAMES
@@ -14,10 +15,11 @@ from ..contact_sheet import require_sheet_options
 from ..exit_codes import DEVICE_FAILED, MISMATCH, NO_ADAPTER, WRONG_INPUT
 from ..layer_option import parse_layer
 from ..make_pictures import collect_page_arguments, make_pictures
-from ..model_paths import find_models
+from ..model_paths import RECURSIVE, count_left_out, find_models
 from ..option_errors import name_options_in_errors
 from ..outputs import PlannedPicture, plan_outputs
 from ..paths import file_type, require_room
+from ..streams import print_stderr
 from ..web_pages import require_web_page_options
 
 USAGE = "MODEL... (-o OUT | --reference PNG | ...) [options]"
@@ -207,9 +209,13 @@ def run(options: argparse.Namespace) -> int:
     _require_page(options)
     for path in (*options.report, *([] if options.sheet is None else [options.sheet])):
         require_room(path)
+    for path in options.models:
+        if n_left_out := count_left_out(path):
+            pattern = Path(path, RECURSIVE)
+            print_stderr(f"gpu-xform: {path}: {n_left_out} more below it, which {pattern} takes too\n")
     unused: list[str] = []
     if options.reference is not None and found.is_whole_set:
-        unused = references.find_unused_references(options.reference, pictures)
+        unused = references.find_unused_references(options.reference, pictures, found.roots)
     options.keeps_images = any(file_type(path) == "html" for path in options.report)
     return make_pictures(options, pictures, unused)
 

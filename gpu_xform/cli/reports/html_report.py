@@ -43,11 +43,14 @@ def _format_summary(counts: dict[Status, int], facts: RunFacts) -> str:
         n_bad = sum(counts.get(status, 0) for status in ("failed", "differs", "no reference"))
         verdict, mark = f"{n_bad} of {n_pictures} need{'s' * (n_bad == 1)} a look", "bad"
     else:
-        verdict, mark = f"{n_pictures} picture{'s' * (n_pictures != 1)}, nothing to look at", "good"
-        if "matched" not in counts:
-            verdict = f"{n_pictures} picture{'s' * (n_pictures != 1)}"
+        n_written = counts.get("updated", 0) + counts.get("added", 0)
+        verdict, mark = f"{n_pictures} picture{'s' * (n_pictures != 1)}", "good"
+        if n_written:
+            verdict, mark = f"{verdict}, {n_written} new reference{'s' * (n_written != 1)} to look at", "new"
+        elif "matched" in counts:
+            verdict += ", nothing to look at"
     chips = [
-        f'<a class="chip {_anchor(status)}" href="#{_anchor(status)}"><b>{n}</b> {TITLES[status].lower()}</a>'
+        f'<a class="chip {_anchor(status)}" href="#{_anchor(status)}"><b>{n}</b> {_count_words(status, n)}</a>'
         for status, n in counts.items()
     ]
     if facts.unused:
@@ -120,6 +123,12 @@ def _format_facts(facts: RunFacts) -> str:
     if facts.threshold is not None:
         terms["threshold"] = f"{facts.threshold:g} of 255"
     return "".join(f"<dt>{term}</dt><dd>{_text(value)}</dd>" for term, value in terms.items())
+
+
+def _count_words(status: Status, n: int) -> str:
+    """Return what stands behind a number of pictures of a status."""
+    words = TITLES[status].lower()
+    return words.replace("references", "reference", 1) if n == 1 else words
 
 
 def _anchor(status: Status) -> str:
