@@ -19,7 +19,7 @@ from ..drawing.lengths import PX_PER_INCH, as_dpi
 from ..drawing.page import PaperLike, make_page
 from ..drawing.prepare import DEFAULT_SIZE, Frame, Size, parse_size, prepare_frame
 from ..drawing.sheet import Projection, ViewName
-from ..drawing.style_signature import show_style_keywords
+from ..drawing.style_signature import describe_parameters_of, show_style_keywords
 from ..gpu.device import GpuDevice
 from ..imaging import image as images
 from ..imaging.colors import ColorLike, parse_background
@@ -138,8 +138,9 @@ def render(
 
 
 @public
+@describe_parameters_of(render)
 @show_style_keywords
-def render_array(
+def render_array(  # noqa: D417 - the decorator describes the others
     models: Models,
     *,
     camera: CameraLike | None = None,
@@ -164,58 +165,8 @@ def render_array(
 
     Parameters
     ----------
-    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
-        What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
-        one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
-        over earlier ones, but where opaque filled faces of another hide them.
-    camera : Camera or dict, optional
-        By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
-        {"direction": (0, 0, -1)}.
-    size : (width, height)
-        The size of the picture in pixels.
-    background : color or None
-        The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
-    device : Device, optional
-        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
-    rasterizer : "auto", "render" or "compute"
-        How edges become pixels: by render passes of the hardware, or by compute shaders. Pictures differ by at most
-        2/255. "auto" is the one that GPU_XFORM_RASTERIZER names, or else the faster one: "compute" on adapters that are
-        CPUs, "render" on GPUs, unless `gpu-xform doctor --tune` has measured otherwise there.
-    axes : bool or three titles
-        Whether the models stand in a box with a grid, and with numbers in their units along its axes; three texts are
-        the titles of the axes, None for none. The models are drawn smaller, so that the texts have room beside them.
-    legend : bool or sequence of str
-        Whether the names of the models are listed at the right of the picture, each beside what its lines, faces or
-        dots look like; texts, one per model, replace the names, None for none.
-    font : path or str, optional
-        The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
-        "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
-    font_size : float, optional
-        The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
-    dpi : float
-        Pixels per inch, for lengths with a unit, such as `line_width="0.35mm"`, and for pages.
-    paper : str or (width, height), optional
-        The page, in place of `size`: A0 to A6, letter, legal or tabloid, also "A4 landscape"; or its sides, as
-        "200x100mm" or in millimetres.
-    drawing_scale : str or float, optional
-        Lengths on paper over those of the models, such as "1:10", for an orthographic camera, which is the default
-        then. Without it, models fill the page between the margins.
-    margin : float or str, optional
-        The margin of the page in millimetres, or with a unit; 10 mm by default.
-    units : str
-        The unit of the models' lengths: um, mm, cm, m, in or ft.
-    views : names among front, back, left, right, top, bottom and iso, optional
-        Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
-        text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
-        `camera={"up": ...}`. A legend and colour bars stand at the right of all views. Axes cannot go with views.
-    projection : "third" or "first"
-        Where views lie: the top view above the front view, as in America, or below it, as in Europe.
-    **style
-        Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
-        hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels, colorbar,
-        section and hatch.
-        `help(gpu_xform.Layer)` describes them.
+    models, camera, size, background, device, rasterizer, axes, legend, font, font_size : as `render` takes them
+    dpi, paper, drawing_scale, margin, units, views, projection, **style : as `render` takes them
 
     Returns
     -------

@@ -16,7 +16,7 @@ from ..drawing.layer import Models, Style
 from ..drawing.page import PaperLike, make_page
 from ..drawing.prepare import DEFAULT_SIZE, Frame, PreparedFrame, Size, parse_size, prepare_frame
 from ..drawing.sheet import Projection, ViewName
-from ..drawing.style_signature import show_style_keywords
+from ..drawing.style_signature import describe_parameters_of, show_style_keywords
 from ..errors import ArgumentError
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from ..vector import VectorLayer, format_pdf, format_svg
@@ -24,12 +24,14 @@ from ..vector.build_layers import build_layers
 from ..vector.edge_visibility import MARGIN_PX
 from ..vector.svg_text import SvgText
 from .annotate import make_annotation
+from .raster import render
 from .sheets import plan_sheet
 
 
 @public
+@describe_parameters_of(render)
 @show_style_keywords
-def render_svg(
+def render_svg(  # noqa: D417 - the decorator describes the others
     models: Models,
     *,
     camera: CameraLike | None = None,
@@ -52,52 +54,8 @@ def render_svg(
 
     Parameters
     ----------
-    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
-        What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
-        one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
-        over earlier ones, but where opaque filled faces of another hide them.
-    camera : Camera or dict, optional
-        By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
-        {"direction": (0, 0, -1)}.
-    size : (width, height)
-        The size of the picture in pixels.
-    background : color or None
-        The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
-    device : Device, optional
-        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
-    axes : bool or three titles
-        Whether the models stand in a box with a grid, and with numbers in their units along its axes; three texts are
-        the titles of the axes, None for none. The models are drawn smaller, so that the texts have room beside them.
-    legend : bool or sequence of str
-        Whether the names of the models are listed at the right of the picture, each beside what its lines, faces or
-        dots look like; texts, one per model, replace the names, None for none.
-    font : path or str, optional
-        The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
-        "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
-    font_size : float, optional
-        The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
-    paper : str or (width, height), optional
-        The page, in place of `size`: A0 to A6, letter, legal or tabloid, also "A4 landscape"; or its sides, as
-        "200x100mm" or in millimetres.
-    drawing_scale : str or float, optional
-        Lengths on paper over those of the models, such as "1:10", for an orthographic camera, which is the default
-        then. Without it, models fill the page between the margins.
-    margin : float or str, optional
-        The margin of the page in millimetres, or with a unit; 10 mm by default.
-    units : str
-        The unit of the models' lengths: um, mm, cm, m, in or ft.
-    views : names among front, back, left, right, top, bottom and iso, optional
-        Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
-        text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
-        `camera={"up": ...}`. A legend and colour bars stand at the right of all views. Axes cannot go with views.
-    projection : "third" or "first"
-        Where views lie: the top view above the front view, as in America, or below it, as in Europe.
-    **style
-        Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
-        hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels, colorbar,
-        section and hatch.
-        `help(gpu_xform.Layer)` describes them.
+    models, camera, size, background, device, axes, legend, font, font_size, paper : as `render` takes them
+    drawing_scale, margin, units, views, projection, **style : as `render` takes them
 
     Returns
     -------
@@ -137,8 +95,9 @@ def render_svg(
 
 
 @public
+@describe_parameters_of(render)
 @show_style_keywords
-def render_pdf(
+def render_pdf(  # noqa: D417 - the decorator describes the others
     models: Models,
     *,
     camera: CameraLike | None = None,
@@ -161,52 +120,8 @@ def render_pdf(
 
     Parameters
     ----------
-    models : Mesh, (n, 3) numbers, PointBuffer, path, Layer, Scene, or a list of these
-        What is drawn: a mesh, an array of points, points on a device, or the path of a model file; a `Layer`, which is
-        one of these with a style of its own; or a `Scene` of these. Of several models in a list, later ones are drawn
-        over earlier ones, but where opaque filled faces of another hide them.
-    camera : Camera or dict, optional
-        By default `Camera.fit` of all models where they stand; a dict holds keywords of `Camera.fit`, such as
-        {"direction": (0, 0, -1)}.
-    size : (width, height)
-        The size of the picture in pixels.
-    background : color or None
-        The colour behind the models: a name, "#rrggbb", or three or four numbers from 0 to 1; None is transparent.
-    device : Device, optional
-        The device that draws; by default the device of the first `PointBuffer`, or else the process's own.
-    axes : bool or three titles
-        Whether the models stand in a box with a grid, and with numbers in their units along its axes; three texts are
-        the titles of the axes, None for none. The models are drawn smaller, so that the texts have room beside them.
-    legend : bool or sequence of str
-        Whether the names of the models are listed at the right of the picture, each beside what its lines, faces or
-        dots look like; texts, one per model, replace the names, None for none.
-    font : path or str, optional
-        The font of texts: the path of a TrueType or OpenType file, or the name of a font that is installed, such as
-        "DejaVuSans". By default the font that Pillow brings, or an installed one for texts that it lacks characters of.
-    font_size : float, optional
-        The size of texts in pixels; by default 10 in a picture of 256 pixels, and 20 in one of 1024.
-    paper : str or (width, height), optional
-        The page, in place of `size`: A0 to A6, letter, legal or tabloid, also "A4 landscape"; or its sides, as
-        "200x100mm" or in millimetres.
-    drawing_scale : str or float, optional
-        Lengths on paper over those of the models, such as "1:10", for an orthographic camera, which is the default
-        then. Without it, models fill the page between the margins.
-    margin : float or str, optional
-        The margin of the page in millimetres, or with a unit; 10 mm by default.
-    units : str
-        The unit of the models' lengths: um, mm, cm, m, in or ft.
-    views : names among front, back, left, right, top, bottom and iso, optional
-        Draw these views of the models on one sheet, in parallel projection, aligned and at one scale: a sequence, or a
-        text such as "front,top,right,iso". The front of a model looks along +z, its upper side along +y, or along
-        `camera={"up": ...}`. A legend and colour bars stand at the right of all views. Axes cannot go with views.
-    projection : "third" or "first"
-        Where views lie: the top view above the front view, as in America, or below it, as in Europe.
-    **style
-        Keywords of `Layer`, for the models that bring no style of their own: transform, name, edges, feature_angle,
-        hidden, hidden_style, line_width, dash, antialias, color, face_colors, edge_colors, vertex_colors, scalars,
-        cmap, clim, alpha, depth_cue, fill, shading, point_size, max_points, labels, colorbar,
-        section and hatch.
-        `help(gpu_xform.Layer)` describes them.
+    models, camera, size, background, device, axes, legend, font, font_size, paper : as `render` takes them
+    drawing_scale, margin, units, views, projection, **style : as `render` takes them
 
     Returns
     -------

@@ -56,3 +56,11 @@ def test_ipython_completes_style_keywords(call: str, use_jedi: bool) -> None:
 @pytest.mark.parametrize("module", [gx, gx.samples, gx.planar, gx.dask], ids=lambda module: module.__name__)
 def test_completion_lists_public_names_alone(module: Any) -> None:
     assert {name for name in dir(module) if not name.startswith("__")} <= {*module.__all__, "errors"}
+
+
+def test_kin_of_render_describe_its_parameters_in_its_words() -> None:
+    described = inspect.getdoc(gx.render) or ""
+    legend = described[described.index("legend : ") : described.index("font : ")]
+    for kin in (gx.render_array, gx.render_svg, gx.render_pdf):
+        assert legend in (inspect.getdoc(kin) or "")
+        assert "as `render` takes them" not in (inspect.getdoc(kin) or "")
