@@ -59,7 +59,7 @@ def read(data: bytes) -> Mesh:
     try:
         points = laspy.PackedPointRecord(np.frombuffer(records, point_format.dtype()), point_format)
         columns = {name: np.array(points[name]) for name in point_format.dimension_names}
-    except (laspy.LaspyException, ValueError, TypeError, LookupError) as error:
+    except (laspy.LaspyException, ArithmeticError, ValueError, TypeError, LookupError) as error:
         raise MeshError(f"the dimensions of a point cannot be read: {type(error).__name__}: {error}") from None
     if len(points) != header.n_points:
         raise MeshError(f"the dimensions of a point do not take the {header.record_bytes} bytes that the header says")

@@ -85,6 +85,17 @@ def test_damaged_files_are_mesh_errors_or_points(tmp_path: Path, suffix: str) ->
     assert 30 < n_refused < 150
 
 
+def test_a_dimension_of_no_bytes_is_a_mesh_error(tmp_path: Path) -> None:
+    # laspy 2.7 divides by its number of elements.
+    make_las(tmp_path / "in.las", 5, 7)
+    data = bytearray((tmp_path / "in.las").read_bytes())
+    name = data.index(b"NormalX")
+    data[name - 2 : name] = bytes(2)  # its type, undocumented, and its number of bytes
+    (tmp_path / "in.las").write_bytes(data)
+    with pytest.raises(gx.MeshError, match="the dimensions of a point cannot be read"):
+        load_mesh(tmp_path / "in.las")
+
+
 def test_without_laspy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     make_las(tmp_path / "in.las", 3, 0, normals=False)
     monkeypatch.setitem(sys.modules, "laspy", None)
