@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 MARKING_FIXTURES = ("browser", "screen")
-COMPUTING = Path(__file__).parents[1] / "compute"  # tests whose parameters say what an adapter computes with
+TESTS = Path(__file__).parents[1]
+# Tests whose parameters say what an adapter computes with.
+COMPUTING = {TESTS / "compute", TESTS / "gpu" / "test_layouts.py", TESTS / "gpu" / "test_wgsl.py"}
 
 
 def mark_by_fixtures(items: Iterable[pytest.Item]) -> None:
@@ -24,7 +26,11 @@ def mark_by_dtypes(items: Iterable[pytest.Item]) -> None:
     for item in items:
         parameters = params_of(item)
         is_double = any(map(is_float64, parameters.values()))
-        if is_double and parameters.get("process_device") != "host" and COMPUTING in item.path.parents:
+        if (
+            is_double
+            and parameters.get("process_device") != "host"
+            and not COMPUTING.isdisjoint((item.path, *item.path.parents))
+        ):
             item.add_marker("float64")
 
 
@@ -35,4 +41,4 @@ def params_of(item: pytest.Item) -> dict[str, Any]:
 
 def is_float64(value: Any) -> bool:
     """Tell whether a parameter is the type of double precision."""
-    return value is np.float64 or (isinstance(value, str) and value in ("float64", "f64", ">f8", "<f8"))
+    return value is np.float64 or (isinstance(value, str) and value in ("float64", "f64", "real_f64", ">f8", "<f8"))
