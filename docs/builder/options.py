@@ -80,6 +80,7 @@ PLAIN: dict[str, tuple[str, str]] = {
     "--units": ("house.obj --paper 85x60mm --drawing-scale 1:1 --units cm", "--units mm"),
     "--dpi": ("house.obj --line-width 0.5mm", "--dpi 250"),
     "--pose": ("arm.urdf --up +Z --hidden remove", "--pose elbow=60deg"),
+    "--parts": ("arm.urdf --up +Z --hidden remove --labels names", "--parts"),
     "--tolerance": ("curved.obj --hidden remove", "--tolerance 0.3"),
 }
 

@@ -33,11 +33,7 @@ def read_mesh(
     if pose is not None:
         from ..formats.gltf import merge_scene
 
-        scene = read_scene(path, declared_type)
-        if not scene.joints:
-            raise ArgumentError(f"--pose is for robots, {path} has no joints")
-        with prefix_errors("--pose"):
-            posed = scene.posed(pose)
+        posed = read_scene(path, declared_type, tolerance, pose)
         with name_file_in_errors(path):
             return merge_scene(posed)
     with report_stage(f"read {path}") as details:
@@ -46,14 +42,21 @@ def read_mesh(
     return mesh
 
 
-def read_scene(path: str, declared_type: str | None) -> "Scene":
-    """Read the scene in `path`."""
+def read_scene(
+    path: str, declared_type: str | None, tolerance: float | None = None, pose: Mapping[str, float] | None = None
+) -> "Scene":
+    """Read the scene in `path`, the joints of a robot posed."""
     from ..formats import load_scene
 
     with report_stage(f"read {path}") as details:
-        scene = load_scene(open_source(path), file_type=file_type(path, declared_type))
+        scene = load_scene(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
         details.append(f"{len(scene):,} nodes")
-    return scene
+    if pose is None:
+        return scene
+    if not scene.joints:
+        raise ArgumentError(f"--pose is for robots, {path} has no joints")
+    with prefix_errors("--pose"):
+        return scene.posed(pose)
 
 
 def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:

@@ -21,6 +21,7 @@ def parse_layer(text: str) -> argparse.Namespace:
     parser.add_argument("models", metavar="MODEL", nargs="+")
     groups.add_reading_options(parser)
     groups.add_pose(parser)
+    groups.add_parts(parser)
     groups.add_transforms(parser)
     groups.add_style(parser)
     options, rest = parser.parse_known_args(attach_values(split_words(text)))

@@ -241,6 +241,16 @@ def add_pose(group: Any) -> None:
     )
 
 
+def add_parts(group: Any) -> None:
+    """Add the choice to draw the parts of an assembly as models."""
+    group.add_argument(
+        "--parts",
+        action="store_true",
+        help="draw each part of a STEP, 3MF, glTF, GLB or URDF file as a model of its own, with its name in --legend "
+        "and --labels names; styles by point or by face are for files of one part",
+    )
+
+
 def add_json(parser: argparse.ArgumentParser, content: str) -> None:
     """Add the choice of JSON for the printed `content`."""
     group = parser.add_argument_group("output")

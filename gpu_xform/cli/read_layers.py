@@ -17,6 +17,7 @@ from .argument_types import AXES
 from .arguments_from_options import collect_style_arguments, compose_transforms
 from .path_templates import Template
 from .paths import expand_globs
+from .streams import name_file_in_errors
 
 if TYPE_CHECKING:
     from ..drawing.layer import Layer
@@ -51,6 +52,8 @@ def _read_styled(
     from ..drawing.layer import Layer, Style
     from ..drawing.legible_style import legible_style
 
+    if options.parts:
+        return [layer for path in paths for layer in _read_parts(options, path, world_from_model, size)]
     meshes = [files.read_mesh(path, options.file_type, options.tolerance, options.pose) for path in paths]
     typed = collect_style_arguments(options)
     legible = [legible_style(mesh, size) if size and not typed else Style() for mesh in meshes]
@@ -71,6 +74,32 @@ def _read_styled(
             for style, (values, is_per_face) in zip(styles, scalars, strict=True)
         ]
     return [Layer(mesh, **style) for mesh, style in zip(meshes, styles, strict=True)]
+
+
+def _read_parts(
+    options: Namespace, path: str, world_from_model: Float64Array, size: tuple[int, int] | None
+) -> list["Layer"]:
+    """Read a layer per part of a model that nodes show."""
+    from ..drawing.layer import Style, as_layers
+    from ..drawing.legible_style import legible_style
+    from ..formats.gltf import merge_scene
+
+    typed = collect_style_arguments(options)
+    for name, value in typed.items():
+        flag = f"--{name.replace('_', '-')}"
+        if name == "scalars" or (name != "instances" and isinstance(value, Template)):
+            raise ArgumentError(f"{flag} cannot go with --parts: it is by point or by face of one model")
+        if name == "edges" and any(isinstance(part, Template) for part in value):
+            raise ArgumentError(f"{flag} FILE cannot go with --parts: it is by point of one model")
+    scene = files.read_scene(path, options.file_type, options.tolerance, options.pose)
+    instances = typed.pop("instances", None)
+    style: dict[str, Any] = {"transform": world_from_model}
+    if instances is not None:
+        style["transform"] = world_from_model @ _read_instances(instances, path)
+    if size is not None and not typed:
+        style |= legible_style(merge_scene(scene), size)
+    with name_file_in_errors(path):
+        return as_layers(scene, Style(**style, **typed))
 
 
 def _name_color_bar(style: dict[str, Any], source: str | Template) -> dict[str, Any]:

@@ -65,6 +65,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     groups.add_reading_options(group)
     groups.add_pose(group)
+    groups.add_parts(group)
     group = parser.add_argument_group("motion, applied after the transforms")
     either = group.add_mutually_exclusive_group()
     either.add_argument(

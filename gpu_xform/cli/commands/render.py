@@ -115,6 +115,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     )
     groups.add_reading_options(group)
     groups.add_pose(group)
+    groups.add_parts(group)
     groups.add_page(groups.add_drawing_options(parser, resolution="1024,1024"))
     groups.add_web_page(parser)
     _add_views(parser)

@@ -37,6 +37,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     groups.add_models(group, parse_layer)
     groups.add_reading_options(group)
     groups.add_pose(group)
+    groups.add_parts(group)
     groups.add_drawing_options(parser, resolution="960,720")
     groups.add_general_options(parser, adapter=True, rasterizer=True)
 

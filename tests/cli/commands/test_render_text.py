@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import gpu_xform as gx
 from gpu_xform import render_array, samples, save_mesh
 from gpu_xform.cli import main
 from tests.support.cli import read_png
@@ -40,6 +41,28 @@ def test_texts_are_what_the_library_draws(options: list[str], arguments: dict[st
     picture = render_array(HOUSE, size=(120, 80), **arguments)
     assert np.array_equal(read_png("out.png"), picture)
     assert not np.array_equal(render_array(HOUSE, size=(120, 80)), picture)
+
+
+def test_the_parts_of_a_file_are_models_of_their_own(capsys: pytest.CaptureFixture[str]) -> None:
+    scene = gx.Scene()
+    for name, x in (("left", -2.0), ("right", 2.0)):
+        scene.add(samples.cube(), name=name, transform=gx.translate(x, 0, 0))
+    save_mesh(scene, "pair.glb")
+    render = ["render", "pair.glb", "-o", "pair.svg", *SIZE, "--labels", "names"]
+    assert main([*render, "--fill", "tan", "--parts", "--rotate-z", "10", "--instances", "one.npy"]) == 2
+    np.save("one.npy", [gx.rotate_x(0.1)])
+    assert main([*render, "--fill", "tan", "--parts", "--rotate-z", "10", "--instances", "one.npy"]) == 0
+    text = Path("pair.svg").read_text("utf-8")
+    read = gx.load_scene("pair.glb")
+    turned = gx.rotate_z(10, degrees=True) @ np.load("one.npy")
+    assert text == gx.render_svg(read, size=(120, 80), fill="tan", labels="names", transform=turned)
+    assert ">left</text>" in text
+    for options in (["--scalars", "x"], ["--vertex-colors", "heat.npy"], ["--edges", "heat.npy"]):
+        assert main([*render, "--parts", *options]) == 2
+        assert f"{options[0]}" in capsys.readouterr().err
+    assert main(["render", "house.obj", "-o", "a.png", *SIZE]) == 0
+    assert main(["render", "house.obj", "-o", "b.png", *SIZE, "--parts"]) == 0
+    assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
 
 
 @pytest.mark.parametrize(
