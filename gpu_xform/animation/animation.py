@@ -24,13 +24,13 @@ from ..annotation.options import NO_OPTIONS, AnnotationOptions, AxesLike, Legend
 from ..device import Device
 from ..drawing.boxes import box_corners
 from ..drawing.camera import (
-    DEFAULT_UP,
     Camera,
     CameraLike,
     extreme_points,
     fit_options,
     front_direction,
     require_in_range,
+    up_direction,
 )
 from ..drawing.framing import framing_points
 from ..drawing.keys import check_legend, check_titles
@@ -158,7 +158,7 @@ def turntable(
     frames: int = 100,
     path: StrPath | None = None,
     *,
-    axis: str | npt.ArrayLike = "y",
+    axis: str | npt.ArrayLike | None = None,
     transform: MatrixLike | None = None,
     **options: Any,
 ) -> Animation:
@@ -175,8 +175,9 @@ def turntable(
         The number of frames. The last is one step before the first, so that a loop has no stop.
     path : path, optional
         The file in which the animation is saved at once, as by `Animation.save`. By default it is not saved.
-    axis : "x", "y", "z" or (3,) numbers
-        The axis. The rotation is counter-clockwise, seen from the end of the axis.
+    axis : "x", "y", "z" or (3,) numbers, optional
+        The axis, by default the up direction of `camera`, which is +y unless it says otherwise. The rotation is
+        counter-clockwise, seen from the end of the axis.
     transform : (4, 4) or (k, 4, 4) numbers, optional
         Applied to the models, of which there are k instances, before they rotate.
     **options
@@ -201,7 +202,10 @@ def turntable(
     n_frames = parse_frame_count(frames, "frames")
     if isinstance(axis, str) and axis not in AXES:
         raise ArgumentError.expecting("axis", "be 'x', 'y', 'z' or a vector", repr(axis))
-    unit_axis = as_unit_vector(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
+    if axis is None:
+        unit_axis = up_direction(options.get("camera"))
+    else:
+        unit_axis = as_unit_vector(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
     loaded = load_models(models)
     placement: Style = {} if transform is None else {"transform": transform}
     points = framing_points(apply_pose(loaded, np.eye(4), placement))
@@ -211,8 +215,7 @@ def turntable(
     to_centre, from_centre = translate(*-centre), translate(*centre)
     camera = options.get("camera")
     if not isinstance(camera, Camera):
-        fit = fit_options(camera)
-        up = as_unit_vector(fit.get("up", DEFAULT_UP), "up", 3)
+        fit, up = fit_options(camera), up_direction(camera)
         if fit.get("direction") is None and abs(up @ unit_axis) > MIN_UPRIGHT_COSINE:
             options["camera"] = fit | {"direction": front_direction(up)}
 

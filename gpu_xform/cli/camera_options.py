@@ -105,6 +105,13 @@ def _collect_lens_arguments(options: Namespace) -> dict[str, Any]:
 
 
 def _choose_view_up(options: Namespace) -> Float64Array:
-    """Return the direction (3,) that is up in the picture."""
-    up: Float64Array = options.up if options.camera_view_up is None else options.camera_view_up
-    return up
+    """Return the direction (3,) that is up in the picture, of a view along --up as in the views top and bottom."""
+    if options.camera_view_up is not None:
+        view_up: Float64Array = options.camera_view_up
+        return view_up
+    if options.camera_position is not None:
+        up: Float64Array = options.up
+        return up
+    from ..drawing.camera import upright
+
+    return upright(_choose_view_direction(options), options.up)

@@ -177,7 +177,7 @@ def _encode(picture: "Image | str | bytes") -> bytes:
     from io import BytesIO
 
     png = BytesIO()
-    picture.save(png, "PNG")
+    picture.save(png, "PNG", **({"dpi": picture.info["dpi"]} if "dpi" in picture.info else {}))
     return png.getvalue()
 
 

@@ -3,7 +3,7 @@
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -20,7 +20,7 @@ from .paths import expand_globs
 from .streams import name_file_in_errors
 
 if TYPE_CHECKING:
-    from ..drawing.layer import Layer
+    from ..drawing.layer import Layer, Style
 
 
 def read_layers(
@@ -80,7 +80,7 @@ def _read_parts(
     options: Namespace, path: str, world_from_model: Float64Array, size: tuple[int, int] | None
 ) -> list["Layer"]:
     """Read a layer per part of a model that nodes show."""
-    from ..drawing.layer import Style, as_layers
+    from ..drawing.layer import as_layers
     from ..drawing.legible_style import legible_style
     from ..formats.gltf import merge_scene
 
@@ -99,7 +99,7 @@ def _read_parts(
     if size is not None and not typed:
         style |= legible_style(merge_scene(scene), size)
     with name_file_in_errors(path):
-        return as_layers(scene, Style(**style, **typed))
+        return as_layers(scene, cast("Style", style | typed))
 
 
 def _name_color_bar(style: dict[str, Any], source: str | Template) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh, is_own
+from ..matrices._viewing import MIN_SIN_OF_UP
 
 DEFAULT_DIRECTION = (-0.45, -0.4, -1.0)  # if +y is up
 DEFAULT_UP = (0.0, 1.0, 0.0)
@@ -261,7 +262,8 @@ class Camera(Pictured):
             The direction of view. The default is (-0.45, -0.4, -1): from the front, somewhat from the right and from
             above; for another `up` than +y it is rotated with it.
         up : (3,) numbers
-            The direction that points up in the picture.
+            The direction that points up in the picture. A view along it is that from the top or from the bottom, as
+            `views` turn them.
         margin : float
             The fraction of the picture that stays free on each side, less than 0.5; if it is negative, the camera is
             so close that as much of the models lies outside the picture.
@@ -334,7 +336,8 @@ def fit_options(camera: Mapping[str, Any] | None) -> dict[str, Any]:
         raise ArgumentTypeError.expecting("camera", "be a Camera or a dict of Camera.fit's", type(camera).__name__)
     unknown = [key for key in camera if key not in _FIT_OPTIONS]
     if unknown:
-        raise ArgumentTypeError.expecting("camera", f"have keys among {', '.join(_FIT_OPTIONS)}", f"{unknown[0]!r}")
+        expected = f"have keys among {', '.join(_FIT_OPTIONS)}, or be a Camera, such as Camera.look_at(eye, target)"
+        raise ArgumentTypeError.expecting("camera", expected, f"{unknown[0]!r}")
     return dict(camera)
 
 
@@ -405,6 +408,24 @@ def front_direction(up: npt.ArrayLike) -> Float64Array:
     return rotation_to_up(as_nonzero_vector(up, "up", 3)) @ (0.0, y, -math.hypot(x, z))
 
 
+def upright(direction: npt.ArrayLike, up: npt.ArrayLike) -> Float64Array:
+    """Return `up` (3,), or for a view along it what is up in the view from the top, or from the bottom."""
+    above = as_unit_vector(up, "up", 3)
+    along = as_unit_vector(direction, "direction", 3)
+    if np.linalg.norm(np.cross(along, above)) >= MIN_SIN_OF_UP:
+        return np.asarray(up, np.float64)
+    return rotation_to_up(above) @ (0.0, 0.0, math.copysign(1.0, along @ above))
+
+
+def up_direction(camera: CameraLike | None) -> Float64Array:
+    """Return the up direction (3,) of a camera, of the keywords of one, or the default one."""
+    if isinstance(camera, Camera):
+        options = camera._recipe[1] if camera._recipe is not None else {}
+    else:
+        options = fit_options(camera)
+    return as_unit_vector(options.get("up", DEFAULT_UP), "up", 3)
+
+
 def _fit_planes(
     view_from_world: Float64Array, points: Float64Array, distance: float, near: float | None, far: float | None
 ) -> tuple[float, float] | None:
@@ -429,8 +450,8 @@ def _non_default(**options: tuple[object, object]) -> str:
 
 def _view_rotation(along: npt.ArrayLike | None, up: npt.ArrayLike) -> Float64Array:
     """Return view_from_world (4, 4) of an eye at the origin."""
-    along = default_direction(up) if along is None else along
-    return matrices.look_at((0.0, 0.0, 0.0), as_unit_vector(along, "direction", 3), up)
+    forward = as_unit_vector(default_direction(up) if along is None else along, "direction", 3)
+    return matrices.look_at((0.0, 0.0, 0.0), forward, upright(forward, up))
 
 
 def _window_limits(xlim: npt.ArrayLike, ylim: npt.ArrayLike) -> Float64Array:

@@ -94,8 +94,9 @@ class Layer(Pictured):
     name : str, optional
         The name of the model in vector pictures and in errors; the stem of a file's name by default.
     edges : "all", "feature", "boundary", "silhouette", "intersection", (m, 2) integers, or several in a list, optional
-        The edges to draw. "feature" are the sharp edges and the boundary, "boundary" the edges of one face alone,
-        "silhouette" the edges that the camera sees edge-on and the boundary, "intersection" the lines where bodies
+        The edges to draw; several names may be one text, "feature,silhouette". "feature" are the sharp edges and the
+        boundary, "boundary" the edges of one face alone, "silhouette" the edges that the camera sees edge-on and the
+        boundary, "intersection" the lines where bodies
         penetrate one another: other layers, other instances, or parts of the model that no edge connects; an array
         holds indices of points. By default all edges of a mesh, and none of a `PointBuffer`; of a mesh of STEP, the
         edges of the faces that it is made of, "feature", and the silhouette.

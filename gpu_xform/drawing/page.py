@@ -184,16 +184,16 @@ def _parse_side(side: float | str) -> float:
 def _parse_scale(scale: str | float) -> tuple[float, str]:
     """Return how long a unit of length is on paper, and the scale as errors name it."""
     if isinstance(scale, str):
-        match = re.fullmatch(r"\s*([\d.]+)\s*:\s*([\d.]+)\s*", scale)
+        match = re.fullmatch(r"\s*([\d.]+)\s*(?::\s*([\d.]+)\s*)?", scale)
         try:
-            value = float(match[1]) / float(match[2]) if match else math.nan
+            value = float(match[1]) / float(match[2] or 1) if match else math.nan
         except (ValueError, ZeroDivisionError):
             value = math.nan
     else:
         value = as_float(scale, "drawing_scale")
     if not 0.0 < value < math.inf:
         raise ArgumentError.expecting("drawing_scale", "be a ratio such as '1:10', or a positive number", repr(scale))
-    return value, scale.strip() if isinstance(scale, str) else f"{value:g}:1"
+    return value, scale.strip() if isinstance(scale, str) and ":" in scale else f"{value:g}:1"
 
 
 def _suggest_paper(width: float, height: float) -> str:

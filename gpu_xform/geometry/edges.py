@@ -250,7 +250,9 @@ def _find_boundary_edges(found: EdgeFaces) -> IndexArray:
 
 def list_edge_parts(edges: EdgesLike) -> list[Any]:
     """Return the names and arrays that `edges` combines."""
-    if isinstance(edges, str) or hasattr(edges, "__array__"):
+    if isinstance(edges, str):
+        return [name.strip() for name in edges.split(",")]
+    if hasattr(edges, "__array__"):
         return [edges]
     if not isinstance(edges, Iterable):
         raise ArgumentTypeError.expecting("edges", "be a name, an array, or several of these", type(edges).__name__)

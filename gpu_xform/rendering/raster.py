@@ -134,7 +134,10 @@ def render(
     frame = Frame(
         camera, size, background, device, AnnotationOptions(axes, legend, font, font_size), as_dpi(dpi), page=page
     )
-    return images.to_pillow(_draw(models, frame, style, rasterizer, views, projection))
+    image = images.to_pillow(_draw(models, frame, style, rasterizer, views, projection))
+    if page is not None or frame.dpi != PX_PER_INCH:
+        image.info["dpi"] = (frame.dpi, frame.dpi)
+    return image
 
 
 @public

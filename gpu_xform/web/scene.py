@@ -18,6 +18,7 @@ from ..drawing.camera import (
     Camera,
     default_direction,
     extreme_points,
+    upright,
 )
 from ..drawing.dash_patterns import as_dash_pattern
 from ..drawing.framing import framing_points
@@ -230,7 +231,7 @@ def _describe_options(options: dict[str, Any]) -> dict[str, Any]:
     direction: npt.NDArray[Any] = default_direction(up) if along is None else np.asarray(along, np.float64)
     return {
         "direction": (direction / np.linalg.norm(direction)).tolist(),
-        "up": up.tolist(),
+        "up": upright(direction, up).tolist(),
         "margin": float(options.get("margin", DEFAULT_MARGIN)),
         "fovY": float(options.get("fov_y", DEFAULT_FOV_Y)),
         "isParallel": bool(options.get("orthographic", False)),

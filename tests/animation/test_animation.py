@@ -185,6 +185,16 @@ def test_a_turntable_rotates_once_about_the_centre(axis: Any, turned: tuple[floa
     assert np.allclose(quarter @ matrices[3], np.eye(4))
 
 
+@pytest.mark.parametrize(
+    "camera",
+    [{"up": (0, 0, 1)}, {"up": (0, 0, 2), "direction": (1, 0, 0)}, Camera.look_at((9, 0, 0), (0, 0, 0), (0, 0, 1))],
+)
+def test_a_turntable_turns_about_what_is_up(camera: Any) -> None:
+    own, about_z = (turntable(HOUSE, 4, camera=camera, size=(16, 16), **axis) for axis in ({}, {"axis": "z"}))
+    assert np.allclose(matrix(own, 1), matrix(about_z, 1))
+    assert pixels(own, 0).tobytes() == pixels(about_z, 0).tobytes()
+
+
 def test_a_turntable_starts_at_the_front() -> None:
     # A cube shows alike sides left and right in each of eight frames; points that no face uses change nothing.
     cube = samples.cube().transformed(gx.translate(20, 15, 8))

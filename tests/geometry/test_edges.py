@@ -326,6 +326,7 @@ def test_the_silhouette_is_taken_out_for_each_view_to_find() -> None:
     assert split_silhouette("feature") == ("feature", False)
     assert split_silhouette(["silhouette", "boundary"]) == ("boundary", True)
     assert split_silhouette(iter(["feature", "silhouette", "boundary"])) == (["feature", "boundary"], True)
+    assert split_silhouette("feature, silhouette,boundary") == (["feature", "boundary"], True)
     pairs = np.array([(0, 1), (2, 1)])
     rest, found = split_silhouette([pairs, "silhouette"])
     assert rest is pairs

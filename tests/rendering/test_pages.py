@@ -1,14 +1,17 @@
 """Pages: true to scale in SVG, in PDF as two other programs measure it, and in pixels; and paper that is too small."""
 
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pypdfium2
 import pytest
+from PIL import Image
 
 import gpu_xform as gx
 from gpu_xform import Camera, Mesh
+from gpu_xform.cli import main
 from gpu_xform.drawing.page import PAPERS
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 
@@ -129,3 +132,19 @@ def test_a_camera_of_ones_own_keeps_its_target_at_the_centre_of_the_page() -> No
 def test_what_no_page_can_be_is_refused(options: dict[str, Any], error: type[Exception], message: str) -> None:
     with pytest.raises(error, match=message):
         gx.render_svg(PLATE, **{"camera": FRONT, **options})
+
+
+def test_pictures_know_their_resolution_where_it_means_lengths(tmp_path: Path) -> None:
+    assert "dpi" not in gx.render(PLATE, size=(16, 12)).info
+    assert gx.render(PLATE, size=(16, 12), dpi=300).info["dpi"] == (300, 300)
+    gx.save_mesh(PLATE, tmp_path / "plate.obj")
+    command = ["render", str(tmp_path / "plate.obj"), "-o", str(tmp_path / "page.png")]
+    assert main([*command, "--paper", "90x60mm", "--drawing-scale", "0.1", "--margin", "0"]) == 0
+    with Image.open(tmp_path / "page.png") as image:
+        assert image.info["dpi"] == pytest.approx((96, 96), abs=0.02)
+
+
+def test_a_scale_may_be_one_number_in_a_text() -> None:
+    assert gx.render_svg(PLATE, camera=FRONT, paper="A4", drawing_scale="0.1") == gx.render_svg(
+        PLATE, camera=FRONT, paper="A4", drawing_scale=0.1
+    )
