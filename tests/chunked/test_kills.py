@@ -1,4 +1,4 @@
-"""Runs that are killed at each of their steps, and resumed: the same bytes, whatever the moment."""
+"""Runs that are killed at the start, in the middle and while they finish, and resumed to the same bytes."""
 
 import subprocess
 import sys
@@ -69,7 +69,7 @@ n_steps = int(os.read(parent_end, 20))
 whole = read(target)
 copy(target, "older")
 kept = set(os.listdir())
-for kill in sorted({*range(2, n_steps, n_steps // 3), *range(n_steps - 2, n_steps + 1)}):
+for kill in (2, n_steps // 2, n_steps - 2, n_steps):
     remove(target)
     copy("older", target)
     assert in_child(kill) == 9, kill
@@ -82,7 +82,7 @@ print(n_steps)
 
 @pytest.mark.skipif(sys.platform == "win32", reason="forks")
 @pytest.mark.parametrize(("source", "target"), [("in.las", "out.laz"), ("in.las", "out.las"), ("in.npy", "out.zarr")])
-def test_a_run_killed_at_any_step_is_resumed_to_the_same_bytes(tmp_path: Path, source: str, target: str) -> None:
+def test_a_killed_run_is_resumed_to_the_same_bytes(tmp_path: Path, source: str, target: str) -> None:
     """In a process without a device, whose forks are killed: half a second each, since moments matter, not sizes."""
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT, source, target],
