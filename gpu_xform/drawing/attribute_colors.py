@@ -29,8 +29,9 @@ def find_scalars(mesh: Mesh, name: str) -> tuple[npt.NDArray[Any], bool]:
             return table[name], bool(is_per_face)
     if name in AXES:
         return mesh.positions[:, AXES.index(name)], False
-    known = ", ".join(map(repr, list_scalars(mesh))) or "of which it has none"
-    raise ArgumentError.expecting("scalars", f"name a number per point or face of the model, {known}", repr(name))
+    known = ", ".join(map(repr, list_scalars(mesh)))
+    attributes = f", or an attribute with a number per point or face, {known}" if known else ", the model has no others"
+    raise ArgumentError.expecting("scalars", f"be 'x', 'y' or 'z'{attributes}", repr(name))
 
 
 def list_scalars(mesh: Mesh) -> list[str]:

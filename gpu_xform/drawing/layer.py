@@ -190,7 +190,7 @@ class Layer(Pictured):
         An argument has an impossible value, or more than one of `face_colors`, `edge_colors`, `vertex_colors` and
         `scalars` is given. Arrays are checked when the layer is drawn.
     ArgumentTypeError
-        An argument has a wrong type: "model must be a Mesh, an array of points, a PointBuffer or a path, got int".
+        An argument has a wrong type: "model must be a Mesh, a Scene, a path, points, or ..., got int".
 
     Notes
     -----
@@ -249,7 +249,9 @@ class Layer(Pictured):
             object.__setattr__(self, "model", as_point_array(self.model) or mesh_from_points(self.model))
         if not isinstance(self.model, (*_MODEL_TYPES, SupportsAsModel)):
             raise ArgumentTypeError.expecting(
-                "model", "be a Mesh, an array of points, a PointBuffer or a path", type(self.model).__name__
+                "model",
+                "be a Mesh, a Scene, a path, points, or a mesh of trimesh, PyVista, Open3D or meshio",
+                type(self.model).__name__,
             )
         if not isinstance(self.name, str | None):
             raise ArgumentTypeError.expecting("name", "be a string", repr(self.name))

@@ -10,7 +10,9 @@ from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
 from ._warn import warn
 
+LIBRARIES = "mtllib"  # under which OBJ keeps the names of its files of materials
 _PLACES = ("point", "corner", "face")
+_MAX_NAMED = 4
 
 
 def concatenate(meshes: Sequence[Mesh]) -> Mesh:
@@ -35,14 +37,20 @@ def _concatenate_attributes(meshes: Sequence[Mesh]) -> Attributes:
     """Return the attributes of all meshes."""
     labels: dict[str, dict[str, int]] = {}
     material: dict[str, Any] = {}
+    clashes: dict[str, None] = {}
     for mesh in meshes:
         for name, texts in mesh.attributes.labels.items():
             known = labels.setdefault(name, {})
             for text in texts:
                 known.setdefault(text, len(known))
         for name, value in mesh.attributes.material.items():
-            if material.setdefault(name, value) != value:
-                warn(f"several materials are called {name!r}, of which the first is kept")
+            if name == LIBRARIES:
+                material[name] = tuple(dict.fromkeys((*material.get(name, ()), *value)))
+            elif material.setdefault(name, value) != value:
+                clashes[str(name)] = None
+    if clashes:
+        names = ", ".join(map(repr, [*clashes][:_MAX_NAMED])) + (", ..." if len(clashes) > _MAX_NAMED else "")
+        warn(f"several materials each are called {names}, of which the first is kept")
     all_attributes = _unify_places_of_colors(meshes)
     tables = []
     for what, counts in (

@@ -19,7 +19,7 @@ VERTEX = "vertex"  # a cell that is a point, which needs no face
 def mesh_of_other_library(model: Any) -> Mesh | None:
     """Return a mesh of what trimesh, PyVista, Open3D or meshio has for one; None for anything else.
 
-    Raises `MeshError` for cells of meshio that are volumes, and what `Mesh` raises.
+    Raises `MeshError` for cells of meshio and data sets of PyVista that are volumes, and what `Mesh` raises.
     """
     if isinstance(model, Mesh | np.ndarray | str):
         return None
@@ -32,12 +32,26 @@ def mesh_of_other_library(model: Any) -> Mesh | None:
 def _from_polydata(data: Any) -> Mesh:
     """Return the polygons and lines of a `pyvista.PolyData`, whose lists of corners begin with their number each."""
     polygons, lines = _split_counted(data.faces), _split_counted(data.lines)
+    strips = [_split_strip(strip) for strip in _split_counted(getattr(data, "strips", ()))]
+    triangles = [triangle for strip in strips for triangle in strip]
     segments = [list(pair) for line in lines for pair in pairwise(line)]
     per_point = {name: data.point_data[name] for name in data.point_data}
     attributes: dict[str, Any] = {"point": per_point}
-    if not lines and len(data.cell_data) and data.n_cells == len(polygons):
-        attributes["face"] = {name: data.cell_data[name] for name in data.cell_data}
-    return Mesh(data.points, [*polygons, *segments], attributes=attributes)
+    if not lines and len(data.cell_data) and data.n_cells == len(polygons) + len(strips):
+        cells = np.repeat(np.arange(data.n_cells), [1] * len(polygons) + list(map(len, strips)))
+        attributes["face"] = {name: np.asarray(data.cell_data[name])[cells] for name in data.cell_data}
+    return Mesh(data.points, [*polygons, *triangles, *segments], attributes=attributes)
+
+
+def _split_strip(strip: Any) -> list[Any]:
+    """Return the triangles of a strip, in which every other one turns the other way; flat ones are left out."""
+    found = [strip[k : k + 3] if k % 2 == 0 else strip[[k + 1, k, k + 2]] for k in range(len(strip) - 2)]
+    return [triangle for triangle in found if len(set(triangle.tolist())) == 3]
+
+
+def _refuse_volume(data: Any) -> Mesh:
+    """Raise MeshError for a data set of PyVista that is no surface, which it makes of one itself."""
+    raise MeshError(f"{type(data).__name__} of PyVista is no surface: draw what its extract_surface() returns")
 
 
 def _split_counted(counted: npt.ArrayLike) -> Sequence[Any]:
@@ -97,6 +111,7 @@ _KINDS: tuple[tuple[tuple[str, ...], Callable[[Any], Mesh]], ...] = (
     (("vertices", "entities"), _from_path),
     (("vertices", "colors", "kdtree"), _from_arrays("vertices", None, "colors")),  # trimesh.PointCloud
     (("points", "faces", "lines", "point_data", "cell_data"), _from_polydata),
+    (("extract_surface", "point_data", "cell_data"), _refuse_volume),
     (("points", "cells", "point_data", "cell_data"), _from_meshio),
     (("vertices", "triangles", "vertex_colors"), _from_arrays("vertices", "triangles", "vertex_colors")),  # of Open3D,
     (("points", "lines", "colors"), _from_arrays("points", "lines", None)),  # whose line sets have a colour per line

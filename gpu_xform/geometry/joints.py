@@ -1,5 +1,6 @@
 """Joints: how a number moves one node of a scene in another, as in a robot."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple, TypeAlias, get_args
@@ -8,11 +9,13 @@ import numpy as np
 
 from .. import matrices
 from .._core.arguments import as_real_array
+from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 
 JointKind: TypeAlias = Literal["revolute", "continuous", "prismatic", "fixed", "floating", "planar"]
 JOINT_KINDS: tuple[JointKind, ...] = get_args(JointKind)
+MAX_NAMED = 12
 MOVED_BY_A_NUMBER = ("revolute", "continuous", "prismatic")
 
 
@@ -119,9 +122,23 @@ def _as_positions(joint: Joint, value: Any, mimics: Mapping[str, Mimic]) -> Floa
     if joint.lower is not None and joint.upper is not None:
         outside = positions[(positions < joint.lower) | (positions > joint.upper)]
         if outside.size:
-            limits = f"lie in {joint.lower:g}..{joint.upper:g}, the limits of the joint"
-            raise ArgumentError.expecting(argument, limits, f"{outside.flat[0]:g}")
+            low, high, value = joint.lower, joint.upper, outside.flat[0]
+            limits, got = f"lie in {low:g}..{high:g}, the limits of the joint", f"{value:g}"
+            if joint.kind != "prismatic":
+                limits += f", which are {math.degrees(low):.4g}..{math.degrees(high):.4g} degrees"
+                got += f", {math.degrees(value):.4g} degrees"
+            raise ArgumentError.expecting(argument, limits, got)
     return positions
+
+
+def name_joints(joints: Mapping[str, Joint], name: object) -> str:
+    """Return the end of an error about a name that is neither a joint's nor a node's; empty without joints."""
+    if not joints:
+        return ""
+    moved = [joint.name for joint in joints.values() if joint.kind in MOVED_BY_A_NUMBER and joint.mimic is None]
+    more = f" and {len(moved) - MAX_NAMED} more" if len(moved) > MAX_NAMED else ""
+    known = f"; joints that numbers move: {', '.join(map(repr, moved[:MAX_NAMED])) or 'none'}{more}"
+    return did_you_mean(str(name), joints) or known
 
 
 def is_number_of_joint(pose: object) -> bool:

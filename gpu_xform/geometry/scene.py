@@ -13,12 +13,11 @@ from .. import matrices
 from .._core.error_context import prefix_errors
 from .._core.pictured import Pictured
 from .._core.public import public
-from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, MatrixLike
 from ..errors import ArgumentError, ArgumentTypeError
 from ..matrices._composition import require_broadcast
 from .instances import Instances, gather_instances
-from .joints import Joint, is_number_of_joint, place_nodes
+from .joints import Joint, is_number_of_joint, name_joints, place_nodes
 from .nodes import (
     Node,
     SceneModel,
@@ -350,7 +349,7 @@ class Scene(Pictured):
                 continue
             if name not in posed:
                 known = "nodes of this scene" if not joints or name in joints else "joints or nodes of this scene"
-                raise ArgumentError.expecting("poses", f"name {known}", f"{name!r}{did_you_mean(str(name), joints)}")
+                raise ArgumentError.expecting("poses", f"name {known}", f"{name!r}{name_joints(joints, name)}")
             posed._nodes[name]._transform = as_local_matrices(matrix, f"poses[{name!r}]")
         for name, factors in weights.items():
             if name not in posed:

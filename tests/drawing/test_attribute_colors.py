@@ -80,14 +80,15 @@ def test_what_the_model_does_not_hold_is_an_error() -> None:
     with pytest.raises(gx.ArgumentError) as caught:
         Layer(mesh, scalars="intensty")
     assert str(caught.value) == (
-        "scalars must name a number per point or face of the model, 'intensity', 'area', got 'intensty'"
+        "scalars must be 'x', 'y' or 'z', or an attribute with a number per point or face, 'intensity', 'area', "
+        "got 'intensty'"
     )
     style: Any
     for argument in ("color", "fill"):
         style = {argument: "file"}
         with pytest.raises(gx.ArgumentError, match=f"^{argument} must be a colour, got 'file': the model holds no "):
             Layer(mesh, **style)
-    with pytest.raises(gx.ArgumentError, match=r"of which it has none, got 'a'$"):
+    with pytest.raises(gx.ArgumentError, match=r"be 'x', 'y' or 'z', the model has no others, got 'a'$"):
         Layer(CUBE, scalars="a")
 
 

@@ -51,6 +51,16 @@ def test_labels_are_numbered_anew() -> None:
     assert set(attributes.material) == {"steel", "paint", "glass", "wood"}
 
 
+def test_files_of_materials_are_all_named_and_clashes_are_told_once(recwarn: pytest.WarningsRecorder) -> None:
+    parts = [part(material={"mtllib": names}) for names in (("a.mtl",), ("b.mtl", "a.mtl"))]
+    assert concatenate([part(), *parts]).attributes.material == {"mtllib": ("a.mtl", "b.mtl")}
+    assert not recwarn.list
+    steel = [part(material={"steel": {"Kd": i}, "glass": {"Kd": i}}) for i in range(3)]
+    with pytest.warns(MeshWarning, match=r"^several materials each are called 'steel', 'glass', of which") as caught:
+        concatenate(steel)
+    assert len(caught) == 1
+
+
 def test_colors_of_two_kinds_become_floats() -> None:
     parts = [
         part(point={"color": np.full((3, 3), 51, np.uint8)}),

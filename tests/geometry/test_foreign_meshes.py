@@ -43,6 +43,25 @@ def test_polydata_keeps_polygons_lines_and_attributes() -> None:
     )
 
 
+def test_strips_of_polydata_become_triangles_that_all_turn_one_way() -> None:
+    strip = [0, 1, 3, 2, 4, 4]  # the last triangle is flat
+    data = polydata([[0, 1, 4]])
+    data.strips = np.array([len(strip), *strip])
+    data.n_cells, data.cell_data = 2, {"part": np.array([7, 9])}
+    mesh = mesh_of_other_library(data)
+    assert mesh is not None
+    assert [list(face) for face in mesh.faces] == [[0, 1, 4], [0, 1, 3], [3, 1, 2], [3, 2, 4]]
+    assert mesh.attributes.face["part"].tolist() == [7, 9, 9, 9]
+
+
+@pytest.mark.parametrize("kind", ["ImageData", "UnstructuredGrid"])
+def test_volumes_of_pyvista_are_refused(kind: str) -> None:
+    names = ("extract_surface", "points", "cells", "point_data", "cell_data")
+    data = type(kind, (), dict.fromkeys(names))()
+    with pytest.raises(gx.MeshError, match=rf"^{kind} of PyVista is no surface: draw what its extract_surface\(\)"):
+        gx.Layer(data)
+
+
 def test_meshio_keeps_faces_and_lines_and_refuses_volumes() -> None:
     mixed = meshio.Mesh(POINTS, [("quad", FACES[:1]), ("triangle", FACES[1:]), ("line", [[3, 4]]), ("vertex", [[2]])])
     mixed.point_data["height"] = POINTS[:, 2]

@@ -83,8 +83,8 @@ def test_followers_of_themselves_or_of_nothing_are_refused() -> None:
 @pytest.mark.parametrize(
     ("poses", "message"),
     [
-        ({"turn": 2.5}, r"poses\['turn'\] must lie in -1\.\.2, the limits of the joint, got 2\.5"),
-        ({"turn": [0.0, -1.5]}, r"must lie in -1\.\.2, the limits of the joint, got -1\.5"),
+        ({"turn": 2.5}, r"the limits of the joint, which are -57\.3\.\.114\.6 degrees, got 2\.5, 143\.2 degrees"),
+        ({"turn": [0.0, -1.5]}, r"poses\['turn'\] must lie in -1\.\.2, the limits of the joint, .* got -1\.5"),
         ({"turn": math.nan}, r"poses\['turn'\]"),
         (
             {"weld": 0.0},
@@ -92,6 +92,7 @@ def test_followers_of_themselves_or_of_nothing_are_refused() -> None:
         ),
         ({"arm": 0.5}, r"poses\['arm'\] must have shape"),
         ({"trun": 0.5}, "poses must name joints or nodes of this scene, got 'trun'; did you mean 'turn'"),
+        ({"foo": 0.5}, "got 'foo'; joints that numbers move: 'turn'"),
         ({"turn": np.eye(4)}, "poses must name nodes of this scene, got 'turn'"),
     ],
 )

@@ -141,7 +141,7 @@ def test_a_coordinate_that_is_not_finite_is_named() -> None:
     [
         ({"scalars": POINTS[:-1, 0]}, "scalars must have one number for each"),
         ({"scalars": np.where(np.arange(N) == 5, np.inf, 0.0)}, "scalars must be finite or NaN, got inf at index 5"),
-        ({"scalars": "w"}, "scalars must name a number per point"),
+        ({"scalars": "w"}, "scalars must be 'x', 'y' or 'z'"),
         ({"color": "file"}, "color must be a colour"),
         ({"vertex_colors": np.zeros((5, 3))}, "vertex_colors must have one row for each"),
         ({"vertex_colors": np.full((N, 3), 2.0)}, "vertex_colors must hold numbers from 0 to 1"),

@@ -14,6 +14,7 @@ from gpu_xform._core.pictured import show_lists
 from gpu_xform.rendering import preview
 
 CUBE = gx.samples.cube()
+LECTURE = (gx.Camera.eye_on_z(8, (-2, 2), (-2, 2)), gx.Camera.window((-1, 1), (-2, 2)))
 CAMERA = gx.Camera.look_at((3, 2, 5), (0, 0, 0), near=1, far=10)
 
 
@@ -29,7 +30,7 @@ def picture_of(thing: Any) -> np.ndarray[Any, Any]:
         return np.asarray(image.convert("RGB"))
 
 
-@pytest.mark.parametrize("thing", [CUBE, scene(), gx.Layer(CUBE, color="red"), CAMERA], ids=repr)
+@pytest.mark.parametrize("thing", [CUBE, scene(), gx.Layer(CUBE, color="red"), CAMERA, *LECTURE], ids=repr)
 def test_models_and_cameras_show_a_small_picture(thing: Any) -> None:
     shown = picture_of(thing)
     assert shown.shape == (*preview.SIZE[::-1], 3)
@@ -54,7 +55,18 @@ def test_the_volume_of_a_camera_is_what_it_maps_into_the_picture(camera: gx.Came
         assert abs(np.linalg.det(sides[:3])) < 1e-6 * np.abs(sides).max() ** 3  # flat
 
 
-@pytest.mark.parametrize("thing", [gx.Camera.window((-1, 1), (-2, 2)), gx.Mesh(np.zeros((0, 3)))], ids=repr)
+def test_the_volume_of_the_lecture_s_camera_ends_at_its_window() -> None:
+    corners = preview._unproject(gx.Camera.eye_on_z(8, (-2, 2), (-3, 3)), preview.CORNERS)
+    assert np.allclose(corners[4:], [(x, y, 0) for y in (-3, 3) for x in (-4, 4)])  # as wide as pictures are
+    assert np.allclose(corners[:4, 2], 8 - 0.008)
+
+
+def test_a_camera_without_depths_shows_its_window() -> None:
+    corners = preview._unproject(gx.Camera.window((-1, 1), (-3, 3)), preview.CORNERS)
+    assert np.allclose(corners[:4], [(x, y, 0) for y in (-3, 3) for x in (-4, 4)])
+
+
+@pytest.mark.parametrize("thing", [gx.Mesh(np.zeros((0, 3)))], ids=repr)
 def test_what_cannot_be_drawn_shows_no_picture(thing: Any) -> None:
     assert thing._repr_png_() is None
 

@@ -650,7 +650,7 @@ def test_an_argument_that_cannot_be_taken_is_named(
 
 
 def test_other_types_than_models_are_refused() -> None:
-    message = "^model must be a Mesh, an array of points, a PointBuffer or a path, got "
+    message = "^model must be a Mesh, a Scene, a path, points, or a mesh of trimesh, PyVista, Open3D or meshio, got "
     for wrong, got in ((3.5, "float"), ([(0, 0, 0), (1, 0, 0)], "tuple"), ([[[0, 0, 0]]], "list")):
         with pytest.raises(ArgumentTypeError, match=f"{message}{got}$"):
             gx.render_array(wrong)  # type: ignore[arg-type]

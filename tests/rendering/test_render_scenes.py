@@ -160,7 +160,8 @@ def test_what_cannot_be_drawn_is_named() -> None:
     scene = Scene()
     scene.add(3, name="wrong")  # type: ignore[arg-type]
     with pytest.raises(
-        ArgumentTypeError, match=r"^'wrong': model must be a Mesh, an array of points, a PointBuffer or a path, got int"
+        ArgumentTypeError,
+        match=r"^'wrong': model must be a Mesh, a Scene, a path, points, or a mesh of .* or meshio, got int",
     ):
         render_array(scene, size=SIZE)
     scene = Scene()

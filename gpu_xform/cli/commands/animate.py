@@ -17,7 +17,7 @@ from ..arguments_from_options import (
 )
 from ..layer_option import parse_layer
 from ..option_errors import name_options_in_errors
-from ..paths import expand_globs, require_type
+from ..paths import expand_globs, file_type, require_type
 from ..read_layers import read_layers, read_style
 from ..stage_times import report_stage
 from ..web_pages import LEFT_OUT, find_given
@@ -96,6 +96,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         help="write a .html page that holds the models in place of pictures: they can be turned while they move",
     )
     groups.add_drawing_options(parser, resolution="640,480")
+    groups.add_web_page(parser)
     groups.add_general_options(parser, adapter=True, rasterizer=True)
 
 
@@ -104,6 +105,10 @@ def run(options: argparse.Namespace) -> int:
     require_drawing_options(options)
     if options.live:
         _require_live(options)
+    elif options.max_edges is not None:
+        raise ArgumentError("--max-edges must come with --live: other files hold pictures, not edges")
+    elif options.title is not None and file_type(options.output) not in types.PAGE_TYPES:
+        raise ArgumentError("--title is for web pages, whose names end in .html")
     if options.axis is not None or options.frames is not None:
         if options.matrices is not None:
             raise ArgumentError("--axis and --frames are for --turntable: --matrices has one matrix per frame")
@@ -146,6 +151,8 @@ def _require_live(options: argparse.Namespace) -> None:
 def _save(made: "Animation", options: argparse.Namespace) -> None:
     with report_stage(f"drew and wrote {options.output}") as details:
         details.append(f"{len(made)} frames")
+        if options.title is not None:
+            made.title = options.title
         _write(made, options)
 
 
@@ -153,7 +160,7 @@ def _write(made: "Animation", options: argparse.Namespace) -> None:
     if options.live:
         from ...web.page import save_page
 
-        save_page(made, options.output)
+        save_page(made, options.output, max_edges=options.max_edges)
     else:
         made.save(options.output)
 

@@ -64,6 +64,28 @@ def test_an_animation_can_hold_the_models_in_place_of_pictures() -> None:
     assert 'id="scene"' not in flat
 
 
+def test_the_page_of_an_animation_can_be_made_smaller_and_has_a_title() -> None:
+    gx.save_mesh(gx.samples.icosphere(3), "ball.obj")
+    typed = ["animate", "ball.obj", "--live", "--frames", "3", *SMALL]
+    assert main([*typed, "-o", "all.html"]) == 0
+    assert main([*typed, "-o", "some.html", "--max-edges", "200", "--title", "A ball"]) == 0
+    assert Path("some.html").stat().st_size < Path("all.html").stat().st_size - 2000
+    assert "<title>A ball</title>" in Path("some.html").read_text("utf-8")
+
+
+@pytest.mark.parametrize(
+    ("typed", "words"),
+    [
+        (["-o", "turn.html", "--max-edges", "9"], "--max-edges must come with --live"),
+        (["-o", "turn.gif", "--title", "Turn"], "--title is for web pages, whose names end in .html"),
+    ],
+)
+def test_options_of_pages_that_other_animations_have_not(
+    typed: list[str], words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert words in error_of(["animate", "house.obj", *typed], capsys)
+
+
 @pytest.mark.parametrize(
     ("typed", "words"),
     [
