@@ -289,7 +289,7 @@ def test_memory_maps_go_in_and_out_without_staying_in_memory(tmp_path: Path, pro
     assert float(run.stdout) < 60
 
 
-@pytest.mark.parametrize("kind", ["npy", "ply", "las"])
+@pytest.mark.parametrize("kind", ["npy", pytest.param("ply", marks=pytest.mark.float64), "las"])
 def test_a_run_is_resumed_with_parts_of_another_size(
     tmp_path: Path, kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
