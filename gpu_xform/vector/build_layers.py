@@ -9,6 +9,7 @@ from .._core.types import BoolArray, Float64Array
 from ..drawing.draw_list import Lines
 from ..drawing.enums import HIDDEN_FADE_ALPHA, ColorMode, Hidden
 from ..drawing.prepare import PreparedFrame
+from .coincident import leave_out_coincident
 from .edge_visibility import SplitEdges, split_edges_by_visibility
 from .fills import collect_fills
 from .layer import Points, Polygons, Stroke, VectorLayer
@@ -75,6 +76,7 @@ def _max_span_px(lines: Lines) -> float:
 def _build_layer(name: str, splits: Sequence[SplitEdges], polygons: Polygons | None) -> VectorLayer:
     """Return one vector layer, without hidden spans that are removed and without hidden points."""
     segments, hidden, starts, colors, circles, point_colors = [], [], [], [], [], []
+    is_part: list[BoolArray] = []
     visible_stroke = hidden_stroke = Stroke(1.0, ())
     for split in splits:
         lines = split.batch.lines
@@ -102,9 +104,11 @@ def _build_layer(name: str, splits: Sequence[SplitEdges], polygons: Polygons | N
         ends, dash_starts = _along_chains(spans)
         segments.append(ends)
         hidden.append(is_hidden)
+        n_spans = np.bincount(split.spans["edge"], minlength=1)
+        is_part.append(n_spans[spans["edge"]] > 1)
         starts.append(dash_starts)
         colors.append(span_colors)
-    return VectorLayer(
+    layer = VectorLayer(
         name=name,
         segments=np.concatenate(segments) if segments else np.empty((0, 4), np.float32),
         hidden=np.concatenate(hidden) if hidden else np.empty(0, np.bool_),
@@ -115,6 +119,7 @@ def _build_layer(name: str, splits: Sequence[SplitEdges], polygons: Polygons | N
         polygons=polygons,
         points=Points(np.concatenate(circles), np.concatenate(point_colors)) if circles else None,
     )
+    return leave_out_coincident(layer, np.concatenate(is_part)) if is_part else layer
 
 
 def _along_chains(spans: npt.NDArray[np.void]) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.float32]]:

@@ -175,7 +175,8 @@ def test_of_a_convex_solid_the_edges_of_faces_that_look_at_the_eye_are_there(mes
     lengths = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     [shown] = layers(mesh, hidden="dash")
     drawn = np.linalg.norm(shown.segments[:, 2:] - shown.segments[:, :2], axis=1)
-    assert abs(drawn.sum() - lengths.sum()) <= 1e-3 * lengths.sum()
+    # Less what lies on other lines.
+    assert 0.97 * lengths.sum() <= drawn.sum() <= 1.001 * lengths.sum()
     for hidden, asked in ((False, lengths[visible].sum()), (True, lengths[~visible].sum())):
         # About a pixel an edge at most: where hidden edges reach the outline.
         assert abs(drawn[shown.hidden == hidden].sum() - asked) <= 0.7 * len(mesh.edges)
