@@ -408,15 +408,21 @@ def parse_color(text: str) -> ColorLike:
 @argument_type
 def parse_line_color(text: str) -> ColorLike:
     """Parse a colour, `face` or `file`."""
-    return text if text in ("face", "file") else parse_color(text)
+    return _parse_color_or(("face", "file"), text)
+
+
+def _parse_color_or(words: tuple[str, ...], text: str) -> ColorLike:
+    try:
+        return text if text in words else parse_color(text)
+    except argparse.ArgumentTypeError as error:
+        also = f"{', '.join(words[:-1])} or {words[-1]}"
+        raise ValueError(f"{error}; it may also be {also}{did_you_mean(text, words)}") from None
 
 
 @argument_type
 def parse_fill(text: str) -> ColorLike | Template:
     """Parse a colour, `face`, `file`, `shade`, or the name of an .npy file."""
-    if text == SHADE:
-        return text
-    return Template(text) if _is_npy_file(text) else parse_line_color(text)
+    return Template(text) if _is_npy_file(text) else _parse_color_or((SHADE, "face", "file"), text)
 
 
 @argument_type

@@ -22,12 +22,16 @@ STYLE_NAMES = (
 
 
 def require_drawing_options(options: Namespace) -> None:
-    """Raise `ArgumentError` if options of the camera or of the colormap contradict or lack one another."""
+    """Raise `ArgumentError` if options of the camera or of a style contradict or lack one another."""
     require_one_camera(options)
     for each in (options, *options.extra_layers):
         for name in ("cmap", "clim", "colorbar"):
             if name in each and "scalars" not in each:
                 raise ArgumentError(f"--{name} must come with --scalars")
+        if getattr(each, "shading", "none") != "none" and "fill" not in each:
+            raise ArgumentError("--shading must come with --fill, whose faces it lights")
+        if "hidden_style" in each and getattr(each, "hidden", "dash") not in ("dash", "fade"):
+            raise ArgumentError("--hidden-style must come with --hidden dash or fade")
 
 
 def compose_transforms(options: Namespace) -> Float64Array:

@@ -19,11 +19,18 @@ if TYPE_CHECKING:
 
 def require_one_camera(options: Namespace) -> None:
     """Raise `ArgumentError` if the options aim the camera twice, or only in part, or so that no side is up."""
+    from ..drawing.camera import DEFAULT_FOV_Y
+
     if options.camera_position is not None and options.camera_zoom_factor is not None:
         raise ArgumentError(
             "camera options: --camera-zoom-factor cannot go with --camera-position: it moves the camera"
         )
     if options.camera_position is None:
+        if options.camera_orthographic and options.camera_view_angle != DEFAULT_FOV_Y:
+            raise ArgumentError(
+                "camera options: --camera-view-angle cannot go with --camera-orthographic: without a "
+                "--camera-position a parallel view has no angle"
+            )
         if options.camera_focal_point is not None:
             raise ArgumentError("camera options: --camera-focal-point must come with --camera-position")
         _require_upright(options)
@@ -66,6 +73,8 @@ def make_camera(options: Namespace, layers: Sequence["Layer"]) -> "CameraLike":
             forward, lens["up"] = _turn(forward, lens["up"], options)
         return Camera.look_at(np.subtract(target, forward), target, **lens)
     except ArgumentError as error:
+        if error.argument == "target":
+            raise ArgumentError("camera options: --camera-position and --camera-focal-point must differ") from None
         hint = ": give another --camera-view-up" if error.argument == "up" else ""
         raise ArgumentError(f"camera options: {error}{hint}") from None
 

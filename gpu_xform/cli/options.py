@@ -325,7 +325,8 @@ def add_style(parser: argparse.ArgumentParser) -> None:
     either = group.add_mutually_exclusive_group()
     for flag, metavar, parse, text in STYLE:
         target = either if flag in LINE_COLOR_FLAGS else group
-        target.add_argument(flag, metavar=metavar, type=parse, default=argparse.SUPPRESS, help=text)
+        action = "extend" if parse is types.parse_edge_sets else "store"
+        target.add_argument(flag, metavar=metavar, type=parse, action=action, default=argparse.SUPPRESS, help=text)
     group.add_argument(
         "--no-antialias",
         action="store_false",

@@ -150,8 +150,8 @@ def _read_scalars(source: str | Template, path: str, mesh: Mesh) -> tuple[npt.ND
 
         known = list_scalars(mesh)
         if source not in known:
-            attributes = f", or {', '.join(known)} of {path}" if known else ""
-            raise ArgumentError(f"--scalars: expected x, y, z or an .npy file{attributes}, got {source!r}")
+            attributes = f"{', '.join(known)} of {path}" if known else f"an attribute, of which {path} has none"
+            raise ArgumentError(f"--scalars: expected x, y, z, an .npy file, or {attributes}, got {source!r}")
         return find_scalars(mesh, source)
     array_path = source.path_for(path)
     scalars = as_real_array(files.read_array(array_path), array_path, finite=False)

@@ -249,6 +249,9 @@ def _require_page(options: argparse.Namespace) -> None:
     from ...drawing.prepare import DEFAULT_SIZE
 
     given: dict[str, Any] = {"paper": None, "drawing_scale": None, "margin": None, "units": "mm"}
-    given |= collect_page_arguments(options)
+    typed = collect_page_arguments(options)
+    if typed and options.paper is None:
+        raise ArgumentError(f"--{next(iter(typed)).replace('_', '-')} must come with --paper, such as --paper A4")
+    given |= typed
     with name_options_in_errors(options, options.models):
         make_page(**given, size=options.resolution, default_size=DEFAULT_SIZE)

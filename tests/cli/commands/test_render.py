@@ -236,6 +236,12 @@ def test_edges_that_are_none_are_refused(options: list[str], capsys: pytest.Capt
     assert not Path("out.png").exists()
 
 
+def test_sets_of_edges_may_be_named_one_by_one() -> None:
+    both = run_render("--edges", "feature", "--edges", "silhouette", "--size", "60,40")
+    assert np.array_equal(both, run_render("--edges", "feature,silhouette", "--size", "60,40"))
+    assert not np.array_equal(both, run_render("--edges", "silhouette", "--size", "60,40"))
+
+
 def test_views_on_one_sheet(capsys: pytest.CaptureFixture[str]) -> None:
     views = ["--views", "front,top,right,iso", "--projection", "first", "--size", "120,80"]
     expected = render_array(samples.house(), size=(120, 80), views="front,top,right,iso", projection="first")
@@ -375,7 +381,10 @@ def test_one_colour_means_one_number_in_a_picture_of_two_models() -> None:
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        (["--scalars", "w"], "--scalars: expected x, y, z or an .npy file, got 'w'"),
+        (
+            ["--scalars", "w"],
+            "--scalars: expected x, y, z, an .npy file, or an attribute, of which house.obj",
+        ),
         (["--scalars", "none.npy"], "none.npy: No such file"),
         (
             ["--scalars", "nine.npy"],
@@ -533,7 +542,7 @@ def test_a_page_is_true_to_scale(capsys: pytest.CaptureFixture[str]) -> None:
     for options, message in (
         (["--paper", "A6", "--drawing-scale", "99:1"], "--paper: paper must be at least"),
         (["--paper", "A6", "--resolution", "10,10"], "--resolution: size must not be given with paper"),
-        (["--drawing-scale", "1:2"], "--drawing-scale: drawing_scale must go with paper"),
+        (["--drawing-scale", "1:2"], "--drawing-scale must come with --paper"),
         (["--paper", "A6", "--units", "yd"], "expected um, mm, cm"),
     ):
         assert message in error_of(["render", "house.obj", "-o", "out.svg", *options], capsys)
