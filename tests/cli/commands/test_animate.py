@@ -59,7 +59,7 @@ def expected(**arguments: Any) -> list[Pixels]:
         (["--camera-direction", "-Z"], {"camera": {"direction": (0, 0, -1)}}),
         (
             ["--camera-direction=0,-1,0", "--camera-view-up", "-Z", "--camera-orthographic"],
-            {"camera": {"direction": (0, -1, 0), "up": (0, 0, -1), "orthographic": True}},
+            {"camera": {"direction": (0, -1, 0), "up": (0, 0, -1), "orthographic": True}, "axis": "y"},
         ),
         (["--camera-view-angle", "60"], {"camera": {"fov_y": 60}}),
         (["--camera-position", "3,4,9", "--translate", "0,1,0"], None),
