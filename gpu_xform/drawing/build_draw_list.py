@@ -74,7 +74,7 @@ def build_draw_list(
             builder = _LayerBuilder(layer, source, device, stack, size, is_covered=is_covered[i])
             if layer.fill is not None:
                 palette.append(builder.fill_palette(clip_from_world))
-            built = builder.build(clip_from_world, depth_cue, first_color)
+            built = _put_hidden_first(builder.build(clip_from_world, depth_cue, first_color))
         drawables += built
         if any(is_covered) and opaque[i].any():
             covers += builder.build_covers(built, opaque[i])
@@ -82,6 +82,22 @@ def build_draw_list(
     colors = np.concatenate(palette) if palette else np.empty(0, np.uint32)
     has_others = any(drawable.faces and not drawable.faces.is_opaque for drawable in drawables)
     return DrawList(drawables, layer_indices, colors, clouds, covers if covers and has_others else None)
+
+
+def _put_hidden_first(drawables: list[Drawable]) -> list[Drawable]:
+    """Return the drawables of a layer, strokes of hidden parts before all others: silhouettes have strokes of both."""
+    drawn = [drawable for drawable in drawables if drawable.lines]
+    if len(drawn) < 2 or not any(lines.hidden is Hidden.ONLY for drawable in drawn for lines in drawable.lines):
+        return drawables
+    first, then = [], []
+    for drawable in drawables:
+        hidden = tuple(lines for lines in drawable.lines if lines.hidden is Hidden.ONLY)
+        others = tuple(lines for lines in drawable.lines if lines.hidden is not Hidden.ONLY)
+        if hidden or drawable.faces:
+            first.append(replace(drawable, lines=hidden))
+        if others:
+            then.append(replace(drawable, lines=others, faces=None))
+    return first + then
 
 
 def normalize_w(matrices: Float64Array) -> Float64Array:

@@ -12,7 +12,7 @@ from gpu_xform.drawing.enums import HiddenStyle
 from gpu_xform.drawing.silhouettes import EDGE_ON_SINE
 from gpu_xform.geometry.edges import compute_face_normals, find_edge_faces, resolve_edges
 from gpu_xform.geometry.mesh import pack_pairs
-from tests.support.solids import TURN, star_prism, turned_part
+from tests.support.solids import TURN, concatenate, star_prism, turned_part
 from tests.support.types import Array
 
 SIZE = (150, 120)
@@ -246,3 +246,19 @@ def test_a_fillet_does_not_hide_the_tangent_edge_at_which_it_ends(hidden: Hidden
     x, y = np.floor(165.0 + 150.0 * np.array([np.cos(angles), np.sin(angles)])).astype(int)
     around = shown[y[:, np.newaxis] + np.arange(-1, 2), x[:, np.newaxis] + np.arange(-1, 2), 0]
     assert around.min(axis=1).max() < 110
+
+
+def test_hidden_silhouettes_are_drawn_before_visible_edges() -> None:
+    pair = concatenate(samples.cube(), samples.icosphere(3).transformed(matrices.translate(0.9, 0.7, -3.0)))
+    window = Camera.window((-1.5, 2.5), (-1.5, 2.5))
+    options: dict[str, Any] = {
+        "edges": ["feature", "silhouette"],
+        "camera": window,
+        "size": (128, 128),
+        "line_width": 4,
+    }
+    visible = gx.render_array(pair, hidden="remove", **options)[..., :3].max(axis=2) == 0
+    shown = gx.render_array(pair, hidden_style={"color": "red", "line_width": 2, "dash": "continuous"}, **options)
+    assert (shown[..., 0] > shown[..., 1]).any()
+    assert visible.sum() > 500
+    assert (shown[visible, :3] == 0).all()
