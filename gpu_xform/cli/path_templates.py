@@ -29,7 +29,8 @@ class Template:
 
     def __init__(self, text: str) -> None:
         if os.path.split(text)[1] in ("", "."):
-            hint = f"; {text}{{model}}.png is a file per model in that folder" if text.endswith("/") else ""
+            is_folder = text.endswith("/") and not Path(text).suffix
+            hint = f"; {text}{{model}}.png is a file per model in that folder" if is_folder else ""
             raise ValueError(f"expected the path of a file, got {text!r}{hint}")
         found = BRACES.findall(text)
         for braces in found:

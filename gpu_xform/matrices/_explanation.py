@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -33,6 +34,7 @@ def explain(*matrices: MatrixLike, point: npt.ArrayLike | None = None) -> str:
     Returns
     -------
     str
+        Notebooks show it line by line, without `print`.
 
     Raises
     ------
@@ -49,7 +51,16 @@ def explain(*matrices: MatrixLike, point: npt.ArrayLike | None = None) -> str:
         blocks.append([f"Together {' '.join(reversed(names))}:", *_format_rows(chain(*steps))])
     if point is not None:
         blocks.append(_trace_point(_to_homogeneous(point, len(steps[0])), steps, names))
-    return "\n\n".join("\n    ".join(block) for block in blocks)
+    return _Explanation("\n\n".join("\n    ".join(block) for block in blocks))
+
+
+class _Explanation(str):
+    """A text that IPython shows with its lines one below the other, also if it is the last value of a cell."""
+
+    __slots__ = ()
+
+    def _repr_pretty_(self, printer: Any, cycle: bool) -> None:  # noqa: ARG002 - as IPython calls it
+        printer.text(str(self))
 
 
 def _trace_point(point: Float64Array, steps: list[Float64Array], names: list[str]) -> list[str]:

@@ -120,6 +120,8 @@ def test_without_the_right_to_push_there_is_a_warning_and_a_summary(
     assert "::warning::the pictures could not be pushed to pictures" in run.log
     assert "commit" not in run.outputs["publish"]
     assert len(re.findall("<img", run.summary)) == 3
+    link = '<td><a href="https://github.example/artifact">in the artifact</a></td>'
+    assert run.summary.count(link) == 2  # the picture and the difference
 
 
 def test_what_matches_passes_and_words_are_not_expanded(act: Callable[..., ActionRun]) -> None:

@@ -1,4 +1,5 @@
 import math
+import pickle
 from collections.abc import Callable
 from typing import Any
 
@@ -468,6 +469,14 @@ The point (x, y, z, w):
     after M3      [ -9.75   4    0  2 ]
     divided by w  [ -4.875  2    0  1 ]"""
     )
+
+
+def test_an_explanation_shows_its_lines_in_ipython() -> None:
+    pretty = pytest.importorskip("IPython.lib.pretty")
+    text = explain(scale(2), scale(3))
+    assert pretty.pretty(text) == text
+    assert isinstance(text, str)
+    assert pickle.loads(pickle.dumps(text)) == text  # noqa: S301 - made here
 
 
 def test_explain_in_the_plane_needs_no_division() -> None:

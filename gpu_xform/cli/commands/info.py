@@ -5,6 +5,7 @@ import json
 import math
 import warnings
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -73,6 +74,8 @@ def _describe(path: str, declared_type: str | None, tolerance: float | None) -> 
     from ...formats.gltf import merge_scene
 
     kind = file_type(path, declared_type)
+    if kind != "zarr" and path != STDIO and Path(path).is_dir():
+        raise ArgumentError(f"{path}: a folder; {Path(path, '*')} stands for the files in it")
     if kind in SCAN_TYPES:
         return _summarize_scan(path, kind)
     with warnings.catch_warnings(record=True) as caught:

@@ -22,6 +22,11 @@ def info_of(capsys: pytest.CaptureFixture[str], *paths: str) -> list[dict[str, A
     return found
 
 
+def test_a_folder_is_told_from_a_file(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("models").mkdir()
+    assert "models: a folder; models/* stands for the files in it" in error_of(["info", "models"], capsys)
+
+
 def test_a_scan(capsys: pytest.CaptureFixture[str]) -> None:
     Path("scan.ply").write_bytes(SCAN)
     (found,) = info_of(capsys, "scan.ply")
