@@ -69,6 +69,15 @@ function coversOf(layer, drawables, opaque) {
   return withFaces.map(drawable => ({ ...drawable, faces: { ...drawable.faces, triangles, colorIndices: null }, lines: [] }));
 }
 
+// Strokes of hidden parts before all others: silhouettes have strokes of both.
+function putHiddenFirst(drawables) {
+  const isHidden = ({ hidden }) => hidden === HIDDEN.only;
+  if (drawables.filter(({ lines }) => lines.length).length < 2 || !drawables.some(({ lines }) => lines.some(isHidden))) return drawables;
+  const first = drawables.map(drawable => ({ ...drawable, lines: drawable.lines.filter(isHidden) }));
+  const then = drawables.map(drawable => ({ ...drawable, faces: null, lines: drawable.lines.filter(line => !isHidden(line)) }));
+  return [...first.filter(({ faces, lines }) => faces || lines.length), ...then.filter(({ lines }) => lines.length)];
+}
+
 class LayerBuilder {
   constructor(layer, clipFromWorld, worldPoints, constants, isCovered) {
     Object.assign(this, { layer, mesh: layer.mesh, clipFromWorld, constants, isCovered });
@@ -110,7 +119,7 @@ class LayerBuilder {
       });
     }
     if (layer.pointSize !== null) drawables.push({ ...common, lines: [this.dots()] });
-    return drawables;
+    return putHiddenFirst(drawables);
   }
 
   // The edges of a set, under a key that their mesh keeps them by, and the row of each edge's colour.
