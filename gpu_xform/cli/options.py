@@ -173,7 +173,12 @@ STYLE = (
         types.parse_hatch,
         "hatch what --section cuts: auto, by 45 or 135 degrees, or by DEG, with lines D apart",
     ),
-    ValueOption("--alpha", "A", types.parse_fraction, "opacity, 0 to 1 (default: 1)"),
+    ValueOption(
+        "--alpha",
+        "A",
+        types.parse_fraction,
+        "opacity, 0 to 1; faces become paler, and still hide those behind (default: 1)",
+    ),
     ValueOption(
         "--labels",
         "WHAT",
@@ -405,7 +410,8 @@ def add_camera(parser: argparse.ArgumentParser) -> None:
         "--camera-zoom-factor",
         metavar="F",
         type=types.parse_zoom_factor,
-        help="part of the picture's width or height that the models fill, more than 1 to come closer (default: 0.9)",
+        help="part of the picture's width or height that the models fill, as in F3D: 1 fills it all, and more "
+        "comes closer; not with --camera-position (default: 0.9)",
     )
 
 

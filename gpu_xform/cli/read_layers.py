@@ -2,6 +2,7 @@
 
 from argparse import Namespace
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -12,6 +13,7 @@ from .._core.arguments import as_real_array, as_square_matrices
 from .._core.types import Float64Array
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
+from ..imaging.colors import COLOR_CYCLE
 from . import files
 from .argument_types import AXES
 from .arguments_from_options import collect_style_arguments, compose_transforms
@@ -21,6 +23,8 @@ from .streams import name_file_in_errors
 
 if TYPE_CHECKING:
     from ..drawing.layer import Layer, Style
+
+COLORS = ("color", "fill", "scalars", "face_colors", "edge_colors", "vertex_colors")
 
 
 def read_layers(
@@ -33,7 +37,13 @@ def read_layers(
     layers = _read_styled(options, paths, world_from_model, size)
     for extra in options.extra_layers:
         layers += _read_styled(extra, expand_globs(extra.models), compose_transforms(extra))
-    return layers
+    has_colors = any(name in each for each in (options, *options.extra_layers) for name in COLORS)
+    return layers if has_colors or size or not options.legend or len(layers) < 2 else _color_apart(layers)
+
+
+def _color_apart(layers: Sequence["Layer"]) -> list["Layer"]:
+    """Return layers with lines in a colour each, so that a legend tells them apart."""
+    return [replace(layer, color=COLOR_CYCLE[i % len(COLOR_CYCLE)]) for i, layer in enumerate(layers)]
 
 
 def read_style(options: Namespace, path: str, use: str) -> dict[str, Any]:

@@ -1,6 +1,7 @@
 """The keys of a picture: what legends and colour bars say of its layers."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -26,7 +27,7 @@ _N_COLORS = 256  # of a colour bar whose colormap is a callable
 def legend_entries(layers: Sequence[Layer], sources: Sequence[Source], legend: LegendLike) -> list[LegendEntry]:
     """Return the entries of a legend: of the layers that have names, or that are given texts.
 
-    Raises `ArgumentError` if there are none, or not as many texts as layers.
+    Raises `ArgumentError` if there are none, if all look alike, or if there are not as many texts as layers.
     """
     if legend is False:
         return []
@@ -43,11 +44,15 @@ def legend_entries(layers: Sequence[Layer], sources: Sequence[Source], legend: L
             raise ArgumentError.expecting("legend", f"have one text for each of the {len(given)} models", len(legend))
         texts = dict(zip(given, legend, strict=True))
         names = [texts.get(i) for i in range(len(layers))]
-    return [
+    entries = [
         _describe(layer, source, name)
         for layer, source, name in zip(layers, sources, names, strict=True)
         if name and name.strip()
     ]
+    if len(entries) > 1 and len({replace(entry, name="") for entry in entries}) == 1:
+        reason = f"all {len(entries)} look alike: give each a color or a fill of its own"
+        raise ArgumentError.expecting("legend", "tell the models apart", reason=reason)
+    return entries
 
 
 def color_bars(layers: Sequence[Layer]) -> list[ColorBar]:

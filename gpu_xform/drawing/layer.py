@@ -121,7 +121,8 @@ class Layer(Pictured):
         Dashes of lines: lengths in line widths, such as (4, 2, 1, 2), of a dash, a gap, a dash and so on, at most eight
         dashes; or a line type of ISO 128-2 by its number or its name, such as "04" or "long-dashed-dotted". Dashes run
         on from edge to edge where the line turns by at most 50 degrees. By default lines are continuous. Hidden parts
-        have dashes of their own, 4 widths long and 3 apart, if `hidden` is "dash".
+        have dashes of their own, 4 widths long and 3 apart, if `hidden` is "dash"; of widths below 1.5 pixels, as long
+        as those of 1.5.
     antialias : bool
         If False, lines are one pixel wide whatever `line_width` says, and each pixel is on or off; that is fast.
     color : color
@@ -143,7 +144,8 @@ class Layer(Pictured):
     clim : (2,) numbers, optional
         The scalars at both ends of the colormap; by default the smallest and the largest.
     alpha : float
-        The opacity of all that is drawn, from 0 to 1.
+        The opacity of all that is drawn, from 0 to 1. Filled faces become paler: of several at a pixel the nearest one
+        alone is drawn, of whichever model, so that those behind it stay hidden. Models without a fill show through.
     depth_cue : float
         What the farthest point of the picture loses of its opacity, from 0 to 1; nearer points lose less, in proportion
         to their distance.

@@ -1,5 +1,6 @@
 """Axes, legends and colour bars in pictures: the model is drawn smaller, and they are around it."""
 
+from dataclasses import replace
 from typing import Any, cast
 
 import numpy as np
@@ -175,3 +176,10 @@ def test_impossible_annotations_are_errors(options: dict[str, Any], error: type[
         gx.render(CUBE, size=(64, 64), **options)
     with pytest.raises(error, match=message):
         gx.animate(CUBE, [np.eye(4)], size=(64, 64), **options)[0]
+
+
+def test_a_legend_of_models_that_look_alike_is_refused() -> None:
+    models = [gx.Layer(CUBE, name=name) for name in ("one", "two")]
+    with pytest.raises(ArgumentError, match="legend must tell the models apart: all 2 look alike"):
+        gx.render_svg(models, legend=True, size=(64, 48))
+    assert ">two</text>" in gx.render_svg([models[0], replace(models[1], color="red")], legend=True, size=(180, 90))

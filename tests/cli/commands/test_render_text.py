@@ -65,6 +65,15 @@ def test_the_parts_of_a_file_are_models_of_their_own(capsys: pytest.CaptureFixtu
     assert Path("a.png").read_bytes() == Path("b.png").read_bytes()
 
 
+def test_a_legend_tells_models_apart_that_have_no_colours() -> None:
+    save_mesh(HOUSE, "shed.obj")
+    render = ["render", "house.obj", "shed.obj", "-o", "both.svg", *SIZE, "--legend"]
+    assert main(render) == 0
+    layers = [gx.Layer(HOUSE, name=name, color=f"C{i}") for i, name in enumerate(("house", "shed"))]
+    assert Path("both.svg").read_text("utf-8") == gx.render_svg(layers, size=(120, 80), legend=True)
+    assert main([*render, "--color", "red"]) == 2
+
+
 @pytest.mark.parametrize(
     ("options", "words"),
     [
