@@ -12,6 +12,7 @@ import numpy.typing as npt
 from .._core import npy
 from .._core.atomic_files import atomic_write
 from .._core.error_context import prefix_errors
+from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from .paths import STDIO, file_type
@@ -94,9 +95,13 @@ def read_array(path: str) -> npt.NDArray[Any]:
 
 
 def _read_npy(path: str) -> npt.NDArray[Any]:
+    data = b""
     try:
-        return npy.read_array(get_binary_stream("stdin").read() if path == STDIO else Path(path).read_bytes())
+        data = get_binary_stream("stdin").read() if path == STDIO else Path(path).read_bytes()
+        return npy.read_array(data)
     except ValueError as error:
+        if is_lfs_pointer(data):
+            raise ArgumentError(f"{path}: {POINTER_WORDS}") from None
         raise ArgumentError(f"{path}: not an .npy file of numbers: {error}") from None
     except MemoryError as error:
         raise ArgumentError(f"{path}: not enough memory: {error}") from None

@@ -4,6 +4,7 @@ import io
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from ..errors import ArgumentError
 from . import files
 from .paths import STDIO, file_type, require_type
@@ -30,6 +31,8 @@ def read_image(path: str) -> "Image":
     from PIL import Image, ImageOps
 
     data = get_binary_stream("stdin").read() if path == STDIO else Path(path).read_bytes()
+    if is_lfs_pointer(data):
+        raise ArgumentError(f"{path}: {POINTER_WORDS}")
     try:
         stored = Image.open(io.BytesIO(data))
         stored.load()

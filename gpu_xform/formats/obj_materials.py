@@ -6,6 +6,7 @@ from typing import Any
 from urllib.parse import quote
 
 from .._core.atomic_files import atomic_write
+from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from ..geometry.mesh import Mesh
 from ._beside import find_beside
 from ._text import plain_text
@@ -30,6 +31,9 @@ def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes
                 missing.append(name)
             else:
                 found[name] = path.read_bytes()
+    pointers = [name for name, data in found.items() if is_lfs_pointer(data)]
+    if pointers:
+        warn(f"the materials of {', '.join(pointers)} are not there: it is {POINTER_WORDS}")
     if missing:
         warn(f"the materials of {', '.join(dict.fromkeys(missing))} are not there: no such file lies beside it")
     return found

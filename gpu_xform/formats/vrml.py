@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._core.error_context import prefix_errors
+from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.attributes import sign_of_determinant
@@ -154,6 +155,8 @@ class _Inlines:
             data = path.read_bytes()
             budget().allow_bytes(len(data))
             with prefix_errors(path.name):
+                if is_lfs_pointer(data):
+                    raise MeshError(POINTER_WORDS)
                 self.parsed[path] = _parse(data)
         return self.parsed[path]
 

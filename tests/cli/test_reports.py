@@ -318,6 +318,12 @@ def test_a_pointer_of_git_lfs_is_named(capsys: pytest.CaptureFixture[str]) -> No
     statuses = [record["status"] for record in json.loads(Path("r.json").read_bytes())["pictures"]]
     assert statuses == ["no reference", "failed", "failed"]
     assert "Not drawn" not in Path("r.html").read_text("utf-8").split('id="no-reference"')[1]
+    shutil.copy("models/changed.obj", "image.png")
+    assert main(["convolve", "image.png", "soft.png", "--gaussian", "1"]) == 2
+    assert f"image.png: {words}" in capsys.readouterr().err
+    shutil.copy("image.png", "faces.npy")
+    assert main(["render", "models/same.ply", "-o", "x.png", "--face-colors", "faces.npy", *SIZE]) == 2
+    assert f"faces.npy: {words}" in capsys.readouterr().err
     with pytest.raises(ArgumentError, match="source must hold points, got a pointer of Git LFS"):
         transform_file("models/changed.obj", "out.npy", np.eye(4))
 

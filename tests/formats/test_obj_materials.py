@@ -95,6 +95,12 @@ def test_a_missing_file_is_a_warning(model: Path) -> None:
     assert mesh.attributes.material == {"mtllib": ("m.mtl",)}
 
 
+def test_a_pointer_of_git_lfs_is_a_warning(model: Path) -> None:
+    model.with_suffix(".mtl").write_text("version https://git-lfs.github.com/spec/v1\noid sha256:0\nsize 1\n")
+    with pytest.warns(MeshWarning, match=r"the materials of m\.mtl are not there: it is a pointer of Git LFS"):
+        load_mesh(model)
+
+
 def test_files_elsewhere_are_not_opened(tmp_path: Path) -> None:
     (tmp_path / "secret.mtl").write_bytes(MTL)
     (tmp_path / "in").mkdir()
