@@ -80,6 +80,7 @@ def make_line_paths(layer: VectorLayer, *, hidden: bool) -> Paths:
     """Return the paths of the hidden or of the visible segments, without those whose alpha is 0."""
     colors = quantize_colors(layer.colors, len(layer.segments))
     which = np.flatnonzero((layer.hidden == hidden) & (colors[:, 3] > 0))
+    which = which[_is_needed(to_fixed_point(layer.segments[which]))]
     ends, colors = to_fixed_point(layer.segments[which]).reshape(-1, 2, 2), colors[which]
     if dash := layer.stroke(hidden=hidden).dash:
         period = 100.0 * sum(dash)
@@ -87,6 +88,15 @@ def make_line_paths(layer: VectorLayer, *, hidden: bool) -> Paths:
         starts = layer.dash_start[which]
         return _make_dashed_paths(ends, colors, to_fixed_point(np.stack([starts, starts + lengths], axis=1)), period)
     return _make_solid_paths(ends, colors)
+
+
+def _is_needed(ends: FixedPoint) -> BoolArray:
+    """Return which segments (s, 4) are longer than a point, or a point at which none of those ends: (s,)."""
+    is_long: BoolArray = (ends[:, :2] != ends[:, 2:]).any(axis=1)
+    if is_long.all() or not is_long.any():
+        return np.ones(len(ends), np.bool_)
+    places = (ends[:, ::2].astype(np.int64) << 32) + ends[:, 1::2]
+    return is_long | ~np.isin(places[:, 0], places[is_long])
 
 
 def _make_solid_paths(ends: FixedPoint, colors: Bytes) -> Paths:

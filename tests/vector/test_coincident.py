@@ -9,7 +9,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera
-from gpu_xform.vector import Stroke, VectorLayer
+from gpu_xform.vector import Stroke, VectorLayer, format_svg
 from gpu_xform.vector.coincident import MIN_PIECE_PX, TOLERANCE_PX, find_uncovered, leave_out_coincident
 from tests.support.solids import TURN, turned_part
 from tests.support.types import Array
@@ -117,3 +117,9 @@ def test_a_rim_that_is_seen_edge_on_is_dashed_once() -> None:
         r' d="([^"]+)"', gx.render_svg(part, edges=["feature", "silhouette"], hidden="dash", size=(99, 99))
     )
     assert sum(path.count("M") for path in outline) < 6
+
+
+def test_edges_that_are_seen_end_on_leave_no_points_on_lines() -> None:
+    segments = [(0, 0, 9, 0), (9, 0, 9.001, 0.001), (30, 5, 30, 5)]
+    svg = format_svg((64, 64), (1.0, 1.0, 1.0, 1.0), [layer_of(segments, [False] * 3)])
+    assert re.findall(r' d="([^"]+)"', svg) == ["M0 0 9 0M30 5 30 5"]
