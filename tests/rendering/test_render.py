@@ -632,7 +632,7 @@ BAD_ARGUMENTS: list[tuple[dict[str, Any], type[Exception], str]] = [
     (
         {"camera": {"up": (0, 0, 1), "zoom": 2}},
         ArgumentTypeError,
-        r"^camera must have keys among direction, up, margin, fov_y, orthographic, or be a Camera, such as .*, got 'zoom'$",
+        r"^camera must have keys among direction, up, margin, fov_y, orthographic, or be a Camera, .*, got 'zoom'$",
     ),
     ({"camera": {"model": samples.cube()}}, ArgumentTypeError, "^camera must have keys among .*, got 'model'$"),
     ({"camera": {0: 1}}, ArgumentTypeError, "^camera must have keys among .*, got 0$"),
