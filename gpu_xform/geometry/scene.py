@@ -28,6 +28,7 @@ from .nodes import (
     require_finite_world,
     summarize_node,
 )
+from .nodes import Shown as Shown  # where pickles of older versions look for it
 from .scene_animation import NodePoses, SceneAnimation
 from .trimesh_scenes import add_nodes_of_trimesh, is_trimesh_scene, to_trimesh_scene
 
