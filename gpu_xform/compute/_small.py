@@ -12,7 +12,7 @@ from ..device import Device, opened_device
 from ..host import HostDevice
 from ._precision import DOUBLE, MIN_EXTENT_PER_COORDINATE, SINGLE
 from .host.choose import MIN_COMPILED_PRODUCTS
-from .host.vectorized import MIN_COPIED_POINTS, transform
+from .host.vectorized import MIN_COPIED_POINTS, MIN_POINTS_BY_ROW, transform, transform_by_row
 from .host.vectorized import transform_few as apply_to_few
 from .kernels.job import Epilogue
 
@@ -63,8 +63,12 @@ def _transform_on_host(
     out: npt.NDArray[Any],
     epilogue: Epilogue,
 ) -> None:
+    is_plain = epilogue is Epilogue.NONE  # each call on the way shows
+    if is_plain and len(points) >= MIN_POINTS_BY_ROW:
+        transform_by_row(points, matrix, out)
+        return
     m = matrix if out.dtype is DOUBLE else matrix.astype(out.dtype)
-    if epilogue is Epilogue.NONE and len(points) < MIN_COPIED_POINTS:  # each call on the way shows
+    if is_plain and len(points) < MIN_COPIED_POINTS:
         apply_to_few(points, m, out)
     else:
         transform(points, m, out, epilogue)

@@ -34,7 +34,7 @@ def transform(points: Array, m: Array, out: Array, epilogue: Epilogue) -> None:
             transform_few(points, m, out)
             return
         if n_points >= MIN_POINTS_BY_ROW:
-            _transform_by_row(points, m, out)
+            transform_by_row(points, m, out)
             return
     n_rows = 4 if epilogue is Epilogue.PERSPECTIVE_DIVIDE else n_components
     columns = m.T[:, :n_rows, None]
@@ -64,8 +64,11 @@ def transform_few(points: Array, m: Array, out: Array) -> None:
     np.add.reduce(m[:3, :, None] * homogeneous, 1, out=out.T)
 
 
-def _transform_by_row(points: Array, m: Array, out: Array) -> None:
-    """Write `m` (4, 4), affine, applied to points (n, 3), into `out` (n, 3), one coordinate of all after the other."""
+def transform_by_row(points: Array, m: Array, out: Array) -> None:
+    """Write `m` (4, 4), affine, applied to points (n, 3), into `out` (n, 3), one coordinate of all after the other.
+
+    The entries of `m` are rounded to the type of `out`.
+    """
     key = len(points), out.dtype
     kept = _kept.pop(key, None) or _make_arrays(*key)
     coordinates, (x, y, z), entries, rows, total, product = kept
@@ -84,7 +87,7 @@ def _transform_by_row(points: Array, m: Array, out: Array) -> None:
 
 
 def _make_arrays(n_points: int, dtype: np.dtype[Any]) -> tuple[Any, ...]:
-    """Return arrays for `_transform_by_row`: coordinates and each of them, entries and each of them, sums, products."""
+    """Return arrays for `transform_by_row`: coordinates and each of them, entries and each of them, sums, products."""
     coordinates, entries = np.empty((3, n_points), dtype), np.empty((3, 4), dtype)
     # Of no dimension, of which arithmetic is quicker than with numbers.
     rows = tuple(tuple(entries[i, j, ...] for j in range(4)) for i in range(3))
