@@ -46,7 +46,7 @@ COMPARISONS = [
     Comparison(SMOOTH, "ours", "ours, aliased", 2.0),
     Comparison(SMOOTH, "ours", "pygfx line segments", 0.3),
     Comparison(SMOOTH, "ours", "pygfx line segments, aa=True, ppaa='none'"),
-    Comparison(SMOOTH, "ours", "pygfx mesh wireframe", 0.45),
+    Comparison(SMOOTH, "ours", "pygfx mesh wireframe", 0.3),
     Comparison(SMOOTH, "ours", "pygfx mesh wireframe, ppaa='fxaa'"),
     Comparison(SMOOTH, "ours", "pyvista lines, MSAA", 0.6),
     Comparison(f"{SMOOTH}, hidden lines removed", "ours, hidden lines removed", "f3d mesh with edges", 0.18),
