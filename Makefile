@@ -62,7 +62,7 @@ SHARE ?= 1
 MOMENTS ?= 200
 
 .PHONY: fuzz
-fuzz: .venv/tools driver ## give damaged files to every reader, and odd arguments to functions, for SECONDS=300 each
+fuzz: .venv/tools driver ## give damaged files to every reader, and odd arguments to functions, for SECONDS=300 of a processor each
 	@$(BIN)/python -m tests.fuzz.readers --seconds $(SECONDS)
 	@$(BIN)/python -m tests.fuzz.calls --seconds $(SECONDS)
 

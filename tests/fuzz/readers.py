@@ -4,50 +4,30 @@
 """
 
 import argparse
-import io
+import os
 import random
 import sys
-import tempfile
 import time
 import traceback
 import warnings
 from collections import Counter
+from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
-import gpu_xform as gx
-from tests.formats.test_damage import SEEDS, SNIPPETS
-from tests.support.las_files import make_las
+from tests.formats.test_damage import SNIPPETS
+from tests.fuzz.seeds import Seed, list_seeds, make_folder
 
 MAX_CPU_S = 2.0
 MAX_GROWTH_BYTES = 256 << 20  # of the process, while it reads a file
 MAX_FILE_BYTES = 1_000_000
 FILES_PER_LARGE_FILE = 300
-
-
-def save_array() -> bytes:
-    """Return a `.npy` file of points, which has no faces, and so is no seed of the tests."""
-    file = io.BytesIO()
-    np.save(file, np.arange(24, dtype=np.float32).reshape(8, 3))
-    return file.getvalue()
-
-
-def save_scan() -> tuple[bytes, bytes]:
-    """Return a `.las` file with extra bytes, and the same as `.laz`."""
-    with tempfile.TemporaryDirectory() as folder:
-        scan = make_las(Path(folder, "a.las"), 60, 7)
-        scan.write(Path(folder, "a.laz"))
-        return Path(folder, "a.las").read_bytes(), Path(folder, "a.laz").read_bytes()
-
-
-ALL_SEEDS = [*SEEDS, ("npy", save_array()), *zip(("las", "laz"), save_scan(), strict=True)]
+MAX_SHOWN_BYTES = 400
 
 
 def mutate(data: bytes, rng: random.Random) -> bytes:
     """Return a file with a few bytes cut out, flipped, replaced, repeated or copied from elsewhere in it."""
     changed = bytearray(data)
-    for _ in range(rng.randint(1, 6)):
+    for _ in range(rng.choice((1, 1, 1, 2, 3, 6))):
         place, other = rng.randrange(len(changed) + 1), rng.randrange(len(changed) + 1)
         match rng.randrange(6):
             case 0 if len(changed) > 20:
@@ -85,55 +65,99 @@ def read_memory(name: str) -> int:
     return next((int(line.split()[1]) * 1024 for line in lines if line.startswith(name)), 0)
 
 
-def main() -> int:
-    """Fuzz for some seconds; print what was found, and return how many files broke the promise."""
-    kinds = sorted({kind for kind, _ in ALL_SEEDS})
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--kinds", default=",".join(kinds), help="the readers, separated by commas")
-    parser.add_argument("--seconds", type=float, default=300)
-    parser.add_argument("--seed", type=int, default=time.time_ns() % 2**32)
-    options = parser.parse_args()
-    rng, end = random.Random(options.seed), time.monotonic() + options.seconds  # noqa: S311 - no secret
-    seeds = [(kind, data) for kind, data in ALL_SEEDS if kind in options.kinds.split(",")]
-    if not seeds:
-        parser.error(f"--kinds: expected some of {','.join(kinds)}")
-    outcomes: Counter[str] = Counter()
-    files: Counter[str] = Counter()
-    broken, slowest, largest = set[str](), (0.0, ""), (0, "")
-    warnings.simplefilter("ignore")
-    first = time.process_time()
-    while time.monotonic() < end:
-        kind, data = rng.choice(seeds)
-        changed = mutate(data, rng)
+def count_cpu_s() -> float:
+    """Return the seconds of a processor that this process and its children, which have ended, took."""
+    ended = os.times()
+    return time.process_time() + ended.children_user + ended.children_system
+
+
+@dataclass
+class Tally:
+    """What came of the files of one kind."""
+
+    outcomes: Counter[str] = field(default_factory=Counter)
+    cpu_s: float = 0.0
+    slowest_s: float = 0.0
+    largest_bytes: int = 0
+
+    def describe(self) -> str:
+        """Return a line of figures."""
+        return (
+            f"{self.outcomes.total():,} files in {self.cpu_s:.0f} s of a processor: {dict(self.outcomes)}; "
+            f"slowest {self.slowest_s:.2f} s; most memory {self.largest_bytes >> 20} MiB"
+        )
+
+
+class Fuzzer:
+    """Damaged files, one after the other, and what broke a promise: for each way an example."""
+
+    def __init__(self, seeds: list[Seed], number: int) -> None:
+        self._seeds: dict[str, list[Seed]] = {}
+        for seed in seeds:
+            self._seeds.setdefault(seed.kind, []).append(seed)
+        self._rng = random.Random(number)  # noqa: S311 - no secret
+        self.tallies = {kind: Tally() for kind in self._seeds}
+        self.broken: dict[str, bytes] = {}
+
+    def try_file(self) -> None:
+        """Damage a file of the kind that has had the least time, and read it."""
+        rng, kind = self._rng, min(self.tallies, key=lambda kind: self.tallies[kind].cpu_s)
+        seed = rng.choice(self._seeds[kind])
+        data = mutate(seed.data, rng)
         is_large = rng.randrange(FILES_PER_LARGE_FILE) == 0
         if is_large:
-            changed = enlarge(rng.choice((data, data, changed)), rng)
+            data = enlarge(rng.choice((seed.data, seed.data, data)), rng)
             reset_peak()
-        before, begin = read_memory("VmRSS") if is_large else 0, time.process_time()
+        before, begin = read_memory("VmRSS") if is_large else 0, count_cpu_s()
+        outcome = self._read(seed, data)
+        taken = count_cpu_s() - begin
+        grown = read_memory("VmHWM") - before if is_large else 0
+        if taken > MAX_CPU_S or grown > MAX_GROWTH_BYTES:
+            self.broken.setdefault(f"{seed.kind}: {taken:.1f} s, {grown >> 20} MiB, {len(data)} bytes", data)
+        tally = self.tallies[seed.kind]
+        tally.outcomes[outcome] += 1
+        tally.cpu_s += taken
+        tally.slowest_s, tally.largest_bytes = max(tally.slowest_s, taken), max(tally.largest_bytes, grown)
+
+    def _read(self, seed: Seed, data: bytes) -> str:
+        """Return what came of a file."""
         try:
-            gx.load_mesh(io.BytesIO(changed), file_type=kind)
-            outcomes["mesh"] += 1
-        except gx.MeshError:
-            outcomes["MeshError"] += 1
+            seed.read(data=data)
+        except seed.errors:
+            return "refused"
         except Exception as error:
             last = traceback.extract_tb(error.__traceback__)[-1]
-            outcomes["other"] += 1
-            broken.add(f"{kind}: {type(error).__name__} at {last.filename}:{last.lineno}: {changed[:400]!r}")
-        taken = time.process_time() - begin
-        grown = read_memory("VmHWM") - before if is_large else 0
-        files[kind] += 1
-        slowest, largest = max(slowest, (taken, kind)), max(largest, (grown, kind))
-        if taken > MAX_CPU_S or grown > MAX_GROWTH_BYTES:
-            broken.add(f"{kind}: {taken:.1f} s, {grown >> 20} MiB: {len(changed)} bytes, {changed[:400]!r}")
-    print(
-        f"seed {options.seed}: {sum(outcomes.values()):,} files in {time.process_time() - first:.0f} s of a processor: "
-        f"{dict(outcomes)}; slowest {slowest[0]:.2f} s ({slowest[1]}); most memory {largest[0] >> 20} MiB "
-        f"({largest[1]})"
-    )
-    print(", ".join(f"{kind} {count:,}" for kind, count in sorted(files.items())))
-    for line in sorted(broken):
-        print(line)
-    return min(len(broken), 1)
+            self.broken.setdefault(f"{seed.kind}: {type(error).__name__} at {last.filename}:{last.lineno}", data)
+            return "other"
+        return "read"
+
+
+def main() -> int:
+    """Fuzz for some seconds; print what was found, and return how many files broke the promise, at most 1."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("--kinds", help="the readers, separated by commas; by default all")
+    parser.add_argument("--seconds", type=float, default=300, help="of a processor")
+    parser.add_argument("--seed", type=int, default=time.time_ns() % 2**32)
+    parser.add_argument("--keep", type=Path, help="a folder for the files that break a promise")
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    with make_folder() as folder:
+        seeds = list_seeds(Path(folder))
+        chosen = [seed for seed in seeds if options.kinds is None or seed.kind in options.kinds.split(",")]
+        if not chosen:
+            parser.error(f"--kinds: expected some of {','.join(sorted({seed.kind for seed in seeds}))}")
+        fuzzer, first = Fuzzer(chosen, options.seed), count_cpu_s()
+        while count_cpu_s() - first < options.seconds:
+            fuzzer.try_file()
+    print(f"seed {options.seed}")
+    for kind, tally in sorted(fuzzer.tallies.items()):
+        print(f"{kind}: {tally.describe()}")
+    for i, (text, data) in enumerate(sorted(fuzzer.broken.items())):
+        print(f"BROKEN {text}: {data[:MAX_SHOWN_BYTES]!r}")
+        if options.keep is not None:
+            options.keep.mkdir(exist_ok=True)
+            (options.keep / f"{text.partition(':')[0]}-{options.seed}-{i}").write_bytes(data)
+    return min(len(fuzzer.broken), 1)
 
 
 if __name__ == "__main__":
