@@ -76,6 +76,13 @@ def test_a_view_is_dragged_and_takes_keys(opened: tuple[Browser, JupyterLab]) ->
     assert "Error" not in cell.text
 
 
+def test_a_page_made_of_the_saved_notebook_shows_the_view_as_a_picture(opened: tuple[Browser, JupyterLab]) -> None:
+    browser, lab = opened
+    [still] = lab.convert(browser, VIEW_CELL)
+    assert still.size == (320, 240)
+    assert 0.005 < (np.asarray(still.convert("L")) < 128).mean() < 0.3
+
+
 def test_an_animation_plays(opened: tuple[Browser, JupyterLab]) -> None:
     browser, lab = opened
     [frame] = lab.run_cell(browser, ANIMATION_CELL).find_elements(By.CSS_SELECTOR, ".jp-OutputArea-output iframe")

@@ -94,12 +94,16 @@ class Session:
         self.is_closed = False
 
     @property
+    def name(self) -> str:
+        """What the models are called together."""
+        others = len(self._layers) - 1
+        return f"{self._name} and {others} more" if others else self._name
+
+    @property
     def title(self) -> str:
         """The title of the window: the models, and what the last event did."""
-        others = len(self._layers) - 1
-        name = f"{self._name} and {others} more" if others else self._name
         note = self._saved or self._problem or self._controls.view.note or "H shows the keys"
-        return f"{name} - {', '.join(filter(None, [self._live.note, note]))}"
+        return f"{self.name} - {', '.join(filter(None, [self._live.note, note]))}"
 
     @property
     def is_moving(self) -> bool:

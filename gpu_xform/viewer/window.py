@@ -54,6 +54,7 @@ def view(
     """Show models in an interactive window; return when it is closed.
 
     In a notebook, the view is a widget below the cell, and the call returns at once; it needs no display.
+    The first picture is stored in the notebook, for pages that are made of it.
 
     Drags rotate the models; with Shift, or with the right or the middle button, they move them; the wheel zooms at the
     pointer. E cycles through sets of edges, D through styles of hidden edges, F fills the faces, C gives each a colour

@@ -1,7 +1,10 @@
 """A JupyterLab with a notebook, for tests that open it in a browser."""
 
+import base64
 import contextlib
+import io
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -9,11 +12,13 @@ import tempfile
 import time
 import urllib.request
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 import nbformat
+from PIL import Image
 from selenium.common.exceptions import TimeoutException
 from selenium.webdriver.common.action_chains import ActionChains
 from selenium.webdriver.common.by import By
@@ -94,6 +99,20 @@ class JupyterLab:
         browser.wait_for(f"/\\d/.test({prompt})", CELL_S)
         browser.wait_for(f"{cell}.querySelector('.jp-OutputArea-output')", CELL_S)
         return element
+
+    def convert(self, browser: Browser, k: int) -> list[Image.Image]:
+        """Save the notebook, whose cell has run, as Ctrl+S does; return the cell's pictures of nbconvert's HTML."""
+        nbconvert: Any = import_module("nbconvert")  # comes with JupyterLab
+        self.enter_cell(browser, k)
+        ActionChains(browser.driver).key_down(Keys.CONTROL).send_keys("s").key_up(Keys.CONTROL).perform()
+        read: Any = nbformat.read
+        end = time.monotonic() + CELL_S
+        while not (cell := read(self.folder / NAME, as_version=4).cells[k]).outputs and time.monotonic() < end:
+            time.sleep(0.2)
+        v4: Any = nbformat.v4
+        page, _ = nbconvert.HTMLExporter().from_notebook_node(v4.new_notebook(cells=[cell]))
+        pictures = re.findall(r'<img[^>]*src="data:image/png;base64,([^"]+)"', page)
+        return [Image.open(io.BytesIO(base64.b64decode(picture))) for picture in pictures]
 
     def enter_cell(self, browser: Browser, k: int) -> WebElement:
         """Give the keys to the code of a cell, and return the cell."""
