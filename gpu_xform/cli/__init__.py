@@ -1,7 +1,7 @@
 """The command `gpu-xform`: parse the options, call the library, report each failure in one line and an exit code.
 
 Reading order: exit_codes, argv, paths, streams, stage_times, files, matrix_table, image_files, path_templates,
-argument_types, options, model_paths, layer_option, camera_options, arguments_from_options, read_layers,
+argument_types, options, completions, model_paths, layer_option, camera_options, arguments_from_options, read_layers,
 option_errors, scan_rows, outputs, outcome, references, web_pages, contact_sheet, reports, make_pictures, commands,
 parser.
 """

@@ -1,9 +1,11 @@
 """`gpu-xform completion`: a script that completes commands, options and files in a shell."""
 
 import argparse
+from typing import Any
 
 from ...errors import MissingExtraError
 from .. import options as groups
+from ..completions import find_completions
 from ..streams import print_stdout
 
 USAGE = "bash|zsh|tcsh"
@@ -18,7 +20,6 @@ examples, the folder of zsh in $fpath, and the file of tcsh read by ~/.tcshrc:
   gpu-xform completion tcsh > ~/.gpu-xform.csh
 """
 SHELLS = ("bash", "zsh", "tcsh")
-FILES = {"DIR", "FILE", "IN", "MODEL", "'MODEL ...'", "NPY", "OUT", "PNG"}  # what options call a path
 
 
 def add_options(parser: argparse.ArgumentParser) -> None:
@@ -35,8 +36,11 @@ def run(options: argparse.Namespace) -> int:
         raise MissingExtraError(f"completion needs shtab: pip install 'gpu_xform[completion]' ({error})") from None
     for parser in options.command_parsers.values():
         parser.fill()
-        for action in parser._actions:  # argparse shows them nowhere else
-            if action.metavar in FILES:
-                action.complete = shtab.FILE
-    print_stdout(shtab.complete(options.whole_parser, shell=options.shell))
+    functions = {}
+    for action, completion in find_completions(options.command_parsers).items():
+        functions[completion.function] = completion.format_function(options.shell)
+        named: Any = dict.fromkeys(SHELLS, completion.function) | {"tcsh": completion.format_tcsh()}
+        action.complete = named  # type: ignore[attr-defined]
+    preamble = "" if options.shell == "tcsh" else "\n".join(functions.values())
+    print_stdout(shtab.complete(options.whole_parser, shell=options.shell, preamble=preamble))
     return 0
