@@ -58,7 +58,7 @@ class LasSource:
         self.point_bytes = self.header.record_bytes
         self.record_dtype, self.directions = describe_record(self.header)
         self.world_from_stored = grid_matrix(self.header.scales, self.header.offsets)
-        self._buffer = bytearray()
+        self._buffer, self._spare = bytearray(), bytearray()
         self._counted: Bounds | None = None
 
     @property
@@ -72,7 +72,7 @@ class LasSource:
         return self.header.find_vlr((COPC_USER, 1)) is not None
 
     def read(self, start: int, stop: int) -> Block:
-        """Return whole points, in memory that the next call may use again."""
+        """Return whole points, in memory that the call after the next one may use again."""
         if self._table is None:
             records = self._read_plain(start, stop)
         else:
@@ -81,6 +81,7 @@ class LasSource:
 
     def _read_plain(self, start: int, stop: int) -> npt.NDArray[Any]:
         n_bytes = (stop - start) * self.point_bytes
+        self._buffer, self._spare = self._spare, self._buffer
         if len(self._buffer) < n_bytes:
             self._buffer = bytearray(n_bytes)
         self._file.seek(self.header.points_start + start * self.point_bytes)

@@ -82,11 +82,12 @@ class PlySource:
         is_turned = {*_NORMAL.fields} <= {*names} and len({self.record_dtype[name] for name in _NORMAL.fields}) == 1
         self.directions: Sequence[Directions] = [_NORMAL] if is_turned else []
         self.world_from_stored = np.identity(4)
-        self._buffer = bytearray()
+        self._buffer, self._spare = bytearray(), bytearray()
 
     def read(self, start: int, stop: int) -> Block:
-        """Return whole points, in memory that the next call uses again."""
+        """Return whole points, in memory that the call after the next one may use again."""
         n_bytes = (stop - start) * self.point_bytes
+        self._buffer, self._spare = self._spare, self._buffer
         if len(self._buffer) < n_bytes:
             self._buffer = bytearray(n_bytes)
         self._file.seek(self.header.end + start * self.point_bytes)

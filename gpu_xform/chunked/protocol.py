@@ -81,7 +81,10 @@ class PointSource(Protocol):
     directions: Sequence[Directions]
 
     def read(self, start: int, stop: int) -> Block:
-        """Return the points from `start` up to `stop`; raise `ChunkError` if a chunk of them cannot be read."""
+        """Return the points from `start` up to `stop`; raise `ChunkError` if a chunk of them cannot be read.
+
+        Records last until the call after the next one, positions alone until the next one.
+        """
         ...
 
     def read_raw(self, start: int, stop: int) -> Block:
@@ -112,12 +115,14 @@ class PointSink(Protocol):
     world_from_stored : (d + 1, d + 1), without rotation
     is_parallel : whether any process may `append` any part at any time
     keeps_raw : whether it may store a part as its source has it compressed
+    is_stream : whether it is a FIFO or a device, where a write may wait for whoever reads
     """
 
     chunk_points: int
     world_from_stored: Float64Array
     is_parallel: bool
     keeps_raw: bool
+    is_stream: bool
 
     def encode(self, block: Block, positions: npt.NDArray[Any], source: PointSource) -> Encoded:
         """Return a part as it will be stored, with `positions` in stored coordinates, not yet rounded."""

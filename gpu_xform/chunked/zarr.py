@@ -155,6 +155,7 @@ class ZarrSink:
 
     is_parallel = True
     keeps_raw = True
+    is_stream = False
 
     def __init__(self, destination: StrPath, shape: tuple[int, int], dtype: np.dtype[Any], source: Any) -> None:
         """Take the shards, codecs and attributes of `source`, a Zarr array, if it is one whose rows are whole."""

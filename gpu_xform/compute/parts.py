@@ -41,13 +41,14 @@ class PartJob:
 
 
 class PartWorker:
-    """Runs parts of one job one after another, in memory that it keeps."""
+    """Runs parts of one job one after another, in memory that it keeps: a part lasts until the one after the next."""
 
     def __init__(self, job: PartJob, source: PointSource, device: Device | None) -> None:
         self._job, self._source = job, source
         self._device = choose_part_device(job, device)
         self._numbers: npt.NDArray[Any] = np.empty((0, source.n_columns), job.dtype)
         self._result: npt.NDArray[Any] = np.empty((0, source.n_columns), job.dtype.newbyteorder("="))
+        self._spare = self._result
 
     def run(self, start: int, stop: int) -> Iterator[Encoded]:
         """Yield the points from `start` up to `stop` as the sink stores them: one part, or more around bad chunks."""
@@ -71,6 +72,7 @@ class PartWorker:
         job, source = self._job, self._source
         block = source.read(start, stop)
         n = stop - start
+        self._result, self._spare = self._spare, self._result
         if len(self._result) < n:
             self._result = np.empty((n, source.n_columns), self._result.dtype)
         numbers, result = block.positions, self._result[:n]
@@ -102,14 +104,14 @@ def run_part(job: PartJob, start: int, stop: int, device: Device | None = None) 
     """Run one part in a process of its own; a sink that any process may write gets it at once."""
     source = open_source(job.path)
     try:
-        parts = list(PartWorker(job, source, device).run(start, stop))
-        if job.sink.is_parallel:
-            for part in parts:
+        parts = []
+        for part in PartWorker(job, source, device).run(start, stop):
+            if job.sink.is_parallel:
                 job.sink.append(part)
                 part.body = None
-        else:
-            for part in parts:
+            else:
                 part.body = bytes(part.body)
+            parts.append(part)
         return parts
     finally:
         source.close()

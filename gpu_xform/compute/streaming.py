@@ -19,6 +19,7 @@ from ..chunked.las import LasSource
 from ..chunked.npy import NpySource
 from ..chunked.protocol import Encoded, GridError, OtherWorkError, PointSource
 from ..chunked.registry import find_type, make_sink, open_source
+from ..chunked.write_behind import WriteBehind
 from ..device import Device
 from ..errors import ArgumentError, ArgumentTypeError
 from ..formats._warn import warn
@@ -147,18 +148,17 @@ def transform_file(
         facts += [normals, skip_bad_chunks, find_type(source), find_type(destination)]
         work = hashlib.sha256(json.dumps(facts).encode()).hexdigest()
         runner = _choose_runner(job, opened, device, workers, scheduler)
-        with job.sink.open(resume, step, work) as done:
+
+        def tell(part: Encoded) -> None:
+            if "skipped" in part.facts:
+                warn(f"{part.facts['skipped']}; it is left as it was")
+            if progress is not None:
+                progress(part.start + part.n_points, opened.n_points)
+
+        with job.sink.open(resume, step, work) as done, WriteBehind(job.sink, tell) as writer:
             ranges = [(start, min(start + step, opened.n_points)) for start in range(done, opened.n_points, step)]
             for part in runner(ranges):
-                if part.body is not None:
-                    job.sink.append(part)
-                else:
-                    job.sink.record(part)
-                if "skipped" in part.facts:
-                    warn(f"{part.facts['skipped']}; it is left as it was")
-                done += part.n_points
-                if progress is not None:
-                    progress(done, opened.n_points)
+                writer.take(part)
 
     try:
         run(resume)

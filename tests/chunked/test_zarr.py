@@ -1,5 +1,6 @@
 """Zarr arrays of points, a shard at a time."""
 
+import pickle
 import warnings
 from pathlib import Path
 from typing import Any, Literal
@@ -10,7 +11,8 @@ import zarr
 
 import gpu_xform as gx
 from gpu_xform.chunked import zarr as module
-from gpu_xform.compute import streaming
+from gpu_xform.compute import cluster, streaming
+from gpu_xform.compute.parts import PartJob, run_part
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, some_points
 from tests.support.types import Array
 
@@ -178,6 +180,26 @@ def test_a_chunk_that_cannot_be_read_is_named_or_left_as_it_was(tmp_path: Path) 
     for name in ("out.npy", "out.ply", "out.laz"):  # which cannot hold it as it was
         with pytest.raises(gx.ArgumentError, match=r"in\.zarr: chunk c/2/0"):
             gx.transform_file(tmp_path / "in.zarr", tmp_path / name, AFFINE, skip_bad_chunks=True)
+
+
+def test_a_worker_keeps_the_points_before_a_chunk_that_cannot_be_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def choose_cluster(job: PartJob, *_: Any) -> Any:
+        sent = pickle.loads(pickle.dumps(job))  # noqa: S301 - as a worker gets it
+        return lambda ranges: (part for span in ranges for part in run_part(sent, *span))
+
+    monkeypatch.setattr(cluster, "choose_cluster", choose_cluster)
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 1 << 20)
+    points = some_points(950, "f4")
+    write_zarr(tmp_path / "in.zarr", points)
+    (tmp_path / "in.zarr" / "c" / "2" / "0").write_bytes(b"spoiled")
+    with pytest.warns(gx.MeshWarning, match="chunk c/2/0"):
+        gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, skip_bad_chunks=True, workers=1)
+    (tmp_path / "out.zarr" / "c" / "2" / "0").unlink()
+    result, expected = zarr.open_array(tmp_path / "out.zarr", mode="r"), gx.transform_points(points, AFFINE)
+    assert np.array_equal(result[:400], expected[:400])
+    assert np.array_equal(result[600:], expected[600:])
 
 
 @pytest.mark.parametrize(
