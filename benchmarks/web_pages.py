@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 import gpu_xform as gx
+from gpu_xform.web.short_program import make_program
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
@@ -30,13 +31,13 @@ THREE = """
 const [core, module, antialias, size, frames, done] = arguments;
 const url = text => URL.createObjectURL(new Blob([text], {type: "text/javascript"}));
 (async () => {
-  const page = await window.gpuXform, {mesh} = page.scene.layers[0], edges = mesh.edges;
+  const page = await window.gpuXform, edges = EDGES, points = POINTS;
   const three = await import(url(module.replaceAll("./three.core.js", url(core))));
   const renderer = new three.WebGLRenderer({antialias}), scene = new three.Scene();
   renderer.setSize(...size, false);
   scene.background = new three.Color(0xffffff);
   const geometry = new three.BufferGeometry();
-  geometry.setAttribute("position", new three.BufferAttribute(Float32Array.from(mesh.points), 3));
+  geometry.setAttribute("position", new three.BufferAttribute(Float32Array.from(points), 3));
   geometry.setIndex(new three.BufferAttribute(edges, 1));
   const lines = new three.LineSegments(geometry, new three.LineBasicMaterial({color: 0}));
   scene.add(lines);
@@ -142,7 +143,10 @@ def measure_frames(folder: Path, three: Path, n_frames: int) -> None:
             browser.driver.set_script_timeout(300)
             browser.wait_for("window.livePage && livePage.isReady", 60)
             given = (*sources, is_smooth, list(SIZE), n_frames)
-            found: dict[str, Any] = browser.driver.execute_async_script(THREE, *given)
+            script = THREE
+            for word, name in (("EDGES", "edges"), ("POINTS", "points")):
+                script = script.replace(word, make_program().names.rename_script(f"page.scene.layers[0].mesh.{name}"))
+            found: dict[str, Any] = browser.driver.execute_async_script(script, *given)
             if "error" in found:
                 raise RuntimeError(found["error"])
             if found["renderer"] != "WebGPU" or found["dark"] < SIZE[0] * SIZE[1] // 50:

@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .short_names import ShortNames
+
 LEVEL = 9
 MAX_SIZE_TRIED = 1 << 18  # numbers; of more, a quick compressor says which coding is the shortest
 RADIX, DIGITS, WORD_BYTES = 85, 5, 4
@@ -47,9 +49,13 @@ class ArrayStore:
         self._parts.append(content)
         return len(self._parts) - 1
 
-    def encode(self, content: dict[str, Any]) -> str:
-        """Return the text, as `encode_bytes` makes it, of what a page holds: `content` as JSON, and the arrays."""
-        head = json.dumps({**content, "arrays": self._layouts}, separators=(",", ":")).encode()
+    def encode(self, content: dict[str, Any], names: ShortNames | None = None) -> str:
+        """Return the text, as `encode_bytes` makes it, of what a page holds: `content` as JSON, and the arrays.
+
+        names : of the keys; None for those that are given
+        """
+        data = {**content, "arrays": self._layouts}
+        head = json.dumps(names.rename_keys(data) if names else data, separators=(",", ":")).encode()
         return encode_bytes(struct.pack("<I", len(head)) + head + b"".join(self._parts))
 
 

@@ -40,8 +40,9 @@ from ..rendering.raster import render_array
 from .arrays import ArrayStore
 from .decimation import decimate_layers
 from .poster import encode_poster
-from .program import encode_program, read_text
+from .program import read_text
 from .scene import Frames, as_mesh_layer, describe_camera, describe_layers
+from .short_program import encode_program, make_program
 
 DEFAULT_SIZE = (960, 720)
 DEFAULT_TITLE = "gpu_xform"
@@ -270,7 +271,7 @@ class _Page:
             "background": _css_color(self.background),
             "poster": encode_poster(picture),
             "program": encode_program(),
-            "scene": store.encode(scene),
+            "scene": store.encode(scene, make_program().names),
         }
         before, *parts = read_text("page.html").split("/* ")
         return "".join(

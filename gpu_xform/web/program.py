@@ -1,10 +1,10 @@
-"""The program of a page: its scripts, the WGSL stages that they run, and the numbers that both languages share."""
+"""What the program of a page is made of: scripts, the WGSL stages that they run, and what both languages share."""
 
-import functools
 import json
 import re
 from collections.abc import Sequence
 from importlib.resources import files
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,6 @@ from ..imaging.colors import COLOR_CYCLE, to_rgba
 from ..raster import dashes, line_batches, line_stage, rasterizer, tiles, triangles
 from ..viewer import controls, orbit, style_overrides
 from ..viewer.key_bindings import KEYS, POINTER
-from .arrays import encode_bytes
 
 SCRIPTS = (
     *(
@@ -88,51 +87,37 @@ _SHARED: tuple[tuple[Any, tuple[str, ...]], ...] = (
 _TYPES = {"f": "Float32", "i": "Int32", "u": "Uint32"}
 _JS_IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
 _JS_EXPORT = re.compile(r"^export ", re.MULTILINE)
-# Texts, templates, regular expressions and comments, in which spaces count, or nothing does.
-_JS_WHOLE = re.compile(
-    r"""("[^"\n]*"|`[^`]*`|(?:(?<=[=(,] )|(?<=\())/(?![ /*])(?:\\.|\[[^\]]*\]|[^/\n])+/\w*)|(?:^|(?<=\s))//.*""",
-    re.MULTILINE,
-)
-_SPACE = re.compile(r"^[ \t]+|[ \t]*([{}()\[\],;:=+*/<>?!&|])[ \t]*", re.MULTILINE)
 _BLANK = re.compile(r"\s*\n\s*")
 
 
-@functools.cache
-def make_program() -> dict[str, Any]:
-    """Return what all pages hold, for JSON: WGSL by file, stages, layouts of structs, constants, markup and script."""
-    sources = installed_sources()
-    wgsl = {name: _strip_wgsl(text) for name, text in collect_wgsl(sources).items()}
-    stages = {
-        name: {"file": sources.stages[name].file, "entry_points": dict(sources.stages[name].entry_points)}
-        for name in STAGES
-    }
-    structs = {name: describe_layout(getattr(layouts, name)) for name in _LAYOUTS}
-    parts: dict[str, Any] = {
+def describe_program() -> dict[str, Any]:
+    """Return the data of a program, for JSON: stages, layouts of structs, constants and markup."""
+    stages = installed_sources().stages
+    return {
+        "stages": {
+            name: {"file": Path(stages[name].file).stem, "entry_points": dict(stages[name].entry_points)}
+            for name in STAGES
+        },
+        "layouts": {name: describe_layout(getattr(layouts, name)) for name in _LAYOUTS},
+        "constants": collect_constants(),
         "style": _strip_style(read_text("page.css")),
         "controls": read_text("controls.html"),
         "player": read_text("player.html"),
         "help": list_keys((*KEYS, *_OWN_KEYS)),
         "playerHelp": list_keys(_PLAYER_KEYS, pointer=()),
-        "script": f"{join_scripts()}\nreturn openPage;",
     }
-    return {"files": wgsl, "stages": stages, "layouts": structs, "constants": collect_constants(), **parts}
-
-
-@functools.cache
-def encode_program() -> str:
-    """Return the program as the text that a page holds."""
-    return encode_bytes(json.dumps(make_program(), separators=(",", ":")).encode())
 
 
 def collect_wgsl(sources: Sources) -> dict[str, str]:
-    """Return the texts of the stages' files and of all that they import, by path."""
+    """Return the texts of the stages' files and of all that they import, by the files' names, which differ."""
     texts: dict[str, str] = {}
 
     def add(file: str) -> None:
-        if file in texts:
+        own = Path(file).stem
+        if own in texts:
             return
-        texts[file] = (sources.folder / file).read_text("utf-8")
-        for line in texts[file].splitlines():
+        texts[own] = (sources.folder / file).read_text("utf-8")
+        for line in texts[own].splitlines():
             found = IMPORT.fullmatch(line)
             if found:
                 name = f"{REAL}_{NUMBER_TYPE}" if found[1] == REAL else found[1]
@@ -182,10 +167,9 @@ def _as_plain(value: Any) -> Any:
     return value.tolist() if isinstance(value, np.ndarray | np.generic) else list(value)
 
 
-@functools.cache
 def join_scripts() -> str:
-    """Return the modules of `js/` as one, without imports, comments and indentation."""
-    return "\n".join(_strip_script(read_script(name)) for name in SCRIPTS)
+    """Return the modules of `js/` as one, without imports and exports."""
+    return "".join(_JS_EXPORT.sub("", _JS_IMPORT.sub("", read_script(name))) for name in SCRIPTS)
 
 
 def read_script(name: str) -> str:
@@ -196,21 +180,6 @@ def read_script(name: str) -> str:
 def read_text(name: str) -> str:
     """Return the text of a file beside this one."""
     return files(__package__).joinpath(name).read_text("utf-8")
-
-
-def _strip_script(text: str) -> str:
-    """Return a module without imports, exports, comments, and spaces between its words and signs."""
-    plain = _JS_EXPORT.sub("", _JS_IMPORT.sub("", text))
-    parts, end = [], 0
-    for whole in _JS_WHOLE.finditer(plain):
-        parts += [_SPACE.sub(r"\1", plain[end : whole.start()]), whole[1] or ""]
-        end = whole.end()
-    return _BLANK.sub("\n", "".join([*parts, _SPACE.sub(r"\1", plain[end:])])).strip()
-
-
-def _strip_wgsl(text: str) -> str:
-    lines = (re.sub(r"\s*//.*", "", line) for line in text.splitlines())
-    return "\n".join(line if line.startswith("#") else _SPACE.sub(r"\1", line) for line in lines if line.strip()) + "\n"
 
 
 def _strip_style(text: str) -> str:

@@ -3,6 +3,7 @@
 import json
 import struct
 import zlib
+from collections.abc import Mapping
 from typing import Any
 
 import hypothesis.extra.numpy as hnp
@@ -13,14 +14,20 @@ from hypothesis import given
 from gpu_xform.web.arrays import ArrayStore
 
 
-def decode(text: str) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
-    """Return the JSON and the arrays of a page's text, read one byte after the other as the script does."""
+def decode(text: str, short: Mapping[str, str] | None = None) -> tuple[dict[str, Any], list[npt.NDArray[Any]]]:
+    """Return the JSON and the arrays of a page's text, read one byte after the other as the script does.
+
+    short : the names that keys have there, by those that they have here
+    """
+    long = {new: old for old, new in (short or {}).items()}
     digits = [60 if code == 120 else code for code in text[1:].encode()]
     words = np.array(digits, np.uint64).reshape(-1, 5) - np.uint64(35)
     numbers = words @ np.array([85**k for k in (4, 3, 2, 1, 0)], np.uint64)
     content = zlib.decompress(numbers.astype(">u4").tobytes()[: -int(text[0]) or None])
     (n_head,) = struct.unpack("<I", content[:4])
-    head: dict[str, Any] = json.loads(content[4 : 4 + n_head])
+    head: dict[str, Any] = json.loads(
+        content[4 : 4 + n_head], object_pairs_hook=lambda items: {long.get(key, key): value for key, value in items}
+    )
     offset, arrays = 4 + n_head, []
     for layout in head["arrays"]:
         n, columns, n_bytes = layout["n"], layout["columns"], layout["bytes"]

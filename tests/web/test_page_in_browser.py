@@ -14,6 +14,7 @@ from gpu_xform.gpu.wgsl import installed_sources
 from gpu_xform.viewer.controls import Controls, InitialView
 from gpu_xform.viewer.orbit import BoundingSphere
 from gpu_xform.web import program
+from gpu_xform.web.short_program import make_program
 from tests.support.browser import Browser
 from tests.support.wgsl import VARIANTS
 
@@ -155,25 +156,54 @@ def test_the_pointer_moves_the_view_as_in_the_window(page: Browser) -> None:
     send("wheel", 30, 70, dy=150.0)
     assert window.view.orbit is not None
     expected = window.view.orbit.camera.clip_from_world(SIZE[0] / SIZE[1])
-    found = np.array(page.driver.execute_script(POINTER))
+    found = np.array(page.driver.execute_script(make_program().names.rename_script(POINTER)))
     assert np.allclose(found[[0, 1, 3]], expected[[0, 1, 3]], rtol=1e-5, atol=1e-5)
+
+
+# The classes whose objects the scripts use.
+CLASSES = (
+    *("Array", "ArrayBuffer", "Blob", "CanvasRenderingContext2D", "DataView", "Float32Array", "Function", "GPU"),
+    *("GPUAdapter", "GPUBindGroup", "GPUBuffer", "GPUCanvasContext", "GPUCommandEncoder", "GPUComputePassEncoder"),
+    *("GPUComputePipeline", "GPUDevice", "GPUQueue", "GPURenderPassEncoder", "GPURenderPipeline", "GPUShaderModule"),
+    *("GPUSupportedLimits", "GPUTexture", "GPUTextureView", "HTMLAnchorElement", "HTMLButtonElement"),
+    *("HTMLCanvasElement", "HTMLDivElement", "HTMLInputElement", "HTMLOutputElement", "HTMLSelectElement"),
+    *("ImageData", "KeyboardEvent", "Location", "Map", "Navigator", "OffscreenCanvas", "Path2D", "Performance"),
+    *("PointerEvent", "Promise", "RegExp", "ResizeObserver", "Set", "String", "URL", "URLSearchParams", "Uint32Array"),
+    *("WeakMap", "WheelEvent", "HTMLDocument", "OffscreenCanvasRenderingContext2D"),
+)
+LIST_PROPERTIES = """
+const names = new Set();
+for (const name of arguments[0]) {
+  const found = globalThis[name];
+  for (let at = found.prototype; at && at !== Object.prototype; at = Object.getPrototypeOf(at))
+    Object.getOwnPropertyNames(at).forEach(own => names.add(own));
+}
+for (const object of [Math, JSON, URL, Object, Array, Promise, GPUBufferUsage, GPUTextureUsage, GPUMapMode])
+  Object.getOwnPropertyNames(object).forEach(own => names.add(own));
+return [...names];
+"""
 
 
 @pytest.mark.browser
 def test_imports_are_resolved_alike_in_both_languages(page: Browser) -> None:
     sources = installed_sources()
-    files = {
-        str(path.relative_to(str(sources.folder))): path.read_text("utf-8")
-        for path in Path(str(sources.folder)).rglob("*.wgsl")
-    }
+    files = {path.stem: path.read_text("utf-8") for path in Path(str(sources.folder)).rglob("*.wgsl")}
     script = program.read_script("wgsl").replace("export ", "")
     stages = [(stage, number_type) for stage, number_type in VARIANTS if number_type != "f64"]
     code = "return arguments[1].map(file => resolveImports(arguments[0], file)).map(text => [text, findBindings(text)])"
-    resolved = page.driver.execute_script(script + code, files, [sources.stages[stage].file for stage, _ in stages])
+    names = [Path(sources.stages[stage].file).stem for stage, _ in stages]
+    resolved = page.driver.execute_script(script + code, files, names)
     for (stage, number_type), (text, bindings) in zip(stages, resolved, strict=True):
         expected = sources.source(stage, number_type)
         assert text.rstrip("\n") == expected.code.rstrip("\n"), stage
         assert bindings == dict(expected.bindings)
+
+
+@pytest.mark.browser
+def test_no_short_name_stands_for_one_of_the_browsers(page: Browser) -> None:
+    theirs = set(page.driver.execute_script(LIST_PROPERTIES, CLASSES))
+    assert {"fillRect", "hypot", "dispatchWorkgroups", "COPY_DST", "pointerId"} <= theirs
+    assert sorted(theirs & make_program().names.shared.keys()) == []
 
 
 @pytest.mark.browser
@@ -211,9 +241,11 @@ def test_an_animation_plays_and_a_lost_driver_leaves_a_canvas(webgpu: Browser, t
         house, transform=turns[2], size=SIZE, camera=camera, hidden="remove", rasterizer="compute"
     )
     assert largest_difference(read_pixels(webgpu, frame=2), picture) <= TOLERANCE
+    names = make_program().names
     webgpu.driver.execute_script("livePage.press(' ')")
-    webgpu.wait_for("livePage.player.frame === 2")
-    webgpu.driver.execute_script("livePage.player.stop(); livePage.player.show(2); livePage.renderer.device.destroy()")
+    webgpu.wait_for(names.rename_script("livePage.player.frame===2"))
+    lose = "livePage.player.stop(); livePage.player.show(2); livePage.renderer.device.destroy()"
+    webgpu.driver.execute_script(names.rename_script(lose))
     webgpu.wait_for("document.documentElement.dataset.renderer === 'Canvas 2D'")
     difference = np.abs(read_pixels(webgpu).astype(int) - picture)
     assert (difference.max(axis=-1) > 96).mean() < 0.02

@@ -35,23 +35,14 @@ def test_scripts_import_names_that_earlier_ones_export(script: str) -> None:
             assert len(re.findall(rf"\b{name}\b", SCRIPTS[script])) > 1
 
 
-def test_joined_scripts_are_one_module_without_comments() -> None:
+def test_joined_scripts_are_one_module() -> None:
     joined = program.join_scripts()
-    assert not re.search(r"^\s*(import|export|//)", joined, re.MULTILINE)
-    assert "openPage" in joined
-
-
-def test_stripped_wgsl_declares_what_the_files_do() -> None:
-    files = program.collect_wgsl(installed_sources())
-    stripped = program.make_program()["files"]
-    assert stripped.keys() == files.keys()
-    for name, text in files.items():
-        words = re.findall(r"[\w#@]+", re.sub(r"//.*", "", text))
-        assert re.findall(r"[\w#@]+", stripped[name]) == words
+    assert not re.search(r"^\s*(import|export)", joined, re.MULTILINE)
+    assert "function openPage" in joined
 
 
 def test_the_layout_of_a_struct_names_offsets_and_types() -> None:
-    style = program.make_program()["layouts"]["LINE_STYLE"]
+    style = program.describe_program()["layouts"]["LINE_STYLE"]
     assert style["size"] == 128
     assert style["fields"]["color"] == {"offset": 16, "type": "Float32"}
     assert style["fields"]["n_edges"] == {"offset": 40, "type": "Uint32"}

@@ -1,10 +1,10 @@
 // WGSL sources: resolves `#import` lines as `gpu/wgsl.py` does, and finds the numbers of bindings.
 
 const IMPORT = /^#import\s+(\w+)\s*(?:\/\/.*)?$/;
-const BINDING = /^@group\(0\) ?@binding\((\d+)\) ?var(?:<[\w, ]+>)? ?(\w+):/gm;
+const BINDING = /@group\(0\) ?@binding\((\d+)\) ?var(?:<[\w, ]+>)? ?(\w+):/g;
 
-// The text of a file of `files` (texts by path) without imports: each `shared/name.wgsl` in place of its first import,
-// and that of the number type in place of `real`.
+// The text of a file of `files` (texts by name) without imports: each file in place of its first import, and that of the
+// number type in place of `real`.
 export function resolveImports(files, file, numberType = "f32") {
   const lines = [], included = new Set();
   const include = path => {
@@ -14,11 +14,11 @@ export function resolveImports(files, file, numberType = "f32") {
         continue;
       }
       const [, word] = IMPORT.exec(line) ?? [];
-      const name = word === "real" ? `real_${numberType}` : word, imported = `shared/${name}.wgsl`;
-      if (!(imported in files)) throw new Error(`${path}: no ${imported} to import`);
+      const name = word === "real" ? `real_${numberType}` : word;
+      if (!(name in files)) throw new Error(`${path}: no ${name} to import`);
       if (!included.has(name)) {
         included.add(name);
-        include(imported);
+        include(name);
       }
     }
   };
