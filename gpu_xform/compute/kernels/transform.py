@@ -21,9 +21,9 @@ MATRICES_PER_DISPATCH = 8  # the length of the WGSL array
 
 MAX_BATCH_BYTES = 64 << 20  # of the results of several matrices that are read back at once
 MAX_STAGED_BYTES = 16 << 20  # of a chunk that crosses a bus and comes back, one of two under way
-# On a CPU a chunk should still be in its caches when it is copied back: 8 MiB take a quarter less than all at once, and
-# smaller ones lose that to the calls.
-MAX_CACHED_BYTES = 8 << 20
+# On a CPU a chunk should still be in its caches when it is copied back: of a million points to ten, 12 to 24 MiB take
+# least, 5 to 6 ns per point, and smaller ones lose a fifth to the calls.
+MAX_CACHED_BYTES = 16 << 20
 
 
 def run_transform(job: Job) -> None:
