@@ -262,7 +262,7 @@ def test_no_depth_of_a_header_exhausts_a_stack(tmp_path: Path, shape: str) -> No
 
 @pytest.mark.slow
 def test_memory_maps_go_in_and_out_without_staying_in_memory(tmp_path: Path, process_device: Device) -> None:
-    """A map of 120 MB each way, in chunks of 16 MiB: the process grows by far less than either."""
+    """A map of 120 MB each way, in chunks of 8 MiB: the process grows by far less than either."""
     script = (
         "import re, sys, dataclasses, numpy as np\n"
         "import gpu_xform as gx\n"
