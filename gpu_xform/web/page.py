@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
+from string import Template
 from typing import Unpack
 
 import numpy as np
@@ -42,7 +43,7 @@ from .decimation import decimate_layers
 from .poster import encode_poster
 from .program import read_text
 from .scene import Frames, as_mesh_layer, describe_camera, describe_layers
-from .short_program import encode_program, make_program
+from .short_program import encode_program, make_program, shorten_markup
 
 DEFAULT_SIZE = (960, 720)
 DEFAULT_TITLE = "gpu_xform"
@@ -273,10 +274,7 @@ class _Page:
             "program": encode_program(),
             "scene": store.encode(scene, make_program().names),
         }
-        before, *parts = read_text("page.html").split("/* ")
-        return "".join(
-            [before, *(fields[name] + rest for name, rest in (part.split(" */", 1) for part in parts))]
-        ).encode()
+        return Template(shorten_markup(read_text("page.html"))).substitute(fields).encode()
 
     def _draw(self) -> tuple[Pixels, list[float]]:
         """Return the picture of the first frame, and the width of the lines of each layer in it."""

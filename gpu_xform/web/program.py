@@ -87,7 +87,7 @@ _SHARED: tuple[tuple[Any, tuple[str, ...]], ...] = (
 _TYPES = {"f": "Float32", "i": "Int32", "u": "Uint32"}
 _JS_IMPORT = re.compile(r"^import \{[^}]*\} from \"\./\w+\.js\";\n", re.MULTILINE)
 _JS_EXPORT = re.compile(r"^export ", re.MULTILINE)
-_BLANK = re.compile(r"\s*\n\s*")
+_STYLE_SPACE = re.compile(r"\s*([{};,]|(?<![\s:]):(?=\s)|\n)\s*")
 
 
 def describe_program() -> dict[str, Any]:
@@ -100,7 +100,7 @@ def describe_program() -> dict[str, Any]:
         },
         "layouts": {name: describe_layout(getattr(layouts, name)) for name in _LAYOUTS},
         "constants": collect_constants(),
-        "style": _strip_style(read_text("page.css")),
+        "style": strip_style(read_text("page.css")),
         "controls": read_text("controls.html"),
         "player": read_text("player.html"),
         "help": list_keys((*KEYS, *_OWN_KEYS)),
@@ -182,5 +182,6 @@ def read_text(name: str) -> str:
     return files(__package__).joinpath(name).read_text("utf-8")
 
 
-def _strip_style(text: str) -> str:
-    return _BLANK.sub("\n", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)).strip()
+def strip_style(text: str) -> str:
+    """Return a style sheet without comments and spaces between its words and signs."""
+    return _STYLE_SPACE.sub(r"\1", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL)).replace(";}", "}").strip()

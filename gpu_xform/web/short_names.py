@@ -99,7 +99,7 @@ def choose_names(
     everywhere = set().union(*variables.values())
     chosen = {name: next(letters, "") for name in names if name not in everywhere}
     chosen = {name: chosen.get(name) or next(pairs) for name in names}
-    spare = [next(pairs) for _ in range(max(map(len, local.values())))]
+    spare = [next(pairs) for _ in range(max(map(len, local.values()), default=0))]
     return ShortNames(chosen, {scope: _name_local(local[scope], variables[scope], spare) for scope in local})
 
 

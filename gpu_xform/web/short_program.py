@@ -2,13 +2,14 @@
 
 import functools
 import json
+import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from ..gpu.wgsl import IMPORT, REAL, installed_sources
 from .arrays import encode_bytes
-from .program import NUMBER_TYPE, collect_wgsl, describe_program, join_scripts
+from .program import NUMBER_TYPE, collect_wgsl, describe_program, join_scripts, strip_style
 from .scopes import read_script, read_wgsl
 from .short_names import SCRIPT, TABLES, ShortNames, choose_names
 from .tokens import is_text, join_script, join_wgsl, split_script, split_wgsl
@@ -24,15 +25,25 @@ _PLATFORM = (
 _PUBLIC = (  # what other scripts may use of `window.livePage`
     "clipFromWorld decode drawNow frame isReady name pixelRatio press readPixels readPixelsOf redraw renderer whenDone"
 )
+_NEEDLESS_ZERO = re.compile(r"^(-?)0(?=\.[1-9]|\.0\d)|\.0$")
+_INLINE = re.compile(
+    r"(?P<start><(?P<tag>style|script)(?: type=\"module\")?>)\n(?P<text>.*?)(?=</(?P=tag)>)", re.DOTALL
+)
 KEPT_NAMES = frozenset(f"{_PLATFORM} {_PUBLIC}".split())
 
 
 @dataclass(frozen=True)
 class Program:
-    """A script that returns the function `openPage`, and the names in it for those in its sources."""
+    """A script that returns the function `openPage`, the names in it for those in its sources, and its WGSL.
+
+    files : texts by number; a line `#import` names another one
+    numbers : of the files, by their names
+    """
 
     text: str
     names: ShortNames
+    files: Mapping[str, str]
+    numbers: Mapping[str, str]
 
 
 @functools.cache
@@ -50,13 +61,27 @@ def make_program() -> Program:
         stage["file"] = numbers[stage["file"]]
         stage["entry_points"] = {kind: names.shared.get(name, name) for kind, name in stage["entry_points"].items()}
     code = join_script(names.rename(SCRIPT, script))
-    return Program(f"{code}return {names.shared['openPage']}.bind(null,{_write_data(names.rename_keys(data))})", names)
+    text = f"{code}return {names.shared['openPage']}.bind(null,{write_data(names.rename_keys(data))})"
+    return Program(text, names, data["files"], numbers)
 
 
 @functools.cache
 def encode_program() -> str:
     """Return the program as the text that a page holds."""
     return encode_bytes(make_program().text.encode())
+
+
+@functools.cache
+def shorten_markup(text: str) -> str:
+    """Return a page of HTML with its styles and scripts made short."""
+
+    def shorten(found: re.Match[str]) -> str:
+        if found["tag"] == "style":
+            return f"{found['start']}{strip_style(found['text'])}"
+        script = read_script(split_script(found["text"]))
+        return found["start"] + join_script(choose_names(script, {}, (), ()).rename(SCRIPT, script))
+
+    return _INLINE.sub(shorten, text).replace(">\n<", "><")
 
 
 def _write_wgsl(tokens: list[str], numbers: Mapping[str, str]) -> str:
@@ -71,15 +96,26 @@ def _write_wgsl(tokens: list[str], numbers: Mapping[str, str]) -> str:
     return join_wgsl([name_import(token) if token[0] == "#" else token for token in tokens])
 
 
-def _write_data(value: Any) -> str:
+def write_data(value: Any) -> str:
     """Return data, as JSON has it, as a script does."""
     if isinstance(value, dict):
-        return "{" + ",".join(f"{_write_key(key)}:{_write_data(item)}" for key, item in value.items()) + "}"
+        return "{" + ",".join(f"{_write_key(key)}:{write_data(item)}" for key, item in value.items()) + "}"
     if isinstance(value, list):
-        return "[" + ",".join(map(_write_data, value)) + "]"
-    if isinstance(value, str) and "`" not in value and "\\" not in value and "${" not in value:
+        return "[" + ",".join(map(write_data, value)) + "]"
+    if isinstance(value, float):
+        return _write_float(value)
+    if isinstance(value, str) and not set("`\\$") & set(value):
         return f"`{value}`"
     return json.dumps(value, ensure_ascii=False)
+
+
+def _write_float(value: float) -> str:
+    """Return the shortest text that is this number in a script, which divides as Python does."""
+    forms = [_NEEDLESS_ZERO.sub(r"\1", repr(value))]
+    of_255 = round(255 * value) if abs(value) < 1 else 0
+    if of_255 / 255 == value and value:
+        forms.append(f"{of_255}/255")
+    return min(forms, key=len)
 
 
 def _write_key(key: str) -> str:

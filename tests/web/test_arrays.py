@@ -20,10 +20,10 @@ def decode(text: str, short: Mapping[str, str] | None = None) -> tuple[dict[str,
     short : the names that keys have there, by those that they have here
     """
     long = {new: old for old, new in (short or {}).items()}
-    digits = [60 if code == 120 else code for code in text[1:].encode()]
-    words = np.array(digits, np.uint64).reshape(-1, 5) - np.uint64(35)
-    numbers = words @ np.array([85**k for k in (4, 3, 2, 1, 0)], np.uint64)
-    content = zlib.decompress(numbers.astype(">u4").tobytes()[: -int(text[0]) or None])
+    digits = [60 if code == 126 else code for code in text[1:].encode()]
+    words = (np.array(digits).reshape(-1, 2) - 35) @ [91, 1]
+    bits = (words[:, None] >> np.arange(12, -1, -1)) & 1
+    content = zlib.decompress(np.packbits(bits.ravel()[: bits.size // 8 * 8]).tobytes()[: -int(text[0]) or None])
     (n_head,) = struct.unpack("<I", content[:4])
     head: dict[str, Any] = json.loads(
         content[4 : 4 + n_head], object_pairs_hook=lambda items: {long.get(key, key): value for key, value in items}

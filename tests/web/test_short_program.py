@@ -2,14 +2,19 @@
 
 import re
 from collections import defaultdict
+from fractions import Fraction
+from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
+from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.wgsl import installed_sources
 from gpu_xform.web import program
 from gpu_xform.web.scopes import PROPERTY, SCRIPT_WORDS, VARIABLE, WGSL_WORDS, NamedText, read_script, read_wgsl
 from gpu_xform.web.short_names import SCRIPT, ShortNames
-from gpu_xform.web.short_program import KEPT_NAMES, make_program
+from gpu_xform.web.short_program import KEPT_NAMES, make_program, shorten_markup, write_data
 from gpu_xform.web.tokens import is_text, is_word, join_script, join_wgsl, split_script, split_wgsl
 
 TEXTS: dict[str, NamedText] = {
@@ -117,3 +122,40 @@ def test_scripts_of_others_have_the_names_of_the_page() -> None:
     text = "const {mesh} = page.layers[0], edges = mesh.edges; return [edges, mesh.nEdges, x.press];"
     assert names.rename_script(text) == "let{Ab}=page.layers[0],edges=Ab.c;return[edges,Ab.d,x.press];"
     assert names.rename_keys({"mesh": [{"nEdges": 3}], "kind": "mesh"}) == {"Ab": [{"d": 3}], "kind": "mesh"}
+
+
+@pytest.mark.parametrize("stage", program.STAGES)
+def test_other_browsers_compiler_takes_the_short_wgsl(stage: str, device: GpuDevice) -> None:
+    made, lines = make_program(), []
+
+    def include(number: str, seen: set[str]) -> None:
+        seen.add(number)
+        for line in made.files[number].splitlines():
+            found = re.fullmatch(r"#import (\d+)", line)
+            if found is None:
+                lines.append(line)
+            elif found[1] not in seen:
+                include(found[1], seen)
+
+    include(made.numbers[Path(installed_sources().stages[stage].file).stem], set())
+    device.context.handle.create_shader_module(code="\n".join(lines))  # naga, as in Firefox
+
+
+@given(st.one_of(st.floats(allow_nan=False, allow_infinity=False), st.integers(0, 255).map(lambda n: n / 255)))
+def test_numbers_are_written_as_short_as_they_are(number: float) -> None:
+    text = write_data([number])[1:-1]
+    value = float(Fraction(text)) if "/" in text else float(text)
+    assert value.hex() == number.hex()
+    assert len(text) <= len(repr(number))
+
+
+def test_data_is_written_as_scripts_have_it() -> None:
+    data = {"size": [1.0, 0.25, -0.0], "2": {"a-b": "`", "c": "x"}, "d": None, "e": True}
+    assert write_data(data) == '{size:[1,.25,-0],2:{"a-b":"`",c:`x`},d:null,e:true}'
+
+
+def test_markup_keeps_its_words_and_places() -> None:
+    text = "<p>$a</p>\n<style>\nb a:hover { margin: 0 1px; --c: $d }\n</style>\n"
+    text += '<script type="module">\nconst at = 0.5;\n</script>\n'
+    short = '<p>$a</p><style>b a:hover{margin:0 1px;--c:$d}</style><script type="module">let Aa=.5;</script>\n'
+    assert shorten_markup(text) == short
