@@ -1,7 +1,7 @@
 """Controls: pointer and key events change the state of a view; nothing is drawn here."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, NamedTuple, TypeAlias
@@ -12,6 +12,7 @@ from .._core.types import Float64Array
 from ..drawing.camera import Camera
 from ..drawing.layer import Layer
 from ..imaging.colors import ColorLike
+from .key_bindings import EDGE_CYCLE
 from .orbit import BoundingSphere, Orbit
 from .style_overrides import (
     StyleOverrides,
@@ -33,7 +34,6 @@ RADIANS_PER_HEIGHT = math.pi  # for a drag from the top of the window to its bot
 ROTATION_STEP_RAD = math.radians(15.0)
 
 STYLE_KEYS: dict[str, Callable[[StyleOverrides, Layer], tuple[StyleOverrides, str]]] = {
-    "e": next_edges,
     "d": next_hidden,
     "f": toggle_fill,
     "c": toggle_face_colors,
@@ -61,6 +61,7 @@ class InitialView(NamedTuple):
     points : returns points of the world (n, 3) that a picture of all models must hold
     layer : its style has the values that keys cycle from
     up : of the world; None for the camera's
+    edge_sets : returns `list_edge_sets` of each layer
     """
 
     camera: Camera
@@ -69,6 +70,7 @@ class InitialView(NamedTuple):
     layer: Layer
     background: ColorLike | None
     up: Float64Array | None
+    edge_sets: Callable[[], Sequence[Sequence[str]]] = lambda: [EDGE_CYCLE]
 
 
 @dataclass(frozen=True)
@@ -147,6 +149,9 @@ class Controls:
         elif name in SIDE_KEYS:
             side = SIDE_KEYS[name]["Shift" in event["modifiers"]]
             self._show(self._orbit(size).seen_from(side, self._initial.points(), size[0] / size[1]), f"view: {side}")
+        elif name == "e":
+            overrides, note = next_edges(self.view.overrides, self._initial.layer, self._initial.edge_sets())
+            self.view = replace(self.view, overrides=overrides, note=note)
         elif name in STYLE_KEYS:
             overrides, note = STYLE_KEYS[name](self.view.overrides, self._initial.layer)
             self.view = replace(self.view, overrides=overrides, note=note)

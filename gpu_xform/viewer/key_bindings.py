@@ -1,7 +1,9 @@
 """Key bindings, as the help describes them; `controls` carries them out."""
 
 from ..drawing.enums import HIDDEN_STYLES
-from .style_overrides import EDGE_CYCLE
+from ..geometry.edges import EDGE_SETS
+
+EDGE_CYCLE = tuple(name for name in EDGE_SETS if name != "intersection")  # which most models do not have
 
 POINTER = (
     ("drag", "rotate"),

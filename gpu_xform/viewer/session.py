@@ -5,6 +5,7 @@ import os
 import re
 import time
 from collections.abc import Callable
+from functools import cached_property
 from itertools import count
 from pathlib import Path
 
@@ -31,7 +32,7 @@ from .controls import Controls, Event, InitialView, Request
 from .help_overlay import draw_help
 from .live_springs import LiveSprings
 from .orbit import BoundingSphere
-from .style_overrides import apply_overrides, has_faces
+from .style_overrides import apply_overrides, has_faces, list_edge_sets
 
 DRAWING_ERRORS = (MeshError, ArgumentError)
 
@@ -87,7 +88,13 @@ class Session:
         self._camera = camera
         self._controls = Controls(
             InitialView(
-                camera, BoundingSphere.around(points), lambda: framing_points(self._layers), first, background, up
+                camera,
+                BoundingSphere.around(points),
+                lambda: framing_points(self._layers),
+                first,
+                background,
+                up,
+                lambda: self._edge_sets,
             )
         )
         self._saved = self._problem = ""
@@ -140,14 +147,22 @@ class Session:
         """Let go of what the pointer holds."""
         self._live.let_go()
 
+    @cached_property
+    def _edge_sets(self) -> list[tuple[str, ...]]:
+        """The sets of edges that each layer has, found when they are first asked for."""
+        return [list_edge_sets(at_present(layer)) for layer in self._layers]
+
     def _render(self) -> Pixels:
         """Return the picture; only the background if what is requested has nothing to draw."""
         view = self._controls.view
+        edge_sets = None if view.overrides.edges is None else self._edge_sets
         background = self._background if view.overrides.background is None else view.overrides.background
         self._problem = ""
         try:
             return render_array(
-                apply_overrides([at_present(layer) for layer in self._layers], view.overrides, self._pixel_ratio),
+                apply_overrides(
+                    [at_present(layer) for layer in self._layers], view.overrides, self._pixel_ratio, edge_sets
+                ),
                 camera=self._camera if view.orbit is None else view.orbit.camera,
                 size=self._size,
                 background=background,

@@ -10,13 +10,14 @@ from ..drawing.enums import HIDDEN_STYLES, HiddenStyle
 from ..drawing.layer import Layer, dot_diameter, with_lengths_in_pixels
 from ..drawing.layer_colors import colors_by_face
 from ..drawing.lengths import PX_PER_INCH
-from ..geometry.edges import EDGE_SETS, has_brep_faces
+from ..geometry.edges import has_brep_faces, resolve_edges
 from ..geometry.mesh import Mesh
 from ..imaging.colors import ColorLike, to_rgba
+from .key_bindings import EDGE_CYCLE
 
 Value = TypeVar("Value")
 
-EDGE_CYCLE = tuple(name for name in EDGE_SETS if name != "intersection")  # which most models do not have
+OUTLINE = "silhouette"
 DEFAULT_FILL = "lightgray"
 LIGHT, DARK = "white", "#1e1e1e"  # backgrounds
 
@@ -33,9 +34,27 @@ class StyleOverrides:
     background: ColorLike | None = None
 
 
-def next_edges(overrides: StyleOverrides, layer: Layer) -> tuple[StyleOverrides, str]:
-    """Return overrides with the next set of edges, and a note on it; `layer` has the first value."""
-    edges = _next(_shown_edges(overrides, layer), EDGE_CYCLE)
+def list_edge_sets(layer: Layer) -> tuple[str, ...]:
+    """Return the sets of `EDGE_CYCLE` that have edges of a layer: a smooth closed surface has no sharp ones."""
+    mesh = layer.model.mesh if isinstance(layer.model, MeshBuffer) else layer.model
+    if not isinstance(mesh, Mesh):
+        return EDGE_CYCLE
+    return tuple(
+        name
+        for name in EDGE_CYCLE
+        if name in ("all", OUTLINE) or len(resolve_edges(mesh, name, layer.feature_angle)) > 0
+    )
+
+
+def next_edges(
+    overrides: StyleOverrides, layer: Layer, edge_sets: Sequence[Sequence[str]] = (EDGE_CYCLE,)
+) -> tuple[StyleOverrides, str]:
+    """Return overrides with the next set that has edges, and a note on it; `layer` has the first value.
+
+    edge_sets : `list_edge_sets` of all layers
+    """
+    cycle = [name for name in EDGE_CYCLE if any(name in sets for sets in edge_sets)]
+    edges = _next(_shown_edges(overrides, layer), cycle)
     return replace(overrides, edges=edges), f"edges: {edges}"
 
 
@@ -80,10 +99,23 @@ def next_background(overrides: StyleOverrides, initial: ColorLike | None) -> tup
     return replace(overrides, background=None if background is initial else background), f"background: {name}"
 
 
-def apply_overrides(layers: Sequence[Layer], overrides: StyleOverrides, pixel_ratio: float) -> list[Layer]:
-    """Return layers with their styles overridden, and with lines and points `pixel_ratio` times as wide."""
+def apply_overrides(
+    layers: Sequence[Layer],
+    overrides: StyleOverrides,
+    pixel_ratio: float,
+    edge_sets: Sequence[Sequence[str]] | None = None,
+) -> list[Layer]:
+    """Return layers with their styles overridden, and with lines and points `pixel_ratio` times as wide.
+
+    edge_sets : `list_edge_sets` of each layer; one that has no edges of a set shows its outline instead
+    """
     in_pixels = [with_lengths_in_pixels(layer, PX_PER_INCH) for layer in layers]
-    return [replace(layer, **_changes(layer, overrides, pixel_ratio)) for layer in in_pixels]
+    changed = []
+    for layer, sets in zip(in_pixels, edge_sets or [EDGE_CYCLE] * len(layers), strict=True):
+        is_shown = overrides.edges is None or overrides.edges in sets
+        own = overrides if is_shown else replace(overrides, edges=OUTLINE)
+        changed.append(replace(layer, **_changes(layer, own, pixel_ratio)))
+    return changed
 
 
 def has_faces(layer: Layer) -> bool:

@@ -23,7 +23,7 @@ from ..gpu import layouts
 from ..gpu.wgsl import IMPORT, REAL, Sources, installed_sources
 from ..imaging.colors import COLOR_CYCLE, to_rgba
 from ..raster import dashes, line_batches, line_stage, rasterizer, tiles, triangles
-from ..viewer import controls, orbit, style_overrides
+from ..viewer import controls, key_bindings, orbit, style_overrides
 from ..viewer.key_bindings import KEYS, POINTER
 
 SCRIPTS = (
@@ -80,7 +80,7 @@ _SHARED: tuple[tuple[Any, tuple[str, ...]], ...] = (
     (rasterizer, ("MAX_DEPTH_MARGIN_PX",)),
     (shading, ("AMBIENT",)),
     (silhouettes, ("EDGE_ON_SINE",)),
-    (style_overrides, ("EDGE_CYCLE",)),
+    (key_bindings, ("EDGE_CYCLE",)),
     (tiles, ("TILE_SIDE_PX",)),
     (triangles, ("MAX_FEW_TRIANGLES", "PIXELS_PER_FLAT")),
 )

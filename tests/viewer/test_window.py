@@ -268,15 +268,34 @@ def test_a_picture_that_does_not_fit_the_disk_leaves_no_half(tmp_path: Path) -> 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_where_there_is_nothing_to_draw_the_background_and_the_reason_are_shown() -> None:
+def test_what_cannot_be_drawn_shows_the_background_and_the_reason(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise MeshError("points must be finite")
+
     window = Window(background="navy")
-    window.key("e", "e")
-    shown = window.shown()
-    assert (shown == (0, 0, 128, 255)).all()
-    assert "edges must choose at least one edge" in window.titles[-1]
+    with monkeypatch.context() as patch:
+        patch.setattr("gpu_xform.viewer.session.render_array", fail)
+        assert (window.shown() == (0, 0, 128, 255)).all()
+        assert window.titles[-1] == "gpu-xform - points must be finite"
     window.key("e")
-    np.testing.assert_array_equal(window.shown(), expected(edges="silhouette", background="navy"))
-    assert window.titles[-1] == "gpu-xform - edges: silhouette"
+    np.testing.assert_array_equal(window.shown(), expected(edges="feature", background="navy"))
+    assert window.titles[-1] == "gpu-xform - edges: feature"
+
+
+def test_e_passes_over_sets_that_have_no_edges_and_shows_outlines_in_place_of_none() -> None:
+    ball = samples.icosphere(3)
+    window = Window(ball)
+    for edges in ("silhouette", "all", "silhouette"):
+        window.key("e")
+        np.testing.assert_array_equal(window.shown(), expected(ball, edges=edges))
+        assert window.titles[-1] == f"gpu-xform - edges: {edges}"
+    window = Window([ball, HOUSE])
+    window.key("e")
+    layers = [Layer(ball, edges="silhouette"), Layer(HOUSE, edges="feature")]
+    np.testing.assert_array_equal(window.shown(), expected(layers))
+    assert window.titles[-1] == "gpu-xform and 1 more - edges: feature"
+    window.key("e")
+    assert window.titles[-1] == "gpu-xform and 1 more - edges: silhouette"  # both are closed: they have no boundary
 
 
 @pytest.mark.parametrize("name", ["q", "Escape"])
