@@ -9,7 +9,7 @@ from types import TracebackType
 from typing import Any, Self, SupportsIndex
 
 from ._core.public import public
-from .errors import ArgumentError, ArgumentTypeError, NoAdapterError
+from .errors import ArgumentError, ArgumentTypeError
 
 HOST = "host"
 ADAPTER_VARIABLE = "GPU_XFORM_ADAPTER"
@@ -184,13 +184,7 @@ def _find_class(adapter: str | None) -> Any:
         raise ArgumentTypeError.expecting("adapter", "be a text", type(adapter).__name__)
     name = adapter if adapter is not None else os.environ.get(ADAPTER_VARIABLE)
     module, attribute = _CLASSES.get(str(name).casefold(), _GPU_CLASS)
-    try:
-        return getattr(import_module(module), attribute)
-    except (ImportError, OSError) as error:  # OSError of a library that wgpu loads
-        raise NoAdapterError(
-            f"graphics adapters are used by wgpu, which can't be imported: {type(error).__name__}: {error}; "
-            f"arrays of points can be transformed without, by gx.Device('host') or --adapter host"
-        ) from error
+    return getattr(import_module(module), attribute)
 
 
 _default: Device | None = None

@@ -9,7 +9,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import device as device_module
 from gpu_xform.device import Device
-from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError, NoAdapterError
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError
 from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.host import HostDevice
 from tests.support.python_run import python_output
@@ -83,16 +83,6 @@ def test_it_draws_nothing_and_says_so(tmp_path: Path) -> None:
         with pytest.raises(DeviceError, match="the host device draws no pictures"):
             draw()
     assert not list(tmp_path.iterdir())
-
-
-def test_where_wgpu_cannot_be_imported_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    def fail(name: str) -> None:
-        raise OSError(f"{name}: cannot open shared object file")
-
-    monkeypatch.delenv("GPU_XFORM_ADAPTER", raising=False)
-    monkeypatch.setattr(device_module, "import_module", fail)
-    with pytest.raises(NoAdapterError, match=r"wgpu, which can't be imported: OSError: .*gx\.Device\('host'\)"):
-        gx.Device()
 
 
 def test_a_stack_where_one_matrix_is_meant_is_refused(tmp_path: Path) -> None:

@@ -4,6 +4,8 @@ import sys
 from importlib import import_module
 from typing import Any
 
+from ..errors import NoAdapterError
+
 PREVIEWS = "gpu_xform.rendering.preview"  # by name: models know nothing of what draws them
 PNG = "image/png"
 
@@ -32,7 +34,11 @@ def _draw_list(items: list[object]) -> bytes | None:
 
 
 def _draw(thing: object) -> bytes | None:
-    png: bytes | None = import_module(PREVIEWS).draw_preview(thing)
+    try:
+        previews = import_module(PREVIEWS)
+    except NoAdapterError:  # where wgpu cannot be imported
+        return None
+    png: bytes | None = previews.draw_preview(thing)
     return png
 
 

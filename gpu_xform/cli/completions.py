@@ -172,6 +172,6 @@ def _list_adapters() -> tuple[str, ...]:
         from ..gpu.adapters import adapters
 
         names = [adapter.name for adapter in adapters()]
-    except (ImportError, GpuXformError):
+    except GpuXformError:
         return ()
     return tuple(dict.fromkeys(word for name in names for word in re.findall(r"^[\w.+-]+", name)))

@@ -13,13 +13,11 @@ import sys
 import tempfile
 from collections.abc import Iterator
 
-import wgpu
-from wgpu.backends.wgpu_native.extras import set_instance_extras
-
 from .._core.interrupts import defer_interrupts
 from .._core.public import public
 from ..device import Adapter, Limits
 from ..errors import NoAdapterError
+from .binding import set_instance_extras, wgpu
 from .drivers import suggest_driver
 from .forks import refuse_fork
 from .type_lookups import narrow_type_lookups

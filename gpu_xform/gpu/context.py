@@ -10,12 +10,11 @@ import weakref
 from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
-import wgpu
-
 from .._core.interrupts import defer_interrupts
 from ..device import Adapter, Limits
 from ..errors import DeviceError
 from .adapters import describe_adapter, find_adapter, lend_runtime_dir
+from .binding import wgpu
 from .errors import DeviceLostError, translate_wgpu_errors
 from .forks import is_fork, note_device, refuse_fork
 

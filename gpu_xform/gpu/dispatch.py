@@ -4,9 +4,8 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
-import wgpu
-
 from ..errors import ShaderError
+from .binding import wgpu
 from .buffers import Buffer
 from .context import CommandEncoder, GpuContext
 from .shaders import ComputePipeline, Pipeline, RenderPipeline

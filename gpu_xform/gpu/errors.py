@@ -3,9 +3,8 @@
 import contextlib
 from collections.abc import Iterator
 
-import wgpu
-
 from ..errors import DeviceError, DeviceMemoryError
+from .binding import wgpu
 
 MEMORY_WORDS = ("not enough memory", "out of memory")
 LOSS_WORDS = "device is lost"

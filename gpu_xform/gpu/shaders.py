@@ -10,9 +10,8 @@ from enum import Enum
 from pathlib import Path
 from typing import Any
 
-import wgpu
-
 from ..errors import ShaderError
+from .binding import wgpu
 from .context import GpuContext
 from .errors import raise_if_lost
 from .wgsl import Sources, installed_sources

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import wgpu
 
 from .._core.interrupts import defer_interrupts
 from ..errors import DeviceError
+from .binding import wgpu
 from .context import GpuContext
 from .forks import is_fork
 

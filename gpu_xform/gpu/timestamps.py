@@ -4,9 +4,8 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-import wgpu
-from wgpu.backends.wgpu_native import lib
 
+from .binding import lib, wgpu
 from .buffers import READBACK, Buffer, Usage
 from .context import CommandEncoder, DispatchObserver, GpuContext
 

@@ -7,7 +7,7 @@ names in the text matter.
 import re
 from typing import Any
 
-from wgpu.backends.wgpu_native import ffi
+from .binding import ffi
 
 _KINDS = ("typedef", "struct", "union", "enum")
 
