@@ -11,6 +11,7 @@ from ..errors import MeshError, MissingExtraError
 from ..geometry.mesh import Mesh
 from ._concatenate import concatenate
 from ._warn import warn
+from ._xml import parse_xml
 from .limits import budget
 
 _BINDINGS = re.compile(rb"<bind_material>.*?</bind_material>", re.DOTALL)
@@ -21,13 +22,15 @@ def read(data: bytes) -> Mesh:
 
     Raises MeshError for a damaged file, MissingExtraError if the extra `robots` is not installed.
     """
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:  # which the format has no use for
-        raise MeshError("it declares a document type")
+    root = parse_xml(data, "COLLADA")
     try:
         import collada
         import trimesh
     except ImportError:
         raise MissingExtraError("COLLADA needs pycollada: pip install 'gpu_xform[robots]'") from None
+    from lxml import etree
+
+    data = etree.tostring(root)  # which pycollada parses without our care
     log = logging.getLogger("trimesh")
     was_disabled, log.disabled = log.disabled, True
     try:

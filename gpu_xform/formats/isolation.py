@@ -4,6 +4,7 @@ Nothing that the child sends is trusted: no pickles, every array is checked agai
 the scene is built, and so checked, here.
 """
 
+import contextlib
 import json
 import math
 import mmap
@@ -79,23 +80,35 @@ def _read_in_child(
     cpu_s = limits.cpu_s or DEFAULT_CPU_S
     try:
         # The first line is the request, what follows the file.
-        child = subprocess.run(  # noqa: S603 - our own interpreter, with our own program
-            [sys.executable, "-c", _COMMAND],
-            input=json.dumps(request).encode() + b"\n" + data,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            pass_fds=[memory],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "OPENBLAS_NUM_THREADS": "1"},
-            timeout=2 * cpu_s + _WAIT_S,
-            check=False,
-        )
-        if child.returncode or len(child.stdout) > _MAX_ANSWER_BYTES:
-            raise MeshError(_describe_end(child.returncode, limits))
-        return _build(_parse_answer(child.stdout), memory, build)
+        text = json.dumps(request).encode() + b"\n" + data
+        code, answer = _run(_COMMAND, text, memory, 2 * cpu_s + _WAIT_S)
+        if code or len(answer) > _MAX_ANSWER_BYTES:
+            raise MeshError(_describe_end(code, limits))
+        return _build(_parse_answer(answer), memory, build)
     except subprocess.TimeoutExpired:
         raise MeshError(_describe_end(-signal.SIGXCPU, limits)) from None
     finally:
         os.close(memory)
+
+
+def _run(program: str, text: bytes, memory: int, timeout_s: float) -> tuple[int, bytes]:
+    """Return how a program ended that was given a text, and what it printed; no process that it began is left."""
+    child = subprocess.Popen(  # noqa: S603 - our own interpreter, with our own program
+        [sys.executable, "-c", program],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        pass_fds=[memory],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "OPENBLAS_NUM_THREADS": "1"},
+        process_group=0,
+    )
+    with child:
+        try:
+            printed, _ = child.communicate(text, timeout_s)
+        finally:
+            with contextlib.suppress(ProcessLookupError):  # the last of them has ended
+                os.killpg(child.pid, signal.SIGKILL)
+    return child.returncode, printed
 
 
 def _describe_end(code: int, limits: FileLimits) -> str:

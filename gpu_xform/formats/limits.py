@@ -44,9 +44,11 @@ class FileLimits:
     unpacked_bytes : int, optional
         Bytes that compressed content unpacks to, and that files beside the file have.
     cpu_s : float, optional
-        Seconds that a processor may work on it; with `isolated=True` only, where it is 60 by default.
+        Seconds that a processor may work on it; with `isolated=True`, where it is 60 by default, and for the process
+        in which Open CASCADE reads a STEP file, 600 and another 600 per megabyte by default.
     memory_bytes : int, optional
-        Bytes of memory that reading it may take; with `isolated=True` only, where it is 4 GiB by default.
+        Bytes of memory that reading it may take; with `isolated=True`, where it is 4 GiB by default, and for that
+        process, 4 GiB and another 4 KiB per byte by default.
 
     Raises
     ------

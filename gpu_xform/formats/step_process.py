@@ -1,6 +1,7 @@
 """Triangles of a STEP file, made by Open CASCADE in a process of its own.
 
-Its C++ prints to the standard streams, and a damaged file may end the process that it runs in.
+Its C++ prints to the standard streams, and a damaged file may end the process that it runs in, or go on for ever; so
+memory and time of this process are limited, where the system can.
 """
 
 import os
@@ -9,6 +10,7 @@ import sys
 from importlib.util import find_spec
 
 from ..errors import MeshError, MissingExtraError
+from .limits import budget
 
 # A circle has at least 21 edges, however small it is.
 _ANGLE_RAD = 0.3
@@ -16,11 +18,20 @@ _ANGLE_RAD = 0.3
 _SAFETY = 0.4
 # trimesh would be imported for an extension that is not used; without it the import takes a tenth of the time.
 _PROGRAM = """
-import os, sys
+import math, os, sys
 try:
     import resource
-    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-except ImportError:
+    used = resource.getrusage(resource.RUSAGE_SELF)
+    limits = {
+        resource.RLIMIT_CORE: 0,
+        resource.RLIMIT_CPU: math.ceil(used.ru_utime + used.ru_stime + float(sys.argv[3])),
+        resource.RLIMIT_AS: int(sys.argv[4]),
+    }
+    for kind, most in limits.items():
+        hard = resource.getrlimit(kind)[1]
+        most = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        resource.setrlimit(kind, (most, most))
+except (ImportError, OSError, ValueError):  # not of this system, or not of all its kinds
     pass
 answer, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)
 os.dup2(nothing, 1), os.dup2(nothing, 2)
@@ -32,6 +43,10 @@ with os.fdopen(answer, "wb") as file:
     file.write(glb)
 os._exit(0)
 """
+# What the process may take unless `FileLimits` says otherwise: ten times of what files of many balls take, which have
+# the most triangles per byte. An endless loop ends, and memory is left for others.
+_FREE_CPU_S, _CPU_S_PER_BYTE = 600, 600e-6
+_FREE_MEMORY_BYTES, _MEMORY_BYTES_PER_BYTE = 4 << 30, 4 << 10
 
 
 def make_glb(data: bytes, tolerance_mm: float) -> bytes:
@@ -41,8 +56,12 @@ def make_glb(data: bytes, tolerance_mm: float) -> bytes:
     """
     if find_spec("cascadio") is None:
         raise MissingExtraError("STEP needs cascadio: pip install 'gpu_xform[cad]'")
+    limits = budget().limits
+    cpu_s = limits.cpu_s or _FREE_CPU_S + _CPU_S_PER_BYTE * len(data)
+    memory_bytes = limits.memory_bytes or _FREE_MEMORY_BYTES + _MEMORY_BYTES_PER_BYTE * len(data)
+    numbers = repr(_SAFETY * tolerance_mm), repr(_ANGLE_RAD), repr(cpu_s), repr(memory_bytes)
     child = subprocess.run(  # noqa: S603 - our own interpreter, with our own program
-        [sys.executable, "-c", _PROGRAM, repr(_SAFETY * tolerance_mm), repr(_ANGLE_RAD)],
+        [sys.executable, "-c", _PROGRAM, *numbers],
         input=data,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,
@@ -50,18 +69,9 @@ def make_glb(data: bytes, tolerance_mm: float) -> bytes:
         check=False,
     )
     if child.returncode or not child.stdout:
-        raise MeshError(f"Open CASCADE cannot read it{_explain(child.returncode)}")
+        ended = f", and ended with signal {-child.returncode}" if child.returncode < 0 else ""
+        allowed = f"{cpu_s:.3g} s of a processor and {memory_bytes:,} bytes"
+        is_limited = ended or limits.cpu_s or limits.memory_bytes
+        hint = f"; it may take {allowed}, the limits FileLimits(cpu_s=..., memory_bytes=...)" if is_limited else ""
+        raise MeshError(f"Open CASCADE cannot read it{ended}{hint}")
     return child.stdout
-
-
-def _explain(code: int) -> str:
-    """Return why the process ended: this one may be limited, and then that one is."""
-    if code >= 0:
-        return ""
-    reason = f", and ended with signal {-code}"
-    if sys.platform != "win32":
-        import resource
-
-        if resource.getrlimit(resource.RLIMIT_CPU)[0] != resource.RLIM_INFINITY:
-            reason += ", within the limits FileLimits(cpu_s=..., memory_bytes=...)"
-    return reason

@@ -12,13 +12,14 @@ from .. import matrices
 from .._core.error_context import prefix_errors
 from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from .._core.types import Float64Array
-from ..errors import ArgumentError, MeshError, MissingExtraError
+from ..errors import ArgumentError, MeshError
 from ..geometry.attributes import Attributes
 from ..geometry.joints import JOINT_KINDS, Joint, Mimic, resolve_mimics
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from ._text import quote
 from ._warn import warn
+from ._xml import parse_xml
 from .gltf import merge_scene
 from .gltf_placements import make_names
 from .limits import budget
@@ -81,18 +82,10 @@ def read_scene(data: bytes, folder: Path | None = None, *, read_model: ReadModel
 
 
 def _parse(data: bytes) -> Any:
-    """Return the element <robot>; no other file is opened, and no entity expanded."""
-    try:
-        from lxml import etree
-    except ImportError:
-        raise MissingExtraError("URDF needs lxml: pip install 'gpu_xform[robots]'") from None
-    parser = etree.XMLParser(resolve_entities=False, no_network=True, load_dtd=False, remove_comments=True)
-    try:
-        root = etree.fromstring(data, parser)
-    except etree.XMLSyntaxError as error:
-        raise MeshError(f"it is not XML: {error}") from None
-    if root.getroottree().docinfo.internalDTD is not None:
-        raise MeshError("it declares a document type")
+    """Return the element <robot>."""
+    root = parse_xml(data, "URDF")
+    from lxml import etree
+
     if any("xacro" in (etree.QName(element).namespace or "") for element in root.iter(etree.Element)):
         raise MeshError("it is xacro, from which URDF is made: xacro FILE -o robot.urdf")
     if etree.QName(root).localname != "robot":

@@ -2,6 +2,7 @@
 
 import io
 import json
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -155,6 +156,26 @@ def test_only_mesh_errors_escape(name: str, monkeypatch: pytest.MonkeyPatch) -> 
     limits = gx.FileLimits(cpu_s=1, memory_bytes=100_000_000)
     with pytest.raises(MeshError, match=message):
         gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=limits)
+
+
+@pytest.mark.parametrize("end", ["time.sleep(60)", "os._exit(3)"], ids=["too long", "ended"])
+def test_no_process_is_left_behind(end: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # As Open CASCADE's was, for its own minute, when the process that waits for it was killed.
+    place = tmp_path / "pid"
+    program = (
+        "import os, subprocess, sys, time, pathlib\n"
+        f"child = subprocess.Popen(['sleep', '60'])\npathlib.Path({str(place)!r}).write_text(str(child.pid))\n{end}\n"
+    )
+    monkeypatch.setattr(isolation, "_COMMAND", program)
+    monkeypatch.setattr(isolation, "_WAIT_S", 0.5)
+    with pytest.raises(MeshError):
+        gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=gx.FileLimits(cpu_s=0.1))
+    status = Path(f"/proc/{place.read_text()}/status")
+    for _ in range(100):
+        if not status.exists() or "State:\tZ" in status.read_text():
+            return
+        time.sleep(0.01)
+    pytest.fail("the process of the process goes on")
 
 
 def test_where_the_system_has_no_limits_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

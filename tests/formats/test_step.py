@@ -14,10 +14,11 @@ import gpu_xform as gx
 from gpu_xform import FileLimits, Mesh, Scene, load_mesh, load_scene
 from gpu_xform.cli import main
 from gpu_xform.errors import ArgumentError, MeshError, MeshWarning, MissingExtraError
-from gpu_xform.formats import step
+from gpu_xform.formats import step, step_process
 from gpu_xform.formats.step_process import make_glb
 from gpu_xform.geometry.edges import find_edge_faces, resolve_edges
 from tests.support import step_files
+from tests.support.python_run import linux_only
 
 
 def read(data: bytes, tolerance: float | None = None, limits: FileLimits | None = None) -> Mesh:
@@ -209,8 +210,21 @@ def test_damaged_files_are_errors_and_nothing_is_printed(
 def test_a_process_that_ends_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     ended = subprocess.CompletedProcess([], -11, b"")
     monkeypatch.setattr(subprocess, "run", lambda *_, **__: ended)
-    with pytest.raises(MeshError, match="Open CASCADE cannot read it, and ended with signal 11"):
+    message = "cannot read it, and ended with signal 11; it may take 600 s of a processor and 4,294,967,296 bytes"
+    with pytest.raises(MeshError, match=message):
         make_glb(b"", 1.0)
+
+
+@linux_only
+def test_an_endless_loop_and_a_lack_of_memory_end_without_isolation(monkeypatch: pytest.MonkeyPatch) -> None:
+    program, call = step_process._PROGRAM, "glb = cascadio.load("
+    for code, limits, message in (
+        ("while True: pass\n", FileLimits(cpu_s=0.1), r"ended with signal (9|24); it may take 0\.1 s"),
+        ("bytearray(1 << 32)\n", FileLimits(memory_bytes=300_000_000), "it may take 604 s of .* and 300,000,000 bytes"),
+    ):
+        monkeypatch.setattr(step_process, "_PROGRAM", program.replace(f"import cascadio\n{call}", code + call))
+        with pytest.raises(MeshError, match=message):
+            read(step_files.write_box(1, 1, 1), limits=limits)
 
 
 def test_without_the_extra_the_error_names_it(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -2,6 +2,7 @@
 
 import io
 import logging
+import time
 from pathlib import Path
 from typing import Any
 
@@ -194,8 +195,34 @@ def test_xacro_and_document_types_are_refused(tmp_path: Path) -> None:
         load_scene(path)
     with pytest.raises(MeshError, match="it declares a document type"):
         read('<!DOCTYPE robot [<!ENTITY a "b">]><robot><link name="&a;"/></robot>')
+    assert len(read('<!-- <!DOCTYPE a> --><?a <!DOCTYPE b> ?><robot><link name="a"/></robot>')) == 1
     # The namespace alone is what xacro leaves behind.
     assert len(read('<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="a"/></robot>')) == 1
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-7"])
+@pytest.mark.parametrize("kind", ["urdf", "dae"])
+def test_no_document_type_is_taken_whatever_its_encoding(tmp_path: Path, kind: str, encoding: str) -> None:
+    (tmp_path / "other").write_text("b", "ascii")
+    for declared in ('<!ENTITY e "b">', f'<!ENTITY e SYSTEM "{(tmp_path / "other").as_uri()}">'):
+        body = '<robot><link name="&e;"/></robot>' if kind == "urdf" else TRIANGLE_DAE.partition("?>")[2]
+        text = f"<!-- a --><!DOCTYPE a [{declared}]>{body.replace('100 0 0', '&e; 0 0')}"
+        data = f'<?xml version="1.0" encoding="{encoding}"?>'
+        if encoding == "utf-7":  # in which ASCII need not stand for itself
+            made = data.encode() + text.replace("<", "+ADw-").replace("&", "+ACY-").encode()
+        else:
+            made = (data + text).encode(encoding)
+        with pytest.raises(MeshError, match=r"declares a document type|is not XML"):
+            load_mesh(io.BytesIO(made), file_type=kind)
+
+
+def test_entities_that_expand_cost_nothing() -> None:
+    entities = "".join(f'<!ENTITY e{i + 1} "{f"&e{i};" * 10}">' for i in range(12))
+    for text in ('name="&e12;"/>', 'name="a">&e12;</link>'):
+        begin = time.process_time()
+        with pytest.raises(MeshError, match="it declares a document type"):
+            read(f'<!DOCTYPE robot [<!ENTITY e0 "ha">{entities}]><robot><link {text}</robot>')
+        assert time.process_time() - begin < 0.1
 
 
 def test_limits_hold(robot: Path) -> None:
