@@ -121,6 +121,11 @@ def test_keys_change_the_style_and_the_view_as_in_the_window(page: Browser) -> N
     assert largest_difference(read_pixels(page), picture) > 50
     press(page, "Backspace", "r")
     assert np.array_equal(read_pixels(page), first)
+    press(page, "e", "e")  # past the boundary, which a ring has not
+    outline = gx.render_array(RING, size=SIZE, rasterizer="compute", edges="silhouette")
+    assert largest_difference(read_pixels(page), outline) <= TOLERANCE
+    press(page, "e")
+    assert np.array_equal(read_pixels(page), first)
 
 
 POINTER = """

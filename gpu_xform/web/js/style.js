@@ -21,7 +21,8 @@ const hasFaceColors = (overrides, layer) => overrides.faceColors ?? (colorsByFac
 // Each returns overrides and a note on what has changed; `layer` has the values from which keys cycle.
 export const STYLE_KEYS = {
   e(overrides, layer, constants) {
-    const edges = following(shownEdges(overrides, layer), constants.EDGE_CYCLE);
+    const has = name => name === "silhouette" || layer.mesh.edgeRows(name).length > 0;
+    const edges = following(shownEdges(overrides, layer), constants.EDGE_CYCLE.filter(has));
     return [{ ...overrides, edges }, `edges: ${edges}`];
   },
   d(overrides, layer, constants) {
