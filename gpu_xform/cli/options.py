@@ -79,7 +79,8 @@ STYLE = (
         "HOW",
         types.parse_hidden,
         f"how to draw edges behind faces: {', '.join(HIDDEN_STYLES[:-1])} or {HIDDEN_STYLES[-1]} "
-        "(default: show, but behind opaque faces of another layer or with --fill remove)",
+        "(default: show, but behind opaque faces of another layer or with --fill remove); SVG and PDF of up to 65,536 "
+        "segments leave out hidden lines that lie on others",
     ),
     ValueOption(
         "--hidden-style",
@@ -455,7 +456,7 @@ def add_page(picture: Any) -> None:
 
 def add_web_page(parser: argparse.ArgumentParser) -> None:
     """Add what a .html page has beside the options of drawing."""
-    group = parser.add_argument_group("web page (.html)")
+    group = parser.add_argument_group("web page (.html), without labels, colour bar, axes and legend")
     group.add_argument("--title", metavar="TEXT", help="title of the page (default: the name of the model)")
     group.add_argument(
         "--max-edges",

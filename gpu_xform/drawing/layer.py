@@ -106,7 +106,8 @@ class Layer(Pictured):
         What is done with edges behind faces, of this model or another. Dashes run on from edge to edge where the line
         turns by at most 50 degrees. The default is "show", or "remove" if `fill` is given. The faces of a layer hide
         others unless the layer shows all its edges; by default only opaque filled faces of other layers hide the lines
-        and dots of one that is not filled.
+        and dots of one that is not filled. SVG and PDF leave out hidden lines that lie on other lines, where a layer
+        has at most 65,536 segments of lines.
     hidden_style : dict, optional
         How hidden parts are drawn that differ from visible ones by more than dashes: "color", "line_width" and "dash",
         as these keywords take them. Where "color" or "line_width" is missing, it is that of visible parts; where "dash"

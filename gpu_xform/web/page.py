@@ -73,7 +73,8 @@ def save_page(
 
     The page holds the models, and draws them with the package's own WGSL through WebGPU, so its pictures are those of
     `render`; a browser without WebGPU draws them on a 2D canvas. Drags rotate the models, and the keys are those of
-    `view`. Where scripts do not run, the page shows a picture.
+    `view`. Where scripts do not run, the page shows a picture. A page has no texts: no labels, colour bar, axes or
+    legend.
 
     Parameters
     ----------
@@ -102,8 +103,8 @@ def save_page(
         Hold at most about so many edges: points that lie close together become one. Without it, a page of more than a
         million edges is written as it is, and a `SizeWarning` says how large it is.
     **style
-        Keywords of `Layer`, as `render` takes them, but for `labels` and `colorbar`: a page has no texts. Positions are
-        kept to a millionth of the extent of their model.
+        Keywords of `Layer`, as `render` takes them, but for `labels` and `colorbar`. Positions are kept to a
+        millionth of the extent of their model.
 
     Raises
     ------
