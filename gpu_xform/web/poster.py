@@ -2,6 +2,7 @@
 
 import io
 from base64 import b64encode
+from bisect import bisect_left
 from typing import TYPE_CHECKING
 
 from ..imaging.image import Pixels, to_pillow
@@ -9,9 +10,21 @@ from ..imaging.image import Pixels, to_pillow
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-MAX_BYTES = 1800
-SIDES_PX = (800, 640, 512, 400, 320, 256, 192, 128)  # of the longer side; the largest that is small enough is taken
-QUALITIES = (60, 35)
+MAX_BYTES = 1500
+SIDES_PX = (
+    800,
+    640,
+    512,
+    400,
+    320,
+    256,
+    192,
+    128,
+    96,
+    64,
+)  # of the longer side; the largest that is small enough is taken
+QUALITY, BEST_QUALITY = 35, 60
+_ALPHA_QUALITY = 20  # as much as that of colours: without, a transparent picture takes four times the bytes
 
 
 def encode_poster(picture: Pixels) -> str:
@@ -20,23 +33,25 @@ def encode_poster(picture: Pixels) -> str:
 
     image = to_pillow(picture)
     has_webp = bool(features.check("webp"))
-    data = b""
-    for side in SIDES_PX:
-        if side > max(image.size) and side != SIDES_PX[-1]:
-            continue
+
+    def encode(side: int, quality: int) -> bytes:
         smaller = image.copy()
         smaller.thumbnail((side, side), Image.Resampling.LANCZOS)
-        for quality in QUALITIES:
-            data = _encode(smaller, quality, has_webp=has_webp)
-            if len(data) <= MAX_BYTES:
-                return _as_url(data, has_webp=has_webp)
-    return _as_url(data, has_webp=has_webp)
+        return _encode(smaller, quality, has_webp=has_webp)
+
+    def fits(side: int) -> bool:
+        return len(encode(side, QUALITY)) <= MAX_BYTES
+
+    sides = [side for side in SIDES_PX if side <= max(image.size)] or SIDES_PX[-1:]
+    side = sides[min(bisect_left(sides, True, key=fits), len(sides) - 1)]
+    best = encode(side, BEST_QUALITY)
+    return _as_url(best if len(best) <= MAX_BYTES else encode(side, QUALITY), has_webp=has_webp)
 
 
 def _encode(image: "Image", quality: int, *, has_webp: bool) -> bytes:
     file = io.BytesIO()
     if has_webp:
-        image.save(file, "WEBP", quality=quality, method=4)
+        image.save(file, "WEBP", quality=quality, alpha_quality=_ALPHA_QUALITY, method=6)
     else:
         image.quantize(16).save(file, "PNG", optimize=True)
     return file.getvalue()
