@@ -13,7 +13,7 @@ from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.wgsl import installed_sources
 from gpu_xform.web import program
 from gpu_xform.web.scopes import PROPERTY, SCRIPT_WORDS, VARIABLE, WGSL_WORDS, NamedText, read_script, read_wgsl
-from gpu_xform.web.short_names import SCRIPT, ShortNames
+from gpu_xform.web.short_names import SCRIPT, ShortNames, choose_names
 from gpu_xform.web.short_program import KEPT_NAMES, make_program, shorten_markup, write_data
 from gpu_xform.web.tokens import is_text, is_word, join_script, join_wgsl, split_script, split_wgsl
 
@@ -115,6 +115,23 @@ def test_wgsl_is_read_as_scripts_are() -> None:
     assert (named.shared, named.properties) == ({"S", "s", "k", "f"}, {"size"})
     assert list(named.local.values()) == [{"position", "x"}]
     assert named.roles[named.tokens.index("position")] is None
+
+
+def test_new_names_differ_from_those_that_stay() -> None:
+    script = read_script(
+        split_script("const thing = Aa, other = 1; function call(it, a) { return [it.b, other, it, a]; }")
+    )
+    names = choose_names(script, {}, {"b"}, {"Ab"})
+    assert names.shared == {"other": "Ac", "call": "Ad", "thing": "Ae"}
+    assert [*names.local.values()] == [{"it": "b", "a": "a"}]
+
+
+def test_no_two_tokens_become_one() -> None:
+    text = "const a = b + +c - -d; if (!/[/]/.test(e)) return f / g / h; else throw a?.5 : 1.0 + 0.5 + 10.0;"
+    short = "let a=b+ +c- -d;if(!/[/]/.test(e))return f/g/h;else throw a?.5:1.0+.5+10.0;"
+    assert join_script(split_script(text)) == short
+    text = "// real\n#import real\nvar<private> a: vec3<f32> = vec3<f32>(1.0, 0.5, -10.0,); // three\n"
+    assert join_wgsl(split_wgsl(text)) == "\n#import real\nvar<private>a:vec3f =vec3f(1.,.5,-10.);"
 
 
 def test_scripts_of_others_have_the_names_of_the_page() -> None:
