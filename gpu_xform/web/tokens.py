@@ -14,7 +14,7 @@ _SCRIPT = re.compile(
     rf"|{_COMMON}|\.\.\.|[=!]==|>>>|[?|&*]{{2}}=?|[-+*/&|^!<>=]=|=>|\+\+|--|\?\.|<<|>>|.)"
 )
 _HOLE = re.compile(r"\$\{([^}]*)\}")
-# Of tokens that end in \0: separators before brackets that close, zeros before and after points, and what needs a space.
+# Of tokens that end in \0: separators before closing brackets, zeros before and after points, and what needs a space.
 _NEEDLESS = re.compile(r"[,;]\0(?=\}\0)|,\0(?=[\])]\0)|(?<=\0)0(?=\.\d)")
 _WHOLE = re.compile(r"(?<=\0)([1-9]\d*\.)0(?=\0)")
 _NEEDLESS_IN_WGSL = re.compile(r",\0(?=[\])}]\0)|(?<=\0)0(?=\.\d)")
