@@ -2,6 +2,7 @@
 
 import math
 import operator
+import re
 from collections.abc import Mapping
 from typing import Any, SupportsIndex
 
@@ -113,12 +114,32 @@ def as_vectors(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
     return array
 
 
+def find_axis(text: str) -> Float64Array | None:
+    """Return the unit vector (3,) of an axis by its name, such as "+Y", "-z" or "x"; None for any other text."""
+    axis = re.fullmatch(r"\s*([+-]?)([xyz])\s*", text, re.IGNORECASE)
+    if axis is None:
+        return None
+    unit = np.zeros(3)
+    unit["xyz".index(axis[2].lower())] = -1.0 if axis[1] == "-" else 1.0
+    return unit
+
+
+def resolve_axis(value: npt.ArrayLike, name: str, size: int = 3) -> npt.ArrayLike:
+    """Return `value`, or the unit vector of an axis that it names; raise an error for another text."""
+    if not isinstance(value, str) or size != 3:
+        return value
+    axis = find_axis(value)
+    if axis is None:
+        raise ArgumentError.expecting(name, "be three numbers, or an axis such as '+Y' or '-z'", repr(value))
+    return axis
+
+
 def as_nonzero_vector(value: npt.ArrayLike, name: str, size: int) -> Float64Array:
-    """Return `value`, a vector of `size` components not all zero, divided by a power of two.
+    """Return `value`, a vector of `size` components not all zero, divided by a power of two; of 3, also an axis' name.
 
     The largest component is then in [0.5, 1), so that squares neither overflow nor vanish; small integers stay exact.
     """
-    return _scale_vectors(as_vector(value, name, size), name)
+    return _scale_vectors(as_vector(resolve_axis(value, name, size), name, size), name)
 
 
 def _scale_vectors(vectors: Float64Array, name: str) -> Float64Array:

@@ -58,7 +58,6 @@ if TYPE_CHECKING:
 
 DEFAULT_SIZE = (640, 480)
 MIN_UPRIGHT_COSINE = 0.999  # between the axis of a turntable and the up direction
-AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @public
@@ -158,7 +157,7 @@ def turntable(
     frames: int = 100,
     path: StrPath | None = None,
     *,
-    axis: str | npt.ArrayLike | None = None,
+    axis: npt.ArrayLike | None = None,
     transform: MatrixLike | None = None,
     **options: Any,
 ) -> Animation:
@@ -175,7 +174,7 @@ def turntable(
         The number of frames. The last is one step before the first, so that a loop has no stop.
     path : path, optional
         The file in which the animation is saved at once, as by `Animation.save`. By default it is not saved.
-    axis : "x", "y", "z" or (3,) numbers, optional
+    axis : (3,) numbers or an axis such as "z" or "-Y", optional
         The axis, by default the up direction of `camera`, which is +y unless it says otherwise. The rotation is
         counter-clockwise, seen from the end of the axis.
     transform : (4, 4) or (k, 4, 4) numbers, optional
@@ -193,19 +192,14 @@ def turntable(
     MeshError
         The models have no points.
     ArgumentError
-        An argument has an impossible value: "axis must be 'x', 'y', 'z' or a vector, got 'w'"; otherwise as `animate`.
+        An argument has an impossible value: "axis must not be the zero vector"; otherwise as `animate`.
     """
     own, known = (inspect.signature(function).parameters for function in (turntable, animate))
     require_style(options.keys() - known.keys(), [*own, *known])
     if "n_frames" in options:
         raise ArgumentTypeError("n_frames: turntable takes the number of its frames as frames", argument="n_frames")
     n_frames = parse_frame_count(frames, "frames")
-    if isinstance(axis, str) and axis not in AXES:
-        raise ArgumentError.expecting("axis", "be 'x', 'y', 'z' or a vector", repr(axis))
-    if axis is None:
-        unit_axis = up_direction(options.get("camera"))
-    else:
-        unit_axis = as_unit_vector(AXES[axis] if isinstance(axis, str) else axis, "axis", 3)
+    unit_axis = up_direction(options.get("camera")) if axis is None else as_unit_vector(axis, "axis", 3)
     loaded = load_models(models)
     placement: Style = {} if transform is None else {"transform": transform}
     points = framing_points(apply_pose(loaded, np.eye(4), placement))

@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, TypeVar
 import numpy as np
 
 from .. import matrices
-from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_square_matrix, as_vector
+from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_square_matrix, as_vector, find_axis
 from .._core.suggestions import did_you_mean
 from .._core.targets import is_zarr_path
 from .._core.types import Float64Array
 from ..drawing.camera import MIN_MARGIN
-from ..drawing.dash_patterns import MAX_DASHES, as_dash_pattern
+from ..drawing.dash_patterns import as_dash_pattern
 from ..drawing.enums import HIDDEN_STYLES, SHADE, SHADINGS
 from ..drawing.lengths import as_dpi, to_pixels
 from ..drawing.sheet import PROJECTIONS, VIEW_NAMES
@@ -163,13 +163,11 @@ def parse_point(text: str) -> Float64Array:
 @argument_type
 def parse_direction(text: str) -> Float64Array:
     """Parse X,Y,Z or an axis: +Y, -z, x."""
-    axis = re.fullmatch(r"([+-]?)([xyz])", text.strip(), re.IGNORECASE)
-    if axis is None:
-        numbers = parse_numbers(text, "an axis such as +Y or -Z, or three numbers, X,Y,Z", 3)
-        return as_nonzero_vector(numbers, "the direction", 3)
-    unit = np.zeros(3)
-    unit[AXES.index(axis[2].lower())] = -1.0 if axis[1] == "-" else 1.0
-    return unit
+    axis = find_axis(text)
+    if axis is not None:
+        return axis
+    numbers = parse_numbers(text, "an axis such as +Y or -Z, or three numbers, X,Y,Z", 3)
+    return as_nonzero_vector(numbers, "the direction", 3)
 
 
 @argument_type
@@ -251,8 +249,11 @@ def parse_units(text: str) -> str:
 
 @argument_type
 def parse_section(text: str) -> tuple[list[float], list[float]]:
-    """Parse a point and a normal, X,Y,Z,NX,NY,NZ."""
-    numbers = parse_numbers(text, "a point and a normal, X,Y,Z,NX,NY,NZ", 6)
+    """Parse a point and a normal, X,Y,Z,NX,NY,NZ, or a point and an axis, X,Y,Z,+X."""
+    point, _, last = text.rpartition(",")
+    if (axis := find_axis(last)) is not None:
+        return parse_numbers(point, "a point and an axis, X,Y,Z,+X", 3), axis.tolist()
+    numbers = parse_numbers(text, "a point and a normal, X,Y,Z,NX,NY,NZ or X,Y,Z,+X", 6)
     as_nonzero_vector(numbers[3:], "the normal", 3)
     return numbers[:3], numbers[3:]
 
@@ -277,11 +278,8 @@ def parse_dash(text: str) -> str | tuple[float, ...]:
 
 
 def _parse_dash(text: str) -> str | tuple[float, ...]:
-    dash: str | list[float] = text
-    if "," in text:
-        dash = parse_numbers(text, "lengths in line widths, L,L,...", *range(2, 2 * MAX_DASHES + 1))
-    pattern = as_dash_pattern(dash, "the pattern")
-    return text if isinstance(dash, str) else pattern
+    pattern = as_dash_pattern(text, "the pattern")
+    return pattern if "," in text else text
 
 
 @argument_type

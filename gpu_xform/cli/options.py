@@ -165,8 +165,8 @@ STYLE = (
         "--section",
         "X,Y,Z,NX,NY,NZ",
         types.parse_section,
-        "cut the models by the plane through the point X,Y,Z with the normal NX,NY,NZ, remove what lies before it, and "
-        "draw the outline of the cut thick",
+        "cut the models by the plane through the point X,Y,Z with the normal NX,NY,NZ, or an axis, as +X, remove what "
+        "lies before it, and draw the outline of the cut thick",
     ),
     ValueOption(
         "--hatch",

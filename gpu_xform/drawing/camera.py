@@ -12,7 +12,15 @@ import numpy as np
 import numpy.typing as npt
 
 from .. import matrices
-from .._core.arguments import as_float, as_nonzero_vector, as_real_array, as_unit_vector, as_vector, require_room
+from .._core.arguments import (
+    as_float,
+    as_nonzero_vector,
+    as_real_array,
+    as_unit_vector,
+    as_vector,
+    require_room,
+    resolve_axis,
+)
 from .._core.masked import require_unmasked
 from .._core.pictured import Pictured
 from .._core.public import public
@@ -113,7 +121,7 @@ class Camera(Pictured):
         ----------
         eye, target : (3,) numbers
             Points of the world.
-        up : (3,) numbers
+        up : (3,) numbers, or an axis such as "+Z"
             The direction that points up in the picture.
         fov_y : float
             The field of view from the bottom of the picture to its top, in degrees.
@@ -258,10 +266,10 @@ class Camera(Pictured):
         ----------
         model : Mesh or (n, 3) numbers
             What the picture must hold.
-        direction : (3,) numbers, optional
+        direction : (3,) numbers, or an axis such as "-Y", optional
             The direction of view. The default is (-0.45, -0.4, -1): from the front, somewhat from the right and from
             above; for another `up` than +y it is rotated with it.
-        up : (3,) numbers
+        up : (3,) numbers, or an axis such as "+Z"
             The direction that points up in the picture. A view along it is that from the top or from the bottom, as
             `views` turn them.
         margin : float
@@ -413,7 +421,7 @@ def upright(direction: npt.ArrayLike, up: npt.ArrayLike) -> Float64Array:
     above = as_unit_vector(up, "up", 3)
     along = as_unit_vector(direction, "direction", 3)
     if np.linalg.norm(np.cross(along, above)) >= MIN_SIN_OF_UP:
-        return np.asarray(up, np.float64)
+        return as_vector(resolve_axis(up, "up"), "up", 3)
     return rotation_to_up(above) @ (0.0, 0.0, math.copysign(1.0, along @ above))
 
 

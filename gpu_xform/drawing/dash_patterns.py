@@ -43,17 +43,20 @@ _BY_NAME = dict(LINE_TYPES.values())
 def as_dash_pattern(value: DashLike, name: str) -> DashPattern:
     """Return the pattern of a line type of ISO 128, or the lengths that are given; empty for a continuous line.
 
-    An odd number of lengths is taken twice, as SVG does. Raises `ArgumentError` for an unknown line type, and for
-    lengths that are not positive, or too many; `ArgumentTypeError` for anything else.
+    Lengths may be a text, "4,2". An odd number of lengths is taken twice, as SVG does. Raises `ArgumentError` for an
+    unknown line type, and for lengths that are not positive, or too many; `ArgumentTypeError` for anything else.
     """
     if value is None:
         return ()
+    if isinstance(value, str) and "," in value:
+        value = _split_lengths(value, name)
     if isinstance(value, str):
         word = value.strip().lower().replace("_", "-").replace(" ", "-")
         if word in LINE_TYPES:
             return LINE_TYPES[word][1]
         if word not in _BY_NAME:
-            expected = f"be a line type of ISO 128, 01 to 15 or {', '.join(_BY_NAME)}, or lengths in line widths"
+            names = ", ".join(_BY_NAME)
+            expected = f"be a line type of ISO 128, 01 to 15 or {names}, or lengths in line widths, such as 4,2"
             raise ArgumentError.expecting(name, expected, f"{value!r}{did_you_mean(word, _BY_NAME)}")
         return _BY_NAME[word]
     lengths = np.asarray(value).tolist() if hasattr(value, "__array__") else value
@@ -69,6 +72,13 @@ def as_dash_pattern(value: DashLike, name: str) -> DashPattern:
     if len(pattern) > 2 * MAX_DASHES:
         raise ArgumentError.expecting(name, f"have at most {MAX_DASHES} dashes", len(pattern) // 2)
     return pattern
+
+
+def _split_lengths(text: str, name: str) -> list[float]:
+    try:
+        return [float(length) for length in text.split(",")]
+    except ValueError:
+        raise ArgumentError.expecting(name, "hold numbers, such as '4,2'", repr(text)) from None
 
 
 def scale_dashes(pattern: DashPattern, line_width: float) -> DashPattern:

@@ -119,11 +119,11 @@ class Layer(Pictured):
         the lines of a dense mesh would cover more than half of the pixels that it takes up, so that it does not become
         a blot.
     dash : sequence of float or str, optional
-        Dashes of lines: lengths in line widths, such as (4, 2, 1, 2), of a dash, a gap, a dash and so on, at most eight
-        dashes; or a line type of ISO 128-2 by its number or its name, such as "04" or "long-dashed-dotted". Dashes run
-        on from edge to edge where the line turns by at most 50 degrees. By default lines are continuous. Hidden parts
-        have dashes of their own, 4 widths long and 3 apart, if `hidden` is "dash"; of widths below 1.5 pixels, as long
-        as those of 1.5.
+        Dashes of lines: lengths in line widths, such as (4, 2, 1, 2) or "4,2,1,2", of a dash, a gap, a dash and so
+        on, at most eight dashes; or a line type of ISO 128-2 by its number or its name, such as "04" or
+        "long-dashed-dotted". Dashes run on from edge to edge where the line turns by at most 50 degrees. By default
+        lines are continuous. Hidden parts have dashes of their own, 4 widths long and 3 apart, if `hidden` is "dash";
+        of widths below 1.5 pixels, as long as those of 1.5.
     antialias : bool
         If False, lines are one pixel wide whatever `line_width` says, and each pixel is on or off; that is fast.
     color : color
@@ -178,14 +178,14 @@ class Layer(Pictured):
         Whether a bar at the right of the picture says which numbers the colours of `scalars` stand for; a text is its
         title, by default the name of the attribute. Layers of the same title, limits and colormap share one.
     section : (point, normal), optional
-        A plane of the world, by a point (3,) and a normal (3,), that cuts the model. What lies before it, where the
-        normal points, is removed, the outline of the cut is drawn twice as wide as other lines, and the areas that
-        closed bodies leave in the plane are filled as faces are, and hide what is behind them. `hidden` is "remove" by
-        default then.
-    hatch : bool, float or (float, float), optional
-        True hatches these areas by lines at 45 degrees, and at 135 degrees in every other body; a number is another
-        angle in degrees, and a pair (degrees, spacing) says how far apart the lines are, in units of the world. They
-        are half as wide as other lines.
+        A plane of the world, by a point (3,) and a normal (3,) or an axis such as "+X", that cuts the model. What
+        lies before it, where the normal points, is removed, the outline of the cut is drawn twice as wide as other
+        lines, and the areas that closed bodies leave in the plane are filled as faces are, and hide what is behind
+        them. `hidden` is "remove" by default then.
+    hatch : bool, "auto", float or (float, float), optional
+        True or "auto" hatches these areas by lines at 45 degrees, and at 135 degrees in every other body; a number is
+        another angle in degrees, and a pair (degrees, spacing) says how far apart the lines are, in units of the
+        world. They are half as wide as other lines.
 
     Raises
     ------

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from numbers import Real
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +13,15 @@ from ..errors import ArgumentError, ArgumentTypeError
 
 Section: TypeAlias = tuple[Float64Array, Float64Array]
 SectionLike: TypeAlias = Section | Sequence[npt.ArrayLike] | npt.NDArray[Any]
-HatchLike: TypeAlias = bool | float | tuple[float | None, float | None] | None
+HatchLike: TypeAlias = bool | Literal["auto"] | float | tuple[float | None, float | None] | None
+AUTO_HATCH = "auto"
 
 
 def parse_section(value: Any) -> Section:
     """Return a point of a plane and its unit normal, both (3,)."""
     if not isinstance(value, Sequence | np.ndarray) or isinstance(value, str) or len(value) != 2:
-        raise ArgumentTypeError.expecting("section", "be (point, normal)", repr(value))
+        expected = "be (point, normal), such as ((0, 0, 0), (1, 0, 0)) or ((0, 0, 0), '+X')"
+        raise ArgumentTypeError.expecting("section", expected, repr(value))
     return as_vector(value[0], "section[0]", 3), as_unit_vector(value[1], "section[1]", 3)
 
 
@@ -29,12 +31,12 @@ def parse_hatch(value: Any, *, has_section: bool) -> tuple[float | None, float |
         return None
     if not has_section:
         raise ArgumentError.expecting("hatch", "go with section")
-    if value is True:
+    if value is True or (isinstance(value, str) and value == AUTO_HATCH):
         return None, None
     if isinstance(value, Real):
         return as_float(float(value), "hatch"), None
     if not isinstance(value, Sequence) or isinstance(value, str) or len(value) != 2:
-        expected = "be True, an angle in degrees, or (degrees, spacing)"
+        expected = f"be True or {AUTO_HATCH!r}, an angle in degrees, or (degrees, spacing)"
         raise ArgumentTypeError.expecting("hatch", expected, repr(value))
     degrees, spacing = (None if each is None else as_float(each, "hatch") for each in value)
     if spacing is not None and spacing <= 0.0:

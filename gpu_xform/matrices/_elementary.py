@@ -151,7 +151,7 @@ def rotate(
 
     Parameters
     ----------
-    axis : (3,) numbers
+    axis : (3,) numbers, or an axis such as "-Z"
         The direction of the line, of any length but 0.
     angle : float, or an array (...)
         In radians; counter-clockwise as seen against the axis.
@@ -184,7 +184,7 @@ def reflect(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -> Flo
 
     Parameters
     ----------
-    normal : (3,) numbers
+    normal : (3,) numbers, or an axis such as "+X"
         Perpendicular to the plane, of any length but 0.
     point : (3,) numbers, optional
         A point of the plane; the origin by default.
@@ -238,7 +238,7 @@ def project_onto(normal: npt.ArrayLike, *, point: npt.ArrayLike | None = None) -
 
     Parameters
     ----------
-    normal : (3,) numbers
+    normal : (3,) numbers, or an axis such as "+X"
         Perpendicular to the plane, of any length but 0.
     point : (3,) numbers, optional
         A point of the plane; the origin by default.

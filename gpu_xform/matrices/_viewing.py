@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_float, as_real_array, as_unit_vectors, as_vectors, describe_first
+from .._core.arguments import as_float, as_real_array, as_unit_vectors, as_vectors, describe_first, resolve_axis
 from .._core.public import public
 from .._core.types import Float64Array
 from ..errors import ArgumentError
@@ -147,7 +147,7 @@ def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0,
     ----------
     eye, target : (..., 3) numbers
         Points of the world.
-    up : (..., 3) numbers
+    up : (..., 3) numbers, or an axis such as "+Z"
         The direction that points up in the picture, not parallel to the view. The three broadcast.
 
     Returns
@@ -160,7 +160,8 @@ def look_at(eye: npt.ArrayLike, target: npt.ArrayLike, up: npt.ArrayLike = (0.0,
         If eye and target are equal, if `up` is parallel to the view, or for another shape or a number that is not
         finite.
     """
-    eye, target, up = as_vectors(eye, "eye", 3), as_vectors(target, "target", 3), as_vectors(up, "up", 3)
+    eye, target = as_vectors(eye, "eye", 3), as_vectors(target, "target", 3)
+    up = as_vectors(resolve_axis(up, "up"), "up", 3)
     try:
         eye, target, up = np.broadcast_arrays(eye, target, up)
     except ValueError:

@@ -70,7 +70,7 @@ def view(
         The models, as `render` takes them. Each file is read once.
     camera : Camera or dict, optional
         The first view, to which R returns; as `render` takes it.
-    up : (3,) numbers, optional
+    up : (3,) numbers, or an axis such as "+Z", optional
         The up axis of the world: horizontal drags rotate about it. The default is the axis that `camera` keeps
         upright.
     size : (width, height)

@@ -86,3 +86,23 @@ def test_what_a_broadcast_repeats_beyond_any_memory_is_refused_by_its_shape() ->
 def test_what_random_calls_found_is_an_argument_error(call: Callable[[], object]) -> None:
     with pytest.raises((ArgumentError, ArgumentTypeError)):
         call()
+
+
+@pytest.mark.parametrize(
+    ("name", "axis"), [("+Z", (0, 0, 1)), ("z", (0, 0, 1)), ("-Y", (0, -1, 0)), (" x ", (1, 0, 0))]
+)
+def test_directions_are_axes_by_name(name: str, axis: tuple[int, int, int]) -> None:
+    aside = (0.3, 0.5, -0.9)
+    for make in (
+        lambda direction: gx.rotate(direction, 0.4),
+        gx.reflect,
+        gx.project_onto,
+        lambda direction: gx.look_at(aside, (0, 0, 0), direction),
+        lambda direction: gx.Camera.look_at(aside, (0, 0, 0), direction).clip_from_world(1.0),
+        lambda direction: gx.Camera.fit(CUBE, direction=direction).clip_from_world(1.0),
+        lambda direction: gx.Camera.fit(CUBE, direction=aside, up=direction).clip_from_world(1.0),
+    ):
+        np.testing.assert_array_equal(make(name), make(axis))
+    for text in ("up", "+W", "0,0,1", ""):
+        with pytest.raises(ArgumentError, match=r"must be three numbers, or an axis such as '\+Y' or '-z', got"):
+            gx.reflect(text)

@@ -234,7 +234,7 @@ def test_a_turntable_takes_what_animate_takes(tmp_path: Path) -> None:
     [
         (call(turntable, HOUSE, 0), "frames must be at least 1, got 0"),
         (call(turntable, HOUSE, 2.5), "frames must be a whole number, got 2.5"),
-        (call(turntable, HOUSE, axis="w"), "axis must be 'x', 'y', 'z' or a vector, got 'w'"),
+        (call(turntable, HOUSE, axis="w"), r"axis must be three numbers, or an axis such as '\+Y' or '-z', got 'w'"),
         (call(turntable, HOUSE, axis=(0, 0, 0)), "axis must not be the zero vector"),
         (call(turntable, HOUSE, transform=np.eye(4)[:3]), "transform must have shape"),
         (call(turntable, Mesh([], [])), "a model without points"),

@@ -7,6 +7,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
+from gpu_xform.cli.argument_types import parse_section
 from gpu_xform.drawing.layer import SHADED_FILL
 from gpu_xform.drawing.sections import cut_sections
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
@@ -187,11 +188,15 @@ def test_it_works_in_svg_and_with_intersections_and_cut_files(tmp_path: Any) -> 
             ArgumentError,
             "^section must cut the models, which lie 1 to 3 along its",
         ),
-        ({"section": 5}, ArgumentTypeError, r"^section must be \(point, normal\), got 5$"),
+        ({"section": 5}, ArgumentTypeError, r"^section must be \(point, normal\), such as .*'\+X'\), got 5$"),
         ({"section": ((0, 0), (0, 0, 1))}, ArgumentError, r"^section\[0\] must"),
         ({"section": ((0, 0, 0), (0, 0, 0))}, ArgumentError, r"^section\[1\] must"),
         ({"hatch": True}, ArgumentError, "^hatch must go with section$"),
-        ({"section": PLANE, "hatch": "lines"}, ArgumentTypeError, "^hatch must be True, an angle in degrees, or"),
+        (
+            {"section": PLANE, "hatch": "lines"},
+            ArgumentTypeError,
+            "^hatch must be True or 'auto', an angle in degrees",
+        ),
         ({"section": PLANE, "hatch": (45, 0)}, ArgumentError, "^hatch must have a positive spacing, got 0$"),
         (
             {"section": PLANE, "edges": [(0, 1)]},
@@ -215,3 +220,12 @@ def test_caps_and_hatching_have_no_colour_bar_and_no_place_in_a_legend() -> None
     layer = Layer(BALL, scalars="x", colorbar=True, section=PLANE, hatch=True)
     assert gx.render_array(layer, size=(200, 128)).shape == (128, 200, 4)
     assert gx.render_array(Layer(BALL, section=PLANE, hatch=True), size=(200, 128), legend=["ball"]).shape[1] == 200
+
+
+def test_the_library_takes_the_forms_of_the_command_and_the_command_axes() -> None:
+    typed = gx.Layer(samples.cube(), section=((0, 0.1, 0), "-y"), hatch="auto", dash="4,2")
+    written = gx.Layer(samples.cube(), section=((0, 0.1, 0), (0, -1, 0)), hatch=True, dash=(4, 2))
+    assert (typed.hatch, typed.dash) == (written.hatch, written.dash)
+    np.testing.assert_array_equal(np.array(typed.section), np.array(written.section))
+    for text in ("0,0.1,0,-Y", "0,0.1,0,0,-1,0"):
+        assert parse_section(text) == ([0.0, 0.1, 0.0], [0.0, -1.0, 0.0])
