@@ -283,7 +283,6 @@ def test_only_these_modules_lie_loose_at_the_top() -> None:
         "errors",
         "host",
         "planar",
-        "samples",
     }
 
 
