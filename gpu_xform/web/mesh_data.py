@@ -39,13 +39,10 @@ def describe_mesh(source: MeshSource, layer: Layer, store: ArrayStore) -> dict[s
         "n_points": mesh.n_points,
         "n_edges": len(mesh.edges),
     }
-    optional = dict.fromkeys(
-        ("triangles", "triangle_faces", "feature", "boundary", "candidates", "sliver_faces", "sliver_normals")
-    )
     if mesh.n_faces:
-        optional |= _describe_triangles(source, store)
-        optional |= _describe_edges(mesh, layer.feature_angle, store)
-    return given | optional
+        given |= _describe_triangles(source, store)
+        given |= _describe_edges(mesh, layer.feature_angle, store)
+    return given
 
 
 def _by_corner(indices: IndexArray, sizes: IndexArray) -> IndexArray:

@@ -213,15 +213,16 @@ def describe_camera(
         described["points"] = store.add_floats(offsets.astype(np.float64))
     else:
         first = Orbit.from_camera(camera, aspect, bounds)
-    described["orbit"] = {
-        "target": first.target.tolist(),
-        "distance": first.distance,
-        "axes": first.axes.tolist(),
-        "up": first.up.tolist(),
-        "fovY": first.fov_y,
-        "isParallel": first.orthographic,
-        "shift": first.shift.tolist(),
-    }
+    described["orbit"] = {"up": first.up.tolist()}
+    if camera is not None:
+        described["orbit"] |= {
+            "target": first.target.tolist(),
+            "distance": first.distance,
+            "axes": first.axes.tolist(),
+            "fovY": first.fov_y,
+            "isParallel": first.orthographic,
+            "shift": first.shift.tolist(),
+        }
     return described
 
 

@@ -35,7 +35,7 @@ def test_points_lie_on_a_grid_finer_than_a_millionth_of_the_extent() -> None:
 )
 def test_plain_meshes_say_nothing_of_triangles_and_edges(mesh: Mesh) -> None:
     described, _ = describe(mesh)
-    assert [described[name] for name in GIVEN] == [None] * 3
+    assert not described.keys() & set(GIVEN)
 
 
 def test_points_that_lie_in_one_place_have_their_edges_told() -> None:
@@ -57,4 +57,4 @@ def test_sharp_edges_are_told_as_bits() -> None:
     described, arrays = describe(samples.cube())
     bits = np.unpackbits(arrays[described["feature"]].astype(np.uint8).ravel(), bitorder="little")
     assert bits[:12].all()
-    assert described["boundary"] is None
+    assert "boundary" not in described

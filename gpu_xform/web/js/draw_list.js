@@ -160,7 +160,7 @@ class LayerBuilder {
     const { mesh, constants } = this, colors = stroke.color ? { kind: "one", color: stroke.color } : this.layer.colors;
     const lines = { ...stroke, key, edges, nEdges: edges.length / 2, color: [0, 0, 0, 1], colors: null, colorMode: COLOR.uniform };
     if (colors.kind === "one") lines.color = colors.color;
-    else if (colors.kind === "vertex") Object.assign(lines, { colorMode: COLOR.perVertex, colors: colors.values, colorsKey: colors });
+    else if (colors.kind === "vertex") Object.assign(lines, { colorMode: COLOR.perVertex, colors: colors.values });
     else {
       const values = colors.kind === "edge" ? colors.values : this.keepColors(colors);
       const packed = rows ? mesh.keep(`${key} of ${colors.id ?? "cycle"}`, () => rows.map(row => values[row])) : values;

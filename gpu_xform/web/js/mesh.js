@@ -7,7 +7,7 @@ const MAX_EDGES_AT_POINT = 64; // where more meet, no chain of edges goes on
 
 export class PageMesh {
   constructor(given, arrays) {
-    const read = index => (index === null ? null : arrays[index]);
+    const read = index => arrays[index] ?? null; // of what is not given too
     this.center = given.center;
     this.halfSize = given.half_size;
     this.coordinates = read(given.positions); // whole numbers of steps of the grid, three per point
