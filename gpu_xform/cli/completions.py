@@ -14,8 +14,8 @@ from ..drawing.sheet import PROJECTIONS, VIEW_NAMES
 from ..errors import GpuXformError
 from ..geometry.edges import EDGE_SETS
 from ..raster.names import RASTERIZERS
-from . import argument_types as types
 from . import options as groups
+from .argument_types import models, paths, pictures, styles, vectors
 from .image_files import FORMATS
 
 ANY_FILE = ("*",)
@@ -84,25 +84,25 @@ MODELS = Completion(file_types=groups.MODEL_TYPES)
 POINTS = Completion(file_types=(*groups.MODEL_TYPES, "zarr"))
 PICTURES = Completion(file_types=("png",))
 BY_TYPE: Mapping[Any, Completion] = {
-    types.parse_array_file: Completion(file_types=ARRAY_FILE),
-    types.parse_dash: Completion(tuple(name for name, _ in LINE_TYPES.values())),
-    types.parse_direction: Completion(tuple(f"{sign}{axis.upper()}" for axis in types.AXES for sign in "+-")),
-    types.parse_edge_sets: Completion(EDGE_SETS, ARRAY_FILE, is_list=True),
-    types.parse_hatch: Completion(("auto",)),
-    types.parse_hidden: Completion(HIDDEN_STYLES),
-    types.parse_kernel: Completion(file_types=ANY_FILE),
-    types.parse_labels: Completion(types.LABEL_SETS, types.LABEL_FILES),
-    types.parse_line_width: Completion(("auto",)),
-    types.parse_matrix: Completion(file_types=ANY_FILE),
-    types.parse_pins: Completion(types.PIN_NAMES, is_list=True),
-    types.parse_projection: Completion(PROJECTIONS),
-    types.parse_rasterizer: Completion(RASTERIZERS),
-    types.parse_report_path: Completion(file_types=types.REPORT_TYPES),
-    types.parse_scalars: Completion(types.AXES, ARRAY_FILE),
-    types.parse_shading: Completion(SHADINGS),
-    types.parse_sheet_path: Completion(file_types=types.PICTURE_TYPES),
-    types.parse_units: Completion(tuple(UNITS_MM)),
-    types.parse_views: Completion(VIEW_NAMES, is_list=True),
+    paths.parse_array_file: Completion(file_types=ARRAY_FILE),
+    styles.parse_dash: Completion(tuple(name for name, _ in LINE_TYPES.values())),
+    vectors.parse_direction: Completion(tuple(f"{sign}{axis.upper()}" for axis in styles.AXES for sign in "+-")),
+    styles.parse_edge_sets: Completion(EDGE_SETS, ARRAY_FILE, is_list=True),
+    styles.parse_hatch: Completion(("auto",)),
+    styles.parse_hidden: Completion(HIDDEN_STYLES),
+    vectors.parse_kernel: Completion(file_types=ANY_FILE),
+    styles.parse_labels: Completion(styles.LABEL_SETS, styles.LABEL_FILES),
+    styles.parse_line_width: Completion(("auto",)),
+    vectors.parse_matrix: Completion(file_types=ANY_FILE),
+    models.parse_pins: Completion(models.PIN_NAMES, is_list=True),
+    pictures.parse_projection: Completion(PROJECTIONS),
+    pictures.parse_rasterizer: Completion(RASTERIZERS),
+    paths.parse_report_path: Completion(file_types=paths.REPORT_TYPES),
+    styles.parse_scalars: Completion(styles.AXES, ARRAY_FILE),
+    styles.parse_shading: Completion(SHADINGS),
+    paths.parse_sheet_path: Completion(file_types=paths.PICTURE_TYPES),
+    pictures.parse_units: Completion(tuple(UNITS_MM)),
+    pictures.parse_views: Completion(VIEW_NAMES, is_list=True),
 }
 # By the destination of a value, with or without its command, or by what its option calls it.
 BY_NAME: Mapping[str, Completion] = {
@@ -110,7 +110,7 @@ BY_NAME: Mapping[str, Completion] = {
     "convolve input": Completion(file_types=ANY_FILE),
     "convolve output": Completion(file_types=tuple(FORMATS)),
     "info models": POINTS,
-    "render output": Completion(file_types=(*types.PICTURE_TYPES, *types.PAGE_TYPES)),
+    "render output": Completion(file_types=(*paths.PICTURE_TYPES, *paths.PAGE_TYPES)),
     "simulate model": Completion(("cloth", "curtain", "hair"), groups.MODEL_TYPES),
     "simulate output": Completion(file_types=ANIMATION_TYPES),
     "transform inputs": POINTS,
@@ -131,10 +131,10 @@ def find_completions(commands: Mapping[str, argparse.ArgumentParser]) -> dict[ar
     colors = _list_colors()
     by_type = {
         **BY_TYPE,
-        types.parse_color: Completion(colors),
-        types.parse_line_color: Completion(("face", "file", *colors)),
-        types.parse_fill: Completion((SHADE, "face", "file", *colors), ARRAY_FILE),
-        types.parse_colormap: Completion(_list_colormaps()),
+        styles.parse_color: Completion(colors),
+        styles.parse_line_color: Completion(("face", "file", *colors)),
+        styles.parse_fill: Completion((SHADE, "face", "file", *colors), ARRAY_FILE),
+        styles.parse_colormap: Completion(_list_colormaps()),
     }
     adapters = _list_adapters()
     found = {}

@@ -4,7 +4,7 @@ import argparse
 from typing import NoReturn
 
 from . import options as groups
-from .argument_types import argument_type
+from .argument_types.texts import argument_type
 from .argv import OptionParser, attach_values, split_words
 from .paths import require_path
 

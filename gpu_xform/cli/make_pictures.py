@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._core.types import Float64Array
 from . import exit_codes, files, references
-from .argument_types import PAGE_TYPES
+from .argument_types.paths import PAGE_TYPES
 from .arguments_from_options import choose_device, collect_picture_arguments, compose_transforms
 from .contact_sheet import SheetOfModels
 from .exit_codes import MISMATCH

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from ..drawing.enums import HIDDEN_STYLES, SHADINGS
 from ..geometry.edges import EDGE_SETS
 from ..raster.names import RASTERIZERS
-from . import argument_types as types
+from .argument_types import models, numbers, paths, pictures, styles, vectors
 
 # The types that `load_mesh` reads; asking it would import all readers.
 MODEL_TYPES = (
@@ -41,22 +41,22 @@ class ValueOption(NamedTuple):
 
 
 TRANSFORMS = (
-    ValueOption("--scale", "S|X,Y,Z", types.parse_scale, "scale by one factor, or by one per axis"),
-    ValueOption("--rotate-x", "DEG", types.parse_rotate_x, "rotate about the x axis, y towards z"),
-    ValueOption("--rotate-y", "DEG", types.parse_rotate_y, "rotate about the y axis, z towards x"),
-    ValueOption("--rotate-z", "DEG", types.parse_rotate_z, "rotate about the z axis, x towards y"),
-    ValueOption("--rotate", "X,Y,Z,DEG", types.parse_rotate, "rotate about the axis X,Y,Z"),
-    ValueOption("--translate", "X,Y,Z", types.parse_translate, "translate"),
-    ValueOption("--shear", "XY=F[,...]", types.parse_shear, "add F times y to x; likewise xz, yx, ..."),
-    ValueOption("--reflect", "X,Y,Z", types.parse_reflect, "reflect in the plane with this normal"),
-    ValueOption("--project-onto", "X,Y,Z", types.parse_project_onto, "flatten onto the plane with this normal"),
+    ValueOption("--scale", "S|X,Y,Z", vectors.parse_scale, "scale by one factor, or by one per axis"),
+    ValueOption("--rotate-x", "DEG", vectors.parse_rotate_x, "rotate about the x axis, y towards z"),
+    ValueOption("--rotate-y", "DEG", vectors.parse_rotate_y, "rotate about the y axis, z towards x"),
+    ValueOption("--rotate-z", "DEG", vectors.parse_rotate_z, "rotate about the z axis, x towards y"),
+    ValueOption("--rotate", "X,Y,Z,DEG", vectors.parse_rotate, "rotate about the axis X,Y,Z"),
+    ValueOption("--translate", "X,Y,Z", vectors.parse_translate, "translate"),
+    ValueOption("--shear", "XY=F[,...]", vectors.parse_shear, "add F times y to x; likewise xz, yx, ..."),
+    ValueOption("--reflect", "X,Y,Z", vectors.parse_reflect, "reflect in the plane with this normal"),
+    ValueOption("--project-onto", "X,Y,Z", vectors.parse_project_onto, "flatten onto the plane with this normal"),
     ValueOption(
         "--perspective-from-eye",
         "D",
-        types.parse_perspective_from_eye,
+        vectors.parse_perspective_from_eye,
         "project onto the plane z = 0 from the eye 0,0,D",
     ),
-    ValueOption("--matrix", "M", types.parse_matrix, "16 numbers, row by row, or a file of them"),
+    ValueOption("--matrix", "M", vectors.parse_matrix, "16 numbers, row by row, or a file of them"),
 )
 
 # Each is a keyword of `Layer`, with dashes for underscores.
@@ -64,20 +64,20 @@ STYLE = (
     ValueOption(
         "--edges",
         "SET[,...]",
-        types.parse_edge_sets,
+        styles.parse_edge_sets,
         f"edges to draw: {', '.join(EDGE_SETS)}, or an .npy file of pairs of points, or several of these "
         "(default: all)",
     ),
     ValueOption(
         "--feature-angle",
         "DEG",
-        types.parse_feature_angle,
+        numbers.parse_feature_angle,
         "smallest angle between the normals of two faces at a feature edge (default: 30)",
     ),
     ValueOption(
         "--hidden",
         "HOW",
-        types.parse_hidden,
+        styles.parse_hidden,
         f"how to draw edges behind faces: {', '.join(HIDDEN_STYLES[:-1])} or {HIDDEN_STYLES[-1]} "
         "(default: show, but behind opaque faces of another layer or with --fill remove); SVG and PDF of up to 65,536 "
         "segments leave out hidden lines that lie on others",
@@ -85,109 +85,109 @@ STYLE = (
     ValueOption(
         "--hidden-style",
         "KEY=VALUE;...",
-        types.parse_hidden_style,
+        styles.parse_hidden_style,
         "how hidden lines differ from others: color, line-width and dash, as in 'color=gray;line-width=1;dash=dotted'",
     ),
     ValueOption(
         "--line-width",
         "WIDTH",
-        types.parse_line_width,
+        styles.parse_line_width,
         "width of lines, in pixels or with a unit, as 0.35mm or 1pt; or auto: thinner where the lines of a dense mesh "
         "would blacken it (default: 1.5)",
     ),
     ValueOption(
         "--dash",
         "PATTERN",
-        types.parse_dash,
+        styles.parse_dash,
         "dashes of lines: lengths of dashes and gaps in line widths, as 4,2,1,2, or a line type of ISO 128, 01 to 15 "
         "or by name, as long-dashed-dotted (default: continuous)",
     ),
     ValueOption(
         "--point-size",
         "WIDTH",
-        types.parse_point_size,
+        styles.parse_point_size,
         "diameter of a dot at each point, in pixels or with a unit (default: none; 2 for models without edges)",
     ),
     ValueOption(
         "--max-points",
         "N",
-        types.parse_count,
+        numbers.parse_count,
         "draw at most N points of a cloud, chosen evenly over their order, for a quick look (default: all)",
     ),
     ValueOption(
         "--fill",
         "COLOR",
-        types.parse_fill,
+        styles.parse_fill,
         "colour of the faces: one, 'face' for a cycle of ten, 'file' for the model's own, 'shade' for grey with "
         "--shading flat or smooth, or an .npy file with a row per face (default: no fill)",
     ),
     ValueOption(
         "--shading",
         "HOW",
-        types.parse_shading,
+        styles.parse_shading,
         f"how a lamp at the eye lights the faces: {', '.join(SHADINGS)}; smooth keeps edges sharp where faces turn by "
         "more than --feature-angle (default: none)",
     ),
     ValueOption(
         "--color",
         "COLOR",
-        types.parse_line_color,
+        styles.parse_line_color,
         "colour of lines and dots: one, 'face' for a cycle of ten, or 'file' for the model's own (default: black)",
     ),
     ValueOption(
         "--scalars",
         "S",
-        types.parse_scalars,
+        styles.parse_scalars,
         "values that --cmap maps to colours: x, y or z of the model's points, the name of one of its attributes, or an "
         ".npy file of a number per point",
     ),
     ValueOption(
         "--face-colors",
         "NPY",
-        types.parse_array_file,
+        paths.parse_array_file,
         "colours of the outlines of faces: an .npy file with a row R,G,B or R,G,B,A per face",
     ),
-    ValueOption("--edge-colors", "NPY", types.parse_array_file, "colours of the edges: a row per edge"),
+    ValueOption("--edge-colors", "NPY", paths.parse_array_file, "colours of the edges: a row per edge"),
     ValueOption(
         "--vertex-colors",
         "NPY",
-        types.parse_array_file,
+        paths.parse_array_file,
         "colours of the points: a row per point, interpolated along the edges",
     ),
-    ValueOption("--cmap", "NAME", types.parse_colormap, "colormap of --scalars, as in matplotlib (default: viridis)"),
+    ValueOption("--cmap", "NAME", styles.parse_colormap, "colormap of --scalars, as in matplotlib (default: viridis)"),
     ValueOption(
         "--clim",
         "LOW,HIGH",
-        types.parse_limits,
+        numbers.parse_limits,
         "scalar values mapped to the ends of the colormap (default: the smallest and the largest)",
     ),
     ValueOption(
         "--section",
         "X,Y,Z,NX,NY,NZ",
-        types.parse_section,
+        styles.parse_section,
         "cut the models by the plane through the point X,Y,Z with the normal NX,NY,NZ, or an axis, as +X, remove what "
         "lies before it, and draw the outline of the cut thick",
     ),
     ValueOption(
         "--hatch",
         "auto|DEG[,D]",
-        types.parse_hatch,
+        styles.parse_hatch,
         "hatch what --section cuts: auto, by 45 or 135 degrees, or by DEG, with lines D apart",
     ),
     ValueOption(
         "--alpha",
         "A",
-        types.parse_fraction,
+        numbers.parse_fraction,
         "opacity, 0 to 1; faces become paler, and still hide those behind (default: 1)",
     ),
     ValueOption(
         "--labels",
         "WHAT",
-        types.parse_labels,
+        styles.parse_labels,
         "texts beside points: names for the name of each model over its centre, indices for the index of each point, "
         "or a file: a .txt with a line per point, or a .csv with rows INDEX,TEXT or X,Y,Z,TEXT",
     ),
-    ValueOption("--depth-cue", "D", types.parse_fraction, "opacity lost by the farthest point, 0 to 1 (default: 0)"),
+    ValueOption("--depth-cue", "D", numbers.parse_fraction, "opacity lost by the farthest point, 0 to 1 (default: 0)"),
 )
 LINE_COLOR_FLAGS = ("--color", "--scalars", "--face-colors", "--edge-colors", "--vertex-colors")
 
@@ -219,14 +219,14 @@ def add_reading_options(group: Any) -> None:
     group.add_argument(
         "--tolerance",
         metavar="D",
-        type=types.parse_tolerance,
+        type=numbers.parse_tolerance,
         help="largest distance between polygons and the smooth surfaces of an .obj file (default: a thousandth of the "
         "diagonal of its points), or of a STEP file (default: a five-hundredth of its size)",
     )
     group.add_argument(
         "--file-limits",
         metavar="LIMITS",
-        type=types.parse_file_limits,
+        type=models.parse_file_limits,
         help="what a file may hold: points=N, faces=N, face_corners=N, nodes=N, depth=N, unpacked_bytes=N, cpu_s=S, "
         "memory_bytes=N, separated by commas",
     )
@@ -242,7 +242,7 @@ def add_pose(group: Any) -> None:
     group.add_argument(
         "--pose",
         metavar="JOINT=VALUE[,...]",
-        type=types.parse_pose,
+        type=models.parse_pose,
         help="numbers of the joints of a .urdf file, in radians, degrees if deg follows, or metres; others stay at 0",
     )
 
@@ -279,7 +279,7 @@ def add_picture(parser: argparse.ArgumentParser, resolution: str) -> Any:
         "--resolution",
         "--size",
         metavar="W,H",
-        type=types.parse_resolution,
+        type=pictures.parse_resolution,
         default=resolution,
         dest="resolution",
         help="size in pixels, W,H or WxH; also --size (default: %(default)s)",
@@ -290,7 +290,7 @@ def add_picture(parser: argparse.ArgumentParser, resolution: str) -> Any:
         "--background-color",
         "--background",
         metavar="COLOR",
-        type=types.parse_color,
+        type=styles.parse_color,
         default="white",
         dest="background",
         help="background colour; also --background (default: %(default)s)",
@@ -310,7 +310,7 @@ def add_annotations(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--axis-titles",
         metavar="X,Y,Z",
-        type=types.parse_axis_titles,
+        type=pictures.parse_axis_titles,
         help="draw axes with these titles, of which some may be empty (default: x,y,z)",
     )
     group.add_argument("--legend", action="store_true", help="list the names of the models, beside what they look like")
@@ -320,7 +320,7 @@ def add_annotations(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--font-size",
         metavar="PIXELS",
-        type=types.parse_font_size,
+        type=pictures.parse_font_size,
         help="size of texts (default: 10 in a picture of 256 pixels, 20 in one of 1024)",
     )
 
@@ -331,7 +331,7 @@ def add_style(parser: argparse.ArgumentParser) -> None:
     either = group.add_mutually_exclusive_group()
     for flag, metavar, parse, text in STYLE:
         target = either if flag in LINE_COLOR_FLAGS else group
-        action = "extend" if parse is types.parse_edge_sets else "store"
+        action = "extend" if parse is styles.parse_edge_sets else "store"
         target.add_argument(flag, metavar=metavar, type=parse, action=action, default=argparse.SUPPRESS, help=text)
     group.add_argument(
         "--no-antialias",
@@ -349,7 +349,7 @@ def add_style(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--instances",
         metavar="NPY",
-        type=types.parse_array_file,
+        type=paths.parse_array_file,
         default=argparse.SUPPRESS,
         help="draw one copy per matrix (k, 4, 4) of an .npy file; the matrices apply before the transforms",
     )
@@ -359,27 +359,27 @@ def add_camera(parser: argparse.ArgumentParser) -> None:
     """Add the position and the view of the camera."""
     group = parser.add_argument_group("camera (directions are X,Y,Z or an axis: +Y, -Z, x)")
     group.add_argument(
-        "--up", metavar="DIR", type=types.parse_direction, default="+Y", help="up axis of the models (default: +Y)"
+        "--up", metavar="DIR", type=vectors.parse_direction, default="+Y", help="up axis of the models (default: +Y)"
     )
     group.add_argument(
         "--camera-direction",
         metavar="DIR",
-        type=types.parse_direction,
+        type=vectors.parse_direction,
         help="look along DIR, with all models in view (default: obliquely from above)",
     )
     group.add_argument(
-        "--camera-position", metavar="X,Y,Z", type=types.parse_point, help="position of the camera (default: fitted)"
+        "--camera-position", metavar="X,Y,Z", type=vectors.parse_point, help="position of the camera (default: fitted)"
     )
     group.add_argument(
         "--camera-focal-point",
         metavar="X,Y,Z",
-        type=types.parse_point,
+        type=vectors.parse_point,
         help="point that a camera with a position looks at (default: the models' centre)",
     )
     group.add_argument(
         "--camera-view-up",
         metavar="DIR",
-        type=types.parse_direction,
+        type=vectors.parse_direction,
         help="direction that is up in the picture (default: --up)",
     )
     _add_with_alias(
@@ -387,7 +387,7 @@ def add_camera(parser: argparse.ArgumentParser) -> None:
         "--camera-view-angle",
         "--fov",
         metavar="DEG",
-        type=types.parse_view_angle,
+        type=numbers.parse_view_angle,
         default="30",
         dest="camera_view_angle",
         help="vertical field of view; also --fov (default: %(default)s)",
@@ -396,21 +396,21 @@ def add_camera(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--camera-azimuth-angle",
         metavar="DEG",
-        type=types.parse_angle,
+        type=numbers.parse_angle,
         default="0",
         help="then turn the camera so far to the right, about the models' centre or the focal point (default: 0)",
     )
     group.add_argument(
         "--camera-elevation-angle",
         metavar="DEG",
-        type=types.parse_angle,
+        type=numbers.parse_angle,
         default="0",
         help="then raise the camera so far (default: 0)",
     )
     group.add_argument(
         "--camera-zoom-factor",
         metavar="F",
-        type=types.parse_zoom_factor,
+        type=pictures.parse_zoom_factor,
         help="part of the picture's width or height that the models fill, as in F3D: 1 fills it all, and more "
         "comes closer; not with --camera-position (default: 0.9)",
     )
@@ -443,13 +443,13 @@ def add_page(picture: Any) -> None:
     picture.add_argument(
         "--units",
         metavar="UNIT",
-        type=types.parse_units,
+        type=pictures.parse_units,
         help="unit of the models: um, mm, cm, m, in or ft (default: mm)",
     )
     picture.add_argument(
         "--dpi",
         metavar="N",
-        type=types.parse_dpi,
+        type=pictures.parse_dpi,
         help="pixels per inch of a .png, for the page and for lengths with a unit (default: 96)",
     )
 
@@ -461,7 +461,7 @@ def add_web_page(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--max-edges",
         metavar="N",
-        type=types.parse_count,
+        type=numbers.parse_count,
         help="hold about N edges at most: points that lie close together become one (default: all)",
     )
 
@@ -481,7 +481,7 @@ def add_general_options(parser: argparse.ArgumentParser, *, adapter: bool, raste
         group.add_argument(
             "--rasterizer",
             metavar="NAME",
-            type=types.parse_rasterizer,
+            type=pictures.parse_rasterizer,
             default="auto",
             help=f"how edges become pixels: {', '.join(others)} or {last} "
             "(default: $GPU_XFORM_RASTERIZER, else the faster one)",

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass
 
 from ..errors import ArgumentError
-from .argument_types import PAGE_TYPES, PICTURE_TYPES
+from .argument_types.paths import PAGE_TYPES, PICTURE_TYPES
 from .path_templates import Template
 from .paths import STDIO, describe_files, file_type, require_target, require_type
 

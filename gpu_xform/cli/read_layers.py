@@ -15,7 +15,7 @@ from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from ..imaging.colors import COLOR_CYCLE
 from . import files
-from .argument_types import AXES
+from .argument_types.styles import AXES
 from .arguments_from_options import collect_style_arguments, compose_transforms
 from .path_templates import Template
 from .paths import expand_globs

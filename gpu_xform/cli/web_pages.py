@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ArgumentError
-from .argument_types import PAGE_TYPES
+from .argument_types.paths import PAGE_TYPES
 from .outputs import PlannedPicture
 
 if TYPE_CHECKING:

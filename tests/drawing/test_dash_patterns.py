@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gpu_xform import Layer, samples
-from gpu_xform.cli import argument_types
+from gpu_xform.cli.argument_types import styles
 from gpu_xform.drawing.dash_patterns import LINE_TYPES, MAX_DASHES, as_dash_pattern, hidden_dashes
 from gpu_xform.drawing.layer import with_lengths_in_pixels
 from gpu_xform.drawing.lengths import to_millimetres, to_pixels
@@ -18,7 +18,7 @@ def test_the_line_types_of_the_standard_have_its_numbers_and_elements() -> None:
     long, dash, short, dot, gap = 24.0, 12.0, 6.0, 0.5, 3.0
     for number, (name, pattern) in LINE_TYPES.items():
         assert as_dash_pattern(number, "dash") == as_dash_pattern(name.replace("-", " ").upper(), "dash") == pattern
-        assert argument_types.parse_dash(name) == name
+        assert styles.parse_dash(name) == name
         assert set(pattern[1::2]) <= {gap, 18.0}
         assert pattern.count(dot) == name.count("dotted") * (3 if "triplicate" in name else 1) or "double" in name
         assert (long in pattern) == ("long" in name)
@@ -102,16 +102,16 @@ def test_a_layer_has_its_lengths_in_pixels_of_the_picture() -> None:
 
 
 def test_the_command_reads_the_same_styles() -> None:
-    assert argument_types.parse_dash("4,2,1,2") == (4.0, 2.0, 1.0, 2.0)
-    assert argument_types.parse_line_width("0.35mm") == "0.35mm"
-    style = argument_types.parse_hidden_style("color=0.5,0.5,0.5; line-width=0.18mm;dash=4,2")
+    assert styles.parse_dash("4,2,1,2") == (4.0, 2.0, 1.0, 2.0)
+    assert styles.parse_line_width("0.35mm") == "0.35mm"
+    style = styles.parse_hidden_style("color=0.5,0.5,0.5; line-width=0.18mm;dash=4,2")
     assert style == {"color": [0.5, 0.5, 0.5], "line_width": "0.18mm", "dash": (4.0, 2.0)}
     for parse, text, message in (
-        (argument_types.parse_dash, "4,0", "must hold positive lengths"),
-        (argument_types.parse_dash, "dottd", "did you mean 'dotted'"),
-        (argument_types.parse_hidden_style, "colour=red", "did you mean 'color'"),
-        (argument_types.parse_hidden_style, "dash=4,-1", "dash: .*positive"),
-        (argument_types.parse_line_width, "0mm", "expected a positive number"),
+        (styles.parse_dash, "4,0", "must hold positive lengths"),
+        (styles.parse_dash, "dottd", "did you mean 'dotted'"),
+        (styles.parse_hidden_style, "colour=red", "did you mean 'color'"),
+        (styles.parse_hidden_style, "dash=4,-1", "dash: .*positive"),
+        (styles.parse_line_width, "0mm", "expected a positive number"),
     ):
         with pytest.raises(Exception, match=message):
             parse(text)

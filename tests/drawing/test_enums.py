@@ -3,7 +3,7 @@
 import pytest
 
 from gpu_xform import Layer, Mesh, matrices, render_svg, samples
-from gpu_xform.cli import argument_types
+from gpu_xform.cli.argument_types import styles
 from gpu_xform.drawing.enums import HIDDEN_STYLES, Hidden, HiddenStyle
 from gpu_xform.geometry.edges import EDGE_SETS, EdgeSet
 
@@ -17,7 +17,7 @@ def test_every_hidden_style_has_a_number_of_its_name() -> None:
 @pytest.mark.parametrize("style", HIDDEN_STYLES)
 def test_every_hidden_style_is_taken(style: HiddenStyle) -> None:
     assert Layer(samples.cube(), hidden=style).hidden == style
-    assert argument_types.parse_hidden(style) == style
+    assert styles.parse_hidden(style) == style
 
 
 @pytest.mark.parametrize("edges", EDGE_SETS)
@@ -26,4 +26,4 @@ def test_every_edge_set_is_taken(edges: EdgeSet) -> None:
     open_box = Mesh(cube.positions, cube.faces[1:])
     models = [open_box, open_box.transformed(matrices.translate(0.5, 0.4, 0.3))]  # which intersect
     assert "<path" in render_svg(models, edges=edges, size=(32, 32))
-    assert argument_types.parse_edge_sets(edges) == [edges]
+    assert styles.parse_edge_sets(edges) == [edges]

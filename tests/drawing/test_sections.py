@@ -7,7 +7,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform import Camera, Layer, Mesh, matrices, samples
-from gpu_xform.cli.argument_types import parse_section
+from gpu_xform.cli.argument_types.styles import parse_section
 from gpu_xform.drawing.layer import SHADED_FILL
 from gpu_xform.drawing.sections import cut_sections
 from gpu_xform.errors import ArgumentError, ArgumentTypeError

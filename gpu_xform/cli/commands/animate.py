@@ -6,9 +6,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, cast
 
 from ...errors import ArgumentError
-from .. import argument_types as types
 from .. import files
 from .. import options as groups
+from ..argument_types import numbers, vectors
+from ..argument_types.paths import PAGE_TYPES, parse_file_path
 from ..arguments_from_options import (
     choose_device,
     collect_picture_arguments,
@@ -59,7 +60,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="OUT",
-        type=types.parse_file_path,
+        type=parse_file_path,
         required=True,
         help="the animation; the end of its name gives the format",
     )
@@ -78,17 +79,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--axis",
         metavar="DIR",
-        type=types.parse_direction,
+        type=vectors.parse_direction,
         help="axis of the rotation: X,Y,Z, +Z, ... (default: --up)",
     )
     group.add_argument(
         "--frames",
         metavar="N",
-        type=types.parse_count,
+        type=numbers.parse_count,
         help=f"number of frames of the rotation (default: {DEFAULT_FRAMES})",
     )
     group.add_argument(
-        "--fps", metavar="N", type=types.parse_frame_rate, default="20", help="frames per second (default: %(default)s)"
+        "--fps",
+        metavar="N",
+        type=numbers.parse_frame_rate,
+        default="20",
+        help="frames per second (default: %(default)s)",
     )
     group.add_argument(
         "--live",
@@ -107,7 +112,7 @@ def run(options: argparse.Namespace) -> int:
         _require_live(options)
     elif options.max_edges is not None:
         raise ArgumentError("--max-edges must come with --live: other files hold pictures, not edges")
-    elif options.title is not None and file_type(options.output) not in types.PAGE_TYPES:
+    elif options.title is not None and file_type(options.output) not in PAGE_TYPES:
         raise ArgumentError("--title is for web pages, whose names end in .html")
     if options.axis is not None or options.frames is not None:
         if options.matrices is not None:
@@ -140,7 +145,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _require_live(options: argparse.Namespace) -> None:
     """Raise `ArgumentError` for what a page that holds the models does not have."""
-    require_type(options.output, types.PAGE_TYPES)
+    require_type(options.output, PAGE_TYPES)
     given = find_given(options, LEFT_OUT)
     if given is not None:
         raise ArgumentError(f"{given} cannot go with --live")

@@ -2,8 +2,8 @@
 
 import argparse
 
-from .. import argument_types as types
 from .. import options as groups
+from ..argument_types import numbers
 from ..arguments_from_options import choose_device
 from ..streams import print_stdout
 
@@ -27,7 +27,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--points",
         metavar="N[,N...]",
-        type=types.parse_point_counts,
+        type=numbers.parse_point_counts,
         default="1e4,1e6,8e6",
         help="numbers of points (default: %(default)s)",
     )

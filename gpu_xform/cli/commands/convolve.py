@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ...errors import ArgumentError
-from .. import argument_types as types
 from .. import options as groups
+from ..argument_types import numbers, paths, vectors
 from ..arguments_from_options import choose_device
 from ..image_files import FORMATS, read_image, require_image_type, write_image
 from ..paths import require_target
@@ -33,11 +33,11 @@ ALPHAS = ("premultiplied", "independent", "keep")
 def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `convolve`."""
     group = parser.add_argument_group("files")
-    group.add_argument("input", metavar="IN", type=types.parse_file_path, help="an image; - for standard input")
+    group.add_argument("input", metavar="IN", type=paths.parse_file_path, help="an image; - for standard input")
     group.add_argument(
         "output",
         metavar="OUT",
-        type=types.parse_file_path,
+        type=paths.parse_file_path,
         help=f"the result: {', '.join(FORMATS)}; - for PNG on standard output",
     )
     group = parser.add_argument_group("kernel")
@@ -45,15 +45,15 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     kernel.add_argument(
         "--gaussian",
         metavar="S",
-        type=types.parse_sigma,
+        type=numbers.parse_sigma,
         help="a Gaussian of this standard deviation in pixels, or of a vertical and a horizontal one, S,S",
     )
-    kernel.add_argument("--box", metavar="N", type=types.parse_box_side, help="the mean of N by N pixels, N odd")
+    kernel.add_argument("--box", metavar="N", type=numbers.parse_box_side, help="the mean of N by N pixels, N odd")
     kernel.add_argument("--kernel", metavar="NAME", choices=KERNELS, help=f"{', '.join(KERNELS[:-1])} or {KERNELS[-1]}")
     kernel.add_argument(
         "--matrix",
         metavar="M",
-        type=types.parse_kernel,
+        type=vectors.parse_kernel,
         help="rows of numbers, separated by semicolons, or a file of them",
     )
     group = parser.add_argument_group("filtering")

@@ -4,8 +4,8 @@ import argparse
 
 from ... import matrices
 from ...errors import ArgumentError
-from .. import argument_types as types
 from .. import options as groups
+from ..argument_types import vectors
 from ..streams import print_stdout
 
 USAGE = "[options]"
@@ -20,7 +20,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of `explain`."""
     groups.add_transforms(parser)
     parser.add_argument_group("point").add_argument(
-        "--point", metavar="X,Y,Z", type=types.parse_point, help="print this point after each transform"
+        "--point", metavar="X,Y,Z", type=vectors.parse_point, help="print this point after each transform"
     )
     groups.add_general_options(parser, adapter=False)
 

@@ -15,9 +15,9 @@ from ...geometry.attributes import RaggedArray
 from ...geometry.joints import Joint
 from ...geometry.mesh import Mesh
 from ...geometry.scene import Scene
-from .. import argument_types as types
 from .. import files
 from .. import options as groups
+from ..argument_types import paths
 from ..exit_codes import FAILURES, exit_code_for, format_error
 from ..paths import STDIO, expand_globs, file_type
 from ..scan_rows import describe_scan
@@ -46,7 +46,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "models",
         metavar="FILE",
         nargs="+",
-        type=types.parse_points_path,
+        type=paths.parse_points_path,
         help="a model file, a scan, or a pattern such as *.obj; - for standard input",
     )
     groups.add_reading_options(group)

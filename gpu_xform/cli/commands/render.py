@@ -7,9 +7,10 @@ from typing import Any
 
 from ...drawing.sheet import PROJECTIONS, VIEW_NAMES
 from ...errors import ArgumentError
-from .. import argument_types as types
 from .. import options as groups
 from .. import references
+from ..argument_types import numbers, paths
+from ..argument_types.pictures import parse_projection, parse_views
 from ..arguments_from_options import require_drawing_options
 from ..contact_sheet import require_sheet_options
 from ..exit_codes import DEVICE_FAILED, MISMATCH, NO_ADAPTER, WRONG_INPUT
@@ -109,7 +110,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "-o",
         "--output",
         metavar="OUT",
-        type=types.parse_template,
+        type=paths.parse_template,
         help="the picture: a .png, .svg or .pdf file, or a .html page that draws the models live in a browser; one "
         "per model if the path holds {model}; - for a PNG on standard output",
     )
@@ -129,13 +130,13 @@ def _add_views(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--views",
         metavar="VIEW[,...]",
-        type=types.parse_views,
+        type=parse_views,
         help=f"views to draw in parallel projection, among {', '.join(VIEW_NAMES)}; --up says which side is the top",
     )
     group.add_argument(
         "--projection",
         metavar="ANGLE",
-        type=types.parse_projection,
+        type=parse_projection,
         help=f"{' or '.join(PROJECTIONS)}: the top view lies above the front view, or below it (default: third)",
     )
 
@@ -143,25 +144,25 @@ def _add_views(parser: argparse.ArgumentParser) -> None:
 def _add_reference(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("reference (differences are from 0 to 255)")
     group.add_argument(
-        "--reference", metavar="PNG", type=types.parse_template, help="fail if the picture does not match this one"
+        "--reference", metavar="PNG", type=paths.parse_template, help="fail if the picture does not match this one"
     )
     group.add_argument(
         "--reference-threshold",
         metavar="T",
-        type=types.parse_threshold,
+        type=numbers.parse_threshold,
         help="largest difference in red, green, blue or alpha at which a pixel still matches (default: 8)",
     )
     group.add_argument(
         "--reference-pixels",
         metavar="N",
-        type=types.parse_count,
+        type=numbers.parse_count,
         help="number of pixels allowed to exceed the threshold (default: 16, and one per 10,000 of the picture, so "
         "that a reference holds on other adapters)",
     )
     group.add_argument(
         "--reference-diff",
         metavar="PNG",
-        type=types.parse_template,
+        type=paths.parse_template,
         help="write a picture of the pixels that differ to this file, if the picture does not match",
     )
     group.add_argument(
@@ -176,7 +177,7 @@ def _add_reports(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--report",
         metavar="FILE",
-        type=types.parse_report_path,
+        type=paths.parse_report_path,
         action="append",
         default=[],
         help="write what became of each picture: .html to look at, .json for programs, .xml (JUnit) for CI services; "
@@ -185,7 +186,7 @@ def _add_reports(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--sheet",
         metavar="FILE",
-        type=types.parse_sheet_path,
+        type=paths.parse_sheet_path,
         help="lay the models out on one contact sheet with their names: a .png, .svg or .pdf file",
     )
 

@@ -11,9 +11,9 @@ import numpy as np
 from ..._core.types import Float64Array
 from ...errors import ArgumentError
 from ...geometry.mesh import Mesh
-from .. import argument_types as types
 from .. import files
 from .. import options as groups
+from ..argument_types import models, numbers, paths, vectors
 from ..arguments_from_options import (
     choose_device,
     collect_picture_arguments,
@@ -86,13 +86,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     parser.set_defaults(extra_layers=[])
     group = parser.add_argument_group("files")
     group.add_argument(
-        "model", metavar="MODEL", type=types.parse_file_path, help="cloth, curtain, hair, or a model file"
+        "model", metavar="MODEL", type=paths.parse_file_path, help="cloth, curtain, hair, or a model file"
     )
     group.add_argument(
         "-o",
         "--output",
         metavar="OUT",
-        type=types.parse_file_path,
+        type=paths.parse_file_path,
         required=True,
         help="the animation; the end of its name gives the format",
     )
@@ -100,7 +100,7 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--quads",
         metavar="N,M",
-        type=types.parse_count_pair,
+        type=numbers.parse_count_pair,
         help="quads of cloth and curtain along their sides (default: 40,40; 64,40)",
     )
     _add_hair(parser)
@@ -110,17 +110,21 @@ def add_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--duration",
         metavar="S",
-        type=types.parse_number,
+        type=numbers.parse_number,
         default="2",
         help="seconds (default: %(default)s); at least one frame is simulated",
     )
     group.add_argument(
-        "--fps", metavar="N", type=types.parse_frame_rate, default="25", help="frames per second (default: %(default)s)"
+        "--fps",
+        metavar="N",
+        type=numbers.parse_frame_rate,
+        default="25",
+        help="frames per second (default: %(default)s)",
     )
     group.add_argument(
         "--substeps",
         metavar="N",
-        type=types.parse_count,
+        type=numbers.parse_count,
         help="steps per frame (default: as few as are stable in a wind as given); more may help if points fly off",
     )
     groups.add_drawing_options(parser, resolution="640,480")
@@ -130,11 +134,11 @@ def add_options(parser: argparse.ArgumentParser) -> None:
 def _add_hair(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("hair")
     for flag, metavar, parse, text in (
-        ("--strands", "N", types.parse_count, f"strands that are simulated (default: {N_STRANDS})"),
-        ("--points", "N", types.parse_count, f"points of each (default: {N_STRAND_POINTS})"),
-        ("--curls", "N", types.parse_number, f"turns of each (default: {N_CURLS:g}; 0 is straight)"),
-        ("--children", "N", types.parse_count, f"strands drawn between (default: {CHILDREN_PER_STRAND} per strand)"),
-        ("--shake", "DEG", types.parse_number, f"how far the head turns to and fro (default: {SHAKE_DEGREES:g})"),
+        ("--strands", "N", numbers.parse_count, f"strands that are simulated (default: {N_STRANDS})"),
+        ("--points", "N", numbers.parse_count, f"points of each (default: {N_STRAND_POINTS})"),
+        ("--curls", "N", numbers.parse_number, f"turns of each (default: {N_CURLS:g}; 0 is straight)"),
+        ("--children", "N", numbers.parse_count, f"strands drawn between (default: {CHILDREN_PER_STRAND} per strand)"),
+        ("--shake", "DEG", numbers.parse_number, f"how far the head turns to and fro (default: {SHAKE_DEGREES:g})"),
     ):
         group.add_argument(flag, metavar=metavar, type=parse, help=text)
 
@@ -144,11 +148,11 @@ def _add_material(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--pin",
         metavar="P[,...]",
-        type=types.parse_pins,
+        type=models.parse_pins,
         action="append",
         default=[],
         dest="pins",
-        help=f"points that stay where they are: numbers, from 0, {', '.join(types.PIN_SIDES)} or corners",
+        help=f"points that stay where they are: numbers, from 0, {', '.join(models.PIN_SIDES)} or corners",
     )
     for flag, metavar, text in (
         ("--mass", "KG", "of the whole model (default: 0.1; hair: 1e-5 per point)"),
@@ -165,7 +169,7 @@ def _add_material(parser: argparse.ArgumentParser) -> None:
             f"seconds times stiffness is a spring's damping (default: {DAMPING_S:g}; hair: {HAIR_DAMPING_S:g})",
         ),
     ):
-        group.add_argument(flag, metavar=metavar, type=types.parse_number, help=text)
+        group.add_argument(flag, metavar=metavar, type=numbers.parse_number, help=text)
 
 
 def _add_surroundings(parser: argparse.ArgumentParser) -> None:
@@ -173,30 +177,30 @@ def _add_surroundings(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--gravity",
         metavar="X,Y,Z",
-        type=types.parse_point,
+        type=vectors.parse_point,
         default=f"0,-{GRAVITY_M_S2:g},0",
         help="in m/s^2 (default: %(default)s)",
     )
     group.add_argument(
         "--drag",
         metavar="C",
-        type=types.parse_number,
+        type=numbers.parse_number,
         help=f"drag coefficient (default: {DRAG:g}); of hair, the rate in 1/s ({HAIR_DRAG_PER_S:g})",
     )
-    group.add_argument("--wind", metavar="X,Y,Z", type=types.parse_point, help="velocity of the air in m/s")
+    group.add_argument("--wind", metavar="X,Y,Z", type=vectors.parse_point, help="velocity of the air in m/s")
     for flag, metavar, parse, text in (
-        ("--sphere", "X,Y,Z,R", types.parse_sphere, "a ball that points cannot enter: centre and radius"),
-        ("--box", "X,Y,Z,A,B,C", types.parse_box, "a box: its centre, and the lengths of its sides"),
-        ("--floor", "Y", types.parse_number, "a floor at this height"),
+        ("--sphere", "X,Y,Z,R", models.parse_sphere, "a ball that points cannot enter: centre and radius"),
+        ("--box", "X,Y,Z,A,B,C", models.parse_box, "a box: its centre, and the lengths of its sides"),
+        ("--floor", "Y", numbers.parse_number, "a floor at this height"),
     ):
         group.add_argument(flag, metavar=metavar, type=parse, action="append", default=[], help=text)
     group.add_argument(
-        "--friction", metavar="F", type=types.parse_number, default="0.3", help="of obstacles (default: %(default)s)"
+        "--friction", metavar="F", type=numbers.parse_number, default="0.3", help="of obstacles (default: %(default)s)"
     )
     group.add_argument(
         "--gap",
         metavar="M",
-        type=types.parse_number,
+        type=numbers.parse_number,
         help=f"distance that points keep from obstacles (default: {GAP_M:g}; hair: {HAIR_GAP_M:g})",
     )
 
@@ -415,7 +419,7 @@ def _find_pins(points: Float64Array, pins: Sequence[int | str]) -> list[int]:
             for corner in corners:
                 found.add(int(np.argmin(np.linalg.norm(points - corner, axis=1))))
         else:
-            axis, is_high = divmod(types.PIN_SIDES.index(pin), 2)
+            axis, is_high = divmod(models.PIN_SIDES.index(pin), 2)
             distances = high[axis] - points[:, axis] if is_high else points[:, axis] - low[axis]
             found.update(np.flatnonzero(distances <= tolerance).tolist())
     return sorted(found)

@@ -13,9 +13,9 @@ from ..._core.types import Float64Array
 from ...errors import ArgumentError, ArgumentTypeError, MeshError, MeshWarning
 from ...geometry.attributes import Attributes
 from ...geometry.mesh import Mesh, move
-from .. import argument_types as types
 from .. import exit_codes, files
 from .. import options as groups
+from ..argument_types import numbers, paths, vectors
 from ..arguments_from_options import choose_device, compose_transforms
 from ..path_templates import PLACEHOLDERS
 from ..paths import STDIO, expand_globs, file_type, require_target, require_type
@@ -73,13 +73,13 @@ def add_options(parser: argparse.ArgumentParser) -> None:
         "inputs",
         metavar="IN",
         nargs="+",
-        type=types.parse_points_path,
+        type=paths.parse_points_path,
         help="a model file, an .npy file, a scan, or a pattern such as *.laz; - for standard input",
     )
     group.add_argument(
         "output",
         metavar="OUT",
-        type=types.parse_points_path,
+        type=paths.parse_points_path,
         help="the result, with {model} in it if there are several; - for standard output, in the type of IN",
     )
     groups.add_reading_options(group)
@@ -109,17 +109,17 @@ def _add_scan_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument(
         "--las-scale",
         metavar="S|X,Y,Z",
-        type=types.parse_grid_scale,
+        type=numbers.parse_grid_scale,
         help="unit of the coordinates of a .las or .laz file (default: that of IN, wider where 32 bits need it)",
     )
     group.add_argument(
         "--las-offset",
         metavar="X,Y,Z",
-        type=types.parse_point,
+        type=vectors.parse_point,
         help="offset of the coordinates of a .las or .laz file (default: the centre of the result)",
     )
     group.add_argument("--keep-normals", action="store_true", help="leave normals and vectors of waveforms as they are")
-    group.add_argument("--workers", metavar="N", type=types.parse_workers, help="run N processes on this machine")
+    group.add_argument("--workers", metavar="N", type=numbers.parse_workers, help="run N processes on this machine")
     group.add_argument(
         "--scheduler", metavar="ADDRESS", help="use the workers of a running Dask scheduler, such as tcp://host:8786"
     )
@@ -162,7 +162,7 @@ def _plan_tasks(options: argparse.Namespace, inputs: Sequence[str]) -> list[argp
         from ..matrix_table import MatrixTable
 
         table = MatrixTable(options.matrix_table)
-    template = types.parse_template(options.output) if is_template else None
+    template = paths.parse_template(options.output) if is_template else None
     tasks, owners = [], dict[str, str]()
     sources = {os.path.normcase(os.path.realpath(path)): path for path in inputs if path != STDIO}
     for place, path in enumerate(inputs):
