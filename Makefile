@@ -11,6 +11,8 @@ PYTEST := $(BIN)/pytest --numprocesses auto --maxprocesses 4 --dist worksteal
 ADAPTER ?=
 DRIVER_FILE ?= $(if $(filter swiftshader,$(ADAPTER)),/usr/lib/chromium/vk_swiftshader_icd.json)
 LOCKED ?=
+# Where it is set, each worker and each process that a test starts would compile all modules again.
+export PYTHONDONTWRITEBYTECODE :=
 ifneq ($(ADAPTER),)
 export GPU_XFORM_ADAPTER := $(ADAPTER)
 endif

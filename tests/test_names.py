@@ -10,8 +10,6 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import pytest
-
 import gpu_xform
 
 PACKAGE = Path(gpu_xform.__file__).parent
@@ -178,53 +176,51 @@ PYTHON_FILES = sorted(PACKAGE.rglob("*.py"))
 WGSL_FILES = sorted(WGSL.rglob("*.wgsl"))
 
 
-@pytest.mark.parametrize("module", OLD_MODULES.split())
-def test_an_old_module_is_gone(module: str) -> None:
-    path = PACKAGE / module
-    assert not path.with_suffix(".py").exists()
-    assert path.suffix or not path.exists()
+def test_an_old_module_is_gone() -> None:
+    for module in OLD_MODULES.split():
+        path = PACKAGE / module
+        assert not path.with_suffix(".py").exists(), module
+        assert path.suffix or not path.exists(), module
 
 
-@pytest.mark.parametrize("module", OLD_TEST_MODULES.split())
-def test_an_old_module_of_the_tests_is_gone(module: str) -> None:
-    assert not list((ROOT / "tests").rglob(f"{module}.py"))
+def test_an_old_module_of_the_tests_is_gone() -> None:
+    assert not {file.stem for file in (ROOT / "tests").rglob("*.py")} & set(OLD_TEST_MODULES.split())
 
 
-@pytest.mark.parametrize("stem", OLD_WGSL_FILES.split())
-def test_an_old_shader_file_is_gone(stem: str) -> None:
-    assert not list(WGSL.rglob(f"{stem}.wgsl"))
+def test_an_old_shader_file_is_gone() -> None:
+    assert not {file.stem for file in WGSL_FILES} & set(OLD_WGSL_FILES.split())
 
 
-@pytest.mark.parametrize("file", PYTHON_FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
-def test_no_old_name_is_defined_in_python(file: Path) -> None:
-    place = file.relative_to(PACKAGE).as_posix()
-    old = {
-        (kind, name)
-        for kind, rows in OLD_PYTHON.items()
-        for where, names in rows.items()
-        if where in {"", place} or place.startswith(f"{where}/")
-        for name in names.split()
-    }
-    defined = {(kind, name.lstrip("_")) for kind, name in python_definitions(file)}
-    assert not sorted(defined & old)
-    assert not sorted(name for _, name in defined if SUPERLATIVE.match(name))
+def test_no_old_name_is_defined_in_python() -> None:
+    for file in PYTHON_FILES:
+        place = file.relative_to(PACKAGE).as_posix()
+        old = {
+            (kind, name)
+            for kind, rows in OLD_PYTHON.items()
+            for where, names in rows.items()
+            if where in {"", place} or place.startswith(f"{where}/")
+            for name in names.split()
+        }
+        defined = {(kind, name.lstrip("_")) for kind, name in python_definitions(file)}
+        assert not sorted(defined & old), file
+        assert not sorted(name for _, name in defined if SUPERLATIVE.match(name)), file
 
 
-@pytest.mark.parametrize("file", PYTHON_FILES, ids=lambda file: str(file.relative_to(PACKAGE)))
-def test_no_free_function_is_a_past_participle(file: Path) -> None:
-    functions = {name.lstrip("_") for kind, name in python_definitions(file) if kind == "function"}
-    assert not sorted(
-        name for name in functions if PARTICIPLE.fullmatch(name) and name not in {"embed", "feed", "seed"}
-    )
+def test_no_free_function_is_a_past_participle() -> None:
+    for file in PYTHON_FILES:
+        functions = {name.lstrip("_") for kind, name in python_definitions(file) if kind == "function"}
+        assert not sorted(
+            name for name in functions if PARTICIPLE.fullmatch(name) and name not in {"embed", "feed", "seed"}
+        ), file
 
 
-@pytest.mark.parametrize("file", WGSL_FILES, ids=lambda file: str(file.relative_to(WGSL)))
-def test_no_old_name_is_defined_in_a_shader(file: Path) -> None:
+def test_no_old_name_is_defined_in_a_shader() -> None:
     old = {("name", name) for names in OLD_WGSL["name"].values() for name in names.split()}
     old |= {(struct, name) for struct, names in OLD_WGSL["member"].items() for name in names.split()}
-    defined = set(wgsl_definitions(file))
-    assert not sorted(defined & old)
-    assert not sorted(name for _, name in defined if SUPERLATIVE.match(name))
+    for file in WGSL_FILES:
+        defined = set(wgsl_definitions(file))
+        assert not sorted(defined & old), file
+        assert not sorted(name for _, name in defined if SUPERLATIVE.match(name)), file
 
 
 def test_definitions_of_every_kind_are_found(tmp_path: Path) -> None:

@@ -68,6 +68,7 @@ def test_the_new_offset_is_the_centre_of_the_moved_box(tmp_path: Path, matrix: A
     assert (np.abs(after.header.offsets - moved.mean(axis=0)) < 0.3 * size).all()
 
 
+@pytest.mark.float64
 def test_the_scale_widens_only_where_integers_would_overflow(tmp_path: Path) -> None:
     before = make_las(tmp_path / "in.las")
     with pytest.warns(gx.MeshWarning, match=r"in\.las: .* a wider scale .*: 0\.002 becomes 0\.02, 0\.005 becomes 50$"):
@@ -143,6 +144,7 @@ def test_normals_may_be_kept(tmp_path: Path) -> None:
         gx.transform_file(tmp_path / "in.las", tmp_path / "no.las", MATRIX, normals="yes")  # type: ignore[arg-type]
 
 
+@pytest.mark.float64
 def test_a_projection_divides_and_says_that_it_leaves_directions(tmp_path: Path) -> None:
     before = make_las(tmp_path / "in.las")
     matrix = gx.translate(-431_000, -5_123_000, -9000).copy()

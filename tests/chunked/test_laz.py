@@ -186,6 +186,7 @@ def test_a_panic_of_lazrs_is_an_error() -> None:
         laz.call_lazrs(panic)
 
 
+@pytest.mark.float64
 def test_what_other_formats_cannot_hold_is_named(tile: Path, tmp_path: Path) -> None:
     before = laspy.read(tile / "in.las")
     with pytest.warns(

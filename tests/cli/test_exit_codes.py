@@ -128,7 +128,7 @@ def _files(working_folder: Path) -> Iterator[None]:
         (RENDER + "--resolution 1e2,5", "--resolution"),
         (RENDER + "--resolution 999999999x1", "--resolution: size must be at most 65536"),
         (RENDER + "--resolution 100000,5", "--resolution: size must be at most 65536"),
-        ("render house.obj -o out.svg --resolution 60000,2000", "--resolution: size must be at most"),
+        ("render house.obj -o out.svg --resolution 65000,16500", "--resolution: size must be at most"),
         (RENDER + "--line-width 0", "--line-width"),
         (RENDER + "--line-width -1", "--line-width"),
         (RENDER + "--line-width inf", "--line-width"),

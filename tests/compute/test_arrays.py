@@ -51,7 +51,7 @@ def test_arrays_of_other_libraries_are_read_without_a_copy(wrap: Any, dtype: npt
 
 @pytest.mark.parametrize("wrap", [ByInterface, ByDLPack])
 def test_index_and_weights_may_be_such_arrays_too(wrap: Any) -> None:
-    points, matrices = some_points(4, np.float64), np.array([AFFINE, np.eye(4)])
+    points, matrices = some_points(4, np.float32), np.array([AFFINE, np.eye(4)])
     index, weights = np.array([[0, 1]] * 4), np.array([[0.25, 0.75]] * 4)
     result = gx.transform_points(points, matrices, index=wrap(index), weights=wrap(weights))
     assert np.array_equal(result, gx.transform_points(points, matrices, index=index, weights=weights))

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import gpu_xform as gx
@@ -23,7 +23,9 @@ def stack(k: int, size: int = 4, seed: int = 0) -> Array:
     return matrices
 
 
-@given(st.integers(1, 7), st.integers(1, 30), st.sampled_from([2, 3]), st.sampled_from(DTYPES))
+@pytest.mark.parametrize("dtype", DTYPES)
+@given(k=st.integers(1, 7), n=st.integers(1, 30), columns=st.sampled_from([2, 3]))
+@settings(max_examples=20)
 def test_each_matrix_of_a_stack_is_applied_to_all_points(k: int, n: int, columns: int, dtype: npt.DTypeLike) -> None:
     matrices, points = stack(k, columns + 1), some_points(n, dtype, columns)
     result = gx.transform_points(points, matrices)
@@ -85,7 +87,9 @@ def test_an_empty_stack_gives_an_empty_result() -> None:
 
 
 @pytest.mark.slow
-@given(st.integers(1, 9), st.integers(1, 40), st.sampled_from([2, 3]), st.sampled_from(DTYPES), st.randoms())
+@pytest.mark.parametrize("dtype", DTYPES)
+@given(k=st.integers(1, 9), n=st.integers(1, 40), columns=st.sampled_from([2, 3]), random=st.randoms())
+@settings(max_examples=20)
 def test_each_point_takes_the_matrix_that_its_index_names(
     k: int, n: int, columns: int, dtype: npt.DTypeLike, random: Any
 ) -> None:

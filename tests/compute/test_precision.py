@@ -91,6 +91,14 @@ def test_single_points_can_be_computed_in_double() -> None:
     assert (np.abs(result - exact) <= half_a_step * (1 + 1e-6)).all()
 
 
+@pytest.mark.parametrize("columns", [2, 3])
+def test_the_identity_changes_no_coordinate_without_double_precision(columns: int, single_device: GpuDevice) -> None:
+    """As of a model that is only stored in another format."""
+    points = some_points(500, np.float64, columns) + EARTH
+    for function in (gx.transform_points, gx.project_points):
+        assert np.array_equal(function(points, np.eye(columns + 1), device=single_device), points)
+
+
 def test_double_points_can_be_computed_in_single() -> None:
     points = some_points(500, np.float64)
     result = gx.transform_points(points, AFFINE, precision="float32")

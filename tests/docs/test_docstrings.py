@@ -6,8 +6,6 @@ import types
 from collections.abc import Callable, Iterator
 from typing import Any
 
-import pytest
-
 import gpu_xform as gx
 from gpu_xform.geometry.nodes import Node
 from gpu_xform.imaging.compare import Difference
@@ -48,21 +46,22 @@ def documented_parameters(docstring: str) -> list[str]:
     return [name.strip().lstrip("*") for head in heads for name in head.split(",")]
 
 
-@pytest.mark.parametrize("name", sorted(FUNCTIONS))
-def test_every_parameter_is_described_in_its_order(name: str) -> None:
-    function = FUNCTIONS[name]
-    written = types.FunctionType(
-        function.__code__, {}
-    )  # without the keywords that a signature shows in place of `**style`
-    parameters = [parameter for parameter in inspect.signature(written).parameters if parameter not in ("self", "cls")]
-    assert documented_parameters(inspect.getdoc(function) or "") == parameters
+def test_every_parameter_is_described_in_its_order() -> None:
+    for name in sorted(FUNCTIONS):
+        function = FUNCTIONS[name]
+        # Without the keywords that a signature shows in place of `**style`.
+        written = types.FunctionType(function.__code__, {})
+        parameters = [
+            parameter for parameter in inspect.signature(written).parameters if parameter not in ("self", "cls")
+        ]
+        assert documented_parameters(inspect.getdoc(function) or "") == parameters, name
 
 
-@pytest.mark.parametrize("name", sorted(FUNCTIONS))
-def test_a_result_is_described(name: str) -> None:
-    function = FUNCTIONS[name]
-    returns = inspect.signature(function).return_annotation not in ("None", None, inspect.Signature.empty)
-    assert bool(section(inspect.getdoc(function) or "", "Returns")) == returns
+def test_a_result_is_described() -> None:
+    for name in sorted(FUNCTIONS):
+        function = FUNCTIONS[name]
+        returns = inspect.signature(function).return_annotation not in ("None", None, inspect.Signature.empty)
+        assert bool(section(inspect.getdoc(function) or "", "Returns")) == returns, name
 
 
 def test_the_section_of_parameters_is_found() -> None:

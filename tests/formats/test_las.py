@@ -103,6 +103,7 @@ def test_without_laspy_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.Mo
         load_mesh(tmp_path / "in.las")
 
 
+@pytest.mark.float64
 def test_a_scan_is_drawn_and_converted_like_a_model(tmp_path: Path) -> None:
     from gpu_xform.cli import main
 

@@ -11,7 +11,8 @@ FORK = """
     import gpu_xform as gx
     from gpu_xform import device as module
     device = gx.default_device()
-    points = gx.PointBuffer(np.ones((40_000, 3)))
+    points = gx.PointBuffer(np.ones((40_000, 3), np.float32))
+    ones = np.ones((9, 3), np.float32)
     springs = gx.Springs(gx.samples.cloth(4, 4), stretch=10.0, area_density=0.1)
     animation = gx.turntable(gx.samples.cube(), 3, size=(16, 16))
     held, release = threading.Event(), threading.Event()
@@ -30,10 +31,10 @@ FORK = """
             "Device": lambda: gx.Device(),
             "default_device": lambda: gx.default_device(),
             "adapters": lambda: gx.adapters(),
-            "transform_points": lambda: gx.transform_points(np.ones((9, 3)), gx.identity()),
-            "with a device": lambda: gx.transform_points(np.ones((9, 3)), gx.identity(), device=device),
-            "bounds": lambda: gx.bounds(np.ones((9, 3))),
-            "PointBuffer": lambda: gx.PointBuffer(np.ones((9, 3))),
+            "transform_points": lambda: gx.transform_points(ones, gx.identity()),
+            "with a device": lambda: gx.transform_points(ones, gx.identity(), device=device),
+            "bounds": lambda: gx.bounds(ones),
+            "PointBuffer": lambda: gx.PointBuffer(ones),
             "numpy": lambda: points.numpy(),
             "reduce": lambda: points.bounds(),
             "convolve": lambda: gx.convolve(np.ones((9, 9), np.float32), np.ones((3, 3), np.float32)),

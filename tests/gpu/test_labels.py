@@ -36,8 +36,8 @@ def test_every_object_has_a_label(device: GpuDevice, monkeypatch: pytest.MonkeyP
         assert fresh.context.handle.label
         gx.render_array(gx.samples.cube(), hidden="remove", fill="gold", size=(64, 64), device=fresh)
         gx.render_svg(gx.samples.cube(), hidden="dash", edges="silhouette", device=fresh)
-        gx.bounds(np.ones((5, 3)), device=fresh)
-        gx.transform_points(np.ones((2, 5, 3)), np.stack([gx.identity()] * 2), device=fresh)
+        gx.bounds(np.ones((5, 3), np.float32), device=fresh)
+        gx.transform_points(np.ones((2, 5, 3), np.float32), np.stack([gx.identity()] * 2), device=fresh)
         if "timestamp-query" in fresh.features:
             with fresh.time_dispatches():
                 gx.transform_points(np.ones((5, 3)), gx.identity(), device=fresh)

@@ -37,17 +37,17 @@ def test_the_checkouts_shaders_are_found_where_the_package_holds_none(
     assert wgsl.shader_folder() == tmp_path / "gpu_xform" / "wgsl"
 
 
-@pytest.mark.parametrize("name", SHARED)
-def test_every_shared_file_is_imported(name: str) -> None:
-    imported = re.sub("real_f(32|64)", "real", name)
-    importers = [file for file in FOLDER.rglob("*.wgsl") if f"#import {imported}\n" in file.read_text("utf-8")]
-    assert importers
+def test_every_shared_file_is_imported() -> None:
+    code = "".join(file.read_text("utf-8") for file in FOLDER.rglob("*.wgsl"))
+    for name in SHARED:
+        imported = re.sub("real_f(32|64)", "real", name)
+        assert f"#import {imported}\n" in code, name
 
 
-@pytest.mark.parametrize("file", [file for file in FOLDER.rglob("*.wgsl") if file.name not in FEW_ROUNDS], ids=str)
-def test_loops_over_the_work_of_an_invocation_end_with_their_test(file: Path) -> None:
-    # With its test at its start, lavapipe runs such a loop twice if there is work for one round.
-    assert not re.search(r"for \(var \w+ = [^;]*invocation\.x", file.read_text("utf-8"))
+def test_loops_over_the_work_of_an_invocation_end_with_their_test() -> None:
+    for file in (file for file in FOLDER.rglob("*.wgsl") if file.name not in FEW_ROUNDS):
+        # With its test at its start, lavapipe runs such a loop twice if there is work for one round.
+        assert not re.search(r"for \(var \w+ = [^;]*invocation\.x", file.read_text("utf-8")), file
 
 
 def entry_names(text: str) -> list[str]:
@@ -56,10 +56,10 @@ def entry_names(text: str) -> list[str]:
     return re.findall(r"\w+", found[1]) if found else []
 
 
-@pytest.mark.parametrize("name", SHARED)
-def test_shared_files_bind_nothing_and_have_no_constants_of_the_hosts(name: str) -> None:
-    text = (FOLDER / "shared" / f"{name}.wgsl").read_text("utf-8")
-    assert not re.search(r"^(@|override|var)", text, re.MULTILINE)
+def test_shared_files_bind_nothing_and_have_no_constants_of_the_hosts() -> None:
+    for name in SHARED:
+        text = (FOLDER / "shared" / f"{name}.wgsl").read_text("utf-8")
+        assert not re.search(r"^(@|override|var)", text, re.MULTILINE), name
 
 
 @pytest.mark.parametrize("name", SHARED)
@@ -94,25 +94,26 @@ def test_lines_are_as_short_as_those_of_python() -> None:
         assert max(map(len, file.read_text("utf-8").splitlines())) <= 120, file
 
 
-@pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
-def test_every_line_reaches_the_device_as_it_stands_in_its_file(stage: str, number_type: str | None) -> None:
-    resolved = source(stage, number_type)
-    lines = resolved.code.splitlines()
-    assert not [line for line in lines if line.startswith("#")]
-    own = [line for line in (FOLDER / STAGES[stage].file).read_text("utf-8").splitlines() if not line.startswith("#")]
-    assert [
-        line for line, origin in zip(lines, resolved.origins, strict=True) if origin.file == STAGES[stage].file
-    ] == own
-    for line, (file, number) in zip(lines, resolved.origins, strict=True):
-        assert (FOLDER / file).read_text("utf-8").splitlines()[number - 1] == line
+def test_every_line_reaches_the_device_as_it_stands_in_its_file() -> None:
+    files = {
+        path.relative_to(FOLDER).as_posix(): path.read_text("utf-8").splitlines() for path in FOLDER.rglob("*.wgsl")
+    }
+    for stage, number_type in VARIANTS:
+        resolved = source(stage, number_type)
+        lines = resolved.code.splitlines()
+        assert not [line for line in lines if line.startswith("#")], stage
+        own_file = STAGES[stage].file
+        own = [line for line, origin in zip(lines, resolved.origins, strict=True) if origin.file == own_file]
+        assert own == [line for line in files[own_file] if not line.startswith("#")], stage
+        assert lines == [files[file][number - 1] for file, number in resolved.origins], stage
 
 
-@pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
-def test_only_buffers_are_written_at_an_index(stage: str, number_type: str | None) -> None:
+def test_only_buffers_are_written_at_an_index() -> None:
     """The compiler that Direct3D 12 has by default knows no other l-value with an index, such as a vector."""
-    code = source(stage, number_type).code
-    buffers = set(re.findall(r"var<storage, read_write> (\w+):", code))
-    assert set(re.findall(r"(?<![\w.])(\w+)(?:\.\w+)*\[.*\](?:\+\+|--| [-+*/]?= )", code)) <= buffers
+    for stage, number_type in VARIANTS:
+        code = source(stage, number_type).code
+        buffers = set(re.findall(r"var<storage, read_write> (\w+):", code))
+        assert set(re.findall(r"(?<![\w.])(\w+)(?:\.\w+)*\[.*\](?:\+\+|--| [-+*/]?= )", code)) <= buffers, stage
 
 
 @pytest.fixture
@@ -221,8 +222,8 @@ var<private> own: u32;
     assert wgsl.resolve(folder, "stage.wgsl").bindings == {"points": 2, "tile": 0, "counts": 7, "picture": 5}
 
 
-@pytest.mark.parametrize(("stage", "number_type"), VARIANTS)
-def test_every_binding_of_a_stage_has_a_name_and_a_number_of_its_own(stage: str, number_type: str | None) -> None:
-    resolved = source(stage, number_type)
-    assert len(resolved.bindings) == resolved.code.count("@binding(")
-    assert len(set(resolved.bindings.values())) == len(resolved.bindings)
+def test_every_binding_of_a_stage_has_a_name_and_a_number_of_its_own() -> None:
+    for stage, number_type in VARIANTS:
+        resolved = source(stage, number_type)
+        assert len(resolved.bindings) == resolved.code.count("@binding("), stage
+        assert len(set(resolved.bindings.values())) == len(resolved.bindings), stage

@@ -9,8 +9,9 @@ import pytest
 
 MARKING_FIXTURES = ("browser", "screen")
 TESTS = Path(__file__).parents[1]
-# Tests whose parameters say what an adapter computes with.
-COMPUTING = {TESTS / "compute", TESTS / "gpu" / "test_layouts.py", TESTS / "gpu" / "test_wgsl.py"}
+# Tests whose parameters say what an adapter computes with; those of `gpu` read texts unless they ask for a device.
+COMPUTING = TESTS / "compute"
+COMPILING = {TESTS / "gpu" / "test_layouts.py", TESTS / "gpu" / "test_wgsl.py"}
 
 
 def mark_by_fixtures(items: Iterable[pytest.Item]) -> None:
@@ -25,12 +26,9 @@ def mark_by_dtypes(items: Iterable[pytest.Item]) -> None:
     """Give every test of computations that has float64 among its parameters the marker `float64`; not on the host."""
     for item in items:
         parameters = params_of(item)
-        is_double = any(map(is_float64, parameters.values()))
-        if (
-            is_double
-            and parameters.get("process_device") != "host"
-            and not COMPUTING.isdisjoint((item.path, *item.path.parents))
-        ):
+        is_double = any(map(is_float64, parameters.values())) and parameters.get("process_device") != "host"
+        compiles = item.path in COMPILING and "device" in getattr(item, "fixturenames", ())
+        if is_double and (compiles or COMPUTING in item.path.parents):
             item.add_marker("float64")
 
 

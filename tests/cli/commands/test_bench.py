@@ -10,6 +10,7 @@ from gpu_xform.cli import main
 from tests.support.cli import error_of
 
 
+@pytest.mark.float64
 def test_bench_prints_figures_that_hang_together(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["bench", "--points", "1000,20000", "--json", "--dtype", "float64"]) == 0
     report = json.loads(capsys.readouterr().out)

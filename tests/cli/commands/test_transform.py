@@ -51,6 +51,7 @@ def run_transform(*options: str, points: Array | None = None) -> Array:
     return np.asarray(np.load("moved.npy"))
 
 
+@pytest.mark.float64
 @pytest.mark.parametrize("order", [(SCALE, ROTATE, TRANSLATE), (TRANSLATE, ROTATE, SCALE), (ROTATE, TRANSLATE, SCALE)])
 def test_transforms_apply_in_the_order_typed(order: tuple[tuple[tuple[str, str], Array], ...]) -> None:
     options = [word for typed, _ in order for word in typed]
@@ -64,12 +65,14 @@ def test_transforms_apply_in_the_order_typed(order: tuple[tuple[tuple[str, str],
     assert np.array_equal(result.indices, house.indices)
 
 
+@pytest.mark.float64
 def test_one_option_may_be_typed_twice_and_between_the_files() -> None:
     arguments = ["--translate", "1,0,0", "points.npy", "--scale", "2", "--translate=0,0,1", "moved.npy"]
     assert main(["transform", *arguments]) == 0
     assert np.array_equal(np.load("moved.npy"), np.add(np.add(POINTS, (1, 0, 0)) * 2, (0, 0, 1)))
 
 
+@pytest.mark.float64
 @pytest.mark.parametrize(
     ("typed", "rows"),
     [
@@ -94,6 +97,7 @@ def test_each_transform(typed: str, rows: npt.ArrayLike) -> None:
     assert np.allclose(run_transform(*shlex.split(typed)), moved(POINTS, matrix), rtol=1e-12, atol=1e-9)
 
 
+@pytest.mark.float64
 @pytest.mark.parametrize("separator", [" ", ",", ", ", "  "])
 @pytest.mark.parametrize("where", ["argument", "text", "npy"])
 def test_a_matrix_may_be_typed_or_in_a_file(separator: str, where: str) -> None:
@@ -131,7 +135,9 @@ def test_polygons_and_coordinates_survive_conversion(chain: list[str]) -> None:
     assert sorted(np.unique(np.diff(load_mesh(chain[-1]).offsets))) == [3, 5]
 
 
-@pytest.mark.parametrize("dtype", ["<f4", "<f8", ">f4", ">f8"])
+@pytest.mark.parametrize(
+    "dtype", ["<f4", ">f4", *(pytest.param(dtype, marks=pytest.mark.float64) for dtype in ("<f8", ">f8"))]
+)
 @pytest.mark.parametrize("shape", [(0, 3), (1, 2), (65, 3), (7, 2)])
 def test_an_array_keeps_its_type_and_shape(dtype: str, shape: tuple[int, int]) -> None:
     points = np.random.default_rng(1).normal(size=shape).astype(dtype)
@@ -144,11 +150,13 @@ def test_an_array_keeps_its_type_and_shape(dtype: str, shape: tuple[int, int]) -
     assert np.allclose(result, expected, rtol=0, atol=20 * np.finfo(dtype).eps)
 
 
+@pytest.mark.float64
 def test_an_array_in_columns_is_read_as_its_rows() -> None:
     points = np.asfortranarray(POINTS)
     assert np.array_equal(run_transform("--translate", "1,2,3", points=points), np.add(POINTS, (1, 2, 3)))
 
 
+@pytest.mark.float64
 def test_a_file_can_be_its_own_result() -> None:
     assert main(["transform", "points.npy", "points.npy", "--scale", "2"]) == 0
     assert np.array_equal(np.load("points.npy"), 2 * POINTS)
@@ -162,6 +170,7 @@ def test_points_of_the_plane_stay_in_it(capsys: pytest.CaptureFixture[str]) -> N
 
 
 @pytest.mark.slow
+@pytest.mark.float64
 def test_a_pipe_in_and_a_pipe_out() -> None:
     typed = ["transform", "-", "-", "--file-type", "npy", "--translate", "-1,0,0"]
     result = run_in_process(*typed, input=Path("points.npy").read_bytes())

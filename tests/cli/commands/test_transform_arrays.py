@@ -24,7 +24,7 @@ def _small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(streaming, "CHUNK_BYTES", 1200)
 
 
-@pytest.mark.parametrize("dtype", ["<f4", ">f8"])
+@pytest.mark.parametrize("dtype", ["<f4", pytest.param(">f8", marks=pytest.mark.float64)])
 @pytest.mark.parametrize("columns", [2, 3])
 def test_an_array_is_streamed(dtype: str, columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
     points = some_points(950, dtype, columns)

@@ -32,8 +32,9 @@ cases = {
     "seed": st.integers(0, 2**32 - 1),
     "n": st.sampled_from(SIZES),
     "columns": st.sampled_from([2, 3]),
-    "dtype": st.sampled_from([np.float32, np.float64]),
 }
+
+each_type = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
 
 def make_case(seed: int, n: int, columns: int, dtype: npt.DTypeLike, k: int) -> tuple[Array, Array]:
@@ -67,8 +68,9 @@ def magnitude(points: Array, matrices: Array) -> float:
 
 
 @pytest.mark.parametrize("function", [gx.transform_points, gx.transform_vectors, gx.transform_normals])
+@each_type
 @given(**cases)
-@settings(max_examples=25)
+@settings(max_examples=13)
 def test_one_matrix(
     device: GpuDevice, host: Device, function: Function, seed: int, n: int, columns: int, dtype: npt.DTypeLike
 ) -> None:
@@ -79,8 +81,9 @@ def test_one_matrix(
 
 
 @pytest.mark.parametrize("function", [gx.transform_vectors, gx.transform_normals])
+@each_type
 @given(**cases)
-@settings(max_examples=20)
+@settings(max_examples=10)
 def test_results_of_length_1(
     device: GpuDevice, host: Device, function: Function, seed: int, n: int, columns: int, dtype: npt.DTypeLike
 ) -> None:
@@ -92,8 +95,9 @@ def test_results_of_length_1(
     assert lengths[0] == 0
 
 
+@each_type
 @given(**cases)
-@settings(max_examples=25)
+@settings(max_examples=13)
 def test_projections(device: GpuDevice, host: Device, seed: int, n: int, columns: int, dtype: npt.DTypeLike) -> None:
     points, matrices = make_case(seed, n, columns, dtype, 1)
     matrix = make_projective(matrices)[0]
@@ -101,8 +105,9 @@ def test_projections(device: GpuDevice, host: Device, seed: int, n: int, columns
 
 
 @pytest.mark.parametrize("is_projective", [False, True])
+@each_type
 @given(**cases, k=st.integers(1, 5))
-@settings(max_examples=25)
+@settings(max_examples=13)
 def test_stacks(
     device: GpuDevice,
     host: Device,
@@ -123,8 +128,9 @@ def test_stacks(
     "function", [gx.transform_points, gx.transform_vectors, gx.transform_normals, gx.project_points]
 )
 @pytest.mark.parametrize("n_bones", [0, 1, 4])
+@each_type
 @given(**cases, k=st.integers(2, 9))
-@settings(max_examples=15)
+@settings(max_examples=8)
 def test_matrices_by_index_and_by_weights(
     device: GpuDevice,
     host: Device,
@@ -152,8 +158,9 @@ def test_matrices_by_index_and_by_weights(
     assert_alike(device, host, lambda on: function(points, stack, device=on, **keywords), scale)
 
 
+@each_type
 @given(**cases, pending=st.sampled_from(["none", "affine", "projective"]))
-@settings(max_examples=25)
+@settings(max_examples=13)
 def test_point_buffers(
     device: GpuDevice, host: Device, seed: int, n: int, columns: int, dtype: npt.DTypeLike, pending: str
 ) -> None:
