@@ -6,7 +6,8 @@ Bytes become text of two digits of base 91 per 13 bits, a fourteenth shorter tha
 import json
 import struct
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -30,13 +31,24 @@ class ArrayStore:
 
     def add_integers(self, values: npt.NDArray[Any]) -> int:
         """Return the number of integers (n,) or (n, columns), taken modulo 2**32, in the shortest coding."""
-        table = np.atleast_2d(values.T).T if values.ndim == 1 else values
-        words = np.ascontiguousarray(table.T.astype(np.int64).astype(np.uint32))  # (columns, n)
-        coded = {name: _split_planes(code(words)) for name, code in _CODINGS.items()}
-        level = LEVEL if words.size < MAX_SIZE_TRIED else 1
-        coding = min(coded, key=lambda name: len(zlib.compress(coded[name][1], level)))
-        n_bytes, content = coded[coding]
-        return self._add(content, n=words.shape[1], columns=words.shape[0], bytes=n_bytes, coding=coding)
+        return self._add_coded(_code(_as_words(values)))
+
+    def add_indices(self, values: npt.NDArray[Any]) -> int:
+        """Return the number of integers (n,) or (n, columns), of which most come again soon.
+
+        Where that is shorter, they are stored as how far back each was last, row by row, 0 for those that are new; and
+        those in an array of their own.
+        """
+        words = _as_words(values)
+        distances, new = _find_again(words)
+        plain, again, first = _code(words), _code(distances, ("plain",)), _code(new[np.newaxis])
+        if plain.n_compressed <= again.n_compressed + first.n_compressed:
+            return self._add_coded(plain)
+        return self._add_coded(replace(again, coding="again"), new=self._add_coded(first))
+
+    def _add_coded(self, coded: "_Coded", **more: int) -> int:
+        columns, n = coded.shape
+        return self._add(coded.content, n=n, columns=columns, bytes=coded.n_bytes, coding=coded.coding, **more)
 
     def add_floats(self, values: npt.NDArray[np.float64]) -> int:
         """Return the number of floats (n, columns)."""
@@ -80,6 +92,50 @@ def encode_bytes(content: bytes) -> str:
     text = digits.astype(np.uint8) + np.uint8(FIRST_DIGIT)
     text[text == LESS_THAN] = STANDS_IN
     return str(n_words * WORD_BITS // 8 - len(packed)) + text.tobytes().decode("ascii")
+
+
+@dataclass(frozen=True)
+class _Coded:
+    """Integers as planes of bytes.
+
+    shape : columns, rows
+    n_compressed : bytes, about
+    """
+
+    coding: str
+    shape: tuple[int, ...]
+    n_bytes: int
+    content: bytes
+    n_compressed: int
+
+
+def _as_words(values: npt.NDArray[Any]) -> npt.NDArray[np.uint32]:
+    """Return integers (n,) or (n, columns) as (columns, n), modulo 2**32."""
+    table = np.atleast_2d(values.T).T if values.ndim == 1 else values
+    return np.ascontiguousarray(table.T.astype(np.int64).astype(np.uint32))
+
+
+def _code(words: npt.NDArray[np.uint32], codings: Sequence[str] | None = None) -> _Coded:
+    """Return integers (columns, n) in the shortest of codings, of all if none are given."""
+    level = LEVEL if words.size < MAX_SIZE_TRIED else 1
+
+    def code(coding: str) -> _Coded:
+        n_bytes, content = _split_planes(_CODINGS[coding](words))
+        return _Coded(coding, words.shape, n_bytes, content, len(zlib.compress(content, level)))
+
+    return min(map(code, codings or _CODINGS), key=lambda coded: coded.n_compressed)
+
+
+def _find_again(words: npt.NDArray[np.uint32]) -> tuple[npt.NDArray[np.uint32], npt.NDArray[np.uint32]]:
+    """Return how far back each number (columns, n) was last, row by row, 0 for those that are new; and those."""
+    numbers = words.T.ravel()
+    order = np.argsort(numbers, kind="stable")
+    is_again = np.zeros(len(order), np.bool_)
+    is_again[1:] = numbers[order[1:]] == numbers[order[:-1]]
+    distances = np.zeros(len(order), np.int64)
+    distances[order[is_again]] = np.diff(order, prepend=0)[is_again]
+    table = np.ascontiguousarray(distances.astype(np.uint32).reshape(words.T.shape).T)
+    return table, numbers[distances == 0]
 
 
 def _split_planes(words: npt.NDArray[np.uint32]) -> tuple[int, bytes]:

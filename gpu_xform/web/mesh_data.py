@@ -34,7 +34,7 @@ def describe_mesh(source: MeshSource, layer: Layer, store: ArrayStore) -> dict[s
         "half_size": half_size,
         "step": 1.0 / GRID_STEPS,
         "positions": store.add_integers(np.clip(grid, -_MAX_GRID_VALUE, _MAX_GRID_VALUE).astype(np.int64)),
-        "indices": store.add_integers(_by_corner(mesh.indices, sizes)),
+        "indices": store.add_indices(_by_corner(mesh.indices, sizes)),
         "sizes": store.add_integers(sizes[:1] if is_uniform else sizes),
         "n_points": mesh.n_points,
         "n_edges": len(mesh.edges),
@@ -56,7 +56,7 @@ def _describe_triangles(source: MeshSource, store: ArrayStore) -> dict[str, Any]
     fan_corners, fan_faces = _make_fans(source.mesh)
     if np.array_equal(corners, fan_corners) and np.array_equal(faces, fan_faces):
         return {}
-    return {"triangles": store.add_integers(corners), "triangle_faces": store.add_integers(faces)}
+    return {"triangles": store.add_indices(corners), "triangle_faces": store.add_integers(faces)}
 
 
 def _make_fans(mesh: Mesh) -> tuple[IndexArray, IndexArray]:

@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 from hypothesis import given
 
+from gpu_xform.samples import icosphere
 from gpu_xform.web.arrays import ArrayStore
 
 
@@ -49,6 +50,11 @@ def decode(text: str, short: Mapping[str, str] | None = None) -> tuple[dict[str,
                     found.append((above - back) % 2**32)
                     above = max(above, found[-1] + 1)
                 words = np.array(found, np.uint32).reshape(words.T.shape).T
+            case "again":
+                new, found = iter(arrays[layout["new"]].ravel().tolist()), []
+                for back in words.T.ravel().tolist():
+                    found.append(found[-back] if back else next(new))
+                words = np.array(found, np.uint32).reshape(words.T.shape).T
         arrays.append(words.T)
     assert offset == len(content)
     return head, arrays
@@ -61,6 +67,27 @@ def test_integers_come_back(values: npt.NDArray[np.uint32]) -> None:
     head, arrays = decode(store.encode({"size": [3, 4]}))
     assert head["size"] == [3, 4]
     assert np.array_equal(arrays[number], values)
+
+
+@given(hnp.arrays(np.uint8, hnp.array_shapes(min_dims=1, max_dims=2, min_side=0, max_side=30)))
+def test_indices_come_back(values: npt.NDArray[np.uint8]) -> None:
+    store = ArrayStore()
+    number = store.add_indices(values % np.uint8(9))
+    _, arrays = decode(store.encode({}))
+    assert np.array_equal(arrays[number].reshape(values.shape), values % 9)
+
+
+def test_indices_that_come_again_soon_are_short() -> None:
+    triangles = icosphere(3).indices.reshape(-1, 3)
+    lengths = []
+    for add in (ArrayStore.add_integers, ArrayStore.add_indices):
+        store = ArrayStore()
+        add(store, triangles)
+        lengths.append(len(store.encode({})))
+        head, arrays = decode(store.encode({}))
+        assert np.array_equal(arrays[-1], triangles)
+    assert head["arrays"][-1]["coding"] == "again"
+    assert lengths[1] < lengths[0] / 2
 
 
 @given(hnp.arrays(np.float64, hnp.array_shapes(min_dims=2, max_dims=2, max_side=9)))

@@ -6,24 +6,24 @@
 export function unpack(bytes) {
   const nJson = new DataView(bytes.buffer).getUint32(0, true);
   const content = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + nJson)));
+  const arrays = [];
   let offset = 4 + nJson;
-  const arrays = content.arrays.map(layout => {
+  for (const layout of content.arrays) {
     const nBytes = layout.n * layout.columns * layout.bytes;
-    const read = (layout.isFloat ? readFloats : readIntegers)(bytes.subarray(offset, offset + nBytes), layout);
+    arrays.push((layout.isFloat ? readFloats : readIntegers)(bytes.subarray(offset, offset + nBytes), layout, arrays));
     offset += nBytes;
-    return read;
-  });
+  }
   return { ...content, arrays };
 }
 
 const unfold = word => (word >>> 1) ^ -(word & 1);
 
 // Each column is the planes of its values' bytes, lowest first. They are coded as `arrays.py` says: as they are; with the
-// sign in the lowest bit; so, as differences from row to row; or, row by row, by how far they lie below one above the
-// largest before, with the sign in the lowest bit too.
-function readIntegers(bytes, { n, columns, bytes: nPlanes, coding }) {
+// sign in the lowest bit; so, as differences from row to row; row by row, by how far they lie below one above the largest
+// before, with the sign in the lowest bit too; or by how far back they were last, 0 for the next of those that are new.
+function readIntegers(bytes, { n, columns, bytes: nPlanes, coding, new: firsts }, arrays) {
   const values = new Uint32Array(n * columns), previous = new Int32Array(columns);
-  let above = 0;
+  let above = 0, nNew = 0;
   for (let row = 0; row < n; row++) {
     for (let column = 0; column < columns; column++) {
       let value = 0;
@@ -33,7 +33,7 @@ function readIntegers(bytes, { n, columns, bytes: nPlanes, coding }) {
       else if (coding === "back") {
         value = (above - unfold(value)) >>> 0;
         above = Math.max(above, value + 1);
-      }
+      } else if (coding === "again") value = value ? values[row * columns + column - value] : arrays[firsts][nNew++];
       values[row * columns + column] = value;
     }
   }
