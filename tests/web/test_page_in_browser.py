@@ -94,6 +94,7 @@ SCENES: dict[str, tuple[Any, dict[str, Any]]] = {
     "layers": ([gx.Layer(RING, fill="tan"), BRICK], {"background": None}),
     "instances": (gx.samples.cube(), {"transform": PLACES, "antialias": False, "fill": "white", "point_size": 5.0}),
     "points": (RING.positions, {"color": "purple"}),
+    "repeated indices": (gx.samples.icosphere(2), {"hidden": "remove", "fill": "face"}),
 }
 
 
