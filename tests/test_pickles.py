@@ -106,7 +106,7 @@ def test_frames_of_an_animation_are_the_same_after_a_pickle() -> None:
 
 def test_what_is_on_a_device_says_why_it_is_not_pickled() -> None:
     device = gx.Device("host")
-    for value in (device, gx.PointBuffer(np.ones((3, 3)), device=device)):
+    for value in (device, gx.PointBuffer(np.ones((3, 3), np.float32), device=device)):
         with pytest.raises(gx.ArgumentTypeError, match="cannot be copied or pickled"):
             pickle.dumps(value)
 

@@ -170,7 +170,10 @@ def test_colours_by_face_go_with_all_edges_and_give_way_to_other_colours() -> No
 
 @pytest.mark.parametrize("name", ["face_colors", "fill"])
 def test_a_point_buffer_has_no_faces_to_colour(name: str) -> None:
-    with PointBuffer(CUBE.positions) as points, pytest.raises(ArgumentError, match=r"(?i)colours by face|^fill must"):
+    with (
+        PointBuffer(CUBE.positions.astype(np.float32)) as points,
+        pytest.raises(ArgumentError, match=r"(?i)colours by face|^fill must"),
+    ):
         gx.render_array(points, size=SIZE, **{name: np.zeros((6, 3))})  # type: ignore[arg-type]
 
 
@@ -282,7 +285,7 @@ def test_points_alone_are_drawn_two_pixels_wide_however_they_are_given() -> None
     shown = gx.render_array(cloud, **view)  # type: ignore[arg-type]
     assert area(shown) == pytest.approx(20 * np.pi, rel=0.05)
     assert shown.tobytes() == gx.render_array(cloud, point_size=2.0, **view).tobytes()  # type: ignore[arg-type]
-    with PointBuffer(cloud.positions) as points:
+    with PointBuffer(cloud.positions.astype(np.float32)) as points:
         assert area(gx.render_array(points, **view)) == pytest.approx(20 * np.pi, rel=0.05)  # type: ignore[arg-type]
         assert area(gx.render_array(points, fill="red", **view)) == pytest.approx(20 * np.pi, rel=0.05)  # type: ignore[arg-type]
     for style in ({"fill": "red"}, {"edges": "silhouette"}, {"hidden": "remove"}, {"color": "face"}):

@@ -50,5 +50,8 @@ def test_what_is_not_thinned() -> None:
     assert thin_layer(few) is few
     with pytest.raises(ArgumentError, match="edges must not be given by indices if max_points leaves points out"):
         gx.render(POINTS, edges=[(0, 1)], max_points=5)
-    with gx.PointBuffer(POINTS) as buffer, pytest.raises(ArgumentError, match="max_points must go with points in mem"):
+    with (
+        gx.PointBuffer(POINTS.astype(np.float32)) as buffer,
+        pytest.raises(ArgumentError, match="max_points must go with points in mem"),
+    ):
         gx.render(buffer, max_points=5)

@@ -130,21 +130,23 @@ styles = [
     dict(color="face", antialias=False),
     dict(color="face", line_width=12.0),
     dict(color="face", hidden="dash"),
-    dict(scalars=ball.positions[:, 0], depth_cue=0.5),
+    dict(scalars="x", depth_cue=0.5),
     dict(hidden="remove"),
     dict(antialias=False, hidden="fade"),
     dict(fill="face", depth_cue=0.5),
     dict(edges="silhouette", hidden="remove"),
     dict(point_size=5.0, hidden="remove"),
 ]
-for style in styles:
-    seconds = []
-    for k in range(8):
-        turned = gx.rotate_y(0.3 * k)
-        begin = time.process_time()
-        gx.render_array(ball, transform=turned, camera=camera, size=(640, 480), **style)
-        seconds.append(time.process_time() - begin)
-    print(json.dumps([str(style.keys()), min(seconds[2:])]))
+for rasterizer in ("render", "compute"):
+    for style in styles:
+        options = dict(style, rasterizer=rasterizer, camera=camera, size=(640, 480))
+        seconds = []
+        for k in range(8):
+            turned = gx.rotate_y(0.3 * k)
+            begin = time.process_time()
+            gx.render_array(ball, transform=turned, **options)
+            seconds.append(time.process_time() - begin)
+        print(json.dumps([f"{rasterizer}: {style}", min(seconds[2:])]))
 seconds = []
 for _ in range(8):
     begin = time.process_time()
@@ -155,6 +157,7 @@ print(json.dumps(["vector", min(seconds[2:])]))
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("rasterizer_name", ["render"], indirect=True)  # once: the process draws with both
 def test_no_shader_is_compiled_again_for_the_next_picture(device: GpuDevice) -> None:
     """lavapipe puts uniforms that conditions depend on alone into the code, and may do so at every dispatch."""
     if "llvmpipe" not in device.adapter.name:
@@ -162,7 +165,7 @@ def test_no_shader_is_compiled_again_for_the_next_picture(device: GpuDevice) -> 
     environment = os.environ | {"MESA_SHADER_CACHE_DISABLE": "true"}
     output = subprocess.run([sys.executable, "-c", AGAIN], env=environment, check=True, capture_output=True, text=True)
     seconds = dict(json.loads(line) for line in output.stdout.splitlines())
-    assert len(seconds) == 11
+    assert len(seconds) == 21
     # A picture takes 2 to 8 ms of the processors' time, a shader 30 and more.
     assert {style: took for style, took in seconds.items() if took > 0.025} == {}
 

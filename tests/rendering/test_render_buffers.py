@@ -98,7 +98,7 @@ def test_edges_of_ones_own_replace_the_meshes() -> None:
     ],
 )
 def test_edges_that_do_not_fit_are_refused(kwargs: dict[str, Any], error: type[Exception], message: str) -> None:
-    with gx.PointBuffer(HOUSE.positions) as points, pytest.raises(error, match=message):
+    with gx.PointBuffer(HOUSE.positions.astype(np.float32)) as points, pytest.raises(error, match=message):
         gx.render(points, **kwargs)
 
 
@@ -108,9 +108,12 @@ def test_faces_have_no_colours_where_edges_are_given() -> None:
 
 
 def test_points_of_the_plane_and_of_another_device_are_refused(staging_device: GpuDevice) -> None:
-    with gx.PointBuffer(np.ones((4, 2))) as flat, pytest.raises(ArgumentError, match=r"shape \(n, 3\), got \(4, 2\)"):
+    with (
+        gx.PointBuffer(np.ones((4, 2), np.float32)) as flat,
+        pytest.raises(ArgumentError, match=r"shape \(n, 3\), got \(4, 2\)"),
+    ):
         gx.render(flat, edges=[[0, 1]])
-    with gx.PointBuffer(np.ones((4, 3))) as points, pytest.raises(ArgumentError, match="they must be one"):
+    with gx.PointBuffer(np.ones((4, 3), np.float32)) as points, pytest.raises(ArgumentError, match="they must be one"):
         gx.render(points, edges=[[0, 1]], camera=CAMERA, device=staging_device)
 
 
