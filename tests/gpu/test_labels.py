@@ -40,7 +40,7 @@ def test_every_object_has_a_label(device: GpuDevice, monkeypatch: pytest.MonkeyP
         gx.transform_points(np.ones((2, 5, 3), np.float32), np.stack([gx.identity()] * 2), device=fresh)
         if "timestamp-query" in fresh.features:
             with fresh.time_dispatches():
-                gx.transform_points(np.ones((5, 3)), gx.identity(), device=fresh)
+                gx.transform_points(np.ones((5, 3), np.float32), gx.identity(), device=fresh)
         else:
             made["create_query_set"].append("none")
     for name, labels in made.items():
