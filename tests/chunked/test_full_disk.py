@@ -32,7 +32,7 @@ def largest_file(n_bytes: int) -> Iterator[None]:
 def test_a_disk_that_is_full_from_the_start_names_the_destination_and_nothing_is_left(
     tmp_path: Path, target: str
 ) -> None:
-    """On the host device: SwiftShader keeps its memory in files, and a limit on these ends the process by a signal."""
+    """On the host device: newer Mesa and SwiftShader keep memory in files, whose limit ends a process by a signal."""
     np.save(tmp_path / "in.npy", some_points(600, "f8"))
     out = tmp_path / f"out.{target}"
     with largest_file(0), pytest.raises(OSError, match=f"File too large: '.*out.{target}'"):

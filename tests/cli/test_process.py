@@ -144,7 +144,7 @@ def limit_files() -> None:
 
 @pytest.mark.parametrize("typed", [["--help"], ["transform", "points.npy", "-"], ["transform", "cube.obj", "-"]])
 def test_output_that_is_cut_short_is_no_success(typed: list[str], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("GPU_XFORM_ADAPTER", "host")  # SwiftShader keeps its memory in files, which end by a signal
+    monkeypatch.setenv("GPU_XFORM_ADAPTER", "host")  # others keep memory in files, and end by a signal
     if typed[1:2] == ["cube.obj"]:
         save_mesh(samples.icosphere(2), "cube.obj")
     with Path("out").open("wb") as out:
