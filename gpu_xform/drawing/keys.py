@@ -15,7 +15,7 @@ from ..errors import ArgumentError, ArgumentTypeError
 from ..geometry.mesh import Mesh
 from ..imaging.colormaps import apply_colormap, tabulate_colormap
 from ..imaging.colors import Rgba, to_rgba
-from .build_draw_list import CLOUD_POINT_SIZE_PX
+from .build_layer import CLOUD_POINT_SIZE_PX
 from .cloud_source import CloudSource, Source
 from .intersections import IntersectionLayer
 from .layer import Layer

@@ -13,11 +13,11 @@ from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from ..imaging.colors import Rgba, to_rgba
 from .boxes import box_corners
-from .build_draw_list import hidden_mode
 from .enums import Hidden
 from .label_options import INDICES, NAMES, InstanceNames
 from .layer import Layer, dot_diameter, is_auto
 from .layer_colors import colors_by_face, has_several_colors
+from .layer_placement import hidden_mode
 from .lengths import to_pixels
 from .point_array import PointArray
 

@@ -24,7 +24,7 @@ from ..gpu.device import GpuDevice, resolve_gpu_device
 from ..imaging.colors import ColorLike, Rgba, parse_background
 from .axes_layout import Layout, box_of_axes, lay_out
 from .boxes import box_corners
-from .build_draw_list import build_draw_list, needs_depth_order
+from .build_draw_list import build_draw_list
 from .camera import Camera, CameraLike, fit_axes, fit_options, require_in_range
 from .cloud_source import CloudSource, Source, is_cloud
 from .depth import NO_DEPTH_CUE, DepthCue, fit_depth_cue, reverse_z
@@ -35,6 +35,7 @@ from .intersections import add_intersections
 from .keys import check_legend, check_titles, color_bars, legend_entries
 from .large_buffers import read_large_buffer
 from .layer import Layer, Models, Style, as_layers, at_present, with_lengths_in_pixels
+from .layer_placement import needs_depth_order
 from .lengths import PX_PER_INCH
 from .page import Page
 from .point_array import PointArray

@@ -21,10 +21,10 @@ from ..geometry.sections import (
     triangulate_area,
 )
 from ..imaging.colors import to_rgba, to_rgba_array
-from .build_draw_list import normalize_w
 from .intersections import IntersectionLayer, with_mesh
 from .layer import SHADED_FILL, Layer, is_auto
 from .layer_colors import fill_colors
+from .layer_placement import normalize_w
 from .lengths import to_pixels
 from .point_array import PointArray
 from .section_options import Section, parse_hatch, parse_section

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from .._core.types import BoolArray, Float64Array, IndexArray
-from ..drawing.build_draw_list import normalize_w
 from ..drawing.depth import NO_DEPTH_CUE, DepthCue, depth_cue_loss
 from ..drawing.layer_colors import fill_colors
+from ..drawing.layer_placement import normalize_w
 from ..drawing.prepare import PreparedFrame
 from ..drawing.shading import light_from_normals, lit_share, shade_faces, triangle_normals
 from ..drawing.view import ndc_to_pixels

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeVar
 
 from ..compute.mesh_buffer import MeshBuffer
-from ..drawing.build_draw_list import CLOUD_POINT_SIZE_PX
+from ..drawing.build_layer import CLOUD_POINT_SIZE_PX
 from ..drawing.enums import HIDDEN_STYLES, HiddenStyle
 from ..drawing.layer import Layer, dot_diameter, with_lengths_in_pixels
 from ..drawing.layer_colors import colors_by_face

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..drawing import (
-    build_draw_list,
+    build_layer,
     camera,
     dash_chains,
     dash_patterns,
@@ -54,7 +54,7 @@ _TOUCH = (("fingers", "one rotates, two move and zoom"),)
 _PLAYER_KEYS = (("Space", "play or pause the animation"),)
 _LAYOUTS = ("TILE", "LINE_STYLE", "FACES", "VERTEX_TRANSFORM")
 _SHARED: tuple[tuple[Any, tuple[str, ...]], ...] = (
-    (build_draw_list, ("CLOUD_POINT_SIZE_PX",)),
+    (build_layer, ("CLOUD_POINT_SIZE_PX",)),
     (camera, ("DEFAULT_FOV_Y", "DEFAULT_MARGIN", "FAR_FRACTION", "NEAR_FRACTION")),
     (chains, ("MAX_TURN_DEGREES",)),
     (

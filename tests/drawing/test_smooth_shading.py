@@ -142,7 +142,7 @@ def test_instances_and_layers_are_lit_each_as_it_stands() -> None:
 
 def test_a_mesh_drawn_in_parts_is_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = gx.render_array(samples.icosphere(2), **STYLE)
-    monkeypatch.setattr("gpu_xform.drawing.build_draw_list.max_points", lambda _: 36)
+    monkeypatch.setattr("gpu_xform.drawing.build_layer.max_points", lambda _: 36)
     np.testing.assert_array_equal(gx.render_array(samples.icosphere(2), **STYLE), whole)
 
 
