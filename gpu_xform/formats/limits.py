@@ -113,21 +113,24 @@ class Budget:
                     f"it is made of {count:,} {what}, more than {most:,}, the limit {_name('nodes', limit)}"
                 )
 
-    def take_numbers(self, n_numbers: int, where: str) -> None:
-        """Count coordinates and indices that are about to be allocated; raise MeshError if they are too many."""
+    def take_numbers(self, n_numbers: int, where: str | int) -> None:
+        """Count coordinates and indices that are about to be allocated; raise MeshError if they are too many.
+
+        where : a place in the file, or a line
+        """
         self._numbers += n_numbers
         limit = self.limits.points
         most = FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes if limit is None else 16 * limit
         if self._numbers > most:
-            raise MeshError(f"{where}: expands to more than {most:,} numbers, the limit {_name('points', limit)}")
+            raise MeshError(f"{_say(where)}: expands to more than {most:,} numbers, the limit {_name('points', limit)}")
 
-    def take_nodes(self, n_nodes: int, where: str) -> None:
-        """Count nodes that are shown; raise MeshError if they are too many."""
+    def take_nodes(self, n_nodes: int, where: str | int) -> None:
+        """Count nodes that are shown; raise MeshError if they are too many. `where` is as of `take_numbers`."""
         self._nodes += n_nodes
         limit = self.limits.nodes
         most = FREE_NODES + NODES_PER_NODE * self._spelled_nodes if limit is None else limit
         if self._nodes > most:
-            raise MeshError(f"{where}: expands to more than {most:,} nodes, the limit {_name('nodes', limit)}")
+            raise MeshError(f"{_say(where)}: expands to more than {most:,} nodes, the limit {_name('nodes', limit)}")
 
     def take_bytes(self, n_bytes: int, ratio: int, where: str) -> None:
         """Count bytes that will be unpacked; raise MeshError if they are more than `ratio` per byte of the file."""
@@ -219,6 +222,10 @@ def spend(n_bytes: int, limits: FileLimits) -> Iterator[Budget]:
         yield budget()
     finally:
         _current.reset(token)
+
+
+def _say(where: str | int) -> str:
+    return f"line {where}" if isinstance(where, int) else where
 
 
 def _name(name: str, limit: int | None) -> str:

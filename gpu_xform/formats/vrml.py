@@ -4,12 +4,11 @@ Prototypes are expanded, and files beside this one that it names are read. Nodes
 What holds geometry and cannot be shown, such as text, is counted and named in one warning.
 """
 
-import contextlib
 import gzip
 import math
 import zlib
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from io import BytesIO
 from pathlib import Path
@@ -79,7 +78,7 @@ def read(data: bytes, folder: Path | None = None) -> Mesh:
     with spend_own(len(data)):
         roots, is_vrml1 = _parse(data)
         builder = _MeshBuilder()
-        _walk(roots, builder, _Inlines(folder), _State(np.eye(4), is_vrml1=is_vrml1, folder=folder))
+        _walk(roots, builder, _Inlines(folder), _State(_UNMOVED, is_vrml1=is_vrml1, folder=folder))
     mesh = builder.build()
     builder.warn_of_losses()
     return mesh
@@ -133,7 +132,8 @@ class _State(NamedTuple):
 
     def then(self, matrix: Float64Array) -> "_State":
         """Return the state with what follows moved."""
-        return self._replace(matrix=self.matrix @ matrix)
+        moved = matrix if self.matrix is _UNMOVED else self.matrix @ matrix
+        return _State(moved, *self[1:])
 
 
 @dataclass
@@ -178,14 +178,14 @@ class _MeshBuilder:
     def visit(self, node: PlacedNode) -> None:
         """Count a visit to a node; raise MeshError if there are too many."""
         try:
-            budget().take_nodes(1, f"line {node.line}")
+            budget().take_nodes(1, node.line)
         except MeshError:
             self.is_spent = True
             raise
 
     def _count(self, n_numbers: int, line: int) -> None:
         """Count numbers drawn; raise MeshError if there are too many."""
-        budget().take_numbers(n_numbers, f"line {line}")
+        budget().take_numbers(n_numbers, line)
 
     def add_indexed(self, shape: PlacedNode, coordinates: PlacedNode | None, state: _State) -> None:
         """Add a face set or a line set."""
@@ -197,9 +197,8 @@ class _MeshBuilder:
         if coordinates is None:
             raise MeshError(f"line {shape.line}: {shape.kind} has no coordinates")
         base, count = self.add_points(coordinates, state.matrix)
-        wrong = (values < -1) | (values >= count)
-        if wrong.any():
-            i = int(np.argmax(wrong))
+        if values.min() < -1 or values.max() >= count:
+            i = int(np.argmax((values < -1) | (values >= count)))
             line = index.line_of(i)
             raise MeshError(f"line {line}: index {values[i]} is out of range, there are {count} points")
         corners = Corners.split(values)
@@ -209,12 +208,10 @@ class _MeshBuilder:
             self._add_attributes(shape, state, corners, order, corners.row[joined])
             self._add_faces(values[order] + base, np.full(len(joined), 2))
             return
-        ends = np.flatnonzero(np.diff(corners.is_corner.astype(np.int8), prepend=0, append=0))
-        begins, sizes = ends[::2], ends[1::2] - ends[::2]
-        if (sizes < 2).any():
-            line = index.line_of(int(begins[np.argmax(sizes < 2)]))
+        sizes, order = corners.sizes, corners.is_corner.nonzero()[0]
+        if sizes.min(initial=2) < 2:
+            line = index.line_of(int(order[(np.cumsum(sizes) - sizes)[np.argmax(sizes < 2)]]))
             raise MeshError(f"line {line}: {shape.kind} needs at least 2 indices before each -1, got 1")
-        order = np.flatnonzero(corners.is_corner)
         if _is_turned(shape, state):
             order = order[_reverse_faces(sizes)]
         self._add_attributes(shape, state, corners, order, np.arange(len(sizes)))
@@ -246,13 +243,12 @@ class _MeshBuilder:
         self._count((polygons.points.size + len(polygons.corners)) // _PRIMITIVE_DISCOUNT, shape.line)
         order = _reverse_faces(sizes) if _is_turned(shape, state) else slice(None)
         if shape.kind == "ElevationGrid":
-            is_corner = np.ones(len(polygons.corners), bool)
-            corners = Corners(polygons.corners, is_corner, np.repeat(np.arange(len(sizes)), sizes), len(sizes))
+            corners = Corners(polygons.corners, np.ones(len(polygons.corners), bool), sizes)
             self._add_attributes(shape, state, corners, order, np.arange(len(sizes)))
         else:
             with self._leave_out_misfits("color"):
                 colors = read_parts(shape, state.appearance, len(sizes), is_vrml1=state.is_vrml1)
-                self.attributes.add("face", "color", len(self.sizes), colors)
+                self.attributes.add("face", "color", len(self.sizes), colors, len(sizes))
                 self.attributes.has_colors |= says_color(shape, state.appearance)
             self.attributes.note(state.appearance)
         self._add_faces(polygons.corners[order] + len(self.points), sizes)
@@ -280,27 +276,23 @@ class _MeshBuilder:
         for name, column in found.items():
             if column is None:
                 continue
-            if column.is_per_corner:
+            if column.chosen is None:
+                self.attributes.add("face", name, len(self.sizes), column.rows, len(row_of_face))
+            elif column.is_per_corner:
                 self.attributes.add("corner", name, len(self.corners), column.rows[column.chosen[order]])
             else:
                 self.attributes.add("face", name, len(self.sizes), column.rows[column.chosen[row_of_face]])
 
-    @contextlib.contextmanager
-    def _leave_out_misfits(self, name: str) -> Iterator[None]:
+    def _leave_out_misfits(self, name: str) -> "_Misfits":
         """Leave out an attribute that is malformed or does not fit its shape, whose points and faces are good."""
-        try:
-            yield
-        except MeshError:
-            if self.is_spent:
-                raise
-            self.attributes.misfits[name] += 1
+        return _Misfits(self, name)
 
     def _add_faces(self, corners: IndexArray, sizes: IndexArray) -> None:
         self.sizes.append(sizes)
         self.corners.append(corners)
 
     def _append_points(self, points: Float64Array, matrix: Float64Array) -> None:
-        if not (matrix == _UNMOVED).all():
+        if matrix is not _UNMOVED:
             points = points @ matrix[:3, :3].T + matrix[:3, 3]
         self.points.append(points)
 
@@ -337,6 +329,21 @@ class _MeshBuilder:
         )
 
 
+class _Misfits(NamedTuple):
+    """A block whose `MeshError` is counted, unless the budget is spent; small files have many thousands of them."""
+
+    builder: _MeshBuilder
+    name: str
+
+    def __enter__(self) -> None: ...
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
+        if kind is None or not issubclass(kind, MeshError) or self.builder.is_spent:
+            return False
+        self.builder.attributes.misfits[self.name] += 1
+        return True
+
+
 def _list_counts(counts: Counter[str]) -> str:
     names = [f"{count} {name}" for name, count in counts.most_common(_MAX_NAMED)]
     n_more = sum(counts.values()) - sum(count for _, count in counts.most_common(_MAX_NAMED))
@@ -348,7 +355,8 @@ def _is_turned(shape: PlacedNode, state: _State) -> bool:
     shape.flag("solid", True)
     shape.flag("convex", True)
     is_clockwise = state.is_clockwise if state.is_vrml1 else not shape.flag("ccw", True)
-    return is_clockwise != (sign_of_determinant(state.matrix[:3, :3]) < 0)
+    is_mirrored = state.matrix is not _UNMOVED and sign_of_determinant(state.matrix[:3, :3]) < 0
+    return is_clockwise != is_mirrored
 
 
 def _reverse_faces(sizes: IndexArray) -> IndexArray:
@@ -393,15 +401,16 @@ def _walk(roots: list[PlacedNode], builder: _MeshBuilder, inlines: _Inlines, sta
 
 def _add_shape(node: PlacedNode, builder: _MeshBuilder, state: _State) -> bool:
     """Add a node that is a shape; return whether it is one."""
-    if node.kind in _INDEXED or node.kind == "PointSet":
+    kind = node.node.kind
+    if kind in _INDEXED or kind == "PointSet":
         own = next(iter(node.nodes("coord")), None)
         coordinates = state.coordinates if own is None else own.expanded(builder.visit)
-        if node.kind in _INDEXED:
+        if kind in _INDEXED:
             builder.add_indexed(node, coordinates, state)
         elif coordinates is not None:
             builder.add_point_set(node, coordinates, state)
-    elif node.kind in PRIMITIVES:
-        polygons = PRIMITIVES[node.kind](node)
+    elif kind in PRIMITIVES:
+        polygons = PRIMITIVES[kind](node)
         if len(polygons.sizes):
             builder.add_polygons(node, polygons, state)
     else:
@@ -411,24 +420,25 @@ def _add_shape(node: PlacedNode, builder: _MeshBuilder, state: _State) -> bool:
 
 def _change_state(node: PlacedNode, state: _State) -> _State | None:
     """Return the state after a node that changes it for what follows; None for other nodes."""
-    if node.kind == "Coordinate3":
-        return state._replace(coordinates=node)
-    if state.is_vrml1 and (appearance := _change_appearance(node, state.appearance)) is not None:
-        return state._replace(appearance=appearance)
-    if node.kind == "ShapeHints":
-        return state._replace(is_clockwise=node.words("vertexOrdering") == ["CLOCKWISE"])
-    if node.kind in ("Translation", "Rotation", "Scale"):
-        return state.then(_make_matrix(node, "scaleFactor"))
-    if node.kind == "Transform" and state.is_vrml1 and not node.nodes("children"):
-        return state.then(_make_matrix(node, "scaleFactor"))
-    if node.kind == "MatrixTransform" and not node.nodes("children"):
-        return state.then(_read_matrix(node))
-    return None
+    match node.node.kind:
+        case "Coordinate3":
+            return state._replace(coordinates=node)
+        case "ShapeHints":
+            return state._replace(is_clockwise=node.words("vertexOrdering") == ["CLOCKWISE"])
+        case "Translation" | "Rotation" | "Scale":
+            return state.then(_make_matrix(node, "scaleFactor"))
+        case "Transform":
+            is_group = not state.is_vrml1 or node.nodes("children")
+            return None if is_group else state.then(_make_matrix(node, "scaleFactor"))
+        case "MatrixTransform":
+            return None if node.nodes("children") else state.then(_read_matrix(node))
+    appearance = _change_appearance(node, state.appearance) if state.is_vrml1 else None
+    return None if appearance is None else state._replace(appearance=appearance)
 
 
 def _change_appearance(node: PlacedNode, appearance: Appearance) -> Appearance | None:
     """Return the appearance after a node of VRML 1.0 that changes it; None for other nodes."""
-    match node.kind:
+    match node.node.kind:
         case "Material":
             return replace(appearance, material=node)
         case "MaterialBinding":

@@ -6,6 +6,7 @@ numbers are those of ISO/IEC 14772-1 (VRML 97).
 
 from collections import Counter
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -51,25 +52,38 @@ class Corners:
 
     values: IndexArray
     is_corner: BoolArray
-    row: IndexArray
-    """The polygon or polyline of each value."""
-    n_rows: int
+    sizes: IndexArray
+    """How many corners each polygon or polyline has."""
 
     @classmethod
     def split(cls, values: IndexArray) -> "Corners":
         """Return the list, split into runs."""
         is_corner = values != -1
-        begins = is_corner & ~np.concatenate([[False], is_corner[:-1]])
-        row = np.cumsum(begins) - 1
-        return cls(values, is_corner, row, int(begins.sum()))
+        ends = np.concatenate([[-1], (values == -1).nonzero()[0], [len(values)]])
+        sizes = ends[1:] - ends[:-1] - 1
+        return cls(values, is_corner, sizes if sizes.all() else sizes[sizes > 0])
+
+    @property
+    def n_rows(self) -> int:
+        """How many polygons or polylines it has."""
+        return len(self.sizes)
+
+    @cached_property
+    def row(self) -> IndexArray:
+        """The polygon or polyline of each value; of -1, the one before."""
+        begins = self.is_corner & ~np.concatenate([[False], self.is_corner[:-1]])
+        return np.cumsum(begins) - 1
 
 
 @dataclass(frozen=True)
 class Column:
-    """An attribute of a shape: `rows` (n, k) of numbers, and which of them each value or each row of `Corners` has."""
+    """An attribute of a shape: `rows` (n, k) of numbers, and which of them each value or each row of `Corners` has.
+
+    chosen : None if there is one for all
+    """
 
     rows: Float64Array
-    chosen: IndexArray
+    chosen: IndexArray | None
     is_per_corner: bool
 
 
@@ -77,26 +91,25 @@ class Column:
 class AttributeBuilder:
     """The attributes of the shapes so far, and what was left out of them."""
 
-    columns: dict[tuple[Place, str], list[tuple[int, Float64Array]]] = field(default_factory=dict)
-    """For each attribute the first row that an array is for, and the array."""
+    columns: dict[tuple[Place, str], list[tuple[int, int, Float64Array]]] = field(default_factory=dict)
+    """For each attribute the first row that an array is for, how many rows, and the array, maybe one row for all."""
     has_colors: bool = False
     """Whether the file says a colour at all."""
-    textures: list[str] = field(default_factory=list)
+    textures: dict[str, None] = field(default_factory=dict)
     lost: set[str] = field(default_factory=set)
     misfits: Counter[str] = field(default_factory=Counter)
 
-    def add(self, place: Place, name: str, start: int, rows: Float64Array) -> None:
-        """Add the rows of an attribute from row `start` on."""
+    def add(self, place: Place, name: str, start: int, rows: Float64Array, n: int | None = None) -> None:
+        """Add the rows of an attribute from row `start` on: as many as there are, or one that stands for `n`."""
         if len(rows):
-            self.columns.setdefault((place, name), []).append((start, rows))
+            self.columns.setdefault((place, name), []).append((start, len(rows) if n is None else n, rows))
 
     def note(self, appearance: Appearance) -> None:
         """Note the texture of a shape, and what of its material no attribute holds."""
         if appearance.texture is not None and appearance.texture.kind in _TEXTURES:
             names = appearance.texture.words(_TEXTURES[appearance.texture.kind])
             name = names[0] if names and names[0] else appearance.texture.kind
-            if name not in self.textures:
-                self.textures.append(name)
+            self.textures[name] = None
         if appearance.material is not None:
             self.lost.update(name for name in _LOST_OF_MATERIALS if appearance.material.numbers(name) is not None)
 
@@ -130,7 +143,7 @@ class AttributeBuilder:
             for place, table in found.items():
                 table.flags.writeable = False  # else it would be copied
                 tables[place][name] = table
-        material = {"texture": self.textures[0]} if len(self.textures) == 1 else None
+        material = {"texture": next(iter(self.textures))} if len(self.textures) == 1 else None
         if not (any(tables.values()) or material):
             return NO_ATTRIBUTES
         return Attributes(**tables, material=material)
@@ -138,16 +151,16 @@ class AttributeBuilder:
     def _fill(self, place: Place, name: str, count: int) -> Float64Array:
         """Return an attribute for all rows: white, or NaN, where no shape has it."""
         parts = self.columns[place, name]
-        width = max(rows.shape[1] for _, rows in parts)
+        width = max(rows.shape[1] for _, _, rows in parts)
         table = np.full((count, width), 1.0 if name == "color" else np.nan)
-        for start, rows in parts:
-            table[start : start + len(rows), : rows.shape[1]] = rows
+        for start, n, rows in parts:
+            table[start : start + n, : rows.shape[1]] = rows
         return table
 
     def _is_set(self, place: Place, name: str, count: int) -> BoolArray:
         found = np.zeros(count, bool)
-        for start, rows in self.columns[place, name]:
-            found[start : start + len(rows)] = True
+        for start, n, _ in self.columns[place, name]:
+            found[start : start + n] = True
         return found
 
 
@@ -181,7 +194,7 @@ def read_color(shape: PlacedNode, appearance: Appearance, corners: Corners, *, i
     table = _read_material(appearance, is_line=shape.kind == "IndexedLineSet")
     binding = appearance.material_binding if is_vrml1 else "OVERALL"
     if len(table) == 1 or binding in ("DEFAULT", "OVERALL"):
-        return Column(table[:1], np.zeros(corners.n_rows, np.int64), is_per_corner=False)
+        return Column(table[:1], None, is_per_corner=False)
     is_per_corner = binding.startswith("PER_VERTEX")
     chosen = _choose_bound(shape, "materialIndex", corners, binding)
     return Column(table, np.where(chosen < 0, chosen, chosen % len(table)), is_per_corner)
@@ -205,7 +218,7 @@ def read_colors_of_points(shape: PlacedNode, appearance: Appearance, n_points: i
 
 
 def read_parts(shape: PlacedNode, appearance: Appearance, n_faces: int, *, is_vrml1: bool) -> Float64Array:
-    """Return the colours (n_faces, k) of a primitive; one that all faces have takes the memory of one."""
+    """Return the colours (n_faces, k) of a primitive, or (1, k) that all faces have."""
     table = _read_material(appearance, is_line=False)
     if len(table) > 1 and is_vrml1 and appearance.material_binding.startswith("PER_PART"):
         part = np.zeros(n_faces, np.int64)
@@ -216,7 +229,7 @@ def read_parts(shape: PlacedNode, appearance: Appearance, n_faces: int, *, is_vr
             caps = [number for name, number in _PARTS_BEHIND_SIDES[shape.kind].items() if name in known]
             part[n_faces - len(caps) :] = caps
         return table[part % len(table)]
-    return np.broadcast_to(table[0], (n_faces, table.shape[1]))
+    return table[:1]
 
 
 def says_color(shape: PlacedNode, appearance: Appearance) -> bool:

@@ -75,7 +75,7 @@ def _read_extrusion(node: PlacedNode) -> Polygons:
     spine = node.rows("spine", ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
     if min(len(section), len(spine)) < 2:
         return EMPTY
-    budget().take_numbers(5 * len(section) * len(spine), f"line {node.line}")  # three coordinates, and corners
+    budget().take_numbers(5 * len(section) * len(spine), node.line)  # three coordinates, and corners
     return make_extrusion(
         section,
         spine,

@@ -4,6 +4,7 @@ The meaning of nodes is the subject of `vrml`. Nothing here recurses, so no dept
 parser is written by hand, because one from a grammar (Lark's) takes three times as long.
 """
 
+import contextlib
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -54,6 +55,7 @@ _PART = re.compile(
 )
 _FEW_CHARACTERS = 80
 _PLAIN_NUMBERS = re.compile(r"[-+.0-9eE,\s]*", re.ASCII)
+_PLAIN_INTEGERS = re.compile(r"[\s,]*(?:-?[0-9]+(?:[\s,]+|$))*", re.ASCII)
 _COMMENT = re.compile(r"#[^\n]*")
 _WORD = re.compile(r"[^\s,]+")
 
@@ -91,6 +93,9 @@ class Numbers:
 
     def integers(self) -> IndexArray:
         """Return (n,) int64."""
+        if len(self.text) <= _FEW_CHARACTERS and _PLAIN_INTEGERS.fullmatch(self.text):
+            with contextlib.suppress(OverflowError):
+                return np.array([int(word) for word in self.text.replace(",", " ").split()], np.int64)
         try:
             return parse_numbers(self._plain(), "int")
         except ValueError:
@@ -165,6 +170,15 @@ class Node:
     name: str | None = None
     prototype: Prototype | None = None
 
+    def add_child(self, item: Any) -> None:
+        """Add a node, a use, a prototype or a word to the field `children`."""
+        children = self.fields.get("children")
+        if not isinstance(children, list):
+            self.fields["children"] = children = []
+        if isinstance(item, _RESOLVED):
+            self.slots.append((children, len(children)))
+        children.append(item)
+
     def set_field(self, name: str, value: Value) -> None:
         """Set a field; a list adds to the one before it, which an empty one does not replace."""
         known = self.fields.get(name)
@@ -177,11 +191,14 @@ class Node:
             self.fields[name] = value
 
 
+_RESOLVED = (Node, Use, Prototype)
+
+
 def _add_slots(values: list[Any], added: list[Any]) -> list[Slot]:
     """Append to a list, and return the places of what is to be resolved."""
     first = len(values)
     values += added
-    return [(values, i) for i in range(first, len(values)) if isinstance(values[i], Node | Use | Prototype)]
+    return [(values, i) for i in range(first, len(values)) if isinstance(values[i], _RESOLVED)]
 
 
 class _NumberText(str):
@@ -245,6 +262,7 @@ class _Parser:
         self._lexeme = ""
         self._line = 1  # of the token
         self._start = self._end = 0
+        self._line_end = self._find_line_end(0)  # of this line
         self._before = 0  # the end of the token before it
         self._is_held = False  # the token is to be read again
 
@@ -268,6 +286,10 @@ class _Parser:
             else:
                 raise self._unexpected()
 
+    def _find_line_end(self, start: int) -> int:
+        end = self._text.find("\n", start)
+        return len(self._text) if end < 0 else end
+
     def _go_on(self) -> None:
         """Go to the next token."""
         if self._is_held:
@@ -277,14 +299,15 @@ class _Parser:
         match = _TOKEN.match(self._text, self._end)
         if match is None:
             raise self._unexpected()
-        self._kind = cast("int", match.lastindex)
-        self._move(match, self._kind)
+        self._kind = match.lastindex or _END
+        self._lexeme = match[self._kind]
+        self._move(*match.span(self._kind))
 
-    def _move(self, match: re.Match[str], group: int) -> None:
-        self._lexeme = match[group]
-        start, self._end = match.span(group)
-        self._line += self._text.count("\n", self._start, start)
-        self._start = start
+    def _move(self, start: int, end: int) -> None:
+        if start > self._line_end:
+            self._line += self._text.count("\n", self._start, start)
+            self._line_end = self._find_line_end(start)
+        self._start, self._end = start, end
 
     def _take_name(self) -> str:
         """Go to the next token, which must be a name, and return it."""
@@ -299,7 +322,8 @@ class _Parser:
         match = _WORD_AFTER.match(self._text, self._end)
         if match is None:
             raise self._unexpected()
-        self._move(match, 1)
+        self._lexeme = match[1]
+        self._move(*match.span(1))
         return self._lexeme
 
     def _take_brace(self, brace: str) -> None:
@@ -447,17 +471,17 @@ class _Parser:
 
     def _close(self, place: _Place) -> _Place:
         """End a node, or the body of a prototype."""
-        made = cast("Node | Prototype", place.owner)
+        made, outer = place.owner, place.outer
         if isinstance(made, Prototype):
             made.body_slots = _add_slots(made.body, place.items)
-        return self._deliver(cast("_Place", place.outer), made)
+        return self._deliver(outer or place, made)
 
     def _deliver(self, place: _Place, item: Any) -> _Place:
         """Put an object or a name where it belongs."""
         if place.take is not None:
             return self._set(place, [item])
         if isinstance(place.owner, Node):
-            place.owner.set_field("children", [item])
+            place.owner.add_child(item)
         else:
             place.items.append(item)
         return place
@@ -465,7 +489,8 @@ class _Parser:
     def _set(self, place: _Place, value: Value) -> _Place:
         """Give a value to what waits for it."""
         take, place.take = place.take, None
-        cast("Callable[[Value], object]", take)(value)
+        if take is not None:
+            take(value)
         return place
 
 

@@ -272,8 +272,14 @@ def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Arr
     The matrix of cofactors, which is the determinant times the inverse transpose, gives the direction; it is there for
     singular matrices as well. A normal that it makes zero becomes zero.
     """
-    a, b, c = linear / (np.abs(linear).max() or 1.0)
-    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)])
+    (a, b, c), (d, e, f), (g, h, i) = (linear / (np.abs(linear).max() or 1.0)).tolist()
+    cofactors = np.array(  # by hand, for `np.cross` takes as long as a hundred normals
+        [
+            [e * i - f * h, f * g - d * i, d * h - e * g],
+            [h * c - i * b, i * a - g * c, g * b - h * a],
+            [b * f - c * e, c * d - a * f, a * e - b * d],
+        ]
+    )
     sign = sign_of_determinant(linear)
     moved = normals @ (sign * cofactors).T
     lengths = np.linalg.norm(moved, axis=1)
@@ -284,12 +290,13 @@ def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Arr
 
 def sign_of_determinant(matrix: Float64Array) -> float:
     """Return -1 for a matrix that mirrors, else 1; the determinant itself could underflow."""
-    largest = float(np.abs(matrix).max())
-    if matrix.shape == (3, 3) and 1e-90 < largest < 1e90:
+    if matrix.shape == (3, 3):
         (a, b, c), (d, e, f), (g, h, i) = matrix.tolist()
-        determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
-        if abs(determinant) > 1e-12 * largest**3:  # far more than it is rounded by
-            return -1.0 if determinant < 0.0 else 1.0
+        largest = max(abs(a), abs(b), abs(c), abs(d), abs(e), abs(f), abs(g), abs(h), abs(i))
+        if 1e-90 < largest < 1e90:
+            determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
+            if abs(determinant) > 1e-12 * largest**3:  # far more than it is rounded by
+                return -1.0 if determinant < 0.0 else 1.0
     with np.errstate(divide="ignore"):  # the logarithm of what has underflowed to 0
         return -1.0 if np.linalg.slogdet(matrix)[0] < 0 else 1.0
 
