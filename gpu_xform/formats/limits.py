@@ -91,6 +91,7 @@ class Budget:
         self._nodes = 0
         self._spelled_nodes = 0
         self._unpacked = 0
+        self.is_spent = False  # which an error has said
 
     def allow_bytes(self, n_bytes: int) -> None:
         """Note that the file holds more bytes than at first: in files beside it, or when it is unpacked."""
@@ -122,6 +123,7 @@ class Budget:
         limit = self.limits.points
         most = FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes if limit is None else 16 * limit
         if self._numbers > most:
+            self.is_spent = True
             raise MeshError(f"{_say(where)}: expands to more than {most:,} numbers, the limit {_name('points', limit)}")
 
     def take_nodes(self, n_nodes: int, where: str | int) -> None:
@@ -130,6 +132,7 @@ class Budget:
         limit = self.limits.nodes
         most = FREE_NODES + NODES_PER_NODE * self._spelled_nodes if limit is None else limit
         if self._nodes > most:
+            self.is_spent = True
             raise MeshError(f"{_say(where)}: expands to more than {most:,} nodes, the limit {_name('nodes', limit)}")
 
     def take_bytes(self, n_bytes: int, ratio: int, where: str) -> None:

@@ -29,10 +29,12 @@ from ._warn import warn
 from .limits import budget, spend_own
 from .vrml_attributes import (
     NO_APPEARANCE,
+    UNMOVED,
     Appearance,
     AttributeBuilder,
     Column,
     Corners,
+    MovedNormals,
     read_color,
     read_colors_of_points,
     read_normal,
@@ -54,7 +56,6 @@ _INLINES = {"Inline": "url", "WWWInline": "name"}
 # Where nodes of unknown kinds keep what they show.
 _CHILD_FIELDS = ("children", "humanoidBody", "skeleton")
 _MAX_NAMED = 8
-_UNMOVED = np.eye(4)
 # Nodes that show nothing themselves.
 _SILENT_KINDS = """
 Appearance Arc AudioClip Background BackgroundColor BaseColor Color ColorInterpolator Coordinate
@@ -78,7 +79,7 @@ def read(data: bytes, folder: Path | None = None) -> Mesh:
     with spend_own(len(data)):
         roots, is_vrml1 = _parse(data)
         builder = _MeshBuilder()
-        _walk(roots, builder, _Inlines(folder), _State(_UNMOVED, is_vrml1=is_vrml1, folder=folder))
+        _walk(roots, builder, _Inlines(folder), _State(UNMOVED, is_vrml1=is_vrml1, folder=folder))
     mesh = builder.build()
     builder.warn_of_losses()
     return mesh
@@ -132,7 +133,7 @@ class _State(NamedTuple):
 
     def then(self, matrix: Float64Array) -> "_State":
         """Return the state with what follows moved."""
-        moved = matrix if self.matrix is _UNMOVED else self.matrix @ matrix
+        moved = matrix if self.matrix is UNMOVED else self.matrix @ matrix
         return _State(moved, *self[1:])
 
 
@@ -166,22 +167,19 @@ class _MeshBuilder:
     """What was read so far."""
 
     depth: int = 0
-    is_spent: bool = False
     points: GrowingArray = field(default_factory=lambda: GrowingArray(np.float64, 3))
     sizes: GrowingArray = field(default_factory=lambda: GrowingArray(np.uint32))
     corners: GrowingArray = field(default_factory=lambda: GrowingArray(np.uint32))
     attributes: AttributeBuilder = field(default_factory=AttributeBuilder)
     point_ranges: dict[tuple[int, bytes], tuple[int, int]] = field(default_factory=dict)
+    moved_normals: MovedNormals = field(default_factory=dict)
+    appearances: dict[int, tuple[PlacedNode, Appearance]] = field(default_factory=dict)
     left_out: Counter[str] = field(default_factory=Counter)
     as_groups: Counter[str] = field(default_factory=Counter)
 
     def visit(self, node: PlacedNode) -> None:
         """Count a visit to a node; raise MeshError if there are too many."""
-        try:
-            budget().take_nodes(1, node.line)
-        except MeshError:
-            self.is_spent = True
-            raise
+        budget().take_nodes(1, node.line)
 
     def _count(self, n_numbers: int, line: int) -> None:
         """Count numbers drawn; raise MeshError if there are too many."""
@@ -222,8 +220,9 @@ class _MeshBuilder:
         start, count = self.add_points(coordinates, state.matrix)
         if says_color(shape, state.appearance):
             with self._leave_out_misfits("color"):
+                self._count(count, shape.line)
                 colors = read_colors_of_points(shape, state.appearance, count, self.visit)
-                self.attributes.add("point", "color", start, colors)
+                self.attributes.add("point", "color", start, colors, count)
                 self.attributes.has_colors = True
 
     def add_points(self, coordinates: PlacedNode, matrix: Float64Array) -> tuple[int, int]:
@@ -270,7 +269,9 @@ class _MeshBuilder:
             self.attributes.has_colors |= says_color(shape, state.appearance)
         if shape.kind != "IndexedLineSet":
             with self._leave_out_misfits("normal"):
-                found["normal"] = read_normal(shape, state.appearance, corners, state.matrix, **settings)
+                found["normal"] = read_normal(
+                    shape, state.appearance, corners, state.matrix, self.moved_normals, **settings
+                )
             with self._leave_out_misfits("texcoord"):
                 found["texcoord"] = read_texcoord(shape, state.appearance, corners, **settings)
         for name, column in found.items():
@@ -292,7 +293,7 @@ class _MeshBuilder:
         self.corners.append(corners)
 
     def _append_points(self, points: Float64Array, matrix: Float64Array) -> None:
-        if matrix is not _UNMOVED:
+        if matrix is not UNMOVED:
             points = points @ matrix[:3, :3].T + matrix[:3, 3]
         self.points.append(points)
 
@@ -338,7 +339,7 @@ class _Misfits(NamedTuple):
     def __enter__(self) -> None: ...
 
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
-        if kind is None or not issubclass(kind, MeshError) or self.builder.is_spent:
+        if kind is None or not issubclass(kind, MeshError) or budget().is_spent:
             return False
         self.builder.attributes.misfits[self.name] += 1
         return True
@@ -355,7 +356,7 @@ def _is_turned(shape: PlacedNode, state: _State) -> bool:
     shape.flag("solid", True)
     shape.flag("convex", True)
     is_clockwise = state.is_clockwise if state.is_vrml1 else not shape.flag("ccw", True)
-    is_mirrored = state.matrix is not _UNMOVED and sign_of_determinant(state.matrix[:3, :3]) < 0
+    is_mirrored = state.matrix is not UNMOVED and sign_of_determinant(state.matrix[:3, :3]) < 0
     return is_clockwise != is_mirrored
 
 
@@ -455,14 +456,21 @@ def _change_appearance(node: PlacedNode, appearance: Appearance) -> Appearance |
 
 
 def _read_appearance(shape: PlacedNode, builder: _MeshBuilder) -> Appearance:
-    """Return how the geometry of a Shape of VRML 97 looks."""
-    node = next(iter(shape.nodes("appearance")), None)
-    node = None if node is None else node.expanded(builder.visit)
+    """Return how the geometry of a Shape of VRML 97 looks; shapes that USE one node share it."""
+    placed = next(iter(shape.nodes("appearance")), None)
+    if placed is None:
+        return NO_APPEARANCE
+    known, found = builder.appearances.get(id(placed.node), (placed, None))
+    if found is not None and known.scope is placed.scope:
+        return found
+    node = placed.expanded(builder.visit)
     if node is None:
         return NO_APPEARANCE
-    found = [next(iter(node.nodes(name)), None) for name in ("material", "texture")]
-    material, texture = (None if item is None else item.expanded(builder.visit) for item in found)
-    return Appearance(material=material, texture=texture)
+    parts = [next(iter(node.nodes(name)), None) for name in ("material", "texture")]
+    material, texture = (None if part is None else part.expanded(builder.visit) for part in parts)
+    appearance = Appearance(material=material, texture=texture)
+    builder.appearances[id(placed.node)] = placed, appearance
+    return appearance
 
 
 def _enter(
@@ -540,7 +548,7 @@ def _read_matrix(node: PlacedNode) -> Float64Array:
 
 def _make_matrix(node: PlacedNode, scale_name: str) -> Float64Array:
     """Return T C R Q S Q^-1 C^-1 of a node's translation, center, rotation, scale and scaleOrientation: (4, 4)."""
-    matrix, fields = _UNMOVED.copy(), node.node.fields
+    matrix, fields = UNMOVED.copy(), node.node.fields
     if "rotation" in fields:
         matrix[:3, :3] = _make_rotation(node, "rotation")
     if "scaleOrientation" in fields or scale_name in fields:

@@ -14,11 +14,14 @@ import numpy as np
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import MeshError
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, transform_normals
+from .limits import budget
 from .vrml_nodes import PlacedNode, Visit
 from .vrml_primitives import list_parts
 
+MovedNormals: TypeAlias = dict[tuple[int, bytes], Float64Array]
 Place: TypeAlias = Literal["point", "corner", "face"]
 
+UNMOVED = np.eye(4)
 WHITE = (1.0, 1.0, 1.0)
 _WHITE_TABLE = np.array([WHITE])
 _MATERIAL_COLOR = (0.8, 0.8, 0.8)  # of a Material that says none (6.27)
@@ -41,6 +44,16 @@ class Appearance:
     normal_binding: str = "DEFAULT"
     texcoord: PlacedNode | None = None
     texture: PlacedNode | None = None
+
+    @cached_property
+    def colors_of_faces(self) -> Float64Array:
+        """The colours (n, 3), or (n, 4) with opacities, of the material; white without one."""
+        return _read_material(self.material, is_line=False)
+
+    @cached_property
+    def colors_of_lines(self) -> Float64Array:
+        """The same for lines and points."""
+        return _read_material(self.material, is_line=True)
 
 
 NO_APPEARANCE = Appearance()
@@ -191,7 +204,7 @@ def read_color(shape: PlacedNode, appearance: Appearance, corners: Corners, *, i
         is_per_corner = shape.flag("colorPerVertex", True)
         chosen = _choose(shape, "colorIndex", corners, is_per_corner)
         return Column(_rows_of(color, "color", 3, chosen, is_per_corner, corners), chosen, is_per_corner)
-    table = _read_material(appearance, is_line=shape.kind == "IndexedLineSet")
+    table = appearance.colors_of_lines if shape.kind == "IndexedLineSet" else appearance.colors_of_faces
     binding = appearance.material_binding if is_vrml1 else "OVERALL"
     if len(table) == 1 or binding in ("DEFAULT", "OVERALL"):
         return Column(table[:1], None, is_per_corner=False)
@@ -201,17 +214,17 @@ def read_color(shape: PlacedNode, appearance: Appearance, corners: Corners, *, i
 
 
 def read_colors_of_points(shape: PlacedNode, appearance: Appearance, n_points: int, visit: Visit) -> Float64Array:
-    """Return the colours (n, k) of a point set. Raises MeshError if they do not fit it."""
+    """Return the colours (n, k) of a point set, or (1, k) for all points. Raises MeshError if they do not fit it."""
     color = next(iter(shape.nodes("color")), None)
     color = None if color is None else color.expanded(visit)
     if color is not None and color.numbers("color") is not None:
         table = color.table("color", 3)
     else:
-        table = _read_material(appearance, is_line=True)
+        table = appearance.colors_of_lines
         if not appearance.material_binding.startswith("PER_"):
             table = table[:1]
     if len(table) == 1:
-        return np.repeat(table, n_points, axis=0)
+        return table
     if len(table) < n_points:
         raise MeshError(f"line {shape.line}: {len(table)} colours for {n_points} points")
     return table[:n_points]
@@ -219,7 +232,7 @@ def read_colors_of_points(shape: PlacedNode, appearance: Appearance, n_points: i
 
 def read_parts(shape: PlacedNode, appearance: Appearance, n_faces: int, *, is_vrml1: bool) -> Float64Array:
     """Return the colours (n_faces, k) of a primitive, or (1, k) that all faces have."""
-    table = _read_material(appearance, is_line=False)
+    table = appearance.colors_of_faces
     if len(table) > 1 and is_vrml1 and appearance.material_binding.startswith("PER_PART"):
         part = np.zeros(n_faces, np.int64)
         if shape.kind == "Cube":
@@ -242,9 +255,19 @@ def says_color(shape: PlacedNode, appearance: Appearance) -> bool:
 
 
 def read_normal(
-    shape: PlacedNode, appearance: Appearance, corners: Corners, matrix: Float64Array, *, is_vrml1: bool, visit: Visit
+    shape: PlacedNode,
+    appearance: Appearance,
+    corners: Corners,
+    matrix: Float64Array,
+    moved: MovedNormals,
+    *,
+    is_vrml1: bool,
+    visit: Visit,
 ) -> Column | None:
-    """Return the normals of a face set in the world, None if it has none. Raises MeshError if they do not fit it."""
+    """Return the normals of a face set in the world, None if it has none. Raises MeshError if they do not fit it.
+
+    moved : lists that were moved for shapes before it, to which this one's is added
+    """
     own = next(iter(shape.nodes("normal")), None)
     if own is not None:
         node = own.expanded(visit)
@@ -259,10 +282,17 @@ def read_normal(
         chosen = _choose_bound(shape, "normalIndex", corners, binding)
     else:
         return None
-    if node is None or not len(node.table("vector", 3)):
+    if node is None or (numbers := node.numbers("vector")) is None or not numbers.text.strip():
         return None
     rows = _rows_of(node, "vector", 3, chosen, is_per_corner, corners)
-    return Column(transform_normals(rows, matrix[:3, :3]), chosen, is_per_corner)
+    if matrix is UNMOVED:
+        return Column(rows, chosen, is_per_corner)
+    if len(rows) > len(chosen):  # of a list that many shapes share
+        return Column(transform_normals(rows[chosen], matrix[:3, :3]), np.arange(len(chosen)), is_per_corner)
+    key = id(numbers), matrix.tobytes()
+    if key not in moved:
+        moved[key] = transform_normals(rows, matrix[:3, :3])
+    return Column(moved[key], chosen, is_per_corner)
 
 
 def read_texcoord(
@@ -282,12 +312,11 @@ def read_texcoord(
     return Column(_rows_of(node, "point", 2, chosen, True, corners), chosen, is_per_corner=True)
 
 
-def _read_material(appearance: Appearance, *, is_line: bool) -> Float64Array:
+def _read_material(material: PlacedNode | None, *, is_line: bool) -> Float64Array:
     """Return the colours (n, 3), or (n, 4) with opacities, of a material; white without one.
 
     Lines and points shine, where a file says so, and faces reflect (6.27).
     """
-    material = appearance.material
     if material is None:
         return _WHITE_TABLE
     diffuse, emissive = material.table("diffuseColor", 3), material.table("emissiveColor", 3)
@@ -317,6 +346,7 @@ def _choose(shape: PlacedNode, index: str, corners: Corners, is_per_corner: bool
     """Return which rows a shape has: those of its list `index`, else those of `coordIndex`, or one per face (6.23)."""
     numbers = shape.numbers(index)
     own = np.zeros(0, np.int64) if numbers is None else numbers.integers()
+    budget().take_numbers(len(own), shape.line)
     if not is_per_corner:
         own = own[own >= 0]
         if len(own) == 0:

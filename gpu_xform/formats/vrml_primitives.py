@@ -69,7 +69,8 @@ def _read_elevation_grid(node: PlacedNode) -> Polygons:
 
 def _read_extrusion(node: PlacedNode) -> Polygons:
     orientations = node.rows("orientation", ((0.0, 0.0, 1.0, 0.0),))
-    if ((orientations[:, 3] != 0.0) & ~orientations[:, :3].any(axis=1)).any():
+    turned = orientations[orientations[:, 3] != 0.0]
+    if len(turned) and not turned[:, :3].any(axis=1).all():
         raise MeshError(f"line {node.line}: an orientation of Extrusion needs an axis that is not zero")
     section = node.rows("crossSection", ((1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)))
     spine = node.rows("spine", ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)))

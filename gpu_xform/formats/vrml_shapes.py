@@ -13,6 +13,8 @@ from ..matrices import rotate
 
 N_SIDES = 32
 _TINY = 1e-12
+_YZX, _ZXY = np.array([1, 2, 0]), np.array([2, 0, 1])
+_LEAST = float(np.finfo(np.float64).tiny)
 
 
 class Polygons(NamedTuple):
@@ -120,8 +122,8 @@ def make_extrusion(
     scales : (1 or s, 2)
     orientations : (1 or s, 4), axis and angle; an angle of 0 may have any axis
     """
-    is_ring = len(section) > 2 and np.array_equal(section[0], section[-1])
-    is_loop = len(spine) > 2 and np.array_equal(spine[0], spine[-1])
+    is_ring = len(section) > 2 and bool((section[0] == section[-1]).all())
+    is_loop = len(spine) > 2 and bool((spine[0] == spine[-1]).all())
     outline = section[:-1] if is_ring else section
     n, n_sections = len(outline), len(spine) - is_loop
     local = np.zeros((n_sections, n, 3))
@@ -159,7 +161,7 @@ def _join(columns: list[IndexArray]) -> IndexArray:
 def _frames_along(spine: Float64Array, is_loop: bool) -> Float64Array:
     """Return the axes x, y and z of the section at each point of the spine, as rows: (s, 3, 3)."""
     n = len(spine)
-    before, after = spine[np.arange(-1, n - 1)], spine[np.arange(1 - n, 1)]
+    before, after = np.concatenate([spine[-1:], spine[:-1]]), np.concatenate([spine[1:], spine[:1]])
     if is_loop:
         before[0], after[-1] = spine[-2], spine[1]
         along = after - before
@@ -172,8 +174,7 @@ def _frames_along(spine: Float64Array, is_loop: bool) -> Float64Array:
             bend[0], bend[-1] = bend[1], bend[-2]
         else:
             bend[:] = 0.0
-    y = _carry_over(_unit(along))
-    z = _carry_over(_unit(bend))
+    y, z = map(_carry_over, _unit(np.concatenate([along, bend]).reshape(2, n, 3)))
     if not y.any():
         return np.broadcast_to(np.eye(3), (n, 3, 3))
     if not z.any():  # a straight spine: the shortest turn from y to it
@@ -187,21 +188,24 @@ def _frames_along(spine: Float64Array, is_loop: bool) -> Float64Array:
 
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
     """Return the cross products of rows: `np.cross`, which takes ten times as long for few."""
-    product: Float64Array = a[:, [1, 2, 0]] * b[:, [2, 0, 1]] - a[:, [2, 0, 1]] * b[:, [1, 2, 0]]
+    product: Float64Array = a[:, _YZX] * b[:, _ZXY] - a[:, _ZXY] * b[:, _YZX]
     return product
 
 
 def _unit(rows: Float64Array) -> Float64Array:
-    """Return rows of length 1; those without a direction become 0."""
-    lengths = np.linalg.norm(rows, axis=1, keepdims=True)
-    is_short = lengths <= _TINY * max(float(lengths.max()), np.finfo(np.float64).tiny)
-    return np.where(is_short, 0.0, rows / np.where(is_short, 1.0, lengths))
+    """Return tables of rows of length 1; those without a direction, beside the longest of their table, become 0."""
+    lengths = np.sqrt((rows * rows).sum(axis=2, keepdims=True))
+    is_short = lengths <= _TINY * np.maximum(lengths.max(axis=1, keepdims=True), _LEAST)
+    if is_short.any():
+        rows, lengths = np.where(is_short, 0.0, rows), np.where(is_short, 1.0, lengths)
+    unit: Float64Array = rows / lengths
+    return unit
 
 
 def _carry_over(rows: Float64Array) -> Float64Array:
     """Return rows with each 0 replaced by the row before it, the first ones by the next."""
     known = rows.any(axis=1)
-    if not known.any():
+    if known.all() or not known.any():
         return rows
     source = np.maximum.accumulate(np.where(known, np.arange(len(rows)), 0))
     source[: int(np.argmax(known))] = int(np.argmax(known))

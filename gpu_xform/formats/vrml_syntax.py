@@ -62,13 +62,26 @@ _WORD = re.compile(r"[^\s,]+")
 
 @dataclass(eq=False, slots=True)
 class Numbers:
-    """The text of a field of numbers that starts on `line`."""
+    """The text of a field of numbers that starts on `line`; what is long and read twice is kept, as shapes share it."""
 
     line: int
     text: str
+    _was_read: bool = False
+    _kept: Float64Array | None = None
 
     def floats(self, width: int) -> Float64Array:
-        """Return (n, width) finite float64."""
+        """Return (n, width) finite float64; nobody may write to them."""
+        values = self._kept
+        if values is None:
+            values = self._read_finite()
+            if self._was_read and len(self.text) > _FEW_CHARACTERS:
+                self._kept = values
+            self._was_read = True
+        if len(values) % width:
+            raise MeshError(f"line {self.line}: the number of values must be a multiple of {width}, got {len(values)}")
+        return values.reshape(-1, width)
+
+    def _read_finite(self) -> Float64Array:
         values = self._read_few()
         if values is None:
             try:
@@ -78,9 +91,7 @@ class Numbers:
         if not np.isfinite(values).all():
             i = int(np.argmax(~np.isfinite(values)))
             raise MeshError(f"line {self.line_of(i)}: a number must be finite, got {values[i]}")
-        if len(values) % width:
-            raise MeshError(f"line {self.line}: the number of values must be a multiple of {width}, got {len(values)}")
-        return values.reshape(-1, width)
+        return values
 
     def _read_few(self) -> Float64Array | None:
         """Return the numbers of a short plain text, for which NumPy takes longer than Python; None for others."""
