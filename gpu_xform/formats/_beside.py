@@ -3,10 +3,12 @@
 from pathlib import Path
 from urllib.parse import unquote
 
+MAX_PATH_CHARACTERS = 4096  # no system has longer ones, and each part of a name is looked for with all before it
+
 
 def find_beside(root: Path | None, folder: Path | None, name: str) -> Path | None:
     """Return the file that `name` means in `folder`, if it lies in `root` or below; no other file may be opened."""
-    if root is None or folder is None:
+    if root is None or folder is None or len(name) > MAX_PATH_CHARACTERS:
         return None
     try:
         path = (folder / unquote(name)).resolve()

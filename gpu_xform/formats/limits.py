@@ -124,7 +124,8 @@ class Budget:
         most = FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes if limit is None else 16 * limit
         if self._numbers > most:
             self.is_spent = True
-            raise MeshError(f"{_say(where)}: expands to more than {most:,} numbers, the limit {_name('points', limit)}")
+            place = _describe_place(where)
+            raise MeshError(f"{place}: expands to more than {most:,} numbers, the limit {_name('points', limit)}")
 
     def take_nodes(self, n_nodes: int, where: str | int) -> None:
         """Count nodes that are shown; raise MeshError if they are too many. `where` is as of `take_numbers`."""
@@ -133,7 +134,8 @@ class Budget:
         most = FREE_NODES + NODES_PER_NODE * self._spelled_nodes if limit is None else limit
         if self._nodes > most:
             self.is_spent = True
-            raise MeshError(f"{_say(where)}: expands to more than {most:,} nodes, the limit {_name('nodes', limit)}")
+            place = _describe_place(where)
+            raise MeshError(f"{place}: expands to more than {most:,} nodes, the limit {_name('nodes', limit)}")
 
     def take_bytes(self, n_bytes: int, ratio: int, where: str) -> None:
         """Count bytes that will be unpacked; raise MeshError if they are more than `ratio` per byte of the file."""
@@ -227,7 +229,7 @@ def spend(n_bytes: int, limits: FileLimits) -> Iterator[Budget]:
         _current.reset(token)
 
 
-def _say(where: str | int) -> str:
+def _describe_place(where: str | int) -> str:
     return f"line {where}" if isinstance(where, int) else where
 
 

@@ -5,6 +5,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from urllib.parse import unquote
 
+from ._beside import MAX_PATH_CHARACTERS
+
 _MAX_LEVELS = 8  # above the file, in which packages are looked for
 PACKAGE_SCHEMES = ("package://", "model://")
 _PACKAGE_FILE = "package.xml"
@@ -17,7 +19,7 @@ def find_model(name: str, folder: Path | None) -> Path | None:
     or below one of ROS_PACKAGE_PATH or share/ of AMENT_PREFIX_PATH; or else the package that the URDF is in, which may
     have been renamed. Another name is relative to the URDF, and within this package.
     """
-    if folder is None:
+    if folder is None or len(name) > MAX_PATH_CHARACTERS:
         return None
     folder = folder.resolve()
     name = unquote(name)

@@ -225,6 +225,20 @@ def test_entities_that_expand_cost_nothing() -> None:
         assert time.process_time() - begin < 0.1
 
 
+def test_names_that_no_system_has_are_not_looked_for(tmp_path: Path) -> None:
+    """Before, a name of a megabyte took two minutes, for each of its parts was looked for with all before it."""
+    path = tmp_path / "robot.urdf"
+    for scheme in ("package://p/", "", "file://"):
+        path.write_text(
+            f'<robot><link name="a"><visual><geometry><mesh filename="{scheme}{"a/" * 50_000}b.stl"/></geometry>'
+            "</visual></link></robot>"
+        )
+        begin = time.process_time()
+        with pytest.warns(MeshWarning, match="which was not found"), pytest.raises(MeshError, match="no points"):
+            load_mesh(path)
+        assert time.process_time() - begin < 0.1
+
+
 def test_limits_hold(robot: Path) -> None:
     for limits, message in (
         (FileLimits(nodes=4), "expands to more than 4 nodes"),
