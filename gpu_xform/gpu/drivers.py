@@ -1,5 +1,6 @@
-"""Hints about drivers: what to install on a machine without a Vulkan driver."""
+"""What is installed: what to install on a machine without a Vulkan driver, and what the drivers can show."""
 
+import ctypes
 import platform
 import sys
 
@@ -11,6 +12,27 @@ PACKAGES = {
     "arch": "pacman -S --needed vulkan-swrast vulkan-icd-loader",
     "alpine": "apk add mesa-vulkan-swrast vulkan-loader",
 }
+
+
+class _Extension(ctypes.Structure):
+    """VkExtensionProperties."""
+
+    _fields_ = (("name", ctypes.c_char * 256), ("version", ctypes.c_uint32))
+
+
+def find_instance_extensions() -> frozenset[str] | None:
+    """Return the extensions that some installed Vulkan driver of this Linux knows, or None if they cannot be told."""
+    try:
+        enumerate_extensions = ctypes.CDLL("libvulkan.so.1").vkEnumerateInstanceExtensionProperties
+    except (OSError, AttributeError):
+        return None
+    n_found = ctypes.c_uint32()
+    if enumerate_extensions(None, ctypes.byref(n_found), None) != 0:
+        return None
+    found = (_Extension * n_found.value)()
+    if enumerate_extensions(None, ctypes.byref(n_found), found) != 0:
+        return None
+    return frozenset(extension.name.decode() for extension in found)
 
 
 def suggest_driver() -> str:

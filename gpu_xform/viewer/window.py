@@ -23,6 +23,7 @@ from ..drawing.prepare import Size, parse_size
 from ..drawing.style_signature import show_style_keywords
 from ..errors import DisplayError, MissingExtraError
 from ..gpu.adapters import lend_runtime_dir
+from ..gpu.drivers import find_instance_extensions
 from ..imaging.colors import ColorLike
 from ..raster.names import RasterizerName
 from ..simulation.conditions import ConditionOptions
@@ -31,6 +32,7 @@ from .notebook import is_in_notebook, show_in_notebook
 from .session import Session
 
 DEFAULT_SIZE = (960, 720)
+X11_EXTENSION = "VK_KHR_xlib_surface"
 
 
 @public
@@ -151,6 +153,13 @@ def _import_backend() -> Any:
         raise DisplayError(
             "no display: DISPLAY and WAYLAND_DISPLAY are not set; render, or gpu-xform render, draws without one"
         )
+    if sys.platform.startswith("linux") and not os.environ.get("WAYLAND_DISPLAY"):
+        extensions = find_instance_extensions()
+        if extensions is not None and X11_EXTENSION not in extensions:  # where wgpu ends the process
+            raise DisplayError(
+                f"no Vulkan driver here draws into windows of X11 ({X11_EXTENSION}); render, or gpu-xform render, "
+                "draws without one"
+            )
     with warnings.catch_warnings(action="ignore"):  # the error below holds what GLFW warns of
         if not glfw.init():
             reason: Any = glfw.get_error()[1]  # bytes, whatever glfw's types say

@@ -9,9 +9,20 @@ from types import TracebackType
 
 import numpy as np
 import numpy.typing as npt
+import pytest
 from PIL import ImageGrab
 
+from gpu_xform.gpu.drivers import find_instance_extensions
+from gpu_xform.viewer.window import X11_EXTENSION
+
 SIZE = (800, 600)
+
+
+def require_windows() -> None:
+    """Skip a test that draws into windows if the driver does not, as SwiftShader of Debian's Chromium."""
+    extensions = find_instance_extensions()
+    if extensions is not None and X11_EXTENSION not in extensions:
+        pytest.skip(f"no driver here has {X11_EXTENSION}, to draw into windows of X11")
 
 
 class Screen:

@@ -18,7 +18,7 @@ from gpu_xform.viewer.canvas import connect
 from gpu_xform.viewer.session import Session
 from tests.support.spring_models import make_cloth
 from tests.support.types import Array, Pixels
-from tests.support.xvfb import Screen
+from tests.support.xvfb import Screen, require_windows
 
 SIZE = (160, 120)
 CAMERA = gx.Camera.look_at((0.5, 0.4, 2.2), (0.5, -0.2, 0.5), fov_y=40)
@@ -305,6 +305,7 @@ def _screen_environment(screen: Screen, monkeypatch: pytest.MonkeyPatch) -> None
 
 @pytest.mark.usefixtures("_screen_environment", "working_folder")
 def test_a_real_window_simulates_until_it_is_closed(screen: Screen) -> None:
+    require_windows()
     pipe = subprocess.PIPE
     program = subprocess.Popen([sys.executable, "-W", "error", "-c", USE], stdout=pipe, stderr=pipe, text=True)
     try:

@@ -21,11 +21,12 @@ from gpu_xform.drawing.layer import Models, Style
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, DeviceError, DisplayError, MeshError, MissingExtraError
 from gpu_xform.imaging.colors import ColorLike
 from gpu_xform.viewer import session as session_module
+from gpu_xform.viewer import window as window_module
 from gpu_xform.viewer.canvas import connect
 from gpu_xform.viewer.orbit import BoundingSphere, Orbit
 from gpu_xform.viewer.session import Session
 from tests.support.types import Array, Pixels
-from tests.support.xvfb import Screen
+from tests.support.xvfb import Screen, require_windows
 
 HOUSE = samples.house()
 SIZE = (120, 80)
@@ -346,7 +347,16 @@ def test_without_a_display_the_error_says_so() -> None:
 
 
 @pytest.mark.usefixtures("_no_display")
+def test_a_driver_that_draws_into_no_window_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", ":54321")
+    monkeypatch.setattr(window_module, "find_instance_extensions", lambda: frozenset({"VK_KHR_xcb_surface"}))
+    with pytest.raises(DisplayError, match=r"^no Vulkan driver here draws into windows of X11 \(VK_KHR_xlib"):
+        view(HOUSE)
+
+
+@pytest.mark.usefixtures("_no_display")
 def test_a_display_that_does_not_answer_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(window_module, "find_instance_extensions", lambda: None)
     monkeypatch.setenv("DISPLAY", ":54321")
     with pytest.raises(DisplayError, match=r"^no display: [^'\"]*:54321;"):
         view(HOUSE)
@@ -453,6 +463,7 @@ class Shown:
 
 @pytest.fixture
 def shown(screen: Screen) -> Iterator[Callable[..., Shown]]:
+    require_windows()
     made: list[Shown] = []
 
     def show(*command: str) -> Shown:
