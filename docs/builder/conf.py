@@ -11,6 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 import gpu_xform
 from docs.builder.project import REPOSITORY, SITE
+from docs.builder.reference import drop_reading_order
 
 project = "gpu_xform"
 author = "the gpu_xform maintainers"
@@ -76,7 +77,14 @@ def _escape_outside(parts: list[str]) -> list[str]:
     return [part if k % 2 else part.replace("|", r"\|") for k, part in enumerate(parts)]
 
 
+def _drop_order(_app: Any, what: str, _name: str, _object: Any, _options: Any, lines: list[str]) -> None:
+    """Leave out the reading order of a folder, which is for those who read the source."""
+    if what == "module":
+        lines[:] = drop_reading_order(lines)
+
+
 def setup(app: Any) -> None:
     """Register the formulas, and what becomes of docstrings."""
     app.connect("autodoc-process-docstring", _escape_bars)
+    app.connect("autodoc-process-docstring", _drop_order)
     app.add_html_math_renderer("mathml", (_write_math, None), (_write_math, None))

@@ -66,3 +66,9 @@ def _describe_names(title: str, names: list[str]) -> str:
         else:
             entries.append(f".. autofunction:: {name}\n")
     return "\n".join(entries)
+
+
+def drop_reading_order(lines: list[str]) -> list[str]:
+    """Return the lines of a module's docstring without the paragraph "Reading order: ..."."""
+    paragraphs = "\n".join(lines).split("\n\n")
+    return "\n\n".join(each for each in paragraphs if not each.startswith("Reading order: ")).split("\n")

@@ -7,7 +7,7 @@ from typing import Any
 import nbformat
 import pytest
 
-from docs.builder import check, command, gallery, links, notebook, options, pages
+from docs.builder import check, command, gallery, links, notebook, options, pages, reference
 from docs.builder.project import REPOSITORY
 
 ROOT = Path(__file__).parents[2]
@@ -104,3 +104,8 @@ def test_a_figure_that_is_too_large_stops_the_build() -> None:
     cell.outputs = [book.new_output("display_data", {"text/html": "x" * 1_000_001})]
     with pytest.raises(ValueError, match=r"a figure of 1,000,001 bytes"):
         notebook.require_small_figures(book.new_notebook(cells=[cell]))
+
+
+def test_pages_of_modules_have_no_reading_order() -> None:
+    lines = ["Matrices.", "", "More.", "", "Reading order: a,", "b.", ""]
+    assert [line for line in reference.drop_reading_order(lines) if line] == ["Matrices.", "More."]
