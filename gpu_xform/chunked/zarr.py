@@ -29,6 +29,8 @@ MANY_POINTS = 1 << 33
 CHUNKS_PER_SHARD = 4
 _METADATA = ("zarr.json", ".zarray")
 _MAX_NAMED = 8
+_MAX_CHUNK_BYTES = 1 << 31  # what codecs take
+_FREE_CHUNK_BYTES = 1 << 26  # of an array that will grow, and has fewer points than a chunk
 
 
 def import_zarr() -> Any:
@@ -103,6 +105,11 @@ class ZarrSource:
         self.n_points, self.n_columns = shape
         self.point_bytes = self.n_columns * self.dtype.itemsize
         self.chunk_points = stored_rows(self.array)
+        n_bytes = self.point_bytes * self.array.chunks[0]
+        most = min(max(_FREE_CHUNK_BYTES, 2 * self.point_bytes * self.n_points), _MAX_CHUNK_BYTES)
+        if n_bytes > most:  # which are allocated, whatever is stored
+            expected = f"have chunks of at most {most:,} bytes, for {self.n_points:,} points"
+            raise ArgumentError.expecting("source", expected, f"{n_bytes:,} in {self.path!r}")
         self.world_from_stored = np.identity(self.n_columns + 1)
 
     def read(self, start: int, stop: int) -> Block:

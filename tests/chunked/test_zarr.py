@@ -1,6 +1,7 @@
 """Zarr arrays of points, a shard at a time."""
 
 import pickle
+import re
 import warnings
 from pathlib import Path
 from typing import Any, Literal
@@ -46,6 +47,20 @@ def test_the_array_holds_what_the_function_returns(tmp_path: Path, dtype: str, m
     assert result.attrs["crs"] == "EPSG:25832"
     assert told == [200, 400, 600, 800, 950]
     assert sorted(path.name for path in tmp_path.iterdir()) == ["in.zarr", "out.zarr"]
+
+
+def test_chunks_beyond_all_points_are_refused_before_they_are_allocated(tmp_path: Path) -> None:
+    """Before, a damaged size of 16 GB took them, and with that the machine."""
+    write_zarr(tmp_path / "in.zarr", some_points(60, "f4"), chunks=(100_000, 3))  # one that will grow is right
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.npy", AFFINE)
+    header = tmp_path / "in.zarr" / "zarr.json"
+    text = header.read_text("utf-8")
+    for n in (10_000_000, 4_000_000_000):
+        changed = re.sub(r"100000,(\s+)3", rf"{n},\g<1>3", text)
+        assert changed != text
+        header.write_text(changed, "utf-8")
+        with pytest.raises(gx.ArgumentError, match=r"chunks of at most 67,108,864 bytes, for 60 points"):
+            gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.npy", AFFINE)
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from tests.fuzz.seeds import Seed, list_seeds, make_folder
 MAX_CPU_S = 2.0
 MAX_GROWTH_BYTES = 256 << 20  # of the process, while it reads a file
 MAX_FILE_BYTES = 1_000_000
+MAX_PROCESS_BYTES = 6 << 30
 FILES_PER_LARGE_FILE = 300
 MAX_SHOWN_BYTES = 400
 
@@ -63,6 +64,14 @@ def read_memory(name: str) -> int:
     status = Path("/proc/self/status")
     lines = status.read_text().splitlines() if status.exists() else []
     return next((int(line.split()[1]) * 1024 for line in lines if line.startswith(name)), 0)
+
+
+def limit_memory() -> None:
+    """Let a file that takes all memory be an error of this process, where the system can, and not of the machine."""
+    if sys.platform != "win32":
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MAX_PROCESS_BYTES, resource.getrlimit(resource.RLIMIT_AS)[1]))
 
 
 def count_cpu_s() -> float:
@@ -141,6 +150,7 @@ def main() -> int:
     parser.add_argument("--keep", type=Path, help="a folder for the files that break a promise")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
+    limit_memory()
     with make_folder() as folder:
         seeds = list_seeds(Path(folder))
         chosen = [seed for seed in seeds if options.kinds is None or seed.kind in options.kinds.split(",")]
