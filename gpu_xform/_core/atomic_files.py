@@ -14,7 +14,7 @@ from typing import BinaryIO
 from ..errors import ArgumentError
 from .file_locks import hold_lock_file
 from .interrupts import defer_interrupts
-from .targets import find_target
+from .targets import find_target, put_in_place
 from .types import StrPath
 
 _LOCK = ".lock"
@@ -24,8 +24,8 @@ _LOCK = ".lock"
 def atomic_write(path: StrPath) -> Iterator[BinaryIO]:
     """Yield a binary file that replaces `path` at the end of the block, and is deleted if the block raises.
 
-    The permissions are those of any new file. What is no regular file is treated as `find_target` says. Errors of the
-    system name `path`.
+    The permissions are those of the file that it replaces, or of any new one. What is no regular file is treated as
+    `find_target` says. Errors of the system name `path`.
     """
     target, is_stream = find_target(path)
     if is_stream:
@@ -36,7 +36,7 @@ def atomic_write(path: StrPath) -> Iterator[BinaryIO]:
     try:
         with temporary.open("xb") as file:
             yield file
-        temporary.replace(target)
+        put_in_place(temporary, target)
     except BaseException as error:
         with suppress(OSError):  # it may not have been created
             temporary.unlink()

@@ -12,6 +12,9 @@ if TYPE_CHECKING:  # it imports NumPy, which help needs not
     from .types import StrPath
 
 
+_PERMISSIONS = stat.S_IRWXU | stat.S_IRWXG | stat.S_IRWXO
+
+
 class WriteTarget(NamedTuple):
     """Where the bytes go: beside a regular file that is replaced when they are whole, or into a stream.
 
@@ -24,7 +27,9 @@ class WriteTarget(NamedTuple):
 
 
 def find_target(path: "StrPath", name: str = "path") -> WriteTarget:
-    """Return the target at a path, for every writer; raise `OSError` for a folder, and what `os.stat` raises.
+    """Return the target at a path, for every writer.
+
+    Raises `OSError` for a folder, for a file that may not be written, and as `os.stat` does.
 
     name : of the argument that gives the path
     """
@@ -37,7 +42,20 @@ def find_target(path: "StrPath", name: str = "path") -> WriteTarget:
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), os.fspath(path))
     if not stat.S_ISREG(mode):
         return WriteTarget(Path(path), True)
+    if not os.access(path, os.W_OK):  # a rename would replace it all the same
+        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), os.fspath(path))
     return WriteTarget(Path(os.path.realpath(path)), False)
+
+
+def put_in_place(whole: Path, target: Path) -> None:
+    """Rename a file onto its target, with the permissions of the one that it replaces."""
+    try:
+        mode = target.stat().st_mode
+    except FileNotFoundError:
+        pass
+    else:
+        whole.chmod(mode & _PERMISSIONS)
+    whole.replace(target)
 
 
 def is_zarr_path(path: "StrPath") -> bool:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, BinaryIO
 
 from .._core.file_locks import describe_process, is_at, try_lock
+from .._core.targets import put_in_place
 from .._core.types import StrPath
 from ..errors import ArgumentError
 from .protocol import Encoded, OtherWorkError
@@ -137,7 +138,7 @@ class FileSink:
                     os.fsync(self._file.fileno())
                     if sys.platform == "win32":  # where no open file is renamed
                         self._file.close()
-                    self._partial.replace(self._path)
+                    put_in_place(self._partial, self._path)
                     self._note.unlink(missing_ok=True)
             except BaseException:
                 if self._n_points == 0:

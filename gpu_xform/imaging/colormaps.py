@@ -65,7 +65,9 @@ def tabulate_colormap(cmap: ColormapLike) -> Float64Array | None:
 
 def find_limits(numbers: npt.NDArray[Any], clim: Sequence[float] | None) -> tuple[float, float]:
     """Return the scalars at both ends of a colormap: `clim`, or the extremes of `numbers` (n,), finite or NaN."""
-    low, high = np.fmin.reduce(numbers, initial=np.inf), np.fmax.reduce(numbers, initial=-np.inf)
+    kind = numbers.dtype if numbers.dtype.kind == "f" else np.dtype(np.float64)  # no integer is infinite
+    low = np.fmin.reduce(numbers, initial=np.inf, dtype=kind)
+    high = np.fmax.reduce(numbers, initial=-np.inf, dtype=kind)
     if np.isinf(high) or np.isinf(low):
         infinite = np.flatnonzero(np.isinf(numbers))
         if len(infinite):

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import gpu_xform as gx
 from gpu_xform import samples
 from gpu_xform._core.atomic_files import atomic_write
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError, MeshWarning
@@ -196,6 +197,29 @@ def test_a_new_file_has_the_permissions_of_any(tmp_path: Path, mask: int) -> Non
     path = tmp_path / "a.obj"
     save_mesh(samples.cube(), path)
     assert stat.S_IMODE(path.stat().st_mode) == 0o666 & ~mask
+
+
+@pytest.mark.parametrize("mode", [0o600, 0o664, 0o444])
+def test_a_file_that_is_replaced_keeps_its_permissions_and_a_protected_one_stays(tmp_path: Path, mode: int) -> None:
+    model, points = tmp_path / "a.obj", tmp_path / "a.npy"
+    np.save(points, np.ones((3, 3), np.float32))
+    model.touch()
+    for path, write in ((model, lambda: save_mesh(samples.cube(), model)), (points, lambda: move_in_place(points))):
+        path.chmod(mode)
+        before = path.read_bytes()
+        if os.access(path, os.W_OK):  # for root, any
+            write()
+            assert path.read_bytes() != before
+        else:
+            with pytest.raises(PermissionError, match=path.name):
+                write()
+            assert path.read_bytes() == before
+        assert stat.S_IMODE(path.stat().st_mode) == mode
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npy", "a.obj"]
+
+
+def move_in_place(path: Path) -> None:
+    gx.transform_file(path, path, gx.translate(1, 2, 3))
 
 
 def test_a_link_stays_and_its_target_changes(tmp_path: Path) -> None:

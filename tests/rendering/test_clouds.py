@@ -10,6 +10,7 @@ from PIL import Image
 
 import gpu_xform as gx
 from gpu_xform.cli import main
+from gpu_xform.drawing import cloud_source, point_array
 from gpu_xform.drawing.point_array import MIN_CLOUD_POINTS
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 
@@ -55,6 +56,14 @@ def test_an_array_is_drawn_as_the_mesh_of_its_points(array: Any) -> None:
 def test_integers_and_single_precision_are_points_too() -> None:
     for points in (np.arange(30).reshape(10, 3) % 7, POINTS.astype(np.float32)):
         assert np.array_equal(draw(points), draw(gx.Mesh(points.astype(np.float64))))
+
+
+@pytest.mark.parametrize("kind", ["u1", "u2", "i4", "u8", "f2", "f4"])
+def test_scalars_of_any_number_type_colour_a_large_cloud(monkeypatch: pytest.MonkeyPatch, kind: str) -> None:
+    for module in (point_array, cloud_source):
+        monkeypatch.setattr(module, "MIN_CLOUD_POINTS", len(POINTS))
+    scalars = np.arange(len(POINTS)) % 9
+    assert np.array_equal(draw(POINTS, scalars=scalars.astype(kind)), draw(POINTS, scalars=scalars.astype("f8")))
 
 
 def test_a_layer_makes_one_mesh_of_its_array_and_keeps_it() -> None:
