@@ -4,7 +4,8 @@ import stat
 import subprocess
 import sys
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -204,15 +205,16 @@ def test_a_file_that_is_replaced_keeps_its_permissions_and_a_protected_one_stays
     model, points = tmp_path / "a.obj", tmp_path / "a.npy"
     np.save(points, np.ones((3, 3), np.float32))
     model.touch()
-    for path, write in ((model, lambda: save_mesh(samples.cube(), model)), (points, lambda: move_in_place(points))):
+    writers: dict[Path, Callable[[Path], None]] = {model: partial(save_mesh, samples.cube()), points: move_in_place}
+    for path, write in writers.items():
         path.chmod(mode)
         before = path.read_bytes()
         if os.access(path, os.W_OK):  # for root, any
-            write()
+            write(path)
             assert path.read_bytes() != before
         else:
             with pytest.raises(PermissionError, match=path.name):
-                write()
+                write(path)
             assert path.read_bytes() == before
         assert stat.S_IMODE(path.stat().st_mode) == mode
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.npy", "a.obj"]
