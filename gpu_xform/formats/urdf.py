@@ -30,6 +30,7 @@ ReadModel = Callable[[bytes, str, Path], Mesh | None]
 
 _MAX_DEPTH = 1024
 _MAX_NAMED = 4
+_PRIMITIVE_DISCOUNT = 2  # some thousands of spheres, each of its own size
 _MAX_NAME_LENGTH = 100
 _Z_FROM_Y = matrices.rotate_x(90, degrees=True)  # the primitives of VRML stand along y, those of URDF along z
 _WHITE = (255, 255, 255, 255)  # of what has no colour, so that `fill="file"` draws all
@@ -256,7 +257,9 @@ class _Visuals:
             raise MeshError(f"{owner}: a {shape.tag} must have a size above 0, got {min(sizes):g}")
         key = shape.tag, sizes, color
         if key not in self._made:
-            self._made[key] = _paint(_MAKERS[shape.tag](sizes), color)
+            made = _MAKERS[shape.tag](sizes)
+            budget().take_numbers((made.positions.size + len(made.indices)) // _PRIMITIVE_DISCOUNT, shape.sourceline)
+            self._made[key] = _paint(made, color)
         return self._made[key]
 
     def _make_of_file(self, shape: Any, color: tuple[int, ...], owner: str) -> Mesh | None:

@@ -225,6 +225,15 @@ def test_entities_that_expand_cost_nothing() -> None:
         assert time.process_time() - begin < 0.1
 
 
+def test_thousands_of_spheres_are_counted_as_they_are_made() -> None:
+    """Before, 14,000 of them took 4 s and 378 MB until they were refused."""
+    sphere = '<visual><geometry><sphere radius="1.{}"/></geometry></visual>'
+    text = f'<robot><link name="a">{"".join(map(sphere.format, range(4_000)))}</link></robot>'
+    with pytest.raises(MeshError, match=r"line 1: expands to more than .* numbers, the limit FileLimits\(points=...\)"):
+        read(text)
+    assert len(read(f'<robot><link name="a">{sphere.format(5) * 500}</link></robot>')) == 1
+
+
 def test_names_that_no_system_has_are_not_looked_for(tmp_path: Path) -> None:
     """Before, a name of a megabyte took two minutes, for each of its parts was looked for with all before it."""
     path = tmp_path / "robot.urdf"
