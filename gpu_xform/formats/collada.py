@@ -30,6 +30,7 @@ def read(data: bytes) -> Mesh:
         raise MissingExtraError("COLLADA needs pycollada: pip install 'gpu_xform[robots]'") from None
     from lxml import etree
 
+    _count_nodes(root)
     data = etree.tostring(root)  # which pycollada parses without our care
     log = logging.getLogger("trimesh")
     was_disabled, log.disabled = log.disabled, True
@@ -60,6 +61,35 @@ def read(data: bytes) -> Mesh:
         return concatenate([_convert(shape).transformed(np.diag([*[metres] * 3, 1.0]) @ m) for shape, m in found])
     except (ValueError, TypeError) as error:
         raise MeshError(f"it is not COLLADA: {error}") from None
+
+
+def _count_nodes(root: Any) -> None:
+    """Count the nodes that the scenes expand to, which pycollada makes without a limit."""
+    nodes = list(root.iter("{*}node"))
+    by_id = {node.get("id"): node for node in nodes}
+    sizes: dict[Any, int | None] = {}  # None while a node is open
+    budget().spell_nodes(sum(1 for _ in root.iter("{*}node", "{*}instance_node", "{*}instance_geometry")))
+    for first in nodes:
+        waiting = [first]
+        while waiting:
+            node = waiting[-1]
+            uses = [by_id.get((use.get("url") or "")[1:]) for use in node.iterchildren("{*}instance_node")]
+            inner = [*node.iterchildren("{*}node"), *(use for use in uses if use is not None)]
+            new = [each for each in inner if each not in sizes]
+            if node in sizes and sizes[node] is not None:
+                waiting.pop()
+            elif new and node not in sizes:
+                sizes[node] = None
+                waiting += new
+            else:
+                found = [sizes.get(each) for each in inner]
+                if None in found:
+                    raise MeshError("a node is a part of itself")
+                n_shapes = sum(1 for _ in node.iterchildren("{*}instance_geometry", "{*}instance_controller"))
+                sizes[node] = 1 + n_shapes + sum(size for size in found if size is not None)
+                waiting.pop()
+    of_scenes = (node for scene in root.iter("{*}visual_scene") for node in scene.iterchildren("{*}node"))
+    budget().take_nodes(sum(sizes[node] or 0 for node in of_scenes), "its nodes")
 
 
 def _convert(shape: Any) -> Mesh:

@@ -228,10 +228,10 @@ def test_entities_that_expand_cost_nothing() -> None:
 def test_thousands_of_spheres_are_counted_as_they_are_made() -> None:
     """Before, 14,000 of them took 4 s and 378 MB until they were refused."""
     sphere = '<visual><geometry><sphere radius="1.{}"/></geometry></visual>'
-    text = f'<robot><link name="a">{"".join(map(sphere.format, range(4_000)))}</link></robot>'
-    with pytest.raises(MeshError, match=r"line 1: expands to more than .* numbers, the limit FileLimits\(points=...\)"):
-        read(text)
-    assert len(read(f'<robot><link name="a">{sphere.format(5) * 500}</link></robot>')) == 1
+    text = f'<robot><link name="a">{"".join(map(sphere.format, range(40)))}</link></robot>'
+    with pytest.raises(MeshError, match=r"line 1: expands to more than 32,000 numbers"):
+        load_scene(io.BytesIO(text.encode()), file_type="urdf", limits=FileLimits(points=2_000))
+    assert len(read(f'<robot><link name="a">{sphere.format(5) * 40}</link></robot>')) == 1
 
 
 def test_names_that_no_system_has_are_not_looked_for(tmp_path: Path) -> None:
@@ -318,6 +318,24 @@ def test_collada_is_read_in_metres_with_its_colors(tmp_path: Path) -> None:
         with pytest.raises(MeshError, match=message):
             load_mesh(path)
     assert logging.getLogger("trimesh").disabled is False
+
+
+def test_nodes_of_collada_are_counted_before_they_are_expanded() -> None:
+    """Before, 2 kB meant a thousand triangles, a line more four thousand, and so on."""
+    for n_levels, message in ((2, ""), (12, "its nodes: expands to more than .* nodes"), (-1, "a part of itself")):
+        nodes = ['<node id="b0"><instance_geometry url="#g"/></node>']
+        nodes += [f'<node id="b{i + 1}">{f"""<instance_node url="#b{i}"/>""" * 4}</node>' for i in range(abs(n_levels))]
+        library = f"<library_nodes>{''.join(nodes)}</library_nodes>"
+        if n_levels < 0:
+            library = library.replace('<instance_geometry url="#g"/>', '<instance_node url="#b1"/>')
+        text = TRIANGLE_DAE.replace("<library_visual_scenes>", f"{library}<library_visual_scenes>").replace(
+            "<translate>", f'<node><instance_node url="#b{abs(n_levels)}"/></node><translate>'
+        )
+        if message:
+            with pytest.raises(MeshError, match=message):
+                load_mesh(io.BytesIO(text.encode()), file_type="dae")
+        else:
+            assert load_mesh(io.BytesIO(text.encode()), file_type="dae").n_faces == 17
 
 
 @pytest.mark.parametrize(("module", "kind"), [("lxml", "urdf"), ("collada", "dae")])
