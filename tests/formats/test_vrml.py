@@ -1,5 +1,7 @@
 import gzip
+import io
 import math
+import re
 import time
 from pathlib import Path
 
@@ -585,3 +587,17 @@ def test_blanks_before_what_is_no_word_are_passed_once() -> None:
     """A pattern that could divide them in several ways would never end."""
     with pytest.raises(MeshError, match=r"^line 400: unexpected"):
         v1("\n# a comment\n, \t" * 199 + "\x01")
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("PROTO P [ field!SFFloat x 1 ] { Group { } }", "field!SFFloat"),
+        ("PROTO P [ field SFFloat x 1 exposedField`SFFloat y 1 ] { Group { } }", "exposedField`SFFloat"),
+        ("ROUTE A.x TO.y", "TO.y"),
+    ],
+)
+def test_a_keyword_is_a_whole_word(text: str, word: str) -> None:
+    """ISO 14772-1, A.3: an Id may hold `!`, `$` and the like, so these are names; and none begins with a period."""
+    with pytest.raises(MeshError, match=re.escape(f"line 2: unexpected {word!r}")):
+        load_mesh(io.BytesIO(f"#VRML V2.0 utf8\n{text} Shape {{ geometry Box {{ }} }}".encode()), file_type="wrl")
