@@ -14,8 +14,16 @@ from .._core.error_context import prefix_errors
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, MeshError
 from ..formats._warn import warn
-from ..formats.las import import_laspy, parse_laspy_header
-from ..formats.las_header import COPC_USER, LasHeader, build_head, choose_grid, patch_head, read_las_header
+from ..formats.las import import_laspy, parse_laspy_header, warn_of_points_behind
+from ..formats.las_header import (
+    COPC_USER,
+    LasHeader,
+    build_head,
+    choose_grid,
+    patch_head,
+    read_las_header,
+    require_points_counted,
+)
 from ..formats.laz import CHUNK_POINTS, ChunkTable, LazError, compress, import_lazrs, make_laz_record, write_table
 from .las_fields import describe_record
 from .npy import SCAN_POINTS, find_extremes
@@ -46,6 +54,7 @@ class LasSource:
         self._file = Path(path).open("rb")  # noqa: SIM115 - closed by `close`
         try:
             self.header = read_las_header(self._file)
+            require_points_counted(self.header)
             self.file_type = "laz" if self.header.is_compressed else "las"
             self._table = ChunkTable(self._file, self.header) if self.header.is_compressed else None
         except MeshError as error:
@@ -60,6 +69,13 @@ class LasSource:
         self.world_from_stored = grid_matrix(self.header.scales, self.header.offsets)
         self._buffer, self._spare = bytearray(), bytearray()
         self._counted: Bounds | None = None
+        self._told_of_points_behind = False
+
+    def warn_of_points_behind(self) -> None:
+        """Warn, once, if more points are in the file than the header counts."""
+        if not self._told_of_points_behind:
+            warn_of_points_behind(self.header, self._table, self.path)
+        self._told_of_points_behind = True
 
     @property
     def chunk_points(self) -> int:

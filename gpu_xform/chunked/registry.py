@@ -57,6 +57,8 @@ def make_sink(
 ) -> PointSink:
     """Return the sink for a destination, and warn of what it cannot hold; nothing is written yet."""
     file_type = find_type(destination)
+    if isinstance(source, LasSource):
+        source.warn_of_points_behind()
     if file_type in ("las", "laz"):
         return _make_las_sink(source, destination, matrix, file_type, project, scale, offset)
     if scale is not None or offset is not None:

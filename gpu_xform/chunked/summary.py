@@ -12,7 +12,7 @@ import numpy as np
 from .._core.types import StrPath
 from ..errors import ArgumentError, MeshError
 from ..formats._warn import warn
-from ..formats.las import import_laspy
+from ..formats.las import import_laspy, warn_of_points_behind
 from ..formats.las_header import COPC_USER, CRS_USER, EVLR_BYTES, LasHeader, read_las_header
 from ..formats.laz import ChunkTable
 from .las import read_laspy_header
@@ -45,11 +45,14 @@ def summarize_las(path: StrPath) -> dict[str, Any]:
             if user == CRS_USER:
                 systems[number] = file.read(length - EVLR_BYTES)
         chunk_points: int | str | None = None
+        table = None
         if header.is_compressed:
             try:
-                chunk_points = ChunkTable(file, header).chunk_points or "varies"
+                table = ChunkTable(file, header)
+                chunk_points = table.chunk_points or "varies"
             except MeshError as error:
                 warn(f"{path}: {error}")
+        warn_of_points_behind(header, table, str(path))
     is_copc = header.find_vlr((COPC_USER, 1)) is not None
     return {
         "points": header.n_points,

@@ -12,7 +12,7 @@ from ..errors import MeshError, MissingExtraError
 from ..geometry.attributes import Attributes
 from ..geometry.mesh import Mesh
 from ._warn import warn
-from .las_header import LasHeader, read_las_header
+from .las_header import LasHeader, read_las_header, require_points_counted
 from .laz import ChunkTable, LazError
 from .limits import budget
 
@@ -51,6 +51,7 @@ def read(data: bytes) -> Mesh:
     Raises MeshError for a damaged file, MissingExtraError if the extra `las` is not installed.
     """
     header = read_las_header(BytesIO(data))
+    require_points_counted(header)
     laspy = import_laspy()
     n_bytes = header.n_points * header.record_bytes
     budget().take_bytes(n_bytes, max(_MAX_RATIO, _FREE_BYTES // max(len(data), 1)), "the points")
@@ -74,6 +75,16 @@ def read(data: bytes) -> Mesh:
     return Mesh(positions, attributes=Attributes(point=_join_normals(_join_colors(columns))))
 
 
+def warn_of_points_behind(header: LasHeader, table: ChunkTable | None = None, path: str = "") -> None:
+    """Warn if more points are in a file than its header counts, which are those that every reader takes."""
+    n_behind = header.n_behind if table is None else table.n_behind
+    if n_behind:
+        warn(
+            f"{path}{': ' if path else ''}the header counts {header.n_points:,} points, and {n_behind:,} more whole "
+            "records lie behind them, which are left out"
+        )
+
+
 def find_normal(names: Iterable[str]) -> tuple[str, str, str] | None:
     """Return which of the names of floats stand for x, y and z of a normal; None if one of the three is missing."""
     spelled = {name.lower().replace("_", "").replace(" ", ""): name for name in reversed([*names])}
@@ -85,9 +96,11 @@ def find_normal(names: Iterable[str]) -> tuple[str, str, str] | None:
 def _read_records(data: bytes, header: LasHeader) -> Any:
     """Return the bytes of all points."""
     if not header.is_compressed:
+        warn_of_points_behind(header)
         return memoryview(data)[header.points_start :][: header.n_points * header.record_bytes]
     file = BytesIO(data)
     table = ChunkTable(file, header)
+    warn_of_points_behind(header, table)
     try:
         return table.decompress(file, 0, len(table.starts) - 1, header.record_bytes)
     except LazError as error:

@@ -31,6 +31,7 @@ LAZ_VLR = ("laszip encoded", 22204)
 COPC_USER = "copc"
 EXTRA_BYTES_VLR = ("LASF_Spec", 4)
 CRS_USER = "LASF_Projection"
+UNCLOSED_WORDS = "what wrote the file did not close it; lasinfo -repair of LAStools counts again"
 
 
 class Vlr(NamedTuple):
@@ -68,6 +69,8 @@ class LasHeader:
     evlrs: list[tuple[str, int, int, int]] = field(default_factory=list)
     """User, number, place and length with its header of each."""
     waveform_start: int = 0
+    n_behind: int = 0
+    """How many whole records lie behind those that it counts, in a file that is not compressed."""
 
     def find_vlr(self, key: tuple[str, int]) -> Vlr | None:
         """Return the record of a user and a number."""
@@ -99,8 +102,10 @@ def read_las_header(file: BinaryIO) -> LasHeader:
     size = file.tell()
     file.seek(0)
     fixed = file.read(HEADER_BYTES[4])
-    if fixed[:4] != b"LASF" or len(fixed) < HEADER_BYTES[0]:
-        raise MeshError("not a LAS file: it does not begin with LASF and a header")
+    if fixed[:4] != b"LASF":
+        raise MeshError("not a LAS file: it does not begin with LASF")
+    if len(fixed) < HEADER_BYTES[0]:
+        raise MeshError(f"the file is cut off: it ends after {size} bytes, within the header")
     major, minor = fixed[24], fixed[_MINOR_VERSION]
     if major != 1 or minor not in HEADER_BYTES:
         raise MeshError(f"LAS version {major}.{minor} is not known: 1.0 to 1.4 are")
@@ -152,7 +157,22 @@ def read_las_header(file: BinaryIO) -> LasHeader:
     if not header.is_compressed and points_start + count * record_bytes > header.tail_start:
         held = max(header.tail_start - points_start, 0) // record_bytes
         raise MeshError(f"the header says {count:,} points of {record_bytes} bytes, there is room for {held:,}")
+    if not header.is_compressed and not is_padding(file, points_start + count * record_bytes, record_bytes):
+        header.n_behind = (header.tail_start - points_start) // record_bytes - count
     return header
+
+
+def require_points_counted(header: LasHeader) -> None:
+    """Raise MeshError if a header counts no points, and there are some: an empty result would hide them."""
+    if header.n_points == 0 and header.n_behind:
+        raise MeshError(f"the header counts 0 points, and there are {header.n_behind:,} records: {UNCLOSED_WORDS}")
+
+
+def is_padding(file: BinaryIO, place: int, n_bytes: int) -> bool:
+    """Return whether nothing but zeros is at a place, as in space that was only reserved, or too little is there."""
+    file.seek(place)
+    data = file.read(n_bytes)
+    return len(data) < n_bytes or not any(data)
 
 
 def _read_vlrs(head: bytearray, start: int, count: int) -> tuple[list[Vlr], int]:

@@ -11,7 +11,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from ..errors import MeshError, MissingExtraError
-from .las_header import LAZ_VLR, POINT_BYTES, LasHeader
+from .las_header import LAZ_VLR, POINT_BYTES, UNCLOSED_WORDS, LasHeader, is_padding
 
 CHUNK_POINTS = 50_000
 _VARIABLE = 0xFFFFFFFF
@@ -33,6 +33,7 @@ class ChunkTable:
     """Where the chunks of a compressed file are.
 
     chunk_points : how many points each but the last holds; None where they differ
+    n_behind : how many points lie behind those that the header counts, as far as the last chunk tells: formats 6 to 10
     """
 
     def __init__(self, file: BinaryIO, header: LasHeader) -> None:
@@ -57,17 +58,22 @@ class ChunkTable:
         counts, sizes = self._read(lazrs, file, header)
         self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
         self.places = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64) + header.points_start + 8
-        self.places_end = int(self.places[-1])
+        self.n_behind = self._count_behind(file)
 
     def _read(self, lazrs: Any, file: BinaryIO, header: LasHeader) -> tuple[list[int], list[int]]:
-        if header.n_points == 0:
-            return [], []
         file.seek(header.points_start)
         place = file.read(8)
         end = struct.unpack("<q", place)[0] if len(place) == 8 else -1
+        if header.n_points == 0:
+            _require_nothing(file, header, end)
+            return [], []
         if end == -1 and header.file_bytes >= 8:  # a writer that could not seek puts it last
             file.seek(header.file_bytes - 8)
             (end,) = struct.unpack("<q", file.read(8))
+        if header.points_start + 8 <= header.file_bytes - 8 < end < 1 << 48:  # larger ones are no places
+            raise MeshError(
+                f"the file is cut off: it has {header.file_bytes:,} bytes, its table of chunks is at byte {end:,}"
+            )
         if not header.points_start + 8 <= end <= header.file_bytes - 8:
             raise MeshError(f"the table of chunks is said to be at byte {end:,} of {header.file_bytes:,}")
         file.seek(end)
@@ -91,6 +97,15 @@ class ChunkTable:
         if header.points_start + 8 + sum(sizes) > end:
             raise MeshError("the table of chunks tells of more bytes than there are")
         return counts, sizes
+
+    def _count_behind(self, file: BinaryIO) -> int:
+        """Return how many points the last chunk holds beyond the header's count, if its layers say how many it has."""
+        if self._n_layers == 0 or self.chunk_points is None or len(self.starts) < 2:
+            return 0
+        file.seek(int(self.places[-2]) + self._point_bytes)  # behind its first point
+        data = file.read(4)
+        held = int.from_bytes(data, "little") if len(data) == 4 else 0
+        return max(held - int(self.starts[-1] - self.starts[-2]), 0) if held <= self.chunk_points else 0
 
     def span(self, start: int, stop: int) -> tuple[int, int]:
         """Return the first chunk and the one behind the last that hold points `start` up to `stop`."""
@@ -129,6 +144,16 @@ class ChunkTable:
         """Return chunks `first` up to `last` as they are."""
         file.seek(int(self.places[first]))
         return file.read(int(self.places[last] - self.places[first]))
+
+
+def _require_nothing(file: BinaryIO, header: LasHeader, table_place: int) -> None:
+    """Raise MeshError if points lie in a file whose header counts none."""
+    start = header.points_start + 8
+    end = table_place if start <= table_place <= header.tail_start else header.tail_start
+    if end - start >= header.record_bytes and not is_padding(file, start, header.record_bytes):
+        raise MeshError(
+            f"the header counts 0 points, and {end - start:,} bytes of compressed points are there: {UNCLOSED_WORDS}"
+        )
 
 
 class LazError(Exception):

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform.chunked.summary import summarize_las
 from gpu_xform.compute import streaming
 from gpu_xform.compute.parts import fold_matrices
 from tests.support.las_files import NORMALS, WAVE_VECTOR, make_las, stack, world
@@ -325,3 +326,59 @@ def test_grids_are_folded_exactly() -> None:
     for axis in range(3):
         exact = (Fraction(fine[axis, 3]) - Fraction(coarse[axis, 3])) / Fraction(coarse[axis, axis])
         assert shift[axis] == float(exact)
+
+
+def set_las_count(path: Path, n_points: int) -> None:
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<Q", data, 247, n_points)
+    path.write_bytes(data)
+
+
+@pytest.mark.parametrize("suffix", ["las", "laz"])
+def test_points_behind_those_that_a_header_counts_are_told_of(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"in.{suffix}"
+    make_las(path, 100, evlrs=[OTHER])
+    set_las_count(path, 10)
+    message = rf"in\.{suffix}: the header counts 10 points, and 90 more whole records lie behind them"
+    for name in ("out.las", "out.laz"):
+        with pytest.warns(gx.MeshWarning, match=message) as told:
+            gx.transform_file(path, tmp_path / name, MATRIX)
+        assert len(told) == 1
+        assert len(laspy.read(tmp_path / name)) == 10
+    with pytest.warns(gx.MeshWarning, match=message):
+        assert gx.load_mesh(path).n_points == 10
+    with pytest.warns(gx.MeshWarning, match=message):
+        assert summarize_las(path)["points"] == 10
+
+
+@pytest.mark.parametrize("suffix", ["las", "laz"])
+def test_a_header_that_counts_no_points_of_many_is_an_error(tmp_path: Path, suffix: str) -> None:
+    path = tmp_path / f"in.{suffix}"
+    make_las(path, 100)
+    set_las_count(path, 0)
+    message = rf"in\.{suffix}: the header counts 0 points, and .*did not close it"
+    with pytest.raises(gx.MeshError, match=message):
+        gx.transform_file(path, tmp_path / "out.las", MATRIX)
+    with pytest.raises(gx.MeshError, match=message):
+        gx.load_mesh(path)
+    with pytest.warns(gx.MeshWarning, match=rf"in\.{suffix}: the header counts 0 points"):
+        assert summarize_las(path)["points"] == 0
+
+
+def test_zeros_behind_the_points_are_no_points(tmp_path: Path) -> None:
+    path = tmp_path / "in.las"
+    for n in (0, 3):
+        make_las(path, n)
+        path.write_bytes(path.read_bytes() + bytes(4096))
+        assert summarize_las(path)["points"] == n
+        gx.transform_file(path, tmp_path / "out.las", MATRIX)
+        assert len(laspy.read(tmp_path / "out.las")) == n
+
+
+def test_a_file_that_is_cut_off_says_so(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.laz")
+    data = (tmp_path / "in.laz").read_bytes()
+    for n_bytes in (200, len(data) - 100):
+        (tmp_path / "cut.laz").write_bytes(data[:n_bytes])
+        with pytest.raises(gx.MeshError, match=r"cut\.laz: the file is cut off"):
+            gx.transform_file(tmp_path / "cut.laz", tmp_path / "out.las", MATRIX)

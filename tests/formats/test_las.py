@@ -63,6 +63,7 @@ def test_few_bytes_cannot_unpack_to_gigabytes(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("suffix", ["las", "laz"])
+@pytest.mark.filterwarnings("ignore:.*the header counts")
 def test_damaged_files_are_mesh_errors_or_points(tmp_path: Path, suffix: str) -> None:
     make_las(tmp_path / "in.las", 200, 7, normals=True)
     laspy.read(tmp_path / "in.las").write(tmp_path / f"in.{suffix}")
