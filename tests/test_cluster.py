@@ -4,6 +4,9 @@ import contextlib
 import os
 import shutil
 import signal
+import subprocess
+import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -17,6 +20,7 @@ import gpu_xform as gx
 from gpu_xform.compute import cluster, device_plugin, streaming
 from tests.chunked.test_las import MATRIX
 from tests.support.las_files import make_las
+from tests.support.python_run import linux_only
 from tests.support.reference_transform import AFFINE, some_points
 
 # The libraries of the cluster leave sockets to the garbage collector when a process of theirs is killed.
@@ -64,14 +68,14 @@ def test_a_running_scheduler_gives_the_same_store_and_the_same_files(
     gx.transform_file(
         tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, progress=lambda done, _: told.append(done), **options
     )
-    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE)
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE, device=gx.Device("host"))
     assert read_all(tmp_path / "out.zarr") == read_all(tmp_path / "one.zarr")
     assert told == [*range(100, 950, 100), 950]
     make_las(tmp_path / "in.las", 110_000, 6)
     monkeypatch.setattr(streaming, "CHUNK_BYTES", 1_000_000)
     for name in ("laz", "las"):
         gx.transform_file(tmp_path / "in.las", tmp_path / f"out.{name}", MATRIX, **options)
-        gx.transform_file(tmp_path / "in.las", tmp_path / f"one.{name}", MATRIX)
+        gx.transform_file(tmp_path / "in.las", tmp_path / f"one.{name}", MATRIX, device=gx.Device("host"))
         assert (tmp_path / f"out.{name}").read_bytes() == (tmp_path / f"one.{name}").read_bytes()
     assert len(laspy.read(tmp_path / "out.laz")) == 110_000
 
@@ -132,26 +136,27 @@ def test_a_worker_killed_in_the_middle_changes_nothing(tmp_path: Path, monkeypat
     assert len(killed) == 1
     result = zarr.open_array(str(tmp_path / "out.zarr"), mode="r")
     assert np.asarray(result[:]).tobytes() == gx.transform_points(points, AFFINE).tobytes()
-    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE)
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE, device=gx.Device("host"))
     assert read_all(tmp_path / "out.zarr") == read_all(tmp_path / "one.zarr")
 
 
-def test_what_a_run_on_workers_left_is_resumed_by_one_process(running: Any, tmp_path: Path) -> None:
+def test_what_a_run_on_workers_left_is_resumed_by_workers_alone(running: Any, tmp_path: Path) -> None:
     write_zarr(tmp_path / "in.zarr", 950)
 
     def stop(done: int, _: int) -> None:
         if done == 400:
             raise RuntimeError
 
-    options = {"scheduler": running.scheduler_address}
+    options: dict[str, Any] = {"scheduler": running.scheduler_address}
     with pytest.raises(RuntimeError):
-        gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, progress=stop, **options)
+        gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, **options, progress=stop)
     told: list[int] = []
-    gx.transform_file(
-        tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, resume=True, progress=lambda done, _: told.append(done)
-    )
+    options |= {"resume": True, "progress": lambda done, _: told.append(done)}
+    with pytest.raises(gx.ArgumentError, match="computed by another device or by workers"):
+        gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, resume=True)
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, **options)
     assert told == [500, 600, 700, 800, 900, 950]
-    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE)
+    gx.transform_file(tmp_path / "in.zarr", tmp_path / "one.zarr", AFFINE, device=gx.Device("host"))
     assert read_all(tmp_path / "out.zarr") == read_all(tmp_path / "one.zarr")
     shutil.rmtree(tmp_path / "one.zarr")
 
@@ -185,3 +190,37 @@ def test_a_worker_takes_the_adapter_of_its_slot(monkeypatch: pytest.MonkeyPatch)
     assert device_plugin.choose_slot("0") == "host"
     with pytest.raises(gx.ArgumentTypeError, match="adapter must be a text"):
         gx.dask.DevicePlugin(5)  # type: ignore[arg-type]
+
+
+@linux_only
+def test_ctrl_c_in_a_terminal_ends_workers_that_start_in_one_line(tmp_path: Path) -> None:
+    """A terminal sends SIGINT to all processes of the command, and workers are hit while they import."""
+    import psutil  # type: ignore[import-untyped]
+
+    np.save(tmp_path / "in.npy", np.ones((1000, 3)))
+    typed = ["transform", "in.npy", "out.npy", "--scale", "2", "--workers", "2"]
+    command = subprocess.Popen(
+        [sys.executable, "-m", "gpu_xform", *typed], cwd=tmp_path, stderr=subprocess.PIPE, start_new_session=True
+    )
+    workers: list[Any] = []
+    while command.poll() is None and not workers:
+        time.sleep(0.02)
+        children = psutil.Process(command.pid).children(recursive=True)
+        workers = [child for child in children if child.memory_info().rss > 30e6]  # in the midst of its imports
+    os.killpg(command.pid, signal.SIGINT)
+    _, printed = command.communicate(timeout=60)
+    assert (command.returncode, printed.decode()) == (130, "gpu-xform: interrupted\n")
+    assert not [worker for worker in workers if worker.is_running()]
+    assert [path.name for path in tmp_path.iterdir()] == ["in.npy"]
+
+
+def test_no_scheduler_is_told_once_and_soon(tmp_path: Path) -> None:
+    """A client that finds none waits 20 s for it when it is deleted, and Python prints what comes of that."""
+    np.save(tmp_path / "in.npy", some_points(10, "f4"))
+    typed = ["transform", "in.npy", "out.npy", "--scale", "2", "--scheduler", "foo"]
+    command = subprocess.run(
+        [sys.executable, "-m", "gpu_xform", *typed], cwd=tmp_path, stderr=subprocess.PIPE, check=False, timeout=60
+    )
+    lines = command.stderr.decode().splitlines()
+    assert (command.returncode, len(lines)) == (2, 1), lines
+    assert "scheduler must be the address of a running scheduler, got 'foo'" in lines[0]

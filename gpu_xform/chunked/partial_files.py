@@ -122,9 +122,7 @@ class FileSink:
             if resume and (held or before) and before != work:
                 if not held:  # it was renamed, and its process killed; if it was its own source, it is not done again
                     self._partial.unlink()
-                raise OtherWorkError(
-                    f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
-                )
+                raise OtherWorkError.of(self._partial)
             try:
                 with self.name_destination():
                     if not resume:
@@ -162,7 +160,8 @@ class FileSink:
             if not try_lock(file):
                 file.close()
                 holder = read_note(self._note)[1] or "another run"
-                raise ArgumentError.expecting("destination", "be written by one run at a time", f"{holder} is at it")
+                got = f"{self._destination!r}, which {holder} is at"
+                raise ArgumentError.expecting("destination", "be written by one run at a time", got)
             if is_at(file, self._partial):
                 return file
             file.close()  # another run has finished meanwhile

@@ -157,7 +157,15 @@ class GridError(ArgumentError):
 
 
 class OtherWorkError(ArgumentError):
-    """An unfinished result that another run has left, of other work."""
+    """An unfinished result that another run has left, of other work or of another device."""
+
+    @classmethod
+    def of(cls, partial: object) -> "OtherWorkError":
+        """Return the error about an unfinished result at a path."""
+        return cls(
+            f"resume: {str(partial)!r} belongs to other work, or was computed by another device or by workers, which "
+            f"round otherwise; run without resume to replace it"
+        )
 
 
 def describe_file(path: str) -> list[Any]:

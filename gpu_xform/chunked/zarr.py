@@ -204,9 +204,7 @@ class ZarrSink:
         with self._lock():
             before, _, journal = read_note(self._note)
             if resume and before and before != work:  # without a folder: it was renamed, and its process killed
-                raise OtherWorkError(
-                    f"resume: {str(self._partial)!r} belongs to other work; run without resume to replace it"
-                )
+                raise OtherWorkError.of(self._partial)
             try:
                 with name_in_refusals(self._destination):
                     if not (resume and before == work and self._partial.exists()):
@@ -234,7 +232,8 @@ class ZarrSink:
             if not try_lock(file):
                 file.close()
                 holder = read_note(self._note)[1] or "another run"
-                raise ArgumentError.expecting("destination", "be written by one run at a time", f"{holder} is at it")
+                got = f"{self._destination!r}, which {holder} is at"
+                raise ArgumentError.expecting("destination", "be written by one run at a time", got)
             if is_at(file, self._note):
                 break
             file.close()

@@ -36,6 +36,7 @@ def format_error(error: Exception, subject: str = "") -> str:
         text = f"{error.filename}: {reason}" if error.filename else reason
     elif isinstance(error, MemoryError):
         text = text or "not enough memory"
+    text = "; ".join([text, *getattr(error, "__notes__", ())])
     if subject and not has_prefix(error, subject):
         text = f"{subject}: {text}"
     return f"gpu-xform: error: {' '.join(text.split())}\n"

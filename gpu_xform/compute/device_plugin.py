@@ -1,9 +1,10 @@
 """The device of each worker of a Dask cluster."""
 
+import os
 from typing import Any
 
 from .._core.public import public
-from ..device import HOST, default_device
+from ..device import ADAPTER_VARIABLE, HOST, default_device
 from ..errors import ArgumentTypeError, MissingExtraError, NoAdapterError
 from ..gpu.adapters import adapters
 
@@ -17,8 +18,9 @@ except ImportError:
 class DevicePlugin(WorkerPlugin):
     """A plugin of Dask workers that opens the device of each: `client.register_plugin(gx.dask.DevicePlugin())`.
 
-    Worker 0 of a machine takes the first graphics adapter that is no CPU, worker 1 the second, and so on around; where
-    there is none, the host device. A worker's number is its name in a `LocalCluster` or `dask worker --name`, else 0.
+    Where the workers' GPU_XFORM_ADAPTER names one, all take it. Else worker 0 of a machine takes the first graphics
+    adapter that is no CPU, worker 1 the second, and so on around; where there is none, the host device. A worker's
+    number is its name in a `LocalCluster` or `dask worker --name`, else 0.
 
     Parameters
     ----------
@@ -36,7 +38,7 @@ class DevicePlugin(WorkerPlugin):
 
     def setup(self, worker: Any) -> None:
         """Open the device of a worker's slot."""
-        default_device(self._adapter or choose_slot(str(worker.name)))
+        default_device(self._adapter or os.environ.get(ADAPTER_VARIABLE) or choose_slot(str(worker.name)))
 
     def teardown(self, worker: Any) -> None:
         """Do nothing: the device ends with the process."""

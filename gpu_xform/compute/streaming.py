@@ -20,7 +20,7 @@ from ..chunked.npy import NpySource
 from ..chunked.protocol import Encoded, GridError, OtherWorkError, PointSource
 from ..chunked.registry import find_type, make_sink, open_source
 from ..chunked.write_behind import WriteBehind
-from ..device import Device
+from ..device import ADAPTER_VARIABLE, Device
 from ..errors import ArgumentError, ArgumentTypeError
 from ..formats._warn import warn
 from ..host import HostDevice
@@ -63,6 +63,12 @@ def transform_file(
     link, all that is beside its target; into a FIFO or a device a `.npy` or `.ply` is written as it comes, and nothing
     is resumed.
 
+    The same kind of device gives the same bytes, whether it is that of one process or of several workers. Another kind
+    may round the last digit of a float otherwise, so that `resume` on it is refused: workers resume what workers left.
+    Workers have the adapter that GPU_XFORM_ADAPTER names to them, else a GPU each, else the host device, where one
+    process would take a graphics adapter that is a CPU. Integers of LAS and LAZ are resumed by any: they are the same,
+    unless a coordinate lies within an error of rounding of the middle between two.
+
     In LAS and LAZ the integers of the source become those of the destination by one float64 matrix, into which scales
     and offsets are folded, and are rounded once: at most half a unit of the new scale is lost. All other fields stay
     byte for byte, but for normals and the vectors of waveforms. Header bounds are computed again; records before and
@@ -91,7 +97,7 @@ def transform_file(
         "auto" turns normals (extra bytes NormalX or nx and so on in LAS, nx, ny, nz in PLY) by the inverse transpose,
         with their lengths kept, and vectors of waveforms by the linear part; "keep" leaves them.
     resume : bool
-        Go on after the last whole part of an interrupted run of the same work.
+        Go on after the last whole part of an interrupted run of the same work, on the same kind of device.
     skip_bad_chunks : bool
         Leave a chunk that cannot be decompressed as it was, with a warning, from LAZ into LAZ and from Zarr into Zarr.
     workers : int, optional
@@ -107,8 +113,8 @@ def transform_file(
     ------
     ArgumentError, ArgumentTypeError
         If the source is not such a file, if a chunk of it cannot be read, if 32-bit integers cannot hold a point, if
-        a file to resume belongs to other work, or if another run is writing the destination; otherwise as
-        `transform_points` does.
+        a file to resume belongs to other work or another device, or if another run is writing the destination;
+        otherwise as `transform_points` does.
     MeshError
         If the header of a LAS or PLY file cannot be true.
     MissingExtraError
@@ -143,9 +149,11 @@ def transform_file(
             opened, destination, matrix, project, precision, normals, skip_bad_chunks, *grid, device, workers is None
         )
         is_here = workers is None and scheduler is None
-        step = _choose_step(opened, job, choose_part_device(job, device) if is_here else None)
+        computer = choose_part_device(job, device) if is_here else None
+        step = _choose_step(opened, job, computer)
         facts = [opened.describe_state(), job.matrix.tolist(), job.stored_matrix.tolist(), project, precision]
         facts += [normals, skip_bad_chunks, find_type(source), find_type(destination)]
+        facts += [_describe_computer(computer, find_type(destination))]
         work = hashlib.sha256(json.dumps(facts).encode()).hexdigest()
         runner = _choose_runner(job, opened, device, workers, scheduler)
 
@@ -233,6 +241,18 @@ def _choose_step(source: PointSource, job: PartJob, device: Device | None) -> in
         elif device.adapter.kind == "CPU":
             n_bytes = min(n_bytes, CPU_CHUNK_BYTES)
     return max(n_bytes // point_bytes // chunk, 1) * chunk
+
+
+def _describe_computer(device: Device | None, file_type: str) -> str:
+    """Return what computes the parts, since another would round otherwise; "" where integers hide that.
+
+    device : None for those of workers
+    """
+    if file_type in ("las", "laz"):
+        return ""
+    if device is None:
+        return f"workers {os.environ.get(ADAPTER_VARIABLE, '')}"
+    return f"{device.adapter.name} {device.adapter.driver}"
 
 
 def _choose_runner(

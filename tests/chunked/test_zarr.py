@@ -172,7 +172,8 @@ def test_a_second_run_into_one_destination_is_refused(tmp_path: Path) -> None:
             told.append(str(refused.value))
 
     gx.transform_file(tmp_path / "in.zarr", tmp_path / "out.zarr", AFFINE, progress=begin_another)
-    assert "destination must be written by one run at a time" in told[0]
+    assert "destination must be written by one run at a time, got " in told[0]
+    assert "out.zarr', which " in told[0]
 
 
 def test_a_chunk_that_cannot_be_read_is_named_or_left_as_it_was(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """A .npy file to another, in chunks, interrupted and resumed."""
 
+import dataclasses
 import os
 import resource
 import signal
@@ -147,6 +148,21 @@ def test_other_work_is_not_resumed(tmp_path: Path, change: str) -> None:
     assert np.array_equal(np.load(destination), gx.transform_points(np.load(source), matrix))
 
 
+def test_what_another_device_left_is_not_resumed(tmp_path: Path) -> None:
+    """Its last digits may differ: the file would be neither the one nor the other."""
+    source, destination = saved(tmp_path / "in.npy", some_points(250, np.float32)), tmp_path / "out.npy"
+    device, other = gx.Device("host"), gx.Device("host")
+    vars(other)["adapter"] = dataclasses.replace(device.adapter, driver="other 1.0")
+    with pytest.raises(StopError):
+        gx.transform_file(source, destination, AFFINE, progress=interrupt_after(1), device=device)
+    with pytest.raises(ArgumentError, match="belongs to other work, or was computed by another device or by workers"):
+        gx.transform_file(source, destination, AFFINE, resume=True, device=other)
+    gx.transform_file(source, destination, AFFINE, resume=True, device=device)
+    assert np.array_equal(np.load(destination), gx.transform_points(np.load(source), AFFINE, device=device))
+    types = ("npy", "ply", "zarr", "las", "laz")
+    assert [module._describe_computer(None, name).strip() for name in types] == ["workers"] * 3 + [""] * 2
+
+
 @pytest.mark.parametrize("resume", [False, True])
 def test_a_second_run_into_one_destination_is_told_who_is_at_it(tmp_path: Path, resume: bool) -> None:
     source = saved(tmp_path / "in.npy", some_points(250, np.float32))
@@ -161,7 +177,8 @@ def test_a_second_run_into_one_destination_is_told_who_is_at_it(tmp_path: Path, 
 
     gx.transform_file(source, destination, AFFINE, progress=begin_another)
     (message,) = told
-    assert f"destination must be written by one run at a time, got process {os.getpid()} on " in message
+    holder = f"{os.fspath(destination)!r}, which process {os.getpid()} on "
+    assert f"destination must be written by one run at a time, got {holder}" in message
     assert np.array_equal(np.load(destination), gx.transform_points(np.load(source), AFFINE))
     assert names(tmp_path) == ["in.npy", "other.npy", "out.npy"]
 

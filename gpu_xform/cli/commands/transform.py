@@ -344,8 +344,9 @@ def _stream(options: argparse.Namespace, matrix: Float64Array) -> None:
                 progress=move,
                 device=device,
             )
-    except KeyboardInterrupt as interrupt:
-        interrupt.add_note("the same command with --resume continues")
+    except (KeyboardInterrupt, OSError) as error:
+        if Path(os.path.realpath(options.output) + ".partial").exists():
+            error.add_note("the same command with --resume continues")
         raise
 
 
