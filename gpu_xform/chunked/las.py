@@ -2,6 +2,7 @@
 
 import os
 import shutil
+import struct
 from collections.abc import Iterator, Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
@@ -17,6 +18,9 @@ from ..formats._warn import warn
 from ..formats.las import import_laspy, parse_laspy_header, warn_of_points_behind
 from ..formats.las_header import (
     COPC_USER,
+    CRS_USER,
+    EXTRA_BYTES_VLR,
+    LAZ_VLR,
     LasHeader,
     build_head,
     choose_grid,
@@ -69,13 +73,29 @@ class LasSource:
         self.world_from_stored = grid_matrix(self.header.scales, self.header.offsets)
         self._buffer, self._spare = bytearray(), bytearray()
         self._counted: Bounds | None = None
-        self._told_of_points_behind = False
+        self._told: set[str] = set()
 
     def warn_of_points_behind(self) -> None:
         """Warn, once, if more points are in the file than the header counts."""
-        if not self._told_of_points_behind:
+        if "points behind" not in self._told:
             warn_of_points_behind(self.header, self._table, self.path)
-        self._told_of_points_behind = True
+        self._told.add("points behind")
+
+    def warn_once(self, message: str) -> None:
+        """Warn of this file, but not again where a run is planned anew for bounds that were counted."""
+        if message not in self._told:
+            warn(f"{self.path}: {message}")
+        self._told.add(message)
+
+    def list_records(self) -> list[str]:
+        """Return in words what it holds of the whole cloud, but for records that tell how its points are stored."""
+        header, own = self.header, (LAZ_VLR, EXTRA_BYTES_VLR)
+        users = [vlr.user for vlr in header.vlrs if (vlr.user, vlr.number) not in own] + [
+            evlr[0] for evlr in header.evlrs
+        ]
+        n_others = sum(user not in (COPC_USER, CRS_USER) for user in users)
+        found = ["the coordinate system"] if header.has_crs else []
+        return found + ([f"{n_others} {'other ' * header.has_crs}record{'s' * (n_others > 1)}"] if n_others else [])
 
     @property
     def chunk_points(self) -> int:
@@ -253,6 +273,7 @@ class LasSink(FileSink):
             self._refuse(block, positions, source)
         _view_positions(records)[:] = positions
         facts: dict[str, Any] = {"low": low.tolist(), "high": high.tolist()} if len(positions) else {}
+        facts |= self._describe_records(records)
         body: Any = np.ascontiguousarray(records).view(np.uint8).data
         if self._record is not None:
             body, facts["table"] = compress(self._record, body)
@@ -272,6 +293,10 @@ class LasSink(FileSink):
         assert isinstance(source, LasSource)  # noqa: S101
         assert block.records is not None  # noqa: S101
         return block.records
+
+    def _describe_records(self, records: npt.NDArray[Any]) -> dict[str, Any]:  # noqa: ARG002 - of new files alone
+        """Return what `finish` needs to know of points beside their bounds."""
+        return {}
 
     def _refuse(self, block: Block, positions: npt.NDArray[Any], source: PointSource) -> None:
         fits = ((positions >= _INT32.min) & (positions <= _INT32.max)).all(axis=1)  # False for NaN
@@ -334,19 +359,36 @@ class NewLasSink(LasSink):
         header.n_points = n_points
         super().__init__(destination, path, is_stream, header, grid, is_compressed)
         self._format = laspy_header.point_format
+        self._places = _place_columns(columns)
         self.head = set_count(self.head, n_points)
 
     def _make_records(self, block: Block, source: PointSource) -> npt.NDArray[Any]:
         laspy = import_laspy()
         points = laspy.PackedPointRecord.zeros(len(block.positions), self._format)
         for name, column in source.read_columns(block).items():
-            target, factor = _place_column(name, column.dtype)
-            points[target] = column if factor == 1 else column.astype(np.uint16) * np.uint16(factor)
+            if name not in self._places:
+                continue
+            target, factor = self._places[name]
+            points[target] = (
+                column if factor == 1 else np.rint(column * np.float64(factor)).astype(points[target].dtype)
+            )
         n_returns, number = "number_of_returns", "return_number"
         names = source.attributes
         if n_returns not in names and number not in names:
             points[n_returns] = points[number] = np.ones(len(points), np.uint8)
         return points.array  # type: ignore[no-any-return]
+
+    def _describe_records(self, records: npt.NDArray[Any]) -> dict[str, Any]:
+        numbers = records.view(np.uint8).reshape(len(records), self.point_bytes)[:, _RETURN_BYTE] & _RETURN_MASK
+        return {"returns": np.bincount(numbers, minlength=_RETURN_MASK + 1)[1:].tolist()}
+
+    def finish(self, file: BinaryIO, facts: list[dict[str, Any]]) -> None:
+        """Write the counts by return as well."""
+        super().finish(file, facts)
+        if facts:
+            file.seek(_RETURNS_PLACE)
+            file.write(struct.pack("<15Q", *np.sum([part["returns"] for part in facts], axis=0)))
+            file.seek(0, os.SEEK_END)
 
 
 _COLORS = ("red", "green", "blue")
@@ -358,38 +400,52 @@ _STANDARD = {
     "number_of_returns": "u1",
     "user_data": "u1",
     "point_source_id": "u2",
+    "scan_angle": "i2",
 }
+_RETURN_BYTE, _RETURN_MASK = 14, 0x0F  # in points of formats 6 and 7
+_RETURNS_PLACE = 255  # in a header of LAS 1.4
+_ANGLES_PER_DEGREE = 1 / 0.006  # of the formats from 6 on; those before have whole degrees, called rank
 
 
 def make_laspy_header(columns: Mapping[str, np.dtype[Any]]) -> Any:
     """Return laspy's header of a file of format 6, or 7 with colours, that holds columns."""
     laspy = import_laspy()
-    has_colors = any(_place_column(name, dtype)[0] in _COLORS for name, dtype in columns.items())
+    places = _place_columns(columns)
+    has_colors = any(target in _COLORS for target, _ in places.values())
     header = laspy.LasHeader(point_format=7 if has_colors else 6, version="1.4")
     known = set(header.point_format.dimension_names)
     extra = [
-        laspy.ExtraBytesParams(name, dtype.newbyteorder("="))
+        laspy.ExtraBytesParams(places[name][0], dtype.newbyteorder("="))
         for name, dtype in columns.items()
-        if _place_column(name, dtype)[0] not in known
+        if places[name][0] not in known
     ]
     header.add_extra_dims(extra)
     return header
 
 
+def _place_columns(columns: Mapping[str, np.dtype[Any]]) -> dict[str, tuple[str, float]]:
+    """Return which dimension holds each column, and the factor of its numbers."""
+    places: dict[str, tuple[str, float]] = {name: _place_column(name, dtype) for name, dtype in columns.items()}
+    if columns.get("scan_angle_rank") == np.int8 and "scan_angle" not in columns:
+        places["scan_angle_rank"] = "scan_angle", _ANGLES_PER_DEGREE
+    return places
+
+
 def _place_column(name: str, dtype: np.dtype[Any]) -> tuple[str, int]:
     """Return which dimension holds a column, and the factor of its numbers: colours of 8 bits become those of 16."""
+    dtype = dtype.newbyteorder("=")
     if name in _COLORS and dtype.kind == "u" and dtype.itemsize <= 2:
         return name, 257 if dtype.itemsize == 1 else 1
     if name in _STANDARD and (
         dtype == np.dtype(_STANDARD[name])
-        or (dtype.kind == "u" and dtype.itemsize <= np.dtype(_STANDARD[name]).itemsize)
+        or (dtype.kind == "u" and dtype.itemsize < np.dtype(_STANDARD[name]).itemsize)
     ):
         return name, 1
     return (f"{name}_" if name in (*_COLORS, *_STANDARD) else name), 1
 
 
 def set_count(head: bytes, n_points: int) -> bytes:
-    """Return a head of LAS 1.4 that tells how many points there are, all first returns."""
+    """Return a head of LAS 1.4 that tells how many points there are, all first returns until they are counted."""
     changed = bytearray(head)
     changed[247:255] = n_points.to_bytes(8, "little")
     changed[255:263] = n_points.to_bytes(8, "little")
@@ -416,10 +472,8 @@ def _view_positions(records: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return np.ndarray((len(records), 3), "<i4", records.view(np.uint8).data, 0, (records.dtype.itemsize, 4))
 
 
-def choose_las_grid(
-    bounds: Bounds, matrix: Float64Array, scales: Any, scale: Any, offset: Any, project: bool
-) -> tuple[Float64Array, Float64Array]:
-    """Return scales and offsets for a box that a matrix moves; see `choose_grid`."""
+def move_bounds(bounds: Bounds, matrix: Float64Array, project: bool) -> Bounds:
+    """Return the box of a box that a matrix moves; raise MeshError if a projection has no place for parts of it."""
     low, high = bounds
     corners = np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -429,7 +483,14 @@ def choose_las_grid(
             if not ((w > 0).all() or (w < 0).all()):
                 raise MeshError("w is zero within the bounds of the points, which have no place after the division")
             moved /= w[:, None]
-        low, high = moved.min(axis=0), moved.max(axis=0)
+        return moved.min(axis=0), moved.max(axis=0)
+
+
+def choose_las_grid(
+    bounds: Bounds, matrix: Float64Array, scales: Any, scale: Any, offset: Any, project: bool
+) -> tuple[Float64Array, Float64Array]:
+    """Return scales and offsets for a box that a matrix moves; see `choose_grid`."""
+    low, high = move_bounds(bounds, matrix, project)
     return choose_grid(low, high, scales if scale is None else scale, scale is not None, offset)
 
 

@@ -31,7 +31,7 @@ def is_cloud(path: StrPath) -> bool:
 
 
 def _is_cloud(header: Header) -> bool:
-    elements = [element for element in header.elements if element.count]
+    elements = [element for element in header.elements if element.count or element.name == "vertex"]
     names = {element.name for element in header.elements}
     if header.encoding == "ascii" or [element.name for element in elements] != ["vertex"] or names - {"vertex", "face"}:
         return False
@@ -64,7 +64,7 @@ class PlySource:
                 )
             self.head = self.head[: header.end]
             self.header = header
-            (vertex,) = (element for element in header.elements if element.count)
+            (vertex,) = (element for element in header.elements if element.name == "vertex")
             self.record_dtype = np.dtype([(p.name, p.dtype) for p in vertex.properties])
             self.n_points, self.point_bytes = vertex.count, self.record_dtype.itemsize
             held = os.fstat(self._file.fileno()).st_size - header.end

@@ -18,6 +18,7 @@ from .las import (
     NewLasSink,
     choose_las_grid,
     list_las_losses,
+    move_bounds,
 )
 from .losses import warn_of_losses
 from .npy import SCAN_POINTS, NpySink, NpySource
@@ -47,7 +48,7 @@ def open_source(path: StrPath) -> PointSource:
 
 
 def make_sink(
-    source: PointSource,
+    source: PointSource | LasSource,
     destination: StrPath,
     matrix: Float64Array,
     *,
@@ -59,6 +60,7 @@ def make_sink(
     file_type = find_type(destination)
     if isinstance(source, LasSource):
         source.warn_of_points_behind()
+    records = source.list_records() if isinstance(source, LasSource) else []
     if file_type in ("las", "laz"):
         return _make_las_sink(source, destination, matrix, file_type, project, scale, offset)
     if scale is not None or offset is not None:
@@ -66,7 +68,7 @@ def make_sink(
         raise ArgumentError(f"{name} is for .las and .laz files, got {os.fspath(destination)!r}", argument=name)
     shape = (source.n_points, source.n_columns)
     if file_type == "zarr":
-        warn_of_losses(os.fspath(destination), file_type, source.attributes)
+        warn_of_losses(os.fspath(destination), file_type, source.attributes, records)
         return ZarrSink(destination, shape, source.dtype, getattr(source, "array", None))
     target = find_target(destination, "destination")
     if file_type == "npy":
@@ -74,13 +76,14 @@ def make_sink(
         if source.file_type != "npy" and suffix not in ("", ".npy") and not target.is_stream:
             known = ", ".join(f".{name}" for name in SOURCES)
             raise ArgumentError.expecting("destination", f"end in {known}", repr(os.fspath(destination)))
-        warn_of_losses(os.fspath(destination), file_type, source.attributes)
+        warn_of_losses(os.fspath(destination), file_type, source.attributes, records)
         return NpySink(destination, *target, shape, source.dtype)
     _require_space(source, destination)
     if isinstance(source, PlySource):
         return SamePlySink(destination, *target, source)
     columns = _describe_columns(source)
-    warn_of_losses(os.fspath(destination), file_type, [name for name, kind in columns.items() if not can_hold(kind)])
+    lost = [name for name, kind in columns.items() if not can_hold(kind)]
+    warn_of_losses(os.fspath(destination), file_type, lost, records)
     return PlySink(destination, *target, source.n_points, source.dtype, columns)
 
 
@@ -135,11 +138,34 @@ def _choose_grid(
             if is_widened:
                 told = [f"{old:g} becomes {new:g}" for old, new in zip(scales, grid[0], strict=True) if old != new]
                 warn(f"{source.path}: 32-bit integers need a wider scale for the result: {', '.join(told)}")
+            else:
+                _warn_of_coarse_grid(source, bounds, matrix, project, grid, scale is not None)
             return grid
     except MeshError as error:
         if not (isinstance(source, LasSource) and source.count_bounds()):
             raise MeshError(f"{source.path}: {error}") from None
     return _choose_grid(source, matrix, project, scale, offset)
+
+
+def _warn_of_coarse_grid(
+    source: PointSource | LasSource, bounds: Bounds, matrix: Float64Array, project: bool, grid: Bounds, is_given: bool
+) -> None:
+    """Warn if a grid rounds away the steps of the source's grid, or the whole cloud to one point."""
+    advice = "the option `scale` (--las-scale) sets a finer one"
+    scales, offsets = grid
+    if isinstance(source, LasSource) and source.n_points and not (project or is_given):
+        steps = np.linalg.norm(matrix[:3, :3], axis=0) * source.header.scales
+        if steps.min() < scales.min() / 2:
+            source.warn_once(
+                f"steps of its grid become {steps.min():.3g}, and the result keeps a scale of {scales.min():.3g}, "
+                f"which rounds them away: {advice}"
+            )
+            return
+    with np.errstate(over="ignore", invalid="ignore"):
+        low, high = move_bounds(bounds, matrix, project)
+        cells = np.rint((np.stack([low, high]) - offsets) / scales)
+    if source.n_points and (low < high).any() and np.array_equal(cells[0], cells[1]):
+        warn(f"{source.path}: a scale of {scales.min():.3g} rounds all points of the result to one: {advice}")
 
 
 def _require_finite(source: PointSource | LasSource, bounds: Bounds) -> None:
@@ -160,9 +186,9 @@ def _warn_of_crs(source: LasSource, matrix: Float64Array, project: bool) -> None
     corners = np.array(np.meshgrid(*np.stack([low, high], axis=1))).reshape(3, -1).T
     moved = float(np.abs(corners @ matrix[:3, :3].T + matrix[:3, 3] - corners).max())
     if project or not moved <= 1.0:
-        warn(
-            f"{source.path}: the coordinate system that it names is kept, and the matrix moves points by up to "
-            f"{moved:.4g}: is it still true?"
+        source.warn_once(
+            "the coordinate system that it names is kept, and the matrix moves points by more than a unit: "
+            "is it still true?"
         )
 
 

@@ -58,6 +58,7 @@ def test_points_move_within_half_a_unit_and_all_other_fields_stay(tmp_path: Path
         assert np.abs(stack(after, WAVE_VECTOR) - stack(before, WAVE_VECTOR) @ MATRIX[:3, :3].T).max() < 1e-6
 
 
+@pytest.mark.filterwarnings("ignore:.*steps of its grid")
 @pytest.mark.parametrize("matrix", [REFLECTION, gx.translate(0.0004, 0, 0), gx.scale(1e-3)], ids=["reflect", "", "mm"])
 def test_the_new_offset_is_the_centre_of_the_moved_box(tmp_path: Path, matrix: Any) -> None:
     before = make_las(tmp_path / "in.las")
@@ -110,7 +111,7 @@ def test_records_before_and_behind_the_points_stay(tmp_path: Path, suffix: str) 
     make_las(tmp_path / "in.las", vlrs=[CRS, OTHER], evlrs=[OTHER])
     out = tmp_path / f"out.{suffix}"
     with pytest.warns(
-        gx.MeshWarning, match=r"in\.las: the coordinate system that it names is kept.*moves points by up"
+        gx.MeshWarning, match=r"in\.las: the coordinate system that it names is kept.*moves points by more"
     ):
         gx.transform_file(tmp_path / "in.las", out, MATRIX)
     before, after = laspy.read(tmp_path / "in.las"), laspy.read(out)
@@ -382,3 +383,64 @@ def test_a_file_that_is_cut_off_says_so(tmp_path: Path) -> None:
         (tmp_path / "cut.laz").write_bytes(data[:n_bytes])
         with pytest.raises(gx.MeshError, match=r"cut\.laz: the file is cut off"):
             gx.transform_file(tmp_path / "cut.laz", tmp_path / "out.las", MATRIX)
+
+
+def test_a_grid_that_rounds_away_the_steps_of_the_source_is_told_of(tmp_path: Path) -> None:
+    make_las(tmp_path / "mm.las", scales=(0.1, 0.1, 0.1))
+    told = r"mm\.las: steps of its grid become 0\.0001, and the result keeps a scale of 0\.1, .*option `scale`"
+    with pytest.warns(gx.MeshWarning, match=told):
+        gx.transform_file(tmp_path / "mm.las", tmp_path / "m.las", gx.scale(0.001))
+    gx.transform_file(tmp_path / "mm.las", tmp_path / "m.las", gx.scale(0.001), scale=1e-4)
+    for matrix in (REFLECTION, gx.rotate([1, 2, 3], 1.0), gx.scale(0.6), gx.scale(1000)):
+        gx.transform_file(tmp_path / "mm.las", tmp_path / "m.las", matrix)
+    with pytest.warns(gx.MeshWarning, match=r"mm\.las: a scale of 1e\+300 rounds all points of the result to one"):
+        gx.transform_file(tmp_path / "mm.las", tmp_path / "m.las", REFLECTION, scale=1e300)
+    np.save(tmp_path / "small.npy", np.random.default_rng(0).random((9, 3)) * 1e-4)
+    with pytest.warns(gx.MeshWarning, match=r"small\.npy: a scale of 0\.001 rounds all points of the result to one"):
+        gx.transform_file(tmp_path / "small.npy", tmp_path / "m.las", np.eye(4))
+
+
+def test_records_that_other_formats_lose_are_named(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.las", vlrs=[CRS, OTHER], evlrs=[OTHER])
+    with pytest.warns(gx.MeshWarning, match=r"out\.ply: PLY does not hold the coordinate system; 2 other records$"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.ply", MATRIX)
+    for name in ("out.npy", "out.zarr"):
+        with pytest.warns(
+            gx.MeshWarning, match=r"per point, and 1 more; the coordinate system; 2 other|per point; the co"
+        ):
+            gx.transform_file(tmp_path / "in.las", tmp_path / name, MATRIX)
+
+
+@pytest.mark.parametrize("suffix", ["las", "laz"])
+@pytest.mark.parametrize("point_format", [1, 6])
+def test_returns_are_counted_and_angles_kept_through_ply(tmp_path: Path, suffix: str, point_format: int) -> None:
+    before = make_las(tmp_path / "in.las", point_format=point_format, normals=False)
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.ply", MATRIX)
+    gx.transform_file(tmp_path / "out.ply", tmp_path / f"out.{suffix}", np.eye(4))
+    after = laspy.read(tmp_path / f"out.{suffix}")
+    counts = np.bincount(before.return_number, minlength=16)[1:]
+    assert np.array_equal(after.header.number_of_points_by_return, counts)
+    assert "scan_angle_rank" not in after.point_format.dimension_names
+    angle = before.scan_angle if point_format == 6 else np.rint(before.scan_angle_rank / 0.006)
+    assert np.array_equal(after.scan_angle, angle)
+
+
+def test_of_false_bounds_the_warnings_come_once(tmp_path: Path) -> None:
+    path = tmp_path / "in.las"
+    make_las(path, vlrs=[CRS])
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<6d", data, 179, *[1.0, 0.0] * 3)
+    path.write_bytes(data)
+    with pytest.warns(gx.MeshWarning) as told:
+        gx.transform_file(path, tmp_path / "out.las", MATRIX, scale=0.001)
+    assert sorted(str(each.message).partition(": ")[2][:20] for each in told) == [
+        "its points lie from ",
+        "the coordinate syste",
+    ]
+
+
+def test_an_empty_ply_becomes_an_empty_las(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.las", 0)
+    gx.transform_file(tmp_path / "in.las", tmp_path / "e.ply", MATRIX)
+    gx.transform_file(tmp_path / "e.ply", tmp_path / "e.laz", MATRIX)
+    assert len(laspy.read(tmp_path / "e.laz")) == 0
