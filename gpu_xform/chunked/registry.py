@@ -48,7 +48,7 @@ def open_source(path: StrPath) -> PointSource:
 
 
 def make_sink(
-    source: PointSource | LasSource,
+    source: PointSource,
     destination: StrPath,
     matrix: Float64Array,
     *,
@@ -60,7 +60,7 @@ def make_sink(
     file_type = find_type(destination)
     if isinstance(source, LasSource):
         source.warn_of_points_behind()
-    records = source.list_records() if isinstance(source, LasSource) else []
+    records = _list_records(source)
     if file_type in ("las", "laz"):
         return _make_las_sink(source, destination, matrix, file_type, project, scale, offset)
     if scale is not None or offset is not None:
@@ -122,6 +122,10 @@ def _make_las_sink(
     sink = LasSink(destination, *target, source.header, grid, is_compressed)
     sink.keep_tail_of(source)
     return sink
+
+
+def _list_records(source: PointSource | LasSource) -> list[str]:
+    return source.list_records() if isinstance(source, LasSource) else []
 
 
 def _choose_grid(

@@ -128,9 +128,9 @@ def transform_file(
     -----
     MeshWarning
         If the destination cannot hold all, also records and the coordinate system of LAS, if its scale rounds away the
-        steps of the source, if a LAS header counts fewer points than the file holds, if a coordinate system is named that the matrix may have made untrue, if an
-        index of COPC is left out, if a bad chunk is left as it was, or if the bounds in a LAS header leave no good
-        grid, so that the points were read for theirs.
+        steps of the source, if a LAS header counts fewer points than the file holds, if a coordinate system is named
+        that the matrix may have made untrue, if an index of COPC is left out, if a bad chunk is left as it was, or if
+        the bounds in a LAS header leave no good grid, so that the points were read for theirs.
     """
     require_path(source, "source")
     require_callable(progress, "progress")

@@ -259,16 +259,19 @@ def choose_grid(
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         raise MeshError("the matrix moves the points beyond the largest numbers")
     centre = low / 2 + high / 2
-    offsets = np.round(centre / scales) * scales if offset is None else np.array(offset, np.float64)
+    with np.errstate(over="ignore"):  # of a scale such as 1e-310
+        steps = np.round(centre / scales)
+    near = np.where(np.isfinite(steps), steps * scales, centre)
+    offsets = near if offset is None else np.array(offset, np.float64)
     reach = np.maximum(np.abs(low - offsets), np.abs(high - offsets))
     for axis in range(3):
-        while reach[axis] / scales[axis] > _MAX_CELL:
+        while reach[axis] > _MAX_CELL * scales[axis]:
             if fixed_scale:
                 raise MeshError(
                     f"a scale of {scales[axis]:g} cannot hold coordinates {reach[axis]:g} from the offset: 32-bit "
                     f"integers need at least {reach[axis] / _MAX_CELL:.3g}"
                 )
-            scales[axis] = float(f"{scales[axis] * 10:.12g}")
+            scales[axis] = float(f"{float(scales[axis]) * 10:.12g}")
             if not math.isfinite(scales[axis]):
                 raise MeshError("the matrix moves the points beyond the largest numbers")
     return scales, offsets

@@ -444,3 +444,17 @@ def test_an_empty_ply_becomes_an_empty_las(tmp_path: Path) -> None:
     gx.transform_file(tmp_path / "in.las", tmp_path / "e.ply", MATRIX)
     gx.transform_file(tmp_path / "e.ply", tmp_path / "e.laz", MATRIX)
     assert len(laspy.read(tmp_path / "e.laz")) == 0
+
+
+@pytest.mark.parametrize("scale", [1e-310, 1e-300])
+def test_a_scale_that_hardly_is_a_number_is_widened_or_refused_in_one_message(tmp_path: Path, scale: float) -> None:
+    path = tmp_path / "in.las"
+    make_las(path)
+    with pytest.raises(gx.MeshError, match=rf"in\.las: a scale of {scale:g} cannot hold coordinates"):
+        gx.transform_file(path, tmp_path / "out.las", MATRIX, scale=scale)
+    data = bytearray(path.read_bytes())
+    struct.pack_into("<3d", data, 131, *[scale] * 3)
+    path.write_bytes(data)
+    with pytest.warns(gx.MeshWarning, match="its points lie") as told:
+        gx.transform_file(path, tmp_path / "out.las", MATRIX)
+    assert len(told) <= 2
