@@ -265,7 +265,7 @@ def choose_grid(
     offsets = near if offset is None else np.array(offset, np.float64)
     reach = np.maximum(np.abs(low - offsets), np.abs(high - offsets))
     for axis in range(3):
-        while reach[axis] > _MAX_CELL * scales[axis]:
+        while reach[axis] / _MAX_CELL > scales[axis]:
             if fixed_scale:
                 raise MeshError(
                     f"a scale of {scales[axis]:g} cannot hold coordinates {reach[axis]:g} from the offset: 32-bit "
