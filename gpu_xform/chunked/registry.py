@@ -202,7 +202,8 @@ def _require_space(source: PointSource, destination: StrPath) -> None:
 
 
 def _describe_columns(source: PointSource) -> dict[str, np.dtype[Any]]:
-    """Return the type of each attribute."""
+    """Return the type of each attribute, one with a shape for vectors per point."""
     if not source.attributes:
         return {}
-    return {name: column.dtype for name, column in source.read_columns(source.read(0, 0)).items()}
+    columns = source.read_columns(source.read(0, 0))
+    return {name: np.dtype((column.dtype, column.shape[1:])) for name, column in columns.items()}

@@ -458,3 +458,13 @@ def test_a_scale_that_hardly_is_a_number_is_refused(tmp_path: Path, scale: float
     path.write_bytes(data)
     with pytest.warns(gx.MeshWarning, match="its points lie"), pytest.raises(gx.ArgumentError, match="cannot hold"):
         gx.transform_file(path, tmp_path / "out.las", MATRIX)
+
+
+def test_vectors_in_extra_bytes_are_named_as_lost_in_ply(tmp_path: Path) -> None:
+    las = laspy.create(point_format=6, file_version="1.4")
+    las.add_extra_dim(laspy.ExtraBytesParams("glow", "3u2"))
+    las.x = np.arange(5.0)
+    las.write(tmp_path / "in.las")
+    with pytest.warns(gx.MeshWarning, match=r"out\.ply: PLY does not hold glow per point$"):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.ply", MATRIX)
+    assert gx.load_mesh(tmp_path / "out.ply").n_points == 5
