@@ -171,9 +171,10 @@ class LasSource:
         with np.errstate(over="ignore", invalid="ignore"):
             is_other = not (np.abs(np.stack([low - header.low, high - header.high])) <= 2 * header.scales).all()
         if is_other:
+            counted, said = (" to ".join(map(_write_corner, box)) for box in ((low, high), (header.low, header.high)))
             warn(
-                f"{self.path}: its points lie from {low.tolist()} to {high.tolist()}, its header says "
-                f"{header.low.tolist()} to {header.high.tolist()}: counted, for the grid of the result"
+                f"{self.path}: its points lie from {counted}, its header says {said}: counted, for the grid of the "
+                "result"
             )
         return is_other
 
@@ -457,6 +458,11 @@ def grid_matrix(scales: Any, offsets: Any) -> Float64Array:
     matrix = np.diag([*np.asarray(scales, np.float64), 1.0])
     matrix[:3, 3] = offsets
     return matrix
+
+
+def _write_corner(corner: Float64Array) -> str:
+    """Return coordinates without the last digits, which are noise of float64."""
+    return f"[{', '.join(f'{x:.12g}' for x in corner)}]"
 
 
 def round_to_grid(positions: npt.NDArray[Any]) -> Bounds:
