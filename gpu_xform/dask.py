@@ -9,6 +9,7 @@ Zarr arrays with shards must be written a shard at a time: two blocks that share
 `from_zarr` reads a block per shard, and `to_zarr` writes shards of its own choice.
 """
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -185,6 +186,9 @@ def to_zarr(array: Any, path: StrPath, *, compute: bool = True) -> Any:
     points = _as_whole_points(array)
     if points.dtype.kind != "f" or points.dtype.itemsize not in {4, 8}:
         raise ArgumentTypeError.expecting("array", "hold float32 or float64", points.dtype)
+    if math.isnan(points.shape[0]):
+        hint = "have blocks of known sizes: call its compute_chunk_sizes()"
+        raise ArgumentError.expecting("array", hint, points.chunks[0])
     target = find_zarr_target(path)
     layout = choose_layout((max(points.shape[0], 1), points.shape[1]))
     rows = points.chunks[0]

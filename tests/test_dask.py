@@ -21,6 +21,11 @@ def blocks(points: Any = POINTS, rows: int = 300) -> Any:
     return da.from_array(points, chunks=(rows, -1))
 
 
+def some_of(array: Any) -> Any:
+    """Return the points of an array that lie above a plane, in blocks of sizes that are not known."""
+    return array[array[:, 2] > 0]
+
+
 @pytest.mark.parametrize(
     "dtype", ["f4", "f2", *(pytest.param(dtype, marks=pytest.mark.float64) for dtype in ("f8", "i4"))]
 )
@@ -132,6 +137,7 @@ def test_bounds_and_buffers_refuse_a_dask_array() -> None:
         (lambda: gx.dask.transform_points(blocks(), AFFINE, precision=WRONG), "precision must be one of"),
         (lambda: gx.dask.bounds(blocks(np.ones((0, 3)))), "array must hold at least one point"),
         (lambda: gx.dask.to_zarr(blocks(np.ones((9, 3), int)), "x.zarr"), "array must hold float32 or float64"),
+        (lambda: gx.dask.to_zarr(some_of(blocks(np.ones((9, 3)))), "x.zarr"), "array must have blocks of known sizes"),
         (lambda: gx.dask.from_zarr("x.zarr"), "No such file"),
     ],
 )

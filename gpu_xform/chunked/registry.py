@@ -44,6 +44,8 @@ def open_source(path: StrPath) -> PointSource:
         with Path(path).open("rb") as file:
             if is_lfs_pointer(file.read(MAX_POINTER_BYTES)):
                 raise ArgumentError.expecting("source", "hold points", f"{POINTER_WORDS}, at {os.fspath(path)!r}")
+    if find_type(path) in ("las", "laz", "ply") and Path(path).exists() and not Path(path).is_file():
+        raise ArgumentError.expecting("source", "be a file for this type", repr(os.fspath(path)))
     return SOURCES[find_type(path)](path)  # type: ignore[no-any-return]
 
 
@@ -198,7 +200,9 @@ def _warn_of_crs(source: LasSource, matrix: Float64Array, project: bool) -> None
 
 def _require_space(source: PointSource, destination: StrPath) -> None:
     if source.n_columns != 3:
-        raise ArgumentError.expecting("source", f"have shape (n, 3) for {os.fspath(destination)!r}", "(n, 2)")
+        raise ArgumentError.expecting(
+            "source", f"have shape (n, 3) for {os.fspath(destination)!r}", f"(n, 2) of {source.path!r}"
+        )
 
 
 def _describe_columns(source: PointSource) -> dict[str, np.dtype[Any]]:

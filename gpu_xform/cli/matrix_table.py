@@ -10,6 +10,7 @@
 
 import csv
 import json
+import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -28,6 +29,7 @@ _POSE_TITLES = {
     "scale": 0, "s": 0, "qw": 1, "qx": 2, "qy": 3, "qz": 4, "tx": 5, "ty": 6, "tz": 7, "x": 5, "y": 6, "z": 7,
 }  # fmt: skip
 _POSE_PARTS = {*range(1, 8)}
+_DECIMAL_COMMA = re.compile(r"[;\t]\s*-?\d+,\d")
 _MAX_UNIT_ERROR = 0.01  # of a quaternion: more is a column that is something else
 
 
@@ -146,6 +148,9 @@ class MatrixTable:
     def _read_csv(self, text: str) -> None:
         lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")]
         delimiter = next((mark for mark in ",;\t" if lines and mark in lines[0]), ",")
+        for i, line in enumerate(lines):
+            if _DECIMAL_COMMA.search(line):
+                raise ArgumentError(f"{self._path}: line {i + 1}: expected decimal points, got commas: {line[:60]!r}")
         columns: list[str] = []
         for i, row in enumerate(csv.reader(lines, delimiter=delimiter, skipinitialspace=True)):
             cells = [cell.strip() for cell in row]
@@ -190,6 +195,10 @@ class MatrixTable:
         """Return 4x4 of rows, of 16 or 12 numbers row by row, of a similarity, or of the file that a text names."""
         if isinstance(value, str):
             path = Path(self._path).parent / value
+            if not path.is_file():
+                raise ArgumentError(
+                    f"{self._path}: {where}: expected 16 numbers, or the name of a file of them, got {value[:60]!r}"
+                )
             return np.asarray(files.read_matrix(str(path)), np.float64)
         try:
             numbers = np.array(value, np.float64)

@@ -116,6 +116,8 @@ def test_a_table_has_a_matrix_per_file(name: str, content: Any, expected: Any) -
         ("images.txt", "1 0 0 0 0 1 2 3 1 a.jpg\n\n", r"a\.jpg: expected a positive scale, a quaternion"),
         ("t.txt", "1305031102.17 1.3 0.6 1.6 0.6 0.6 -0.3 -0.4\n", "line 1: expected a positive scale, a quaternion"),
         ("t.csv", "a,0,1,0,0,0,1,2,3\n", "line 1: expected a positive scale"),
+        ("t.csv", f"name;m\na;0,5;{'0;' * 14}1", r"t\.csv: line 2: expected decimal points, got commas: 'a;0,5;0"),
+        ("t.csv", "a,none.txt", r"t\.csv: line 1: expected 16 numbers, or the name of a file of them, got 'none\.txt'"),
     ],
 )
 def test_what_is_no_table_is_an_error_that_says_where(name: str, content: Any, message: str) -> None:

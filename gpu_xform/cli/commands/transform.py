@@ -17,7 +17,7 @@ from .. import exit_codes, files
 from .. import options as groups
 from ..argument_types import numbers, paths, vectors
 from ..arguments_from_options import choose_device, compose_transforms
-from ..path_templates import PLACEHOLDERS
+from ..path_templates import BRACES, PLACEHOLDERS
 from ..paths import STDIO, expand_globs, file_type, require_target, require_type
 from ..stage_times import report_stage
 from ..streams import name_file_in_errors, print_stderr, raise_warnings
@@ -155,6 +155,7 @@ def run(options: argparse.Namespace) -> int:
 def _plan_tasks(options: argparse.Namespace, inputs: Sequence[str]) -> list[argparse.Namespace]:
     """Return the options for each input, with its `input`, `output` and `place`; raise for paths written twice."""
     is_template = any(placeholder in options.output for placeholder in PLACEHOLDERS)
+    is_template |= any(braces[1:-1].isidentifier() for braces in BRACES.findall(options.output))  # which is refused
     if len(inputs) > 1 and not is_template:
         raise ArgumentError(f"{options.output}: {len(inputs)} files need a path with {{model}} in it")
     table = None
@@ -162,7 +163,10 @@ def _plan_tasks(options: argparse.Namespace, inputs: Sequence[str]) -> list[argp
         from ..matrix_table import MatrixTable
 
         table = MatrixTable(options.matrix_table)
-    template = paths.parse_template(options.output) if is_template else None
+    try:
+        template = paths.parse_template(options.output) if is_template else None
+    except argparse.ArgumentTypeError as error:
+        raise ArgumentError(str(error)) from None
     tasks, owners = [], dict[str, str]()
     sources = {os.path.normcase(os.path.realpath(path)): path for path in inputs if path != STDIO}
     for place, path in enumerate(inputs):
@@ -244,7 +248,9 @@ def _require_no_scan_options(options: argparse.Namespace) -> None:
         raise ArgumentError("--resume is for .npy files that become .npy files, and for .las, .laz, .zarr, .ply scans")
     for name in ("skip_bad_chunks", "las_scale", "las_offset", "keep_normals", "workers", "scheduler"):
         if getattr(options, name):
-            raise ArgumentError(f"--{name.replace('_', '-')} is for scans: .las, .laz, .zarr, and .ply without faces")
+            raise ArgumentError(
+                f"--{name.replace('_', '-')} is for scans: .las, .laz, .zarr, and binary .ply without faces"
+            )
 
 
 def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: str) -> None:
@@ -316,8 +322,11 @@ def _transform_array(options: argparse.Namespace, matrix: Float64Array) -> None:
 
 def _stream(options: argparse.Namespace, matrix: Float64Array) -> None:
     from ..._core import progress
-    from ...compute.streaming import transform_file
+    from ...compute.streaming import count_columns, transform_file
 
+    for name in ("file_limits", "pose", "tolerance"):
+        if getattr(options, name, None) is not None:
+            raise ArgumentError(f"--{name.replace('_', '-')} is for models, got {options.input}")
     has_workers = options.workers is not None or options.scheduler is not None
     if has_workers and options.adapter is not None:
         raise ArgumentError("--adapter is for one process; workers have a device each")
@@ -325,6 +334,8 @@ def _stream(options: argparse.Namespace, matrix: Float64Array) -> None:
         from ...chunked.zarr import ZarrSource
 
         matrix = _as_3x3(matrix) if ZarrSource(options.input).n_columns == 2 else matrix
+    if file_type(options.input) == "npy" and len(matrix) == 4 and count_columns(options.input) == 2:
+        matrix = _as_3x3(matrix)
     device = None if has_workers else choose_device(options)
     try:
         label = f"read {options.input}, transformed, wrote {options.output}"

@@ -1,6 +1,7 @@
 """`gpu-xform transform` of scans: LAS, LAZ, Zarr and streamed PLY, one by one or many."""
 
 import json
+import os
 from pathlib import Path
 
 import laspy
@@ -130,6 +131,11 @@ def test_what_the_target_cannot_hold_is_named_or_refused(capsys: pytest.CaptureF
         ("cube.obj out.laz", "cube.obj: the type must be one of las, laz, npy, ply, zarr, got obj"),
         ("in.las -", "in.las: .las, .laz and .zarr go from a file to a file, not through a pipe"),
         ("cube.obj out.obj --workers 2", "--workers is for scans"),
+        ("in.las {bogus}.las", "expected {model}, {suffix}, {parent} or {folder}, or doubled braces, got '{bogus}'"),
+        ("in.las out.las --file-limits points=10", "--file-limits is for models, got in.las"),
+        ("in.las out.las --tolerance 1", "--tolerance is for models, got in.las"),
+        ("plane.npy out.laz", "source must have shape (n, 3) for 'out.laz', got (n, 2) of 'plane.npy'"),
+        ("fifo.las out.las", "source must be a file for this type, got 'fifo.las'"),
         ("cube.obj out.obj --skip-bad-chunks", "--skip-bad-chunks is for scans"),
         ("in.las out.las --workers 0", "expected a number of processes from 1 to 9999, got '0'"),
         ("in.las out.las --las-scale 0", "expected positive numbers, got '0'"),
@@ -142,5 +148,7 @@ def test_what_the_target_cannot_hold_is_named_or_refused(capsys: pytest.CaptureF
 def test_wrong_commands_are_refused_in_a_line(command: str, message: str, capsys: pytest.CaptureFixture[str]) -> None:
     make_las(Path("in.las"), 10)
     gx.save_mesh(gx.samples.cube(), "cube.obj")
+    np.save("plane.npy", np.ones((9, 2)))
+    os.mkfifo("fifo.las")
     assert message in error_of(["transform", *command.split()], capsys)
-    assert sorted(path.name for path in Path().iterdir()) == ["cube.obj", "in.las"]
+    assert sorted(path.name for path in Path().iterdir()) == ["cube.obj", "fifo.las", "in.las", "plane.npy"]
