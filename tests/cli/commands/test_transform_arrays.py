@@ -1,5 +1,6 @@
 """`gpu-xform transform` from .npy to .npy: arrays of any size, interrupted and resumed."""
 
+import errno
 import os
 from pathlib import Path
 from typing import Any
@@ -8,6 +9,7 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform.chunked.partial_files import FileSink
 from gpu_xform.cli import main
 from gpu_xform.cli.commands import transform as commands
 from gpu_xform.compute import streaming
@@ -70,6 +72,24 @@ def test_an_interrupted_run_is_resumed(monkeypatch: pytest.MonkeyPatch, capsys: 
     assert main(["transform", "in.npy", "out.npy", *STEPS, "--resume"]) == 0
     assert told == [100, 200, 300, 400, 500, 600, 700, 800, 900, 950]
     assert np.array_equal(np.load("out.npy"), gx.transform_points(points, MATRIX))
+
+
+@pytest.mark.parametrize(("chunks", "hint"), [(2, "; the same command with --resume continues"), (0, "")])
+def test_a_full_disk_says_how_to_go_on(
+    chunks: int, hint: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save("in.npy", some_points(950, np.float32))
+    append = FileSink.append
+
+    def fill(sink: FileSink, part: Any) -> None:
+        if part.start >= 100 * chunks:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), "out.npy")
+        append(sink, part)
+
+    monkeypatch.setattr(FileSink, "append", fill)
+    line = error_of(["transform", "in.npy", "out.npy", *STEPS], capsys)
+    assert line == f"gpu-xform: error: out.npy: No space left on device{hint}\n"
+    assert Path("out.npy.partial").exists() == bool(hint)
 
 
 def test_models_are_not_resumed(capsys: pytest.CaptureFixture[str]) -> None:
