@@ -1,11 +1,12 @@
 """Concatenation of meshes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from .._core.types import Float64Array
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
 from ._warn import warn
@@ -13,6 +14,18 @@ from ._warn import warn
 LIBRARIES = "mtllib"  # under which OBJ keeps the names of its files of materials
 _PLACES = ("point", "corner", "face")
 _MAX_NAMED = 4
+
+
+def concatenate_placed(placed: Iterable[tuple[Mesh, Float64Array]]) -> Mesh:
+    """Return meshes as one, each where its matrix (4, 4) puts it; one that is often at a place is moved there once."""
+    moved: dict[tuple[int, bytes], Mesh] = {}
+    parts = []
+    for mesh, matrix in placed:
+        key = id(mesh), matrix.tobytes()
+        if key not in moved:
+            moved[key] = mesh.transformed(matrix)
+        parts.append(moved[key])
+    return concatenate(parts)
 
 
 def concatenate(meshes: Sequence[Mesh]) -> Mesh:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..errors import MeshError, MissingExtraError
 from ..geometry.mesh import Mesh
-from ._concatenate import concatenate
+from ._concatenate import concatenate_placed
 from ._warn import warn
 from ._xml import parse_xml
 from .limits import budget
@@ -58,7 +58,9 @@ def read(data: bytes) -> Mesh:
         warn("its materials are broken, and left out")
     budget().take_numbers(sum(shape.vertices.size + shape.faces.size for shape, _ in found), "its nodes")
     try:
-        return concatenate([_convert(shape).transformed(np.diag([*[metres] * 3, 1.0]) @ m) for shape, m in found])
+        meshes = {id(shape): _convert(shape) for shape in {id(shape): shape for shape, _ in found}.values()}
+        scale = np.diag([*[metres] * 3, 1.0])
+        return concatenate_placed((meshes[id(shape)], scale @ matrix) for shape, matrix in found)
     except (ValueError, TypeError) as error:
         raise MeshError(f"it is not COLLADA: {error}") from None
 

@@ -8,7 +8,7 @@ import numpy as np
 from ..errors import ArgumentError, MeshError
 from ..geometry.mesh import Mesh, count_corners
 from ..geometry.scene import Scene
-from ._concatenate import concatenate
+from ._concatenate import concatenate_placed
 from .gltf_accessors import Accessors
 from .gltf_document import Document, read_document, understand, write_gltf
 from .gltf_meshes import read_meshes
@@ -71,7 +71,7 @@ def merge_scene(scene: Scene) -> Mesh:
     sizes = np.array([mesh.positions.size + count_corners(mesh) for mesh, _ in placed])
     n_numbers = int(sizes @ [len(matrices) for _, matrices in placed])
     budget().take_numbers(n_numbers, "its nodes")
-    merged = concatenate([mesh.transformed(matrix) for mesh, matrices in placed for matrix in matrices])
+    merged = concatenate_placed((mesh, matrix) for mesh, matrices in placed for matrix in matrices)
     holds = [f"{len(scene)} nodes"] if len(scene) > 1 else []
     holds += [f"animation {name!r}" for name in scene.animations]
     return merged.with_attributes(merged.attributes, metadata={"gltf": {"holds": holds}} if holds else None)

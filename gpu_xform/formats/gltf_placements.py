@@ -42,8 +42,13 @@ def _variants(stem: str) -> Iterator[str]:
     yield from (f"{stem} {number}" for number in itertools.count(2))
 
 
+_PLACING = frozenset({"matrix", "rotation", "scale", "translation"})
+
+
 def local_matrix(node: Any) -> Float64Array:
     """Return the matrix of a node, given as such or as T R S (3.5.3)."""
+    if not _PLACING & node.keys():
+        return np.eye(4)
     if "matrix" not in node:
         placement = read_placement(node)
         return compose_placement(placement.translation, placement.rotation, placement.scale)

@@ -1,11 +1,15 @@
 """Meshes joined into one, with their attributes."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
+import gpu_xform as gx
 from gpu_xform import Mesh
 from gpu_xform.errors import MeshWarning
-from gpu_xform.formats._concatenate import concatenate
+from gpu_xform.formats._concatenate import concatenate, concatenate_placed
+from gpu_xform.samples import cube, torus
 
 POINTS = [(0, 0, 0), (1, 0, 0), (0, 1, 0)]
 
@@ -74,3 +78,26 @@ def test_shapes_that_do_not_go_together_are_named() -> None:
     with pytest.warns(MeshWarning, match="t per point differs in shape between the parts of the file"):
         joined = concatenate([part(point={"t": np.ones(3)}), part(point={"t": np.ones((3, 2))})])
     assert not joined.attributes
+
+
+def test_meshes_where_matrices_put_them_are_each_moved_by_itself() -> None:
+    mirror, one = gx.scale(-1, 2, 3) @ gx.translate(1, 2, 3), cube()
+    placed = [(cube(), mirror), (torus(5, 4), mirror), (one, mirror), (one, np.eye(4)), (one, mirror)]
+    found, expected = concatenate_placed(placed), concatenate([mesh.transformed(matrix) for mesh, matrix in placed])
+    assert np.array_equal(found.positions, expected.positions)
+    assert np.array_equal(found.indices, expected.indices)
+    assert np.array_equal(found.offsets, expected.offsets)
+
+
+def test_a_mesh_that_is_often_at_one_place_is_moved_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    moved: list[Any] = []
+    transformed = Mesh.transformed
+
+    def note(mesh: Mesh, matrix: Any) -> Mesh:
+        moved.append(mesh)
+        return transformed(mesh, matrix)
+
+    monkeypatch.setattr(Mesh, "transformed", note)
+    one, other = cube(), cube()
+    assert concatenate_placed([(one, np.eye(4)), (other, np.eye(4)), (one, np.eye(4))]).n_points == 24
+    assert [id(mesh) for mesh in moved] == [id(one), id(other)]
