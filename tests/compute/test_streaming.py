@@ -200,7 +200,7 @@ def test_the_command_names_who_writes_a_destination(tmp_path: Path, capsys: pyte
         assert first.stdout
         assert first.stdout.readline() == b"100\n"
         message = error_of(["transform", str(source), str(tmp_path / "out.npy"), "--scale", "3"], capsys)
-        assert f"got process {first.pid} on {socket.gethostname()} is at it" in message
+        assert f"out.npy', which process {first.pid} on {socket.gethostname()} is at" in message
         first.communicate(b"...")
     assert first.returncode == 0
     assert np.array_equal(np.load(tmp_path / "out.npy"), np.load(source) * np.float32(2))
