@@ -20,6 +20,7 @@ from ..surfaces.patches import tessellate_patches
 from ..surfaces.resolution import choose_steps
 from .obj_attributes import SHAPES, Extras
 
+_MAX_DIGITS = 9  # of a degree; Python refuses to read 4,300
 _DEFAULT_TOLERANCE = 1e-3  # of the diagonal of all points
 _N_OLD_POINTS = 16  # of `bzp` and `bsp`, 4 x 4
 _TYPES = ("bezier", "bspline")
@@ -202,7 +203,7 @@ def _list_forms(extras: Extras) -> Iterator[_Form]:
             is_rational = "rat" in words[:-1]
             kind = words[-1] if words else ""
         elif keyword == "deg":
-            degrees = [int(word) if word.isdecimal() else 0 for word in words]
+            degrees = [int(word) if word.isdecimal() and len(word) <= _MAX_DIGITS else 0 for word in words]
         elif keyword == "parm" and form is not None and words:
             form.parameters[words[0]] = words[1:]
         elif keyword in ("trim", "hole") and form is not None:

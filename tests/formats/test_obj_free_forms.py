@@ -202,6 +202,13 @@ def test_forms_that_cannot_be_read_are_left_out_with_the_reason(statements: str,
     assert (mesh.n_points, mesh.n_faces) == (16, 1)
 
 
+@pytest.mark.parametrize("word", ["3" * 5_000, "3 " + "3" * 5_000, "9" * 10])
+def test_a_degree_beyond_all_numbers_shows_nothing(word: str) -> None:
+    body = f"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ncstype bezier\ndeg {word}\nsurf 0 1 0 1 1 2 3\nparm u 0 1\nend\n"
+    with pytest.warns(gx.MeshWarning, match="not shown: 1 surf"):
+        assert load(body).n_faces == 1
+
+
 def test_what_is_trimmed_is_named() -> None:
     names = " ".join(map(str, range(1, 17)))
     knots = "0 0 0 0 1 1 1 1"
