@@ -277,7 +277,13 @@ class LasSink(FileSink):
         facts |= self._describe_records(records)
         body: Any = np.ascontiguousarray(records).view(np.uint8).data
         if self._record is not None:
-            body, facts["table"] = compress(self._record, body)
+            try:
+                body, facts["table"] = compress(self._record, body)
+            except LazError as error:
+                stop = block.start + len(positions)
+                raise ArgumentError(
+                    f"{self._destination}: points {block.start} to {stop - 1} cannot be compressed: {error}; write .las"
+                ) from None
         return Encoded(block.start, len(positions), body, facts)
 
     def _keep_raw(self, block: Block, source: PointSource) -> Encoded:

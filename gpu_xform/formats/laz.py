@@ -18,6 +18,8 @@ _VARIABLE = 0xFFFFFFFF
 _CHUNKED = (2, 3)  # kinds of compression: points in chunks, layers in chunks
 # Layers per chunk that each begins with a size, by point format; one more for each extra byte.
 _LAYERS = {6: 9, 7: 10, 8: 11, 9: 10, 10: 12}
+_WAVE_ITEM = 13  # the part of a point that tells of its waveform, in formats 9 and 10
+_CHANNEL_BYTE, _CHANNEL_BITS = 15, 0x30
 
 
 def import_lazrs() -> Any:
@@ -180,7 +182,10 @@ def make_laz_record(header: LasHeader) -> bytes:
 
 
 def compress(record: bytes, points: Any) -> tuple[bytes, list[tuple[int, int]]]:
-    """Return a part of whole chunks, compressed, and its lines of the table of chunks."""
+    """Return a part of whole chunks, compressed, and its lines of the table of chunks.
+
+    Raises LazError where lazrs loses something: of waveforms whose scanner changes.
+    """
     lazrs = import_lazrs()
     vlr = lazrs.LazVlr(record)
     out = BytesIO()
@@ -193,7 +198,24 @@ def compress(record: bytes, points: Any) -> tuple[bytes, list[tuple[int, int]]]:
     table = lazrs.read_chunk_table_only(out, vlr)
     n_points = len(points) // vlr.item_size()
     counts = [min(CHUNK_POINTS, n_points - start) for start in range(0, n_points, CHUNK_POINTS)]
-    return bytes(whole[8:end]), [(count, int(size)) for count, (_, size) in zip(counts, table, strict=True)]
+    lines = [(count, int(size)) for count, (_, size) in zip(counts, table, strict=True)]
+    body = bytes(whole[8:end])
+    if _changes_scanner(vlr, points):
+        back = bytearray(len(points))
+        call_lazrs(lazrs.decompress_points_with_chunk_table, body, record, back, lines)
+        if back != points:
+            raise LazError("lazrs loses the waveform fields of points whose scanner channel changes")
+    return body, lines
+
+
+def _changes_scanner(vlr: Any, points: Any) -> bool:
+    """Return whether points have waveforms, of formats 9 and 10, and several scanners: lazrs 0.8 mistakes contexts."""
+    record = vlr.record_data()
+    kinds = {struct.unpack_from("<H", record, place)[0] for place in range(34, len(record) - 5, 6)}
+    if _WAVE_ITEM not in kinds:
+        return False
+    channels = np.frombuffer(points, np.uint8).reshape(-1, vlr.item_size())[:, _CHANNEL_BYTE] & _CHANNEL_BITS
+    return bool((channels != channels[:1]).any())
 
 
 def write_table(file: BinaryIO, record: bytes, points_start: int, table: list[tuple[int, int]]) -> None:

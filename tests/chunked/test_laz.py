@@ -49,6 +49,23 @@ def test_parts_joined_are_the_file_of_one_writer(tile: Path, tmp_path: Path, sou
             assert reader.read_points(3) == las.points[70_001:70_004]
 
 
+@pytest.mark.parametrize("point_format", range(11))
+def test_every_point_format_is_compressed_or_refused(tmp_path: Path, point_format: int) -> None:
+    before = make_las(tmp_path / "in.las", point_format=point_format)
+    if point_format >= 9:
+        with pytest.raises(
+            gx.ArgumentError, match=r"out\.laz: points 0 to 399 cannot .* scanner channel .* write \.las"
+        ):
+            gx.transform_file(tmp_path / "in.las", tmp_path / "out.laz", MATRIX)
+        assert [path.name for path in tmp_path.iterdir()] == ["in.las"]
+        before.scanner_channel[:] = 2
+        before.write(tmp_path / "in.las")
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.laz", MATRIX)
+    gx.transform_file(tmp_path / "out.laz", tmp_path / "back.las", np.eye(4))
+    for name in ("out.laz", "back.las"):
+        require_moved(before, laspy.read(tmp_path / name), MATRIX)
+
+
 def test_a_killed_run_is_resumed_to_the_same_bytes(tile: Path, tmp_path: Path) -> None:
     gx.transform_file(tile / "in.laz", tmp_path / "whole.laz", MATRIX)
 
