@@ -271,9 +271,11 @@ def _decode(value: Any, shared: Any) -> Any:
             dtype = np.dtype(str(text))
             if dtype.kind not in _KINDS or not all(type(side) is int and side >= 0 for side in [start, *shape]):
                 raise ValueError("an array is malformed")
+            if not math.prod(shape):  # which lies nowhere
+                return np.empty(shape, dtype)
             if start + math.prod(shape) * dtype.itemsize > len(shared):
                 raise ValueError("an array is outside of the shared memory")
-            return np.ndarray(shape, dtype, shared, start).copy() if math.prod(shape) else np.empty(shape, dtype)
+            return np.ndarray(shape, dtype, shared, start).copy()
         case "ragged":
             return RaggedArray(*(_decode(each, shared) for each in content))
         case "bytes":

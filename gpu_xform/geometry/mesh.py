@@ -11,7 +11,7 @@ from typing import Any, Literal, TypeAlias, TypeGuard
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_square_matrix, describe_first_non_finite, require_affine
+from .._core.arguments import as_square_matrix, describe_first_non_finite, require_affine, require_room
 from .._core.masked import drop_hidden_rows, require_unmasked
 from .._core.pictured import Pictured
 from .._core.public import public
@@ -539,6 +539,7 @@ def _as_integers(values: npt.ArrayLike, name: str, ndim: int) -> npt.NDArray[Any
         array = np.asarray(values)
     except ValueError as error:
         raise MeshError(f"{name} must be integers: {error}") from None
+    require_room(array, name)
     if array.ndim != ndim:
         raise MeshError(f"{name} must have {ndim} dimension{'s'[: ndim - 1]}, got shape {array.shape}")
     if array.size == 0:

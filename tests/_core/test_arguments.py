@@ -67,6 +67,7 @@ def test_what_a_broadcast_repeats_beyond_any_memory_is_refused_by_its_shape() ->
         lambda: gx.rotate_x(np.broadcast_to(1.0, (1 << 40,))),
         lambda: gx.bounds(points),
         lambda: gx.render_array(points, size=(24, 16)),
+        lambda: gx.Mesh(np.eye(3), np.broadcast_to(0, (1 << 40, 3))),
     ):
         with pytest.raises(ArgumentError, match=r"must take at most 274,877,906,944 bytes, got shape \(1099511627776"):
             call()

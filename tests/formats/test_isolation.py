@@ -45,13 +45,14 @@ end_header
 """
 
 
-@pytest.mark.parametrize("kind", ["ply", "obj", "glb"])
+@pytest.mark.parametrize("kind", ["ply", "obj", "glb", "npy"])
 def test_the_same_mesh_comes_back(kind: str) -> None:
     if kind == "ply":
         data = PLY
     else:
         file = io.BytesIO()
-        gx.save_mesh(gx.samples.icosphere(2) if kind == "glb" else gx.samples.house(), file, file_type=kind)
+        models = {"obj": gx.samples.house(), "glb": gx.samples.icosphere(2), "npy": gx.Mesh(np.eye(3))}
+        gx.save_mesh(models[kind], file, file_type=kind)
         data = file.getvalue()
     plain = gx.load_mesh(io.BytesIO(data), file_type=kind)
     isolated = gx.load_mesh(io.BytesIO(data), file_type=kind, isolated=True)
