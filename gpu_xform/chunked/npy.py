@@ -39,6 +39,7 @@ class NpySource:
             raise
         self.world_from_stored = np.identity(self.n_columns + 1)
         self._buffer: npt.NDArray[Any] = np.empty((0, self.n_columns), self.dtype)
+        self._spare = self._buffer
 
     def _read_header(self) -> tuple[tuple[int, int], np.dtype[Any]]:
         try:
@@ -60,8 +61,9 @@ class NpySource:
             raise ArgumentError.expecting("source", f"hold {expected:,} bytes of points", f"{held:,} in {self.path!r}")
 
     def read(self, start: int, stop: int) -> Block:
-        """Return the points from `start` up to `stop`, in memory that the next call uses again."""
+        """Return the points from `start` up to `stop`, in memory that the call after the next one uses again."""
         n = stop - start
+        self._buffer, self._spare = self._spare, self._buffer
         if len(self._buffer) < n:
             self._buffer = np.empty((n, self.n_columns), self.dtype)
         points = self._buffer[:n]

@@ -83,7 +83,7 @@ class PointSource(Protocol):
     def read(self, start: int, stop: int) -> Block:
         """Return the points from `start` up to `stop`; raise `ChunkError` if a chunk of them cannot be read.
 
-        Records last until the call after the next one, positions alone until the next one.
+        What is returned lasts until the call after the next one.
         """
         ...
 

@@ -1,4 +1,4 @@
-"""Parts that a thread stores while the next one is made."""
+"""Parts that a thread encodes and stores while the next one is made."""
 
 from collections.abc import Callable
 from types import TracebackType
@@ -11,10 +11,10 @@ if TYPE_CHECKING:
 
 
 class WriteBehind:
-    """A context manager that stores parts in their order, each in a thread while the next one is made.
+    """A context manager that encodes and stores parts in their order, each in a thread while the next one is made.
 
-    What a part holds must stay as it is until the next one is taken. A stream is written at once: a thread that waits
-    for a reader could not be interrupted.
+    What a part is made of must stay as it is until the next one is taken. A stream is written at once: a thread that
+    waits for a reader could not be interrupted.
 
     tell : called with each part that is stored, by the thread that takes them
     """
@@ -24,7 +24,7 @@ class WriteBehind:
 
         self._sink, self._tell = sink, tell
         self._pool = ThreadPoolExecutor(1, "gpu_xform-writer")
-        self._pending: tuple[Future[None], Encoded] | None = None
+        self._pending: Future[Encoded] | None = None
 
     def __enter__(self) -> Self:
         return self
@@ -39,24 +39,23 @@ class WriteBehind:
         finally:
             self._pool.shutdown()
 
-    def take(self, part: Encoded) -> None:
+    def take(self, encode: Callable[[], Encoded]) -> None:
         """Store a part, or note one that another process has stored; raise what went wrong with the one before."""
         self._wait()
         if self._sink.is_stream:
-            self._store(part)
-            self._tell(part)
+            self._tell(self._store(encode))
         else:
-            self._pending = self._pool.submit(self._store, part), part
+            self._pending = self._pool.submit(self._store, encode)
 
     def _wait(self) -> None:
         if self._pending is not None:
-            future, part = self._pending
-            self._pending = None
-            future.result()
-            self._tell(part)
+            pending, self._pending = self._pending, None
+            self._tell(pending.result())
 
-    def _store(self, part: Encoded) -> None:
+    def _store(self, encode: Callable[[], Encoded]) -> Encoded:
+        part = encode()
         if part.body is None:
             self._sink.record(part)
         else:
             self._sink.append(part)
+        return part

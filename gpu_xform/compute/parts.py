@@ -1,6 +1,6 @@
 """Parts of chunked points: read, transformed and encoded, in this process or in another."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -50,8 +50,8 @@ class PartWorker:
         self._result: npt.NDArray[Any] = np.empty((0, source.n_columns), job.dtype.newbyteorder("="))
         self._spare = self._result
 
-    def run(self, start: int, stop: int) -> Iterator[Encoded]:
-        """Yield the points from `start` up to `stop` as the sink stores them: one part, or more around bad chunks."""
+    def run(self, start: int, stop: int) -> Iterator[Callable[[], Encoded]]:
+        """Yield what encodes the points from `start` up to `stop`: one part, or more around bad chunks."""
         while start < stop:
             try:
                 yield self._transform(start, stop)
@@ -60,15 +60,23 @@ class PartWorker:
                     raise
                 if start < error.start:
                     yield self._transform(start, error.start)
-                raw = self._source.read_raw(error.start, error.stop)
-                part = self._job.sink.encode(raw, raw.positions, self._source)
-                part.facts["skipped"] = str(error)
-                yield part
+                yield self._keep(error)
                 start = error.stop
             else:
                 return
 
-    def _transform(self, start: int, stop: int) -> Encoded:
+    def _keep(self, error: ChunkError) -> Callable[[], Encoded]:
+        job, source = self._job, self._source
+        raw = source.read_raw(error.start, error.stop)
+
+        def encode() -> Encoded:
+            part = job.sink.encode(raw, raw.positions, source)
+            part.facts["skipped"] = str(error)
+            return part
+
+        return encode
+
+    def _transform(self, start: int, stop: int) -> Callable[[], Encoded]:
         job, source = self._job, self._source
         block = source.read(start, stop)
         n = stop - start
@@ -87,7 +95,7 @@ class PartWorker:
         if block.records is not None and n:
             for directions in job.directions:
                 self._turn(block.records, directions)
-        return job.sink.encode(block, result, source)
+        return lambda: job.sink.encode(block, result, source)
 
     def _turn(self, records: npt.NDArray[Any], directions: Directions) -> None:
         """Transform three fields of points: normals stay as long as they were."""
@@ -105,7 +113,8 @@ def run_part(job: PartJob, start: int, stop: int, device: Device | None = None) 
     source = open_source(job.path)
     try:
         parts = []
-        for part in PartWorker(job, source, device).run(start, stop):
+        for encode in PartWorker(job, source, device).run(start, stop):
+            part = encode()
             if job.sink.is_parallel:
                 job.sink.append(part)
                 part.body = None

@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -30,7 +31,7 @@ from .transform import project_points, transform_points
 
 CHUNK_BYTES = 32 << 20
 CPU_CHUNK_BYTES = 8 << 20  # as many as a graphics adapter that is a CPU takes at once: more only take memory
-WORKER_CHUNK_BYTES = 16 << 20  # of which a worker holds a few, until they are fetched
+FEW_CHUNK_BYTES = 16 << 20  # of which a worker holds a few, until they are fetched, and zarr-python more than that
 HOST_CHUNK_BYTES = 2 << 20  # stay in a processor's cache from reading to writing, which takes half the time
 Normals: TypeAlias = Literal["auto", "keep"]
 
@@ -55,8 +56,8 @@ def transform_file(
 ) -> None:
     """Transform the points of one file into another, of the same format or not, holding parts of it in memory.
 
-    Parts take 32 MiB, those of workers 16. Where nothing is compressed, they take 8 on graphics adapters that are CPUs,
-    and 2 on the host device.
+    Parts take 32 MiB, those of workers and of Zarr 16. Where nothing is compressed, they take 8 on graphics adapters
+    that are CPUs, and 2 on the host device.
 
     The result grows in `<destination>.partial` and is renamed when it is complete. An interrupted run leaves that file,
     and `resume` goes on with it, to the same bytes. Only one run at a time writes it. If the destination is a symbolic
@@ -166,8 +167,8 @@ def transform_file(
 
         with job.sink.open(resume, step, work) as done, WriteBehind(job.sink, tell) as writer:
             ranges = [(start, min(start + step, opened.n_points)) for start in range(done, opened.n_points, step)]
-            for part in runner(ranges):
-                writer.take(part)
+            for encode in runner(ranges):
+                writer.take(encode)
 
     try:
         run(resume)
@@ -235,7 +236,8 @@ def _choose_step(source: PointSource, job: PartJob, device: Device | None) -> in
     if chunk % source.chunk_points or chunk % job.sink.chunk_points:
         chunk = job.sink.chunk_points
     point_bytes = max(source.point_bytes, source.n_columns * source.dtype.itemsize)
-    n_bytes = CHUNK_BYTES if device is not None else min(CHUNK_BYTES, WORKER_CHUNK_BYTES)
+    holds_few = device is None or source.file_type == "zarr" or job.sink.is_parallel
+    n_bytes = min(CHUNK_BYTES, FEW_CHUNK_BYTES) if holds_few else CHUNK_BYTES
     if device is not None and chunk * point_bytes < HOST_CHUNK_BYTES // 8:  # unlike those of LAZ and Zarr
         if isinstance(device, HostDevice):
             n_bytes = min(n_bytes, HOST_CHUNK_BYTES)
@@ -258,13 +260,20 @@ def _describe_computer(device: Device | None, file_type: str) -> str:
 
 def _choose_runner(
     job: PartJob, source: PointSource, device: Device | None, workers: int | None, scheduler: str | None
-) -> Callable[[list[tuple[int, int]]], Iterator[Encoded]]:
+) -> Callable[[list[tuple[int, int]]], Iterator[Callable[[], Encoded]]]:
+    """Return a function that yields what encodes the parts of ranges, in their order."""
     if workers is not None or scheduler is not None:
         from .cluster import choose_cluster
 
-        return choose_cluster(job, workers, scheduler)
+        run = choose_cluster(job, workers, scheduler)
+        return lambda ranges: (partial(_return, part) for part in run(ranges))
     worker = PartWorker(job, source, device)
-    return lambda ranges: (part for start, stop in ranges for part in worker.run(start, stop))
+    return lambda ranges: (encode for start, stop in ranges for encode in worker.run(start, stop))
+
+
+def _return(part: Encoded) -> Encoded:
+    """Return a part that a worker has encoded."""
+    return part
 
 
 def _as_triple(value: npt.ArrayLike | None, name: str) -> Float64Array | None:

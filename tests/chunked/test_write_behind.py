@@ -3,6 +3,7 @@
 import os
 import threading
 import time
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
-from gpu_xform.chunked import partial_files
+from gpu_xform.chunked import las, npy, partial_files, ply
 from gpu_xform.chunked.protocol import Encoded
 from gpu_xform.chunked.write_behind import WriteBehind
 from gpu_xform.compute import streaming
@@ -50,7 +51,7 @@ def run(sink: Any, n_parts: int) -> list[int]:
 
     with WriteBehind(sink, tell) as writer:
         for start in range(n_parts):
-            writer.take(Encoded(start, 1, b"x"))
+            writer.take(partial(Encoded, start, 1, b"x"))
     return told
 
 
@@ -59,6 +60,39 @@ def test_parts_are_stored_and_told_in_their_order(is_stream: bool) -> None:
     sink = Sink(is_stream=is_stream)
     assert run(sink, 5) == sink.starts == [0, 1, 2, 3, 4]
     assert (sink.threads == {threading.current_thread().name}) == is_stream
+
+
+def test_a_part_is_encoded_while_the_next_one_is_made() -> None:
+    begun, made = threading.Event(), threading.Event()
+
+    def encode_late() -> Encoded:
+        begun.set()
+        assert made.wait(10), "the next part waits for this one"
+        return Encoded(0, 1, b"x")
+
+    sink: Any = Sink()
+    with WriteBehind(sink, lambda _: None) as writer:
+        writer.take(encode_late)
+        assert begun.wait(10)
+        made.set()
+        writer.take(partial(Encoded, 1, 1, b"x"))
+    assert sink.starts == [0, 1]
+
+
+def test_what_goes_wrong_as_a_part_is_encoded_is_raised() -> None:
+    def refuse() -> Encoded:
+        raise gx.MeshError("coordinates must be finite")
+
+    sink: Any = Sink()
+
+    def encode() -> None:
+        with WriteBehind(sink, lambda _: None) as writer:
+            writer.take(partial(Encoded, 0, 1, b"x"))
+            writer.take(refuse)
+
+    with pytest.raises(gx.MeshError, match="finite"):
+        encode()
+    assert sink.starts == [0]
 
 
 @pytest.mark.parametrize("is_stream", [False, True])
@@ -75,7 +109,7 @@ def test_a_part_under_way_is_stored_before_another_error_leaves() -> None:
 
     def interrupt() -> None:
         with WriteBehind(sink, lambda _: None) as writer:
-            writer.take(Encoded(0, 1, b"x"))
+            writer.take(partial(Encoded, 0, 1, b"x"))
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -83,17 +117,25 @@ def test_a_part_under_way_is_stored_before_another_error_leaves() -> None:
     assert sink.starts == [0]
 
 
+def _encode_late(encode: Any) -> Any:
+    def late(*arguments: Any) -> Any:
+        time.sleep(0.01)  # meanwhile the next part is read and transformed
+        return encode(*arguments)
+
+    return late
+
+
 @pytest.mark.parametrize("kind", ["npy", "ply", "las"])
 def test_a_slow_disk_gets_the_same_bytes_and_progress_tells_what_it_has(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, kind: str
 ) -> None:
     source, whole, out = (tmp_path / f"{name}.{kind}" for name in ("in", "whole", "out"))
-    if kind == "las":
-        make_las(source, 6 * POINTS_PER_PART, 3)
+    if kind == "npy":
+        np.save(source, some_points(6 * POINTS_PER_PART, np.float32))
     else:
-        np.save(tmp_path / "in.npy", some_points(6 * POINTS_PER_PART, np.float32))
-        if kind == "ply":
-            gx.transform_file(tmp_path / "in.npy", source, np.identity(4))
+        make_las(tmp_path / "in.las", 6 * POINTS_PER_PART, 3)
+    if kind == "ply":  # with other properties, which are stored as they are read
+        gx.transform_file(tmp_path / "in.las", source, np.identity(4))
     gx.transform_file(source, whole, AFFINE)  # in one part
     monkeypatch.setattr(streaming, "_choose_step", lambda *_: POINTS_PER_PART)
     append = partial_files.FileSink.append
@@ -108,8 +150,23 @@ def test_a_slow_disk_gets_the_same_bytes_and_progress_tells_what_it_has(
 
     head = whole.stat().st_size % POINTS_PER_PART + 600
     monkeypatch.setattr(partial_files.FileSink, "append", append_late)
+    for sink in (ply.SamePlySink, las.LasSink, npy.NpySink):
+        monkeypatch.setattr(sink, "encode", _encode_late(sink.encode))
     gx.transform_file(source, out, AFFINE, progress=compare)
     assert out.read_bytes() == whole.read_bytes()
+
+
+def test_a_part_that_cannot_be_encoded_is_named_by_what_was_read(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    points = some_points(3 * POINTS_PER_PART, np.float32)
+    points[7, 1] = np.nan
+    np.save(tmp_path / "in.npy", points)
+    monkeypatch.setattr(streaming, "_choose_step", lambda *_: POINTS_PER_PART)
+    monkeypatch.setattr(ply.PlySink, "encode", _encode_late(ply.PlySink.encode))
+    with pytest.raises(gx.MeshError, match=r"in\.npy: vertex 7: coordinates must be finite"):
+        gx.transform_file(tmp_path / "in.npy", tmp_path / "out.ply", AFFINE)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.npy"]
 
 
 @pytest.mark.skipif(not hasattr(os, "posix_fadvise"), reason="the system takes no advice on files")
