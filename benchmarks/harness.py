@@ -1,4 +1,7 @@
-"""Side-by-side timing: contenders take turns, round after round, so that noise of the machine affects all equally."""
+"""Side-by-side timing: contenders take turns, round after round, so that noise of the machine affects all equally.
+
+Each round begins with another of them: who follows whom matters, since the disk still writes what the last one left.
+"""
 
 import gc
 import os
@@ -54,9 +57,10 @@ def medians(contenders: Mapping[str, Contender], rounds: int = 9, warm_up: int =
     gc.disable()
     try:
         for turn in range(warm_up + rounds):
-            for name, run in contenders.items():
+            first = turn % len(contenders)
+            for name in [*contenders][first:] + [*contenders][:first]:
                 start = time.perf_counter()
-                run()
+                contenders[name]()
                 if turn >= warm_up:
                     seconds[name].append(time.perf_counter() - start)
     finally:
