@@ -1,5 +1,6 @@
 """glTF 2.0 as text (`.gltf`), and what it shares with `.glb`."""
 
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
@@ -34,7 +35,7 @@ def read_mesh(document: Document) -> Mesh:
     """Return all that a document shows as one mesh in the world."""
     mesh = merge_scene(make_scene(document, whole=False))
     content = document.content
-    unheld = list_unheld(content)
+    unheld = understand(partial(list_unheld, content))
     if not unheld:
         return mesh
     holds = [*mesh.metadata.get("gltf", {}).get("holds", ()), *unheld]

@@ -421,6 +421,15 @@ def test_broken_gltf_is_refused(data: bytes, message: str) -> None:
         assert str(caught.value).startswith(f"<file>: {message}")
 
 
+@pytest.mark.parametrize(
+    "part", [{"skins": 0}, {"scenes": 0}, {"scenes": [{"nodes": [0]}, 0]}, {"extensionsUsed": 5}, {"cameras": 1.5}]
+)
+def test_parts_that_no_mesh_holds_must_be_gltf_too(part: dict[str, Any]) -> None:
+    data = json.dumps(document() | {"buffers": [{"byteLength": len(BINARY), "uri": data_uri(BINARY)}]} | part)
+    with pytest.raises(MeshError, match=r"<file>: the JSON is not glTF: TypeError"):
+        load_mesh(io.BytesIO(data.encode()), file_type="gltf")
+
+
 def test_binary_gltf_may_hold_text_buffers_too() -> None:
     content = document()
     content["buffers"] = [{"byteLength": 36}, {"byteLength": 6, "uri": data_uri(BINARY[36:])}]
