@@ -99,8 +99,9 @@ class LasSource:
 
     @property
     def chunk_points(self) -> int:
-        """How many points are compressed together; 1 where it varies, as in COPC, or nothing is compressed."""
-        return self._table.chunk_points or 1 if self._table is not None else 1
+        """How many points are read together; 1 where it varies, as in COPC, chunks are too large, or there are none."""
+        table = self._table
+        return 1 if table is None or table.chunk_points is None or table.is_large(0) else table.chunk_points
 
     @property
     def is_copc(self) -> bool:
@@ -128,22 +129,17 @@ class LasSource:
     def _read_compressed(self, table: ChunkTable, start: int, stop: int) -> npt.NDArray[Any]:
         if start == stop:
             return np.empty(0, self.record_dtype)
-        first, last = table.span(start, stop)
         try:
-            points = table.decompress(self._file, first, last, self.point_bytes)
-        except LazError:
-            for chunk in range(first, last):
-                try:
-                    table.decompress(self._file, chunk, chunk + 1, self.point_bytes)
-                except LazError as error:
-                    begin, end = int(table.starts[chunk]), int(table.starts[chunk + 1])
-                    raise ChunkError(
-                        f"{self.path}: chunk {chunk} (points {begin} to {end - 1}) does not decompress: {error}",
-                        *(begin, end),
-                    ) from None
-            raise
-        skipped = (start - int(table.starts[first])) * self.point_bytes
-        return np.frombuffer(points, self.record_dtype, stop - start, skipped)
+            points = table.read_points(self._file, start, stop)
+        except LazError as error:
+            if error.chunk is None:
+                raise
+            begin, end = map(int, table.starts[error.chunk : error.chunk + 2])
+            raise ChunkError(
+                f"{self.path}: chunk {error.chunk} (points {begin} to {end - 1}) does not decompress: {error}",
+                *(begin, end),
+            ) from None
+        return np.frombuffer(points, self.record_dtype)
 
     def read_raw(self, start: int, stop: int) -> Block:
         """Return a chunk as it is compressed."""
@@ -166,7 +162,10 @@ class LasSource:
         for block in self._read_what_decompresses():
             low, high = find_extremes(np.ascontiguousarray(block.positions))
             cells = np.stack([np.minimum(cells[0], low), np.maximum(cells[1], high)])
-        low, high = cells * header.scales + header.offsets if self.n_points else np.zeros((2, 3))
+        if (cells[0] > cells[1]).any():  # there are no points, or none that can be read
+            self._counted = np.zeros(3), np.zeros(3)
+            return False
+        low, high = cells * header.scales + header.offsets
         self._counted = low, high
         with np.errstate(over="ignore", invalid="ignore"):
             is_other = not (np.abs(np.stack([low - header.low, high - header.high])) <= 2 * header.scales).all()
@@ -181,18 +180,18 @@ class LasSource:
     def _read_what_decompresses(self) -> Iterator[Block]:
         """Yield all points but those of chunks that do not decompress, which the run itself will name."""
         step = max(SCAN_POINTS // self.chunk_points, 1) * self.chunk_points
-        for start in range(0, self.n_points, step):
-            stop = min(start + step, self.n_points)
-            while start < stop:
-                try:
-                    block = self.read(start, stop)
-                except ChunkError as error:
-                    if start < error.start:
-                        yield self.read(start, error.start)
-                    start = error.stop
-                else:
-                    yield block
-                    break
+        start = 0
+        while start < self.n_points:
+            stop = min(start - start % step + step, self.n_points)
+            try:
+                block = self.read(start, stop)
+            except ChunkError as error:
+                if start < error.start:
+                    yield self.read(start, error.start)
+                start = error.stop
+            else:
+                yield block
+                start = stop
 
     @property
     def attributes(self) -> Sequence[str]:

@@ -8,9 +8,10 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from .._core.types import Float64Array
 from ..errors import MeshError, MissingExtraError
 from ..geometry.attributes import Attributes
-from ..geometry.mesh import Mesh
+from ..geometry.mesh import Mesh, take_over
 from ._warn import warn
 from .las_header import LasHeader, read_las_header, require_points_counted
 from .laz import ChunkTable, LazError
@@ -52,27 +53,42 @@ def read(data: bytes) -> Mesh:
     """
     header = read_las_header(BytesIO(data))
     require_points_counted(header)
-    laspy = import_laspy()
+    import_laspy()
     n_bytes = header.n_points * header.record_bytes
     budget().take_bytes(n_bytes, max(_MAX_RATIO, _FREE_BYTES // max(len(data), 1)), "the points")
-    records = _read_records(data, header)
-    point_format = parse_laspy_header(BytesIO(data)).point_format
-    try:
-        points = laspy.PackedPointRecord(np.frombuffer(records, point_format.dtype()), point_format)
-        columns = {name: np.array(points[name]) for name in point_format.dimension_names}
-    except (laspy.LaspyException, ArithmeticError, ValueError, TypeError, LookupError) as error:
-        raise MeshError(f"the dimensions of a point cannot be read: {type(error).__name__}: {error}") from None
-    if len(points) != header.n_points:
-        raise MeshError(f"the dimensions of a point do not take the {header.record_bytes} bytes that the header says")
-    with np.errstate(over="ignore", invalid="ignore"):
-        positions = np.stack([columns.pop(axis) for axis in _COORDINATES], axis=1) * header.scales + header.offsets
-    if not np.isfinite(positions).all():
-        raise MeshError("the scales and offsets of the header are too large for float64")
+    positions, columns = _split_records(_read_records(data, header), parse_laspy_header(BytesIO(data)), header)
     if all(name in columns for name in _WAVE_VECTOR):  # which no model's matrix would turn
         warn(f"the vectors of waveforms are left out: {', '.join(_WAVE_VECTOR)}")
         for name in _WAVE_VECTOR:
             del columns[name]
-    return Mesh(positions, attributes=Attributes(point=_join_normals(_join_colors(columns))))
+    columns = _join_normals(_join_colors(columns))
+    for column in columns.values():
+        column.flags.writeable = False  # else it would be copied
+    return take_over(positions, np.empty((0, 3), np.uint32), attributes=Attributes(point=columns))
+
+
+def _split_records(
+    records: Any, laspy_header: Any, header: LasHeader
+) -> tuple[Float64Array, dict[str, npt.NDArray[Any]]]:
+    """Return positions in the unit of the file, and all other dimensions as arrays of their own."""
+    laspy = import_laspy()
+    point_format = laspy_header.point_format
+    try:
+        points = laspy.PackedPointRecord(np.frombuffer(records, point_format.dtype()), point_format)
+        positions = np.empty((len(points), 3))
+        with np.errstate(over="ignore", invalid="ignore"):
+            for i, axis in enumerate(_COORDINATES):
+                np.multiply(points[axis], header.scales[i], out=positions[:, i])
+                positions[:, i] += header.offsets[i]
+        names = [name for name in point_format.dimension_names if name not in _COORDINATES]
+        columns = {name: np.array(points[name]) for name in names}
+    except (laspy.LaspyException, ArithmeticError, ValueError, TypeError, LookupError) as error:
+        raise MeshError(f"the dimensions of a point cannot be read: {type(error).__name__}: {error}") from None
+    if len(points) != header.n_points:
+        raise MeshError(f"the dimensions of a point do not take the {header.record_bytes} bytes that the header says")
+    if not np.isfinite(positions).all():
+        raise MeshError("the scales and offsets of the header are too large for float64")
+    return positions, columns
 
 
 def warn_of_points_behind(header: LasHeader, table: ChunkTable | None = None, path: str = "") -> None:
@@ -100,9 +116,10 @@ def _read_records(data: bytes, header: LasHeader) -> Any:
         return memoryview(data)[header.points_start :][: header.n_points * header.record_bytes]
     file = BytesIO(data)
     table = ChunkTable(file, header)
+    budget().require_chunks(table.n_chunks)
     warn_of_points_behind(header, table)
     try:
-        return table.decompress(file, 0, len(table.starts) - 1, header.record_bytes)
+        return table.decompress(file, 0, table.n_chunks)
     except LazError as error:
         raise MeshError(f"a chunk does not decompress: {error}") from None
 

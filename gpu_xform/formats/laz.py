@@ -5,6 +5,8 @@ from several processes, and an unfinished file may be continued.
 """
 
 import struct
+from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BytesIO
 from typing import Any, BinaryIO
 
@@ -14,11 +16,24 @@ from ..errors import MeshError, MissingExtraError
 from .las_header import LAZ_VLR, POINT_BYTES, UNCLOSED_WORDS, LasHeader, is_padding
 
 CHUNK_POINTS = 50_000
+# Chunks that unpack to more are decompressed in pieces where they are not read whole.
+MAX_CHUNK_BYTES = 32 << 20
+_PIECE_BYTES = 1 << 20
 _VARIABLE = 0xFFFFFFFF
-_CHUNKED = (2, 3)  # kinds of compression: points in chunks, layers in chunks
-# Layers per chunk that each begins with a size, by point format; one more for each extra byte.
-_LAYERS = {6: 9, 7: 10, 8: 11, 9: 10, 10: 12}
-_WAVE_ITEM = 13  # the part of a point that tells of its waveform, in formats 9 and 10
+_POINTS_IN_CHUNKS, _LAYERS_IN_CHUNKS = 2, 3  # kinds of compression
+_FIRST_LAYERED = 6  # of the point formats
+# Items of a point, each a type and a number of bytes, by point format.
+_POINT10, _GPS_TIME, _RGB12, _WAVE13 = (6, 20), (7, 8), (8, 6), (9, 29)
+_POINT14, _RGB14, _RGB_NIR, _WAVE14 = (10, 30), (11, 6), (12, 8), (13, 29)
+_ITEMS = (
+    *([_POINT10], [_POINT10, _GPS_TIME], [_POINT10, _RGB12], [_POINT10, _GPS_TIME, _RGB12]),
+    *([_POINT10, _GPS_TIME, _WAVE13], [_POINT10, _GPS_TIME, _RGB12, _WAVE13]),
+    *([_POINT14], [_POINT14, _RGB14], [_POINT14, _RGB_NIR], [_POINT14, _WAVE14], [_POINT14, _RGB_NIR, _WAVE14]),
+)
+_EXTRA_BYTES, _EXTRA_BYTES14 = 0, 14
+# Layers per chunk that each begins with a size, by item; one for each extra byte.
+_LAYERS = {_POINT14: 9, _RGB14: 1, _RGB_NIR: 2, _WAVE14: 1}
+_WAVE_ITEM = _WAVE14[0]  # the part of a point that tells of its waveform, in formats 9 and 10
 _CHANNEL_BYTE, _CHANNEL_BITS = 15, 0x30
 
 
@@ -44,23 +59,24 @@ class ChunkTable:
         if vlr is None:
             raise MeshError("the points are compressed, and no record says how")
         self.record = vlr.body
-        size = len(self.record)
-        if size >= 2 and struct.unpack_from("<H", self.record)[0] not in _CHUNKED:
-            raise MeshError("the points are compressed in one piece, not in chunks, as LASzip 1 did: lazrs lacks it")
-        if size < 34 or size < 34 + 6 * struct.unpack_from("<H", self.record, 32)[0]:
-            raise MeshError("the record about compression is too short")
-        item_bytes = sum(struct.unpack_from("<H", self.record, 36 + 6 * i)[0] for i in range((size - 34) // 6))
-        if item_bytes != header.record_bytes:
-            raise MeshError(f"compressed points take {item_bytes} bytes, the header says {header.record_bytes}")
+        self._n_layers = _count_layers(self.record, header)
         (chunk_points,) = struct.unpack_from("<I", self.record, 12)
         self.chunk_points = None if chunk_points == _VARIABLE else int(chunk_points)
-        n_extra = header.record_bytes - POINT_BYTES[header.point_format]
         self._point_bytes = header.record_bytes
-        self._n_layers = _LAYERS[header.point_format] + n_extra if header.point_format in _LAYERS else 0
         counts, sizes = self._read(lazrs, file, header)
         self.starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.int64)
         self.places = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64) + header.points_start + 8
         self.n_behind = self._count_behind(file)
+        self._pieces: _Pieces | None = None
+
+    @property
+    def n_chunks(self) -> int:
+        """How many chunks there are."""
+        return len(self.starts) - 1
+
+    def is_large(self, chunk: int) -> bool:
+        """Return whether a chunk unpacks to more than is held at once where it is not read whole."""
+        return int(self.starts[chunk + 1] - self.starts[chunk]) * self._point_bytes > MAX_CHUNK_BYTES
 
     def _read(self, lazrs: Any, file: BinaryIO, header: LasHeader) -> tuple[list[int], list[int]]:
         file.seek(header.points_start)
@@ -114,21 +130,60 @@ class ChunkTable:
         first = int(np.searchsorted(self.starts, start, "right")) - 1
         return first, int(np.searchsorted(self.starts, stop, "left"))
 
-    def decompress(self, file: BinaryIO, first: int, last: int, record_bytes: int) -> bytearray:
+    def read_points(self, file: BinaryIO, start: int, stop: int) -> memoryview:
+        """Return the bytes of points `start` up to `stop`; raise LazError with the chunk that does not decompress.
+
+        Large chunks are quick to read in the order of their points, each behind the last.
+        """
+        first, last = self.span(start, stop)
+        if any(map(self.is_large, range(first, last))):
+            return self._read_pieces(file, start, stop)
+        try:
+            points = self.decompress(file, first, last)
+        except LazError:
+            for chunk in range(first, last):
+                with _name_chunk(chunk):
+                    self.decompress(file, chunk, chunk + 1)
+            raise
+        skipped = (start - int(self.starts[first])) * self._point_bytes
+        return memoryview(points)[skipped:][: (stop - start) * self._point_bytes]
+
+    def _read_pieces(self, file: BinaryIO, start: int, stop: int) -> memoryview:
+        points = memoryview(bytearray((stop - start) * self._point_bytes))
+        place = start
+        for chunk in range(*self.span(start, stop)):
+            begin, end = int(self.starts[chunk]), min(int(self.starts[chunk + 1]), stop)
+            pieces, self._pieces = self._pieces, None  # none to go on with if it fails
+            with _name_chunk(chunk):
+                if pieces is None or pieces.chunk != chunk or pieces.place > place - begin:
+                    n_points, data = int(self.starts[chunk + 1]) - begin, self._read_chunks(file, chunk, chunk + 1)
+                    pieces = _Pieces(chunk, self.record, n_points, data, self._point_bytes)
+                pieces.skip_to(place - begin)
+                pieces.read_into(points[(place - start) * self._point_bytes : (end - start) * self._point_bytes])
+            self._pieces, place = pieces, end
+        return points
+
+    def decompress(self, file: BinaryIO, first: int, last: int) -> bytearray:
         """Return the points of chunks `first` up to `last`; raise LazError."""
         lazrs = import_lazrs()
         counts = np.diff(self.starts[first : last + 1]).tolist()
+        data = self._read_chunks(file, first, last)
+        points = bytearray(sum(counts) * self._point_bytes)
         sizes = np.diff(self.places[first : last + 1]).tolist()
-        points = bytearray(sum(counts) * record_bytes)
-        data = self.read_raw(file, first, last)
-        if len(data) != sum(sizes):
-            raise LazError("the file ends within it")
-        self._require_layers(data, sizes)
         call_lazrs(
             *(lazrs.decompress_points_with_chunk_table, data, self.record, points),
             list(zip(counts, sizes, strict=True)),
         )
         return points
+
+    def _read_chunks(self, file: BinaryIO, first: int, last: int) -> bytes:
+        """Return chunks as they are; raise LazError for those that lazrs would take too much memory for."""
+        sizes = np.diff(self.places[first : last + 1]).tolist()
+        data = self.read_raw(file, first, last)
+        if len(data) != sum(sizes):
+            raise LazError("the file ends within it")
+        self._require_layers(data, sizes)
+        return data
 
     def _require_layers(self, data: bytes, sizes: list[int]) -> None:
         """Raise LazError if layers of a chunk are said to be larger than it: lazrs would take memory for them."""
@@ -148,6 +203,57 @@ class ChunkTable:
         return file.read(int(self.places[last] - self.places[first]))
 
 
+class _Pieces:
+    """A chunk that is decompressed piece by piece; `place` is the point that comes next."""
+
+    def __init__(self, chunk: int, record: bytes, n_points: int, data: bytes, point_bytes: int) -> None:
+        lazrs = import_lazrs()
+        self.chunk, self.place, self._point_bytes = chunk, 0, point_bytes
+        table = BytesIO()
+        call_lazrs(lazrs.write_chunk_table, table, [(n_points, len(data))], call_lazrs(lazrs.LazVlr, record))
+        file = BytesIO(b"".join([struct.pack("<q", 8 + len(data)), data, table.getbuffer()]))
+        self._decompressor = call_lazrs(lazrs.LasZipDecompressor, file, record)
+
+    def skip_to(self, place: int) -> None:
+        """Decompress the points before a place, and forget them."""
+        while self.place < place:
+            n = min(place - self.place, max(_PIECE_BYTES // self._point_bytes, 1))
+            self.read_into(memoryview(bytearray(n * self._point_bytes)))
+
+    def read_into(self, points: memoryview) -> None:
+        """Decompress the points that come next."""
+        call_lazrs(self._decompressor.decompress_many, points)
+        self.place += len(points) // self._point_bytes
+
+
+def _count_layers(record: bytes, header: LasHeader) -> int:
+    """Return how many layers that have a size each chunk has, 0 for points that are compressed one after the other.
+
+    Raises MeshError for a record that is not about points as the header tells of: lazrs would take what it finds for
+    sizes, and gigabytes of memory for them.
+    """
+    size = len(record)
+    kind = struct.unpack_from("<H", record)[0] if size >= 2 else None
+    if kind not in (_POINTS_IN_CHUNKS, _LAYERS_IN_CHUNKS, None):
+        raise MeshError("the points are compressed in one piece, not in chunks, as LASzip 1 did: lazrs lacks it")
+    if size < 34 or size < 34 + 6 * struct.unpack_from("<H", record, 32)[0]:
+        raise MeshError("the record about compression is too short")
+    items = [struct.unpack_from("<HH", record, 34 + 6 * i) for i in range(struct.unpack_from("<H", record, 32)[0])]
+    n_bytes = sum(n for _, n in items)
+    if n_bytes != header.record_bytes:
+        raise MeshError(f"compressed points take {n_bytes} bytes, the header says {header.record_bytes}")
+    is_layered = header.point_format >= _FIRST_LAYERED
+    extra = header.record_bytes - POINT_BYTES[header.point_format]
+    known = [
+        *_ITEMS[header.point_format],
+        *([(_EXTRA_BYTES14 if is_layered else _EXTRA_BYTES, extra)] if extra else []),
+    ]
+    if items != known or kind != (_LAYERS_IN_CHUNKS if is_layered else _POINTS_IN_CHUNKS):
+        found = ", ".join(f"{n} bytes of type {number}" for number, n in items)
+        raise MeshError(f"compressed points are not those of format {header.point_format}: kind {kind}, {found}")
+    return extra + sum(_LAYERS[item] for item in _ITEMS[header.point_format]) if is_layered else 0
+
+
 def _require_nothing(file: BinaryIO, header: LasHeader, table_place: int) -> None:
     """Raise MeshError if points lie in a file whose header counts none."""
     start = header.points_start + 8
@@ -159,7 +265,19 @@ def _require_nothing(file: BinaryIO, header: LasHeader, table_place: int) -> Non
 
 
 class LazError(Exception):
-    """What lazrs does not take."""
+    """What lazrs does not take; `chunk` is the number of the chunk that it is about, if that is known."""
+
+    chunk: int | None = None
+
+
+@contextmanager
+def _name_chunk(chunk: int) -> Iterator[None]:
+    """Let an error of the block know which chunk it is about."""
+    try:
+        yield
+    except LazError as error:
+        error.chunk = chunk
+        raise
 
 
 def call_lazrs(function: Any, *arguments: Any) -> Any:

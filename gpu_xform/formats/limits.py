@@ -22,6 +22,8 @@ FREE_BYTES = 1 << 20
 # How dense words and nodes may be in a text, as each takes time to parse: what holds data has longer ones.
 FREE_PARTS, BYTES_PER_PART = 1 << 16, 4
 FREE_SPELLED_NODES, BYTES_PER_NODE, PARTS_PER_NODE = 1 << 13, 16, 16
+# How small chunks may be that are decompressed one by one, as each takes time however little it holds.
+FREE_CHUNKS, BYTES_PER_CHUNK = 1 << 11, 1 << 10
 
 
 @public
@@ -38,7 +40,7 @@ class FileLimits:
     face_corners : int, optional
         Corners of one face.
     nodes : int, optional
-        Nodes, each counted as often as it is shown.
+        Nodes, each counted as often as it is shown; chunks of LAZ.
     depth : int, optional
         Nodes within one another.
     unpacked_bytes : int, optional
@@ -113,6 +115,15 @@ class Budget:
                 raise MeshError(
                     f"it is made of {count:,} {what}, more than {most:,}, the limit {_name('nodes', limit)}"
                 )
+
+    def require_chunks(self, n_chunks: int) -> None:
+        """Raise MeshError for more compressed chunks than a file of its size has that holds data."""
+        limit = self.limits.nodes
+        most = FREE_CHUNKS + self._n_bytes // BYTES_PER_CHUNK if limit is None else limit
+        if n_chunks > most:
+            raise MeshError(
+                f"it is made of {n_chunks:,} compressed chunks, more than {most:,}, the limit {_name('nodes', limit)}"
+            )
 
     def take_numbers(self, n_numbers: int, where: str | int) -> None:
         """Count coordinates and indices that are about to be allocated; raise MeshError if they are too many.

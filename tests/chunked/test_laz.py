@@ -176,11 +176,46 @@ def test_a_table_of_chunks_that_lies_is_an_error(tile: Path, tmp_path: Path, lie
     assert [path.name for path in tmp_path.iterdir()] == ["in.laz"]
 
 
-def test_an_unknown_item_is_an_error(tile: Path, tmp_path: Path) -> None:
-    data = (tile / "in.laz").read_bytes()
-    place = data.index(b"laszip encoded") + 16 + 36 + 34  # behind its head, the first item's type
-    (tmp_path / "in.laz").write_bytes(data[:place] + b"\xff" + data[place + 1 :])
-    with pytest.raises(gx.MeshError, match=r"in\.laz: the table of chunks cannot be read: .*255"):
+@pytest.mark.parametrize("place", [0, 34])  # the kind of compression, and the first item's type
+def test_a_record_about_other_points_is_an_error(tile: Path, tmp_path: Path, place: int) -> None:
+    data = bytearray((tile / "in.laz").read_bytes())
+    data[place + data.index(b"laszip encoded") + 16 + 36] = 2 if place == 0 else 255  # behind its head
+    (tmp_path / "in.laz").write_bytes(data)
+    with pytest.raises(gx.MeshError, match=r"in\.laz: compressed points are not those of format 6: kind \d, 30 bytes"):
+        gx.transform_file(tmp_path / "in.laz", tmp_path / "out.laz", MATRIX)
+
+
+@pytest.mark.parametrize("target", ["laz", "npy"])
+@pytest.mark.filterwarnings("ignore:.*NPY does not hold")
+def test_chunks_too_large_to_be_held_are_read_in_pieces(
+    tile: Path, tmp_path: Path, target: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(streaming, "CHUNK_BYTES", 500_000)
+    gx.transform_file(tile / "in.laz", tmp_path / f"whole.{target}", MATRIX)
+    monkeypatch.setattr(laz, "MAX_CHUNK_BYTES", 100_000)
+    gx.transform_file(tile / "in.laz", tmp_path / f"out.{target}", MATRIX)
+    assert (tmp_path / f"out.{target}").read_bytes() == (tmp_path / f"whole.{target}").read_bytes()
+
+
+def test_pieces_of_large_chunks_are_read_in_any_order(tile: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    ranges = [(0, 10), (49_990, 50_020), (50_010, 50_020), (20, 30), (9, 40), (49_000, 100_001), (119_990, N)]
+    source = open_source(tile / "in.laz")
+    expected = [source.read(*each).records.tobytes() for each in ranges]  # type: ignore[union-attr]
+    monkeypatch.setattr(laz, "MAX_CHUNK_BYTES", 100_000)
+    assert [source.read(*each).records.tobytes() for each in ranges] == expected  # type: ignore[union-attr]
+    source.close()
+
+
+def test_a_large_chunk_that_ends_early_is_named(tmp_path: Path) -> None:
+    make_las(tmp_path / "in.las", 60, 6, normals=False)
+    laspy.read(tmp_path / "in.las").write(tmp_path / "in.laz")
+    data = bytearray((tmp_path / "in.laz").read_bytes())
+    data[179:227] = bytes(48)  # no bounds, so that they are counted
+    data[247:255] = (1 << 31).to_bytes(8, "little")
+    place = data.index(b"laszip encoded") + 16 + 36 + 12
+    data[place : place + 4] = (0xFFFF_FFF0).to_bytes(4, "little")  # points per chunk
+    (tmp_path / "in.laz").write_bytes(data)
+    with pytest.raises(gx.ArgumentError, match=r"chunk 0 \(points 0 to 2147483647\) does not decompress"):
         gx.transform_file(tmp_path / "in.laz", tmp_path / "out.laz", MATRIX)
 
 

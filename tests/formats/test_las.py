@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
-from gpu_xform.formats import load_mesh
+from gpu_xform.formats import limits, load_mesh
 from tests.support.las_files import make_las
 
 
@@ -60,6 +60,28 @@ def test_few_bytes_cannot_unpack_to_gigabytes(tmp_path: Path) -> None:
         load_mesh(path, limits=gx.FileLimits(unpacked_bytes=1_000_000))
     with pytest.raises(gx.MeshError, match=r"200,000 points, more than FileLimits\(points=1000\)"):
         load_mesh(path, limits=gx.FileLimits(points=1000))
+
+
+def test_few_bytes_cannot_hold_chunks_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    make_las(tmp_path / "in.las", 60_000, 6, normals=False)  # two chunks
+    laspy.read(tmp_path / "in.las").write(tmp_path / "in.laz")
+    with pytest.raises(gx.MeshError, match=r"made of 2 compressed chunks, more than 1, .* FileLimits\(nodes=1\)"):
+        load_mesh(tmp_path / "in.laz", limits=gx.FileLimits(nodes=1))
+    monkeypatch.setattr(limits, "FREE_CHUNKS", 0)
+    assert load_mesh(tmp_path / "in.laz").n_points == 60_000  # enough bytes for more chunks
+
+
+def test_a_record_about_other_layers_takes_no_memory(tmp_path: Path) -> None:
+    # lazrs would take what lies where sizes of layers would be for such: 2.9 GB, and 2 s.
+    make_las(tmp_path / "in.las", 60, 7)
+    laspy.read(tmp_path / "in.las").write(tmp_path / "in.laz")
+    data = bytearray((tmp_path / "in.laz").read_bytes())
+    item = data.index(b"laszip encoded") + 16 + 36 + 34 + 6
+    assert data[item] == 11  # RGB14
+    data[item] = 10  # POINT14, of the same size
+    (tmp_path / "in.laz").write_bytes(data)
+    with pytest.raises(gx.MeshError, match="not those of format 7: kind 3, 30 bytes of type 10, 6 bytes of type 10"):
+        load_mesh(tmp_path / "in.laz")
 
 
 @pytest.mark.parametrize("suffix", ["las", "laz"])

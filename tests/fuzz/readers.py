@@ -19,6 +19,7 @@ from tests.fuzz.seeds import Seed, list_seeds, make_folder
 
 MAX_CPU_S = 2.0
 MAX_GROWTH_BYTES = 256 << 20  # of the process, while it reads a file
+NOTED_GROWTH_BYTES = 16 << 20  # more than that would hide what the next files take
 MAX_FILE_BYTES = 1_000_000
 MAX_PROCESS_BYTES = 6 << 30
 FILES_PER_LARGE_FILE = 300
@@ -66,6 +67,15 @@ def read_memory(name: str) -> int:
     return next((int(line.split()[1]) * 1024 for line in lines if line.startswith(name)), 0)
 
 
+def read_peak() -> int:
+    """Return the most memory that this process has had since `reset_peak`, in bytes; 0 off Linux."""
+    if sys.platform != "linux":
+        return 0
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024  # a tenth of the time that /proc takes
+
+
 def limit_memory() -> None:
     """Let a file that takes all memory be an error of this process, where the system can, and not of the machine."""
     if sys.platform != "win32":
@@ -107,6 +117,7 @@ class Fuzzer:
         self._rng = random.Random(number)  # noqa: S311 - no secret
         self.tallies = {kind: Tally() for kind in self._seeds}
         self.broken: dict[str, bytes] = {}
+        self._before, self._is_peak_old = 0, True  # memory before the files since the peak was reset, if it still holds
 
     def try_file(self) -> None:
         """Damage a file of the kind that has had the least time, and read it."""
@@ -116,11 +127,14 @@ class Fuzzer:
         is_large = rng.randrange(FILES_PER_LARGE_FILE) == 0
         if is_large:
             data = enlarge(rng.choice((seed.data, seed.data, data)), rng)
+        if is_large or self._is_peak_old:
             reset_peak()
-        before, begin = read_memory("VmRSS") if is_large else 0, count_cpu_s()
+            self._before, self._is_peak_old = read_memory("VmRSS"), is_large
+        begin = count_cpu_s()
         outcome = self._read(seed, data)
         taken = count_cpu_s() - begin
-        grown = read_memory("VmHWM") - before if is_large else 0
+        grown = max(read_peak() - self._before, 0)
+        self._is_peak_old |= grown > NOTED_GROWTH_BYTES
         if taken > MAX_CPU_S or grown > MAX_GROWTH_BYTES:
             self.broken.setdefault(f"{seed.kind}: {taken:.1f} s, {grown >> 20} MiB, {len(data)} bytes", data)
         tally = self.tallies[seed.kind]
