@@ -26,6 +26,7 @@ OPTIONS_OF_ARGUMENTS = {
     "friction": "--friction",
     "gap": "--gap",
     "gravity": "--gravity",
+    "isolated": "--isolated",
     "labels": "--labels",
     "margin": "--margin",
     "mass": "--mass",

@@ -84,6 +84,7 @@ _SCENE_READERS: dict[str, Callable[..., Scene]] = {
     "stp": _from("step", "read_scene"),
     "urdf": _from("urdf", "read_scene"),
 }
+_IN_PROCESSES = ("step", "stp")  # in any case
 _OF_SURFACES = ("obj", "step", "stp")  # which take a tolerance
 # Files whose nodes can be moved in the file, so that whatever else it holds stays.
 DOCUMENT_TYPES = ("glb", "gltf")
@@ -138,6 +139,7 @@ def load_mesh(
         least a millionth. Other files have none.
     limits : FileLimits, optional
         What the file may hold. By default it may hold what its bytes spell out, and expand to some multiple of it.
+        Its seconds and bytes of memory need `isolated`, but for STEP.
     isolated : bool, optional
         Read the file in a process of its own, whose memory and time the system limits (Linux only): whatever the file
         does to a reader, a mesh comes back or a `MeshError`. False by default.
@@ -154,7 +156,7 @@ def load_mesh(
         If the extra that the format needs is not installed.
     ArgumentError
         For a nameless file object without `file_type`, a tolerance that is not positive or needs more than 2^24 faces,
-        and `isolated` where the system has no such limits.
+        `isolated` where the system has no such limits, and limits of `cpu_s` or `memory_bytes` without it.
     ArgumentTypeError
         If `source` is neither a path nor a binary file object.
     OSError
@@ -174,11 +176,18 @@ def load_mesh(
 
         reader: Reader = partial(read_isolated_mesh, kind=kind, folder=folder, tolerance=tolerance, limits=limits)
     else:
+        _require_no_process_limits(limits, kind)
         reader = _find_reader(kind, folder, tolerance)
     mesh = _read(source, name, reader, limits)
     if mesh.n_points == 0:
         raise prefix_error(MeshError("the file holds no points"), name)
     return mesh
+
+
+def _require_no_process_limits(limits: FileLimits, kind: str) -> None:
+    """Raise ArgumentError for limits that only a process of its own can keep, where a file of a type is read here."""
+    if (limits.cpu_s is not None or limits.memory_bytes is not None) and kind not in _IN_PROCESSES:
+        raise ArgumentError.expecting("isolated", "be set for limits of cpu_s and memory_bytes")
 
 
 def read_bytes(
@@ -253,7 +262,8 @@ def load_scene(
     MissingExtraError
         If the extra that the format needs is not installed.
     ArgumentError
-        For a nameless file object without `file_type`, and for `isolated` where the system has no such limits.
+        For a nameless file object without `file_type`, `isolated` where the system has no such limits, and limits of
+        `cpu_s` or `memory_bytes` without it.
     ArgumentTypeError
         If `source` is neither a path nor a binary file object.
     OSError
@@ -274,6 +284,8 @@ def load_scene(
             from .isolation import read_isolated_scene
 
             reader = partial(read_isolated_scene, kind=kind, folder=folder, tolerance=tolerance, limits=limits)
+        else:
+            _require_no_process_limits(limits, kind)
         return _read(source, name, reader, limits)
     scene = Scene()
     scene.add(

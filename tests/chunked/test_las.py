@@ -78,6 +78,10 @@ def test_the_scale_widens_only_where_integers_would_overflow(tmp_path: Path) -> 
     after = laspy.read(tmp_path / "out.las")
     assert after.header.scales.tolist() == [0.001, 0.02, 50.0]
     require_moved(before, after, gx.scale(1, 1e4, 1e7))
+    most = 2 * (2**31 - 10) / np.ptp(before.X)  # whose points lie near the ends of what 32 bits hold
+    gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", gx.scale(most, 1, 1))
+    assert laspy.read(tmp_path / "out.las").header.scales[0] == 0.001
+    assert np.ptp(laspy.read(tmp_path / "out.las").X.astype(np.int64)) > 2**32 - 100
     with pytest.raises(gx.MeshError, match=r"in\.las: a scale of 0\.001 cannot hold coordinates .* need at least"):
         gx.transform_file(tmp_path / "in.las", tmp_path / "no.las", gx.scale(1e6), scale=0.001)
     with pytest.raises(gx.MeshError, match="beyond the largest numbers"):

@@ -193,3 +193,16 @@ def test_the_command_reads_in_isolation(working_folder: Path, capsys: pytest.Cap
     assert np.array_equal(gx.load_mesh("x.ply").positions, 2 * gx.load_mesh("scan.ply").positions)
     message = error_of(["transform", "scan.ply", "y.ply", "--isolated", "--file-limits", "points=3"], capsys)
     assert "scan.ply: it has 4 points, more than FileLimits(points=3) allows" in message
+    gx.save_mesh(gx.samples.cube(), "cube.glb")
+    assert "cube.glb: --isolated reads meshes, and glTF that" in error_of(
+        ["transform", "cube.glb", "x.glb", "--isolated"], capsys
+    )
+    message = error_of(["info", "cube.glb", "--file-limits", "cpu_s=1"], capsys)
+    assert "isolated must be set for limits of cpu_s and memory_bytes" in message
+
+
+def test_limits_that_only_a_process_keeps_need_one() -> None:
+    for limits in (gx.FileLimits(cpu_s=1), gx.FileLimits(memory_bytes=1 << 30)):
+        for load, kind in ((gx.load_mesh, "ply"), (gx.load_scene, "glb"), (gx.load_scene, "ply")):
+            with pytest.raises(ArgumentError, match="isolated must be set for limits of cpu_s and memory_bytes"):
+                load(io.BytesIO(PLY), file_type=kind, limits=limits)

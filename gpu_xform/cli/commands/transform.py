@@ -253,12 +253,22 @@ def _require_no_scan_options(options: argparse.Namespace) -> None:
             )
 
 
+def _require_no_model_options(options: argparse.Namespace) -> None:
+    for name in ("file_limits", "isolated", "pose", "tolerance"):
+        if getattr(options, name, None):
+            raise ArgumentError(f"--{name.replace('_', '-')} is for models, got {options.input}")
+
+
 def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: str) -> None:
     from ...compute.transform import project_points, transform_points
     from ...formats.registry import DOCUMENT_TYPES, transform_document
 
     source = file_type(options.input, options.file_type)
     if {source, target} <= set(DOCUMENT_TYPES) and not options.project and options.pose is None:
+        if options.isolated:
+            raise ArgumentError(
+                f"{options.input}: --isolated reads meshes, and glTF that becomes glTF is copied with all that it holds"
+            )
         with name_file_in_errors(options.output):
             transform_document(
                 files.open_source(options.input),
@@ -324,9 +334,7 @@ def _stream(options: argparse.Namespace, matrix: Float64Array) -> None:
     from ..._core import progress
     from ...compute.streaming import count_columns, transform_file
 
-    for name in ("file_limits", "pose", "tolerance"):
-        if getattr(options, name, None) is not None:
-            raise ArgumentError(f"--{name.replace('_', '-')} is for models, got {options.input}")
+    _require_no_model_options(options)
     has_workers = options.workers is not None or options.scheduler is not None
     if has_workers and options.adapter is not None:
         raise ArgumentError("--adapter is for one process; workers have a device each")
@@ -365,6 +373,7 @@ def _transform_whole_array(options: argparse.Namespace, matrix: Float64Array) ->
     from ...compute._arrays import as_point_array
     from ...compute.transform import project_points, transform_points
 
+    _require_no_model_options(options)
     array = files.read_array(options.input)
     try:
         points = as_point_array(array)

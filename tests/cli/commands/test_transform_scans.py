@@ -133,6 +133,7 @@ def test_what_the_target_cannot_hold_is_named_or_refused(capsys: pytest.CaptureF
         ("cube.obj out.obj --workers 2", "--workers is for scans"),
         ("in.las {bogus}.las", "expected {model}, {suffix}, {parent} or {folder}, or doubled braces, got '{bogus}'"),
         ("in.las out.las --file-limits points=10", "--file-limits is for models, got in.las"),
+        ("in.las out.las --isolated", "--isolated is for models, got in.las"),
         ("in.las out.las --tolerance 1", "--tolerance is for models, got in.las"),
         ("plane.npy out.laz", "source must have shape (n, 3) for 'out.laz', got (n, 2) of 'plane.npy'"),
         ("fifo.las out.las", "source must be a file for this type, got 'fifo.las'"),
