@@ -19,7 +19,7 @@ import numpy.typing as npt
 from ._core.arguments import as_square_matrices, as_square_matrix, require_flag
 from ._core.targets import require_path
 from ._core.types import MatrixLike, StrPath
-from .chunked.zarr import choose_layout, find_zarr_target, import_zarr, open_array, stored_rows
+from .chunked.zarr import WRITE_ALL, choose_layout, find_zarr_target, import_zarr, open_array, stored_rows
 from .compute import point_buffer, transform
 from .compute._precision import Precision
 from .errors import ArgumentError, ArgumentTypeError, ChunkWarning, MissingExtraError
@@ -197,7 +197,12 @@ def to_zarr(array: Any, path: StrPath, *, compute: bool = True) -> Any:
     else:
         points = points.rechunk((layout["shards"][0], -1))
     stored = import_zarr().create_array(
-        store=str(target), shape=points.shape, dtype=points.dtype.newbyteorder("="), overwrite=True, **layout
+        store=str(target),
+        shape=points.shape,
+        dtype=points.dtype.newbyteorder("="),
+        overwrite=True,
+        config=WRITE_ALL,
+        **layout,
     )
     return da.store(points, stored, lock=False, compute=require_flag(compute, "compute", default=True))
 

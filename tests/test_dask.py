@@ -104,6 +104,9 @@ def test_zarr_is_read_by_shards_and_written_in_whole_shards(tmp_path: Path) -> N
     later = gx.dask.to_zarr(points, tmp_path / "later.zarr", compute=False)
     later.compute()
     assert np.array_equal(zarr.open_array(str(tmp_path / "later.zarr"), mode="r")[:], POINTS)
+    gx.dask.to_zarr(points * 0, tmp_path / "zeros.zarr")
+    n_files = [sum(path.is_file() for path in (tmp_path / name).rglob("*")) for name in ("later.zarr", "zeros.zarr")]
+    assert n_files[0] == n_files[1]  # no chunk is left out
     whole = da.zeros((300_000, 3), chunks=(1 << 17, 3), dtype="f4")
     gx.dask.to_zarr(whole, tmp_path / "whole.zarr")
     assert zarr.open_array(str(tmp_path / "whole.zarr"), mode="r").shards == (1 << 17, 3)

@@ -27,6 +27,7 @@ SHARD_POINTS = 1 << 20
 LARGE_SHARD_POINTS = 1 << 24  # a graph of 1e12 points in blocks of a million would have a million tasks
 MANY_POINTS = 1 << 33
 CHUNKS_PER_SHARD = 4
+WRITE_ALL = {"write_empty_chunks": True}  # to look for chunks of zeros takes a fifth of the time to write
 _METADATA = ("zarr.json", ".zarray")
 _MAX_NAMED = 8
 _MAX_CHUNK_BYTES = 1 << 31  # what codecs take
@@ -254,7 +255,7 @@ class ZarrSink:
                 target.write_bytes(data)
             else:
                 if self._array is None:
-                    self._array = import_zarr().open_array(str(self._partial), mode="r+")
+                    self._array = import_zarr().open_array(str(self._partial), mode="r+").with_config(WRITE_ALL)
                 self._array[part.start : part.start + part.n_points] = part.body
         if self._work:
             self.record(part)

@@ -268,3 +268,11 @@ def test_arrays_of_a_group_are_read_and_written_and_no_group_is_replaced(
 def test_shards_grow_with_the_number_of_points() -> None:
     assert module.choose_layout((10**12, 3)) == {"shards": (1 << 24, 3), "chunks": (1 << 22, 3)}
     assert module.choose_layout((10**6, 2)) == {"shards": (400, 2), "chunks": (100, 2)}
+
+
+def test_chunks_of_zeros_are_stored_as_others_are(tmp_path: Path) -> None:  # to look for them would take longer
+    points = np.zeros((300, 3), np.float32)
+    np.save(tmp_path / "in.npy", points)
+    gx.transform_file(tmp_path / "in.npy", tmp_path / "out.zarr", np.identity(4))
+    assert any(path.is_file() for path in (tmp_path / "out.zarr" / "c").rglob("*"))
+    assert np.array_equal(zarr.open_array(str(tmp_path / "out.zarr"), mode="r")[:], points)
