@@ -20,11 +20,15 @@ class GrowingArray:
 
     def append(self, rows: npt.NDArray[Any]) -> None:
         """Add rows, cast to the type of the array."""
-        end = self._n + len(rows)
-        if end > len(self._rows):
-            self._resize(max(end + end // 4, _MIN_ROWS))
-        self._rows[self._n : end] = rows
-        self._n = end
+        start = self.reserve(len(rows))
+        self._rows[start : self._n] = rows
+
+    def reserve(self, n: int) -> int:
+        """Add rows of any content, to be written after `take`; return the first."""
+        start, self._n = self._n, self._n + n
+        if self._n > len(self._rows):
+            self._resize(max(self._n + self._n // 4, _MIN_ROWS))
+        return start
 
     def take(self) -> npt.NDArray[Any]:
         """Return all rows; nothing may be added after."""

@@ -42,8 +42,9 @@ from .vrml_attributes import (
     read_texcoord,
     says_color,
 )
+from .vrml_extrusions import Extrusion, ExtrusionQueue, list_faces
 from .vrml_nodes import PlacedNode
-from .vrml_primitives import PRIMITIVES
+from .vrml_primitives import PRIMITIVES, read_extrusion
 from .vrml_shapes import Polygons
 from .vrml_syntax import Numbers, parse_nodes
 
@@ -170,6 +171,7 @@ class _MeshBuilder:
     points: GrowingArray = field(default_factory=lambda: GrowingArray(np.float64, 3))
     sizes: GrowingArray = field(default_factory=lambda: GrowingArray(np.uint32))
     corners: GrowingArray = field(default_factory=lambda: GrowingArray(np.uint32))
+    extrusions: ExtrusionQueue = field(default_factory=ExtrusionQueue)
     attributes: AttributeBuilder = field(default_factory=AttributeBuilder)
     point_ranges: dict[tuple[int, bytes], tuple[int, int]] = field(default_factory=dict)
     moved_normals: MovedNormals = field(default_factory=dict)
@@ -245,13 +247,29 @@ class _MeshBuilder:
             corners = Corners(polygons.corners, np.ones(len(polygons.corners), bool), sizes)
             self._add_attributes(shape, state, corners, order, np.arange(len(sizes)))
         else:
-            with self._leave_out_misfits("color"):
-                colors = read_parts(shape, state.appearance, len(sizes), is_vrml1=state.is_vrml1)
-                self.attributes.add("face", "color", len(self.sizes), colors, len(sizes))
-                self.attributes.has_colors |= says_color(shape, state.appearance)
-            self.attributes.note(state.appearance)
+            self._add_colors(shape, state, len(sizes))
         self._add_faces(polygons.corners[order] + len(self.points), sizes)
         self._append_points(polygons.points, state.matrix)
+
+    def add_extrusion(self, shape: PlacedNode, extrusion: Extrusion, state: _State) -> None:
+        """Add an extrusion, whose points come with those of all others."""
+        corners, sizes = list_faces(extrusion.form)
+        n_points = extrusion.form.n_points
+        self._count((3 * n_points + len(corners)) // _PRIMITIVE_DISCOUNT, shape.line)
+        if _is_turned(shape, state):
+            corners = corners[_reverse_faces(sizes)]
+        self._add_colors(shape, state, len(sizes))
+        start = self.points.reserve(n_points)
+        self._add_faces(corners + start, sizes)
+        self.extrusions.add(start, extrusion, None if state.matrix is UNMOVED else state.matrix)
+
+    def _add_colors(self, shape: PlacedNode, state: _State, n_faces: int) -> None:
+        """Add the colours of the faces of a primitive, which come next."""
+        with self._leave_out_misfits("color"):
+            colors = read_parts(shape, state.appearance, n_faces, is_vrml1=state.is_vrml1)
+            self.attributes.add("face", "color", len(self.sizes), colors, n_faces)
+            self.attributes.has_colors |= says_color(shape, state.appearance)
+        self.attributes.note(state.appearance)
 
     def _add_attributes(
         self, shape: PlacedNode, state: _State, corners: Corners, order: IndexArray | slice, row_of_face: IndexArray
@@ -321,6 +339,7 @@ class _MeshBuilder:
         offsets = np.zeros(len(self.sizes) + 1, np.int64)
         np.cumsum(self.sizes.take(), out=offsets[1:])
         points, corners = self.points.take(), self.corners.take()
+        self.extrusions.fill(points)
         holds = self.attributes.describe_losses()
         return take_over(
             points,
@@ -414,6 +433,9 @@ def _add_shape(node: PlacedNode, builder: _MeshBuilder, state: _State) -> bool:
         polygons = PRIMITIVES[kind](node)
         if len(polygons.sizes):
             builder.add_polygons(node, polygons, state)
+    elif kind == "Extrusion":
+        if (extrusion := read_extrusion(node)) is not None:
+            builder.add_extrusion(node, extrusion, state)
     else:
         return False
     return True

@@ -1,6 +1,7 @@
 """Nodes of VRML in their place: fields with the values that instances of prototypes give them."""
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
@@ -65,10 +66,10 @@ class PlacedNode(NamedTuple):
         return default if self.numbers(name) is None else float(self.floats(name, (default,))[0])
 
     def rows(self, name: str, default: tuple[tuple[float, ...], ...]) -> Float64Array:
-        """Return a field of rows as long as those of its default; the default if it has none."""
+        """Return a field of rows as long as its default has, or the default if it has none; nobody may write to it."""
         numbers = self.numbers(name)
         rows = np.empty((0, len(default[0]))) if numbers is None else numbers.floats(len(default[0]))
-        return rows if len(rows) else np.array(default)
+        return rows if len(rows) else _as_table(default)
 
     def integer(self, name: str, default: int) -> int:
         """Return a field of one integer."""
@@ -121,6 +122,11 @@ class PlacedNode(NamedTuple):
             placed = PlacedNode(body, scope)
             visit(placed)
         return placed
+
+
+@cache
+def _as_table(rows: tuple[tuple[float, ...], ...]) -> Float64Array:
+    return np.array(rows)
 
 
 Visit: TypeAlias = Callable[[PlacedNode], None]

@@ -6,17 +6,9 @@ import numpy as np
 
 from ..errors import MeshError
 from .limits import budget
+from .vrml_extrusions import Extrusion, make_extrusion
 from .vrml_nodes import PlacedNode
-from .vrml_shapes import (
-    EMPTY,
-    Polygons,
-    make_box,
-    make_cone,
-    make_cylinder,
-    make_elevation_grid,
-    make_extrusion,
-    make_sphere,
-)
+from .vrml_shapes import Polygons, make_box, make_cone, make_cylinder, make_elevation_grid, make_sphere
 
 
 def list_parts(node: PlacedNode) -> set[str]:
@@ -67,15 +59,16 @@ def _read_elevation_grid(node: PlacedNode) -> Polygons:
     return make_elevation_grid(heights, node.number("xSpacing", 1.0), node.number("zSpacing", 1.0))
 
 
-def _read_extrusion(node: PlacedNode) -> Polygons:
+def read_extrusion(node: PlacedNode) -> Extrusion | None:
+    """Return an extrusion; None for one without faces."""
     orientations = node.rows("orientation", ((0.0, 0.0, 1.0, 0.0),))
-    turned = orientations[orientations[:, 3] != 0.0]
-    if len(turned) and not turned[:, :3].any(axis=1).all():
+    is_turned = orientations[:, 3] != 0.0
+    if is_turned.any() and not orientations[is_turned, :3].any(axis=1).all():
         raise MeshError(f"line {node.line}: an orientation of Extrusion needs an axis that is not zero")
     section = node.rows("crossSection", ((1.0, 1.0), (1.0, -1.0), (-1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)))
     spine = node.rows("spine", ((0.0, 0.0, 0.0), (0.0, 1.0, 0.0)))
     if min(len(section), len(spine)) < 2:
-        return EMPTY
+        return None
     budget().take_numbers(5 * len(section) * len(spine), node.line)  # three coordinates, and corners
     return make_extrusion(
         section,
@@ -93,6 +86,5 @@ PRIMITIVES: dict[str, Callable[[PlacedNode], Polygons]] = {
     "Cube": _read_cube,
     "Cylinder": _read_cylinder,
     "ElevationGrid": _read_elevation_grid,
-    "Extrusion": _read_extrusion,
     "Sphere": _read_sphere,
 }
