@@ -1,20 +1,23 @@
-"""COLLADA (`.dae`), through trimesh and pycollada: triangles in metres, with the axes of the file."""
+"""COLLADA (`.dae`), through lxml: triangles in metres, with the axes of the file."""
 
-import logging
-import re
-from io import BytesIO
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
-from ..errors import MeshError, MissingExtraError
+from .._core.arguments import require_affine
+from ..errors import ArgumentError, MeshError
 from ..geometry.mesh import Mesh
-from ._concatenate import concatenate_placed
+from ._text import quote
 from ._warn import warn
 from ._xml import parse_xml
+from .collada_geometries import Group, first_child, read_groups
+from .collada_materials import read_color
+from .collada_nodes import Shape, place_shapes
+from .collada_placing import Part, place_parts
 from .limits import budget
 
-_BINDINGS = re.compile(rb"<bind_material>.*?</bind_material>", re.DOTALL)
+_MAX_NAMED = 4
 
 
 def read(data: bytes) -> Mesh:
@@ -23,82 +26,84 @@ def read(data: bytes) -> Mesh:
     Raises MeshError for a damaged file, MissingExtraError if the extra `robots` is not installed.
     """
     root = parse_xml(data, "COLLADA")
+    placed = place_shapes(root)
+    library = _Library(root, placed.lost)
+    shapes: list[list[Part]] = []
+    n_shown = np.bincount(placed.shape_numbers, minlength=len(placed.shapes))
+    for shape, n_places in zip(placed.shapes, n_shown.tolist(), strict=True):
+        shapes.append(library.list_parts(shape))
+        budget().take_numbers(n_places * sum(part.n_numbers for part, _ in shapes[-1]), "its nodes")
+    if not any(shapes):
+        raise MeshError("it shows no triangles" + (f", read without {library.lost[0]}" if library.lost else ""))
+    if library.lost:
+        more = ", ..." if len(library.lost) > _MAX_NAMED else ""
+        warn(f"it is read without {', '.join(library.lost[:_MAX_NAMED])}{more}")
+    with np.errstate(over="ignore", invalid="ignore"):
+        matrices = np.diag([*[_read_metres(root)] * 3, 1.0]) @ placed.matrices
+    shown = matrices[np.unique(placed.matrix_numbers)]
+    if not np.isfinite(shown).all():
+        raise MeshError("the matrix of a node is not finite")
     try:
-        import collada
-        import trimesh
-    except ImportError:
-        raise MissingExtraError("COLLADA needs pycollada: pip install 'gpu_xform[robots]'") from None
-    from lxml import etree
+        require_affine(shown, "the matrix")
+    except ArgumentError as error:
+        raise MeshError(f"a node: {error}") from None
+    return place_parts(shapes, placed.shape_numbers, matrices, placed.matrix_numbers)
 
-    _count_nodes(root)
-    data = etree.tostring(root)  # which pycollada parses without our care
-    log = logging.getLogger("trimesh")
-    was_disabled, log.disabled = log.disabled, True
+
+class _Library:
+    """The geometries, materials and effects of a file, each read when it is first shown."""
+
+    def __init__(self, root: Any, lost: list[str]) -> None:
+        self._geometries = _collect(root, "library_geometries", "geometry")
+        self._materials = _collect(root, "library_materials", "material")
+        self._effects = _collect(root, "library_effects", "effect")
+        self._groups: dict[str, list[Group]] = {}
+        self._colors: dict[str, npt.NDArray[np.uint8] | None] = {}
+        self.lost = lost  # what is left out, in words
+
+    def list_parts(self, shape: Shape) -> list[Part]:
+        """Return the parts of a geometry, in the materials that an instance of it binds."""
+        url, bindings = shape
+        colors = {symbol: self._read_color(target) for symbol, target in bindings}
+        found = ((group, colors.get(group.material)) for group in self._read_groups(url))
+        return [(group.bare if color is None else group.colored_by_material, color) for group, color in found]
+
+    def _read_groups(self, url: str) -> list[Group]:
+        if url not in self._groups:
+            try:
+                self._groups[url] = read_groups(_look_up(self._geometries, url))
+            except MeshError as error:
+                self.lost.append(f"geometry {quote(url)} ({error})")
+                self._groups[url] = []
+        return self._groups[url]
+
+    def _read_color(self, url: str) -> npt.NDArray[np.uint8] | None:
+        if url not in self._colors:
+            try:
+                self._colors[url] = read_color(_look_up(self._materials, url), self._effects)
+            except MeshError as error:
+                self.lost.append(f"material {quote(url)} ({error})")
+                self._colors[url] = None
+        return self._colors[url]
+
+
+def _collect(root: Any, library: str, tag: str) -> dict[str | None, Any]:
+    """Return the elements of all libraries of a kind by their identifiers."""
+    libraries = root.iterchildren(f"{{*}}{library}")
+    return {each.get("id"): each for found in libraries for each in found.iterchildren(f"{{*}}{tag}")}
+
+
+def _look_up(elements: dict[str | None, Any], url: str) -> Any:
+    if not url.startswith("#") or url[1:] not in elements:
+        raise MeshError("it is not there")
+    return elements[url[1:]]
+
+
+def _read_metres(root: Any) -> float:
+    """Return how many metres the unit of a file is."""
+    asset = first_child(root, "asset")
+    unit = None if asset is None else first_child(asset, "unit")
     try:
-        document = collada.Collada(BytesIO(data), ignore=[collada.common.DaeError])
-        metres = document.assetInfo.unitmeter or 1.0
-        is_broken = bool(document.errors)
-        if is_broken:  # pycollada drops what has a material that it does not find
-            data = _BINDINGS.sub(b"", data)
-        scene = trimesh.load_scene(BytesIO(data), file_type="dae", process=False)
-        found = [
-            (scene.geometry[name], np.asarray(matrix, np.float64))
-            for matrix, name in map(scene.graph.get, scene.graph.nodes_geometry)
-        ]
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever damaged content brings the libraries to
-        raise MeshError(f"it is not COLLADA: {type(error).__name__}: {error}") from None
-    finally:
-        log.disabled = was_disabled
-    found = [(shape, matrix) for shape, matrix in found if isinstance(shape, trimesh.Trimesh) and len(shape.faces)]
-    if not found:
-        raise MeshError("it shows no triangles")
-    if is_broken:
-        warn("its materials are broken, and left out")
-    budget().take_numbers(sum(shape.vertices.size + shape.faces.size for shape, _ in found), "its nodes")
-    try:
-        meshes = {id(shape): _convert(shape) for shape in {id(shape): shape for shape, _ in found}.values()}
-        scale = np.diag([*[metres] * 3, 1.0])
-        return concatenate_placed((meshes[id(shape)], scale @ matrix) for shape, matrix in found)
-    except (ValueError, TypeError) as error:
-        raise MeshError(f"it is not COLLADA: {error}") from None
-
-
-def _count_nodes(root: Any) -> None:
-    """Count the nodes that the scenes expand to, which pycollada makes without a limit."""
-    nodes = list(root.iter("{*}node"))
-    by_id = {node.get("id"): node for node in nodes}
-    sizes: dict[Any, int | None] = {}  # None while a node is open
-    budget().spell_nodes(sum(1 for _ in root.iter("{*}node", "{*}instance_node", "{*}instance_geometry")))
-    for first in nodes:
-        waiting = [first]
-        while waiting:
-            node = waiting[-1]
-            uses = [by_id.get((use.get("url") or "")[1:]) for use in node.iterchildren("{*}instance_node")]
-            inner = [*node.iterchildren("{*}node"), *(use for use in uses if use is not None)]
-            new = [each for each in inner if each not in sizes]
-            if node in sizes and sizes[node] is not None:
-                waiting.pop()
-            elif new and node not in sizes:
-                sizes[node] = None
-                waiting += new
-            else:
-                found = [sizes.get(each) for each in inner]
-                if None in found:
-                    raise MeshError("a node is a part of itself")
-                n_shapes = sum(1 for _ in node.iterchildren("{*}instance_geometry", "{*}instance_controller"))
-                sizes[node] = 1 + n_shapes + sum(size for size in found if size is not None)
-                waiting.pop()
-    of_scenes = (node for scene in root.iter("{*}visual_scene") for node in scene.iterchildren("{*}node"))
-    budget().take_nodes(sum(sizes[node] or 0 for node in of_scenes), "its nodes")
-
-
-def _convert(shape: Any) -> Mesh:
-    """Return a mesh of trimesh with a colour per face: that of its material, where it has no others."""
-    material = getattr(shape.visual, "material", None)
-    color = getattr(material, "main_color", None)
-    if color is None:
-        return Mesh.from_trimesh(shape)
-    colors = np.tile(np.asarray(color, np.uint8), (len(shape.faces), 1))
-    return Mesh(shape.vertices, np.asarray(shape.faces), attributes={"face": {"color": colors}})
+        return 1.0 if unit is None else float(unit.get("meter")) or 1.0
+    except (TypeError, ValueError):
+        return 1.0
