@@ -8,11 +8,11 @@ import stat
 import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
 from typing import BinaryIO
 
-from ..errors import ArgumentError
-from .file_locks import hold_lock_file
+from .file_locks import hold_lock_file, refuse_second_run
 from .interrupts import defer_interrupts
 from .targets import find_target, put_in_place
 from .types import StrPath
@@ -85,7 +85,7 @@ def atomic_folder(path: StrPath, names: Iterable[str], series: str) -> Iterator[
         is_new = True
     temporary = target / _make_temporary_name()
     try:
-        with hold_lock_file(target / _make_lock_name(series), _refuse_second_run):
+        with hold_lock_file(target / _make_lock_name(series), partial(refuse_second_run, "path", os.fspath(path))):
             temporary.mkdir()
             yield temporary
             with defer_interrupts():
@@ -108,10 +108,6 @@ def atomic_folder(path: StrPath, names: Iterable[str], series: str) -> Iterator[
 def _make_lock_name(series: str) -> str:
     """Return the name of the file that stands for a series; short enough for any system."""
     return f".{hashlib.sha256(series.encode('utf-8', 'surrogateescape')).hexdigest()[:16]}{_LOCK}"
-
-
-def _refuse_second_run(holder: str) -> Exception:
-    return ArgumentError.expecting("path", "be written by one run at a time", f"{holder} is at it")
 
 
 def _move_all(source: Path, target: Path) -> None:

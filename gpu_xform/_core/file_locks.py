@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+from ..errors import ArgumentError
+
 if sys.platform == "win32":
     import msvcrt
 
@@ -49,13 +51,23 @@ def describe_process() -> str:
     return f"process {os.getpid()} on {socket.gethostname()}"
 
 
+def refuse_second_run(name: str, path: str, holder: str) -> ArgumentError:
+    """Return the error about a path that another run writes.
+
+    name : of the argument that gives the path
+    holder : as `describe_process` tells; "" where nothing tells who it is
+    """
+    got = f"{path!r}, which {holder or 'another run'} is at"
+    return ArgumentError.expecting(name, "be written by one run at a time", got)
+
+
 @contextmanager
-def hold_lock_file(path: Path, describe_refusal: Callable[[str], Exception]) -> Iterator[None]:
+def hold_lock_file(path: Path, refuse: Callable[[str], Exception]) -> Iterator[None]:
     """Hold a file at a path that stands for something else, which one run at a time may write, and delete it then.
 
-    describe_refusal : makes the error, of who else holds it
+    refuse : makes the error, of who else holds it
     """
-    file = _open_locked(path, describe_refusal)
+    file = _open_locked(path, refuse)
     with file:
         try:
             file.truncate(0)
@@ -68,13 +80,13 @@ def hold_lock_file(path: Path, describe_refusal: Callable[[str], Exception]) -> 
             path.unlink(missing_ok=True)
 
 
-def _open_locked(path: Path, describe_refusal: Callable[[str], Exception]) -> BinaryIO:
+def _open_locked(path: Path, refuse: Callable[[str], Exception]) -> BinaryIO:
     while True:
         file = os.fdopen(os.open(path, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
         if not try_lock(file):
             with file:
                 holder = file.read().decode("utf-8", "replace")
-            raise describe_refusal(holder or "another run")
+            raise refuse(holder)
         if is_at(file, path):
             return file
         file.close()  # the run that held it has deleted it meanwhile

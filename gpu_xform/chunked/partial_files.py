@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from .._core.file_locks import describe_process, is_at, try_lock
+from .._core.file_locks import describe_process, is_at, refuse_second_run, try_lock
 from .._core.targets import put_in_place
 from .._core.types import StrPath
 from ..errors import ArgumentError
@@ -159,9 +159,7 @@ class FileSink:
             file = os.fdopen(os.open(self._partial, os.O_RDWR | os.O_CREAT | getattr(os, "O_BINARY", 0), 0o666), "r+b")
             if not try_lock(file):
                 file.close()
-                holder = read_note(self._note)[1] or "another run"
-                got = f"{self._destination!r}, which {holder} is at"
-                raise ArgumentError.expecting("destination", "be written by one run at a time", got)
+                raise refuse_second_run("destination", self._destination, read_note(self._note)[1])
             if is_at(file, self._partial):
                 return file
             file.close()  # another run has finished meanwhile

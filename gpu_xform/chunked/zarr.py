@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
-from .._core.file_locks import is_at, try_lock
+from .._core.file_locks import is_at, refuse_second_run, try_lock
 from .._core.targets import require_path
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MissingExtraError
@@ -229,12 +229,11 @@ class ZarrSink:
     @contextmanager
     def _lock(self) -> Iterator[None]:
         while True:
-            file: BinaryIO = self._note.open("ab")
+            with name_in_refusals(self._destination):
+                file: BinaryIO = self._note.open("ab")
             if not try_lock(file):
                 file.close()
-                holder = read_note(self._note)[1] or "another run"
-                got = f"{self._destination!r}, which {holder} is at"
-                raise ArgumentError.expecting("destination", "be written by one run at a time", got)
+                raise refuse_second_run("destination", self._destination, read_note(self._note)[1])
             if is_at(file, self._note):
                 break
             file.close()

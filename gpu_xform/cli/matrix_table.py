@@ -68,7 +68,9 @@ class MatrixTable:
                 return found[0]
             if found:
                 raise ArgumentError(f"{self._path}: {len(found)} matrices may be that of {file}: {', '.join(found)}")
-        raise ArgumentError(f"{self._path}: no matrix for {file}{did_you_mean(path.name, self._by_name)}")
+        numbers = _list_numbers(path.name)
+        known = [name for name in self._by_name if _list_numbers(name) == numbers]  # with others it is another tile
+        raise ArgumentError(f"{self._path}: no matrix for {file}{did_you_mean(path.name, known)}")
 
     @property
     def unused(self) -> list[str]:
@@ -257,6 +259,11 @@ def _list_blocks(text: str) -> list[Float64Array] | None:
 
 def _name_of(path: str) -> str:
     return path.replace("\\", "/").rpartition("/")[2]
+
+
+def _list_numbers(name: str) -> list[str]:
+    """Return the numbers in a name, without zeros before them."""
+    return [digits.lstrip("0") for digits in re.findall(r"[0-9]+", name)]
 
 
 def _stem_of(path: str) -> str:

@@ -276,3 +276,11 @@ def test_chunks_of_zeros_are_stored_as_others_are(tmp_path: Path) -> None:  # to
     gx.transform_file(tmp_path / "in.npy", tmp_path / "out.zarr", np.identity(4))
     assert any(path.is_file() for path in (tmp_path / "out.zarr" / "c").rglob("*"))
     assert np.array_equal(zarr.open_array(str(tmp_path / "out.zarr"), mode="r")[:], points)
+
+
+def test_what_the_system_refuses_names_the_destination(tmp_path: Path) -> None:
+    np.save(tmp_path / "in.npy", np.ones((5, 3)))
+    out = tmp_path / f"{'x' * 245}.zarr"  # a name to which nothing can be added
+    with pytest.raises(OSError, match="x") as caught:
+        gx.transform_file(tmp_path / "in.npy", out, np.eye(4))
+    assert caught.value.filename == str(out)

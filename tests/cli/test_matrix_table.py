@@ -130,6 +130,8 @@ def test_a_file_that_a_table_does_not_name_is_an_error() -> None:
         table("t.json", {"a": AFFINE.tolist()}).find("tiles/c.laz", 0, 1)
     with pytest.raises(gx.ArgumentError, match=r"no matrix for scan03\.laz; did you mean 'scan3\.laz'\?"):
         table("t.json", {"scan3.laz": AFFINE.tolist(), "other": AFFINE.tolist()}).find("scan03.laz", 0, 1)
+    with pytest.raises(gx.ArgumentError, match=r"no matrix for tile_3\.laz$"):  # its neighbour is no misspelling
+        table("t.json", {"tile_2.laz": AFFINE.tolist(), "tile_4.laz": AFFINE.tolist()}).find("tile_3.laz", 0, 1)
     with pytest.raises(gx.ArgumentError, match=r"2 matrices may be that of c\.laz: a/c\.laz, b/c\.laz"):
         table("t.json", {"a/c.laz": AFFINE.tolist(), "b/c.laz": AFFINE.tolist()}).find("c.laz", 0, 1)
     with pytest.raises(gx.ArgumentError, match=r"t\.json: 1 matrices without names for 2 files"):
