@@ -166,7 +166,7 @@ def test_a_missing_library_is_named_with_its_extra(monkeypatch: pytest.MonkeyPat
         __import__("gpu_xform.dask")
 
 
-@pytest.mark.parametrize("rows", [(70_000, 70_000, 9), (1 << 16, 1 << 16, 5), (5, 1 << 17), (5, 1 << 21)])
+@pytest.mark.parametrize("rows", [(70_000, 70_000, 9), (1 << 17, 1 << 16, 5), (5, 1 << 17), (5, 1 << 21)])
 def test_no_two_blocks_share_a_shard(tmp_path: Path, rows: tuple[int, ...], monkeypatch: pytest.MonkeyPatch) -> None:
     """Two that did would read, change and write it at once, and one of them would be lost."""
     seen: list[Any] = []

@@ -29,7 +29,7 @@ from ..formats.las_header import (
     require_points_counted,
 )
 from ..formats.laz import CHUNK_POINTS, ChunkTable, LazError, compress, import_lazrs, make_laz_record, write_table
-from .las_fields import describe_record
+from .las_fields import describe_record, list_fixed_normals
 from .npy import SCAN_POINTS, find_extremes
 from .partial_files import FileSink
 from .protocol import Block, Bounds, ChunkError, Encoded, GridError, PointSource, describe_file
@@ -80,6 +80,11 @@ class LasSource:
         if "points behind" not in self._told:
             warn_of_points_behind(self.header, self._table, self.path)
         self._told.add("points behind")
+
+    def warn_of_fixed_normals(self) -> None:
+        """Warn of normals that no matrix turns."""
+        if names := list_fixed_normals(self.header):
+            self.warn_once(f"{', '.join(names)} are integers, which are left as they were")
 
     def warn_once(self, message: str) -> None:
         """Warn of this file, but not again where a run is planned anew for bounds that were counted."""

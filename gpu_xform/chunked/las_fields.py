@@ -13,6 +13,7 @@ _EXTRA_TYPES = {1: "u1", 2: "i1", 3: "<u2", 4: "<i2", 5: "<u4", 6: "<i4", 7: "<u
 _EXTRA_RECORD_BYTES = 192
 _WAVE_VECTOR_OFFSET = 17
 _WAVE_VECTOR = ("wave x", "wave y", "wave z")
+_FLOATS = ("<f4", "<f8")
 
 
 def describe_record(header: LasHeader) -> tuple[np.dtype[Any], list[Directions]]:
@@ -25,7 +26,7 @@ def describe_record(header: LasHeader) -> tuple[np.dtype[Any], list[Directions]]
             fields[name] = ("<f4", packet + _WAVE_VECTOR_OFFSET + 4 * i)
         directions.append(Directions(_WAVE_VECTOR, False))
     extra = list_extra_fields(header)
-    normal = find_normal([name for name, (kind, _) in extra.items() if kind in ("<f4", "<f8")])
+    normal = find_normal([name for name, (kind, _) in extra.items() if kind in _FLOATS])
     if normal is not None:
         fields |= {name: extra[name] for name in normal}
         directions.append(Directions(normal, True))
@@ -41,8 +42,15 @@ def describe_record(header: LasHeader) -> tuple[np.dtype[Any], list[Directions]]
     return dtype, directions
 
 
+def list_fixed_normals(header: LasHeader) -> tuple[str, ...]:
+    """Return the names of normals that are stored as integers, which nothing turns."""
+    extra = list_extra_fields(header)
+    names = find_normal(extra) or ()
+    return () if all(extra[name][0] in _FLOATS for name in names) else names
+
+
 def list_extra_fields(header: LasHeader) -> dict[str, tuple[str, int]]:
-    """Return type and offset in a point of each described scalar of the extra bytes."""
+    """Return type and offset in a point of each described number of the extra bytes; those of a vector get letters."""
     vlr = header.find_vlr(EXTRA_BYTES_VLR)
     start, found = POINT_BYTES[header.point_format], {}
     body = vlr.body if vlr is not None else b""
@@ -51,12 +59,13 @@ def list_extra_fields(header: LasHeader) -> dict[str, tuple[str, int]]:
         if kind == 0:
             start += options
             continue
-        n_columns, scalar = 1 + (kind - 1) // 10, 1 + (kind - 1) % 10
+        n_columns, scalar = 1 + (kind - 1) // 10, _EXTRA_TYPES[1 + (kind - 1) % 10]
         if n_columns > 3:
             break
-        if n_columns == 1:
-            found[name.partition(b"\0")[0].decode("latin-1")] = (_EXTRA_TYPES[kind], start)
-        start += n_columns * np.dtype(_EXTRA_TYPES[scalar]).itemsize
+        text, size = name.partition(b"\0")[0].decode("latin-1"), np.dtype(scalar).itemsize
+        for i in range(n_columns):
+            found[text if n_columns == 1 else f"{text} {'xyz'[i]}"] = (scalar, start + i * size)
+        start += n_columns * size
     return {
         name: (kind, at) for name, (kind, at) in found.items() if at + np.dtype(kind).itemsize <= header.record_bytes
     }

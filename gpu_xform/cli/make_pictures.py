@@ -132,7 +132,7 @@ def _make_picture(
     picture = outcome.picture
     try:
         if options.keeps_images:
-            references.keep_reference(outcome)
+            references.keep_reference(outcome, options)
         layers = read_layers(
             options, picture.models, world_from_model, options.resolution if picture.is_one_of_many else None
         )

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 # measured between drivers. docs/continuous_integration.md has the figures.
 MIN_ALLOWED_PIXELS = 16
 PIXELS_PER_ALLOWED_ONE = 10_000
+MAX_SHOWN_PIXELS = 1 << 24  # of a reference in a report, if no picture of its size was asked for
 
 
 class MissingReferenceError(ArgumentError):
@@ -78,13 +79,18 @@ def compare_with_reference(image: "Image", outcome: Outcome, options: Namespace)
     progress.write_lines(f"gpu-xform: {' '.join(reference.split())}: {change}\n")
 
 
-def keep_reference(outcome: Outcome) -> None:
-    """Keep the picture of a reference that can be read for the report, also if the model's own cannot be drawn."""
-    from ..imaging.image import to_pillow, to_pixels
+def keep_reference(outcome: Outcome, options: Namespace) -> None:
+    """Keep the picture of a reference that can be read for the report, also if the model's own cannot be drawn.
+
+    A small file may declare any size: a large one that was not asked for is not decoded.
+    """
+    from ..imaging.image import find_size, to_pillow, to_pixels
 
     if outcome.picture.reference is not None:
         with contextlib.suppress(GpuXformError, OSError):
-            outcome.images["reference"] = to_pillow(to_pixels(outcome.picture.reference, "--reference"))
+            size = find_size(outcome.picture.reference, "--reference")
+            if size == options.resolution or size[0] * size[1] <= MAX_SHOWN_PIXELS:
+                outcome.images["reference"] = to_pillow(to_pixels(outcome.picture.reference, "--reference"))
 
 
 def find_unused_references(template: Template, pictures: Sequence[PlannedPicture], roots: Sequence[str]) -> list[str]:

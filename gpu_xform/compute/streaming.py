@@ -216,6 +216,8 @@ def _plan(
         run(empty, checked, precision="auto" if is_grid else precision, device=device)  # raises before any work
     is_turned = project or not np.array_equal(checked[:-1, :-1], np.identity(source.n_columns))
     directions = tuple(source.directions) if normals == "auto" and is_turned else ()
+    if normals == "auto" and is_turned and isinstance(source, LasSource):
+        source.warn_of_fixed_normals()
     if project and directions:
         names = ", ".join(name for each in directions for name in each.fields)
         warn(f"{source.path}: a projection bends {names}, which are left as they were")

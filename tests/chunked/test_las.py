@@ -151,6 +151,24 @@ def test_normals_may_be_kept(tmp_path: Path) -> None:
 
 
 @pytest.mark.float64
+def test_normals_may_be_a_vector_and_those_of_integers_are_told_of(tmp_path: Path) -> None:
+    source, target, turn = tmp_path / "in.las", tmp_path / "out.las", gx.rotate_z(90, degrees=True)
+    las = make_las(source, normals=False)
+    las.add_extra_dim(laspy.ExtraBytesParams("depth", "2u1"))
+    las.add_extra_dim(laspy.ExtraBytesParams("normal", "3f4"))
+    las["normal"] = np.tile(np.float32([0.6, 0.8, 0]), (len(las), 1))
+    las.write(source)
+    gx.transform_file(source, target, turn)
+    assert np.abs(laspy.read(target)["normal"] - [-0.8, 0.6, 0]).max() < 1e-6
+    las.remove_extra_dim("normal")
+    las.add_extra_dims([laspy.ExtraBytesParams(name, "i2") for name in NORMALS])
+    las.write(source)
+    gx.transform_file(source, target, gx.translate(1, 2, 3))
+    gx.transform_file(source, target, turn, normals="keep")
+    with pytest.warns(gx.MeshWarning, match=r"in\.las: NormalX, NormalY, NormalZ are integers, which are left as they"):
+        gx.transform_file(source, target, turn)
+
+
 def test_a_projection_divides_and_says_that_it_leaves_directions(tmp_path: Path) -> None:
     before = make_las(tmp_path / "in.las")
     matrix = gx.translate(-431_000, -5_123_000, -9000).copy()

@@ -81,10 +81,16 @@ def test_the_difference_is_drawn_where_there_is_one() -> None:
         assert np.array_equal(np.asarray(image), np.asarray(compare_images("drawn.png", "expected.png").image()))
 
 
-def test_another_size_is_a_difference(capsys: pytest.CaptureFixture[str]) -> None:
+def test_another_size_is_a_difference(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def load(_: object) -> None:
+        raise AssertionError("it is decoded")
+
+    monkeypatch.setattr("PIL.PngImagePlugin.PngImageFile.load", load)
+    monkeypatch.setattr("gpu_xform.cli.references.MAX_SHOWN_PIXELS", 120 * 80 - 1)
     typed = ["render", "house.obj", "--reference", "expected.png", "--resolution", "80,120"]
     expected = "expected.png: the reference is 120 x 80 pixels, the picture 80 x 120"
     assert error_of(typed, capsys, 4) == f"gpu-xform: error: {expected}\n"
+    assert main([*typed, "--report", "report.html"]) == 4
 
 
 def test_a_missing_reference_says_how_it_is_made(capsys: pytest.CaptureFixture[str]) -> None:
