@@ -156,7 +156,7 @@ def test_normals_may_be_a_vector_and_those_of_integers_are_told_of(tmp_path: Pat
     las = make_las(source, normals=False)
     las.add_extra_dim(laspy.ExtraBytesParams("depth", "2u1"))
     las.add_extra_dim(laspy.ExtraBytesParams("normal", "3f4"))
-    las["normal"] = np.tile(np.float32([0.6, 0.8, 0]), (len(las), 1))
+    las["normal"] = np.tile([0.6, 0.8, 0], (len(las), 1))
     las.write(source)
     gx.transform_file(source, target, turn)
     assert np.abs(laspy.read(target)["normal"] - [-0.8, 0.6, 0]).max() < 1e-6
