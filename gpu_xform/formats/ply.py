@@ -150,7 +150,7 @@ def _read_rows(body: bytes | memoryview, position: int, element: Element) -> tup
                 position += count * itemsize
             if position > len(body):
                 raise EOFError
-    except (EOFError, struct.error):
+    except (EOFError, OverflowError, struct.error):  # a count of a float may lie beyond what Python can address
         raise MeshError(f"{element.name} {row}: the file ends within this row, of {element.count} declared") from None
     columns = {}
     for p, begins, counts in zip(element.properties, starts, sizes, strict=True):

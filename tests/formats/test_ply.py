@@ -236,6 +236,16 @@ def test_a_binary_list_longer_than_the_file_allocates_nothing() -> None:
     assert time.perf_counter() - start < 1.0
 
 
+def test_a_list_beyond_all_memory_before_another_ends_in_an_error() -> None:
+    head = (
+        "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n"
+        "property list float float first\nproperty list uchar float second\nend_header\n"
+    )
+    body = np.array([1, 2, 3, 1e30, 5], "<f4").tobytes()
+    with pytest.raises(MeshError, match="vertex 0: the file ends within this row, of 1 declared"):
+        ply.read(head.encode() + body)
+
+
 @given(st.lists(st.lists(st.integers(0, 9), min_size=2, max_size=6), max_size=9), st.booleans())
 def test_rows_of_any_length_read_as_plyfile_reads_them(polygons: list[list[int]], text: bool) -> None:
     mesh = Mesh(HOUSE.positions, polygons)
