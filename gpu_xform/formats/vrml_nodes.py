@@ -9,7 +9,7 @@ import numpy as np
 from .._core.types import Float64Array
 from ..errors import MeshError
 from ._text import quote
-from .vrml_syntax import Binding, Node, Numbers, Value
+from .vrml_values import Binding, Node, Numbers, Value
 
 # The values of a prototype's fields, each with the scope that it was written in.
 Scope: TypeAlias = Mapping[str, tuple[Value | None, Any]]

@@ -1,22 +1,20 @@
-"""The syntax that VRML 1.0 and VRML 97 share: text becomes nodes with fields, and names become the nodes they mean.
+"""The syntax that VRML 1.0 and VRML 97 share: text becomes nodes with fields.
 
 The meaning of nodes is the subject of `vrml`. Nothing here recurses, so no depth of nesting can exhaust the stack. The
 parser is written by hand, because one from a grammar (Lark's) takes three times as long.
 """
 
-import contextlib
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any, TypeAlias, cast
+from typing import Any, cast
 
-import numpy as np
-
-from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
-from ._text import parse_float, parse_int, parse_numbers, quote
+from ._text import quote
 from .limits import budget
+from .vrml_names import resolve_names
+from .vrml_values import Binding, Node, Numbers, Prototype, Use, Value, add_slots
 
 # What the functions of `_Parser` read. A name is a word that begins with a letter or so; words may begin with anything.
 #   statement  object | ROUTE word TO word
@@ -53,163 +51,6 @@ _PART = re.compile(
     """,
     re.VERBOSE | re.DOTALL,
 )
-_FEW_CHARACTERS = 80
-_PLAIN_NUMBERS = re.compile(r"[-+.0-9eE,\s]*", re.ASCII)
-_PLAIN_INTEGERS = re.compile(r"[\s,]*(?:-?[0-9]+(?:[\s,]+|$))*", re.ASCII)
-_COMMENT = re.compile(r"#[^\n]*")
-_WORD = re.compile(r"[^\s,]+")
-
-
-@dataclass(eq=False, slots=True)
-class Numbers:
-    """The text of a field of numbers that starts on `line`; what is long and read twice is kept, as shapes share it."""
-
-    line: int
-    text: str
-    _was_read: bool = False
-    _kept: Float64Array | None = None
-
-    def floats(self, width: int) -> Float64Array:
-        """Return (n, width) finite float64; nobody may write to them."""
-        values = self._kept
-        if values is None:
-            values = self._read_finite()
-            if self._was_read and len(self.text) > _FEW_CHARACTERS:
-                self._kept = values
-            self._was_read = True
-        if len(values) % width:
-            raise MeshError(f"line {self.line}: the number of values must be a multiple of {width}, got {len(values)}")
-        return values.reshape(-1, width)
-
-    def _read_finite(self) -> Float64Array:
-        values = self._read_few()
-        if values is None:
-            try:
-                values = parse_numbers(self._plain(), "float")
-            except ValueError:
-                values = np.array([parse_float(word, line) for word, line in self._words()])
-        if not np.isfinite(values).all():
-            i = int(np.argmax(~np.isfinite(values)))
-            raise MeshError(f"line {self.line_of(i)}: a number must be finite, got {values[i]}")
-        return values
-
-    def _read_few(self) -> Float64Array | None:
-        """Return the numbers of a short plain text, for which NumPy takes longer than Python; None for others."""
-        if len(self.text) > _FEW_CHARACTERS or _PLAIN_NUMBERS.fullmatch(self.text) is None:
-            return None
-        try:
-            return np.array([float(word) for word in self.text.replace(",", " ").split()])
-        except ValueError:
-            return None
-
-    def integers(self) -> IndexArray:
-        """Return (n,) int64."""
-        if len(self.text) <= _FEW_CHARACTERS and _PLAIN_INTEGERS.fullmatch(self.text):
-            with contextlib.suppress(OverflowError):
-                return np.array([int(word) for word in self.text.replace(",", " ").split()], np.int64)
-        try:
-            return parse_numbers(self._plain(), "int")
-        except ValueError:
-            return np.array(
-                [parse_int(word, line, 16 if "x" in word.lower() else 10) for word, line in self._words()], np.int64
-            )
-
-    def count_at_most(self) -> int:
-        """Return a number that is at least that of the values, and little more."""
-        return len(self.text.split()) + self.text.count(",")
-
-    def line_of(self, i: int) -> int:
-        """Return the line of number i."""
-        return [line for _, line in self._words()][i]
-
-    def _plain(self) -> bytes:
-        text = _COMMENT.sub("", self.text) if "#" in self.text else self.text
-        return text.replace(",", " ").encode("ascii", "replace")
-
-    def _words(self) -> list[tuple[str, int]]:
-        lines = enumerate(self.text.split("\n"), self.line)
-        return [(word, line) for line, text in lines for word in _WORD.findall(_COMMENT.sub("", text))]
-
-
-@dataclass(eq=False, slots=True)
-class Use:
-    """A reference to the node that was last defined with a name."""
-
-    name: str
-    line: int
-
-
-@dataclass(eq=False, slots=True)
-class Binding:
-    """The value `IS name` of a field in a prototype: what the instance gives for that name."""
-
-    name: str
-
-
-Value: TypeAlias = Numbers | list[Any]
-Slot: TypeAlias = tuple[list[Any], int]
-
-
-@dataclass(eq=False, slots=True)
-class Prototype:
-    """A prototype: the defaults of its fields, and its nodes; an external one has neither.
-
-    slots : the places of nodes, uses and prototypes in the defaults and in the body, in the order of the file
-    """
-
-    name: str
-    line: int
-    is_external: bool = False
-    defaults: dict[str, Value] = field(default_factory=dict)
-    default_slots: list[Slot] = field(default_factory=list)
-    body: list[Any] = field(default_factory=list)
-    body_slots: list[Slot] = field(default_factory=list)
-
-
-@dataclass(eq=False, slots=True)
-class Node:
-    """A node and its fields. Nodes among the fields, as VRML 1.0 has them, belong to the field `children`.
-
-    slots : the places of nodes, uses and prototypes in the fields, in the order of the file
-    prototype : what defines this kind of node, if that is not the language
-    """
-
-    kind: str
-    line: int
-    fields: dict[str, Value] = field(default_factory=dict)
-    slots: list[Slot] = field(default_factory=list)
-    name: str | None = None
-    prototype: Prototype | None = None
-
-    def add_child(self, item: Any) -> None:
-        """Add a node, a use, a prototype or a word to the field `children`."""
-        children = self.fields.get("children")
-        if not isinstance(children, list):
-            self.fields["children"] = children = []
-        if isinstance(item, _RESOLVED):
-            self.slots.append((children, len(children)))
-        children.append(item)
-
-    def set_field(self, name: str, value: Value) -> None:
-        """Set a field; a list adds to the one before it, which an empty one does not replace."""
-        known = self.fields.get(name)
-        if isinstance(known, list) and isinstance(value, list):
-            self.slots += _add_slots(known, value)
-        elif isinstance(value, list):
-            self.fields[name] = values = list[Any]()
-            self.slots += _add_slots(values, value)
-        elif not (isinstance(known, list) and not value.text.strip()):
-            self.fields[name] = value
-
-
-_RESOLVED = (Node, Use, Prototype)
-
-
-def _add_slots(values: list[Any], added: list[Any]) -> list[Slot]:
-    """Append to a list, and return the places of what is to be resolved."""
-    first = len(values)
-    values += added
-    return [(values, i) for i in range(first, len(values)) if isinstance(values[i], _RESOLVED)]
 
 
 class _NumberText(str):
@@ -484,7 +325,7 @@ class _Parser:
         """End a node, or the body of a prototype."""
         made, outer = place.owner, place.outer
         if isinstance(made, Prototype):
-            made.body_slots = _add_slots(made.body, place.items)
+            made.body_slots = add_slots(made.body, place.items)
         return self._deliver(outer or place, made)
 
     def _deliver(self, place: _Place, item: Any) -> _Place:
@@ -511,10 +352,10 @@ def _declare(owner: Node | Prototype | None, name: str, value: Value) -> None:
         kept = value
         if isinstance(value, list):
             kept = list[Any]()
-            owner.default_slots += _add_slots(kept, value)
+            owner.default_slots += add_slots(kept, value)
         owner.defaults[name] = kept
     elif owner is not None and isinstance(value, list):
-        owner.slots += _add_slots([], value)
+        owner.slots += add_slots([], value)
 
 
 def parse_nodes(text: str) -> list[Node]:
@@ -529,76 +370,5 @@ def parse_nodes(text: str) -> list[Node]:
         n_nodes += part[0] == "{"
     budget().require_parts(n_parts, n_nodes)
     roots = _Parser(text).parse()
-    budget().spell_nodes(_resolve_names(roots))
+    budget().spell_nodes(resolve_names(roots))
     return [root for root in roots if isinstance(root, Node)]
-
-
-class _Names:
-    """The nodes and prototypes that have a name at some place of a file."""
-
-    def __init__(self) -> None:
-        self._nodes: list[dict[str, Node]] = [{}]
-        self._prototypes: dict[str, list[Prototype]] = {}
-        self._declared: list[list[str]] = [[]]
-
-    def enter_scope(self) -> None:
-        """Begin the body of a prototype, whose names are its own."""
-        self._nodes.append({})
-        self._declared.append([])
-
-    def exit_scope(self) -> None:
-        """End the body of a prototype."""
-        self._nodes.pop()
-        for name in self._declared.pop():
-            self._prototypes[name].pop()
-
-    def define(self, node: Node) -> None:
-        """Let a USE find a node."""
-        self._nodes[-1][cast("str", node.name)] = node
-
-    def declare(self, prototype: Prototype) -> None:
-        """Let nodes be of a prototype."""
-        self._prototypes.setdefault(prototype.name, []).append(prototype)
-        self._declared[-1].append(prototype.name)
-
-    def find_node(self, use: Use) -> Node:
-        """Return the node of a USE; raise MeshError if no node before it has the name."""
-        for names in reversed(self._nodes):
-            if use.name in names:
-                return names[use.name]
-        raise MeshError(f"line {use.line}: USE {quote(use.name)}, but no node before it has that name")
-
-    def find_prototype(self, kind: str) -> Prototype | None:
-        """Return the prototype of a kind of node, if it has one."""
-        found = self._prototypes.get(kind)
-        return found[-1] if found else None
-
-
-def _resolve_names(roots: list[Any]) -> int:
-    """Replace every Use by its node, and give instances their prototypes, in the order of the file; count the nodes."""
-    names = _Names()
-    n_nodes = 0
-    # Entries are places to resolve, nodes whose end is reached, or functions that begin or end a body.
-    pending: list[Slot | Node | Callable[[], None]] = [(roots, i) for i in reversed(range(len(roots)))]
-    while pending:
-        entry = pending.pop()
-        if isinstance(entry, Node):
-            names.define(entry)
-            continue
-        if not isinstance(entry, tuple):
-            entry()
-            continue
-        values, i = entry
-        item = values[i]
-        if isinstance(item, Use):
-            values[i] = names.find_node(item)
-        elif isinstance(item, Node):
-            n_nodes += 1
-            item.prototype = names.find_prototype(item.kind)
-            if item.name is not None:
-                pending.append(item)
-            pending += reversed(item.slots)
-        elif isinstance(item, Prototype):
-            pending += [partial(names.declare, item), names.exit_scope, *reversed(item.body_slots)]
-            pending += [names.enter_scope, *reversed(item.default_slots)]
-    return n_nodes
