@@ -25,6 +25,7 @@ _DEFAULT_TOLERANCE = 1e-3  # of the diagonal of all points
 _N_OLD_POINTS = 16  # of `bzp` and `bsp`, 4 x 4
 _TYPES = ("bezier", "bspline")
 
+_Faces: TypeAlias = tuple["_Form", IndexArray, IndexArray, Float64Array | None]  # sizes, corners and their normals
 _Cuts: TypeAlias = dict[tuple[Any, ...], Float64Array | None]
 
 
@@ -66,7 +67,9 @@ def insert_free_forms(
         return positions, offsets, indices
     if tolerance is None:
         tolerance = _DEFAULT_TOLERANCE * float(np.linalg.norm(np.ptp(positions, axis=0))) or 1.0
-    made: list[tuple[_Form, IndexArray, IndexArray, Float64Array]] = []
+    extras.free_forms.clear()
+    used = np.concatenate([each.used for each in found])
+    made: list[_Faces] = []
     points = [positions]
     n_points = len(positions)
     for n_axes in (1, 2):
@@ -76,22 +79,21 @@ def insert_free_forms(
             made += [(form, sizes, corners + n_points, normals) for form, sizes, corners, normals in faces]
             points.append(new_points)
             n_points += len(new_points)
+    del found, pieces
     made.sort(key=lambda each: each[0].line)
     _extend_points(extras, len(positions), n_points)
     offsets, indices = _insert_faces(offsets, indices, extras, made)
     if extras.drawn_points:  # they name points by their numbers
         return np.concatenate(points), offsets, indices
     kept = np.ones(n_points, bool)
-    kept[np.concatenate([each.used for each in found])] = False
+    kept[used] = False
     kept[indices] = True
     if extras.beside_points is not None:
         extras.beside_points = extras.beside_points[kept]
     return np.concatenate(points)[kept], offsets, (np.cumsum(kept) - 1)[indices]
 
 
-def _tessellate(
-    pieces: Sequence[_Pieces], n_axes: int, tolerance: float
-) -> tuple[Float64Array, list[tuple[_Form, IndexArray, IndexArray, Float64Array]]]:
+def _tessellate(pieces: Sequence[_Pieces], n_axes: int, tolerance: float) -> tuple[Float64Array, list[_Faces]]:
     """Return points, and the sizes, corners and normals of the faces of each form; those of all forms are welded."""
     control_points = np.concatenate(_raise_degrees([each.control_points for each in pieces]))
     counts = [len(each.control_points) for each in pieces]
@@ -99,17 +101,18 @@ def _tessellate(
         steps = choose_steps(None, tolerance, control_points)
         points, segments = tessellate_curves(control_points, steps)
         offsets, indices = np.arange(0, segments.size + 1, 2), segments.reshape(-1)
-        normals, part = np.full((len(indices), 3), np.nan), np.repeat(np.arange(len(control_points)), steps)
+        normals, part = None, np.repeat(np.arange(len(control_points)), steps)
     else:
         steps = choose_steps(None, tolerance, control_points)
         made = tessellate_patches(control_points, steps, normals=True)
         points, offsets, indices, part = made.positions, made.offsets, made.indices, made.quad // steps**2
-        normals = np.empty((0, 3)) if made.normals is None else made.normals
-    faces = []
+        normals = made.normals
+    faces: list[_Faces] = []
     ends = np.searchsorted(part, np.cumsum(counts)).tolist()
     for each, start, end in zip(pieces, [0, *ends[:-1]], ends, strict=True):
         corners = slice(offsets[start], offsets[end])
-        faces.append((each.form, np.diff(offsets[start : end + 1]), indices[corners], normals[corners]))
+        sizes = np.diff(offsets[start : end + 1])
+        faces.append((each.form, sizes, indices[corners], None if normals is None else normals[corners]))
     return points, faces
 
 
@@ -141,16 +144,9 @@ def _insert_faces(
     offsets: IndexArray,
     indices: IndexArray,
     extras: Extras,
-    made: Sequence[tuple[_Form, IndexArray, IndexArray, Float64Array]],
+    made: Sequence[_Faces],
 ) -> tuple[IndexArray, IndexArray]:
     """Return the faces with those of forms between them, and let `extras` speak of the new ones."""
-    no_references = np.full(len(indices), -1)
-    texcoords = no_references if extras.texcoord_of_corner is None else extras.texcoord_of_corner
-    references = no_references if extras.normal_of_corner is None else extras.normal_of_corner
-    new_normals = np.concatenate([normals for *_, normals in made])
-    has_normal = np.isfinite(new_normals).all(axis=1)
-    n_normals = 0 if extras.normals is None else len(extras.normals)
-    new_references = np.where(has_normal, n_normals + np.cumsum(has_normal) - 1, -1)
     counts = [len(sizes) for _, sizes, *_ in made]
     sizes = np.concatenate([np.diff(offsets), *(sizes for _, sizes, *_ in made)])
     # Old face i comes after the forms that stand before it.
@@ -165,12 +161,27 @@ def _insert_faces(
         (at + shift, word, text)
         for (at, word, text), shift in zip(extras.states, np.cumsum(shifts).tolist(), strict=False)
     ]
-    extras.texcoord_of_corner = np.concatenate([texcoords, np.full(len(new_references), -1)])[corners]
-    extras.normal_of_corner = np.concatenate([references, new_references])[corners]
-    if n_normals or has_normal.any():
-        old_normals = np.empty((0, 3)) if extras.normals is None else extras.normals
-        extras.normals = np.concatenate([old_normals, new_normals[has_normal]])
+    _extend_references(extras, len(indices), made, corners)
     return new_offsets, np.concatenate([indices, *(those for _, _, those, _ in made)])[corners]
+
+
+def _extend_references(extras: Extras, n_before: int, made: Sequence[_Faces], order: IndexArray) -> None:
+    """Let corners have the texture coordinates and normals of the file, or the normals of forms, in a new order."""
+    n_new = sum(len(corners) for _, _, corners, _ in made)
+    if extras.texcoord_of_corner is not None:
+        extras.texcoord_of_corner = np.concatenate([extras.texcoord_of_corner, np.full(n_new, -1)])[order]
+    normals = [] if extras.normals is None else [extras.normals]
+    n_normals = sum(map(len, normals))
+    references = [np.full(n_before, -1) if extras.normal_of_corner is None else extras.normal_of_corner]
+    for _, _, corners, each in made:
+        is_there = np.zeros(len(corners), bool) if each is None else np.isfinite(each).all(axis=1)
+        references.append(np.where(is_there, n_normals + np.cumsum(is_there) - 1, -1))
+        if each is not None:
+            normals.append(each[is_there])
+            n_normals += len(normals[-1])
+    if n_normals:
+        extras.normal_of_corner = np.concatenate(references)[order]
+        extras.normals = np.concatenate(normals)
 
 
 def _read_forms(extras: Extras, positions: Float64Array) -> Iterator[_Pieces]:
