@@ -17,6 +17,7 @@ from .gltf_animations import read_animations
 from .gltf_document import Document, guess_type, read_image
 from .gltf_meshes import Primitive
 from .gltf_placements import local_matrix, make_names
+from .limits import budget
 
 _REBUILT = frozenset(
     {"accessors", "animations", "buffers", "bufferViews", "meshes", "nodes", "scene", "scenes", "skins"}
@@ -48,6 +49,7 @@ def build_scene(
     parents = _find_parents(nodes)
     names = make_names([node.get("name") for node in nodes], "node")
     order = list(_traverse(nodes, _find_roots(document, parents)))
+    _require_few(len(nodes), order, parents)
     shown = {names[i]: i for i in order}
     animations = read_animations(document, names, shown, accessors) if whole else ()
     found = Scene(animations=animations, metadata=_collect_metadata(source, accessors) if whole else None)
@@ -255,6 +257,16 @@ def _find_parents(nodes: Sequence[Any]) -> list[int | None]:
     if n_reached < len(nodes):
         raise MeshError(f"{len(nodes) - n_reached} nodes are descendants of themselves")
     return parents
+
+
+def _require_few(n_nodes: int, order: Sequence[int], parents: Sequence[int | None]) -> None:
+    """Raise MeshError for more nodes than the limits of the file allow, or deeper ones."""
+    budget().spell_nodes(n_nodes)
+    budget().take_nodes(len(order), "its nodes")
+    depths: dict[int | None, int] = {None: 0}
+    for i in order:
+        depths[i] = depths[parents[i]] + 1
+    budget().require_depth(max(depths.values()))
 
 
 def _traverse(nodes: Sequence[Any], roots: Sequence[int]) -> Iterator[int]:

@@ -136,7 +136,10 @@ def test_a_scene_is_read_in_isolation_as_well(working_folder: Path) -> None:
 CRASHES = {
     "an endless loop": ("while True: pass", r"more than 1 s of a processor, the limit FileLimits\(cpu_s=...\)"),
     "a crash": ("os.abort()", "the process that read it ended with -6"),
-    "much memory": ("x = bytearray(1 << 40)", r"more than 100,000,000 bytes, the limit FileLimits\(memory_bytes=...\)"),
+    "much memory": (
+        "x = bytearray(110_000_000)",
+        r"more than 100,000,000 bytes, the limit FileLimits\(memory_bytes=...\)",
+    ),
     "no answer": ("os._exit(0)", "gave no answer"),
     "an array from elsewhere": (
         "print(json.dumps({'model': [{'array': [8, [9, 3], '<f8']}] * 7}), flush=True); os._exit(0)",
@@ -154,9 +157,11 @@ def test_only_mesh_errors_escape(name: str, monkeypatch: pytest.MonkeyPatch) -> 
         f"import json, os\nfrom gpu_xform.formats import isolation\ndef read(*_):\n    {code}\nisolation.serve(read)\n"
     )
     monkeypatch.setattr(isolation, "_COMMAND", program)
-    limits = gx.FileLimits(cpu_s=1, memory_bytes=100_000_000)
+    monkeypatch.setattr(isolation, "_WAIT_S", 120.0)
+    limits, start = gx.FileLimits(cpu_s=1, memory_bytes=100_000_000), time.monotonic()
     with pytest.raises(MeshError, match=message):
         gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=limits)
+    assert time.monotonic() - start < isolation._WAIT_S  # the system has ended it, not our patience
 
 
 @pytest.mark.parametrize("end", ["time.sleep(60)", "os._exit(3)"], ids=["too long", "ended"])

@@ -236,6 +236,11 @@ def test_a_limit_of_the_caller_takes_the_place_of_the_default() -> None:
         nested = vrml(f"Group{{children Group{{children Group{{children {FACE_97}}}}}}}")
         with pytest.raises(MeshError, match=words):
             gx.load_mesh(io.BytesIO(nested), file_type="wrl", limits=limits)
+    chain = gltf(n_points=30, nodes=[{"mesh": 0, "children": [1]}, {"mesh": 0}], scenes=[{"nodes": [0]}])
+    for limits, words in ((gx.FileLimits(nodes=1), "more than 1 nodes"), (gx.FileLimits(depth=1), "more than 1 deep")):
+        with pytest.raises(MeshError, match=words):
+            gx.load_scene(io.BytesIO(chain), file_type="gltf", limits=limits)
+    assert len(gx.load_scene(io.BytesIO(chain), file_type="gltf", limits=gx.FileLimits(nodes=2, depth=2))) == 2
 
 
 @pytest.mark.parametrize(
