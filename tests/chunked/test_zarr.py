@@ -265,6 +265,16 @@ def test_arrays_of_a_group_are_read_and_written_and_no_group_is_replaced(
     assert np.array_equal(moved, gx.transform_points(points, AFFINE))
 
 
+def test_parts_are_whole_shards_of_what_is_written(tmp_path: Path) -> None:
+    """Two workers whose parts met in a shard would read, change and write it at once."""
+    np.save(tmp_path / "in.npy", some_points(1000, "f4"))
+    told: list[int] = []
+    gx.transform_file(tmp_path / "in.npy", tmp_path / "out.zarr", AFFINE, progress=lambda done, _: told.append(done))
+    array = zarr.open_array(str(tmp_path / "out.zarr"), mode="r")
+    assert (array.shards, array.chunks) == ((400, 3), (100, 3))
+    assert told == [400, 800, 1000]
+
+
 def test_shards_grow_with_the_number_of_points() -> None:
     assert module.choose_layout((10**12, 3)) == {"shards": (1 << 24, 3), "chunks": (1 << 22, 3)}
     assert module.choose_layout((10**6, 2)) == {"shards": (400, 2), "chunks": (100, 2)}
