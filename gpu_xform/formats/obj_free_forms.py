@@ -14,7 +14,7 @@ import numpy as np
 from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError, MeshError
 from ..surfaces.bernstein import make_cut, make_elevation
-from ..surfaces.bsplines import make_extraction
+from ..surfaces.bsplines import make_extraction, make_local_extractions
 from ..surfaces.curves import tessellate_curves
 from ..surfaces.patches import tessellate_patches
 from ..surfaces.resolution import choose_steps
@@ -26,7 +26,7 @@ _N_OLD_POINTS = 16  # of `bzp` and `bsp`, 4 x 4
 _TYPES = ("bezier", "bspline")
 
 _Faces: TypeAlias = tuple["_Form", IndexArray, IndexArray, Float64Array | None]  # sizes, corners and their normals
-_Cuts: TypeAlias = dict[tuple[Any, ...], Float64Array | None]
+_Cuts: TypeAlias = dict[tuple[Any, ...], tuple[IndexArray, Float64Array] | None]
 
 
 @dataclass
@@ -273,44 +273,49 @@ def _make_pieces(form: _Form, positions: Float64Array, beside: Float64Array | No
         key = (form.keyword, form.kind, degree, low, high, *words)
         if key not in cuts:
             cuts[key] = _cut(form, np.array([_parse(word) for word in words]), degree, low, high)
-        matrices = cuts[key]
-        if matrices is None:  # one piece, whole
+        cut = cuts[key]
+        if cut is None:  # one piece, whole
             net = np.expand_dims(net, 2 * axis)
             continue
-        net = np.moveaxis(np.tensordot(matrices, net, axes=(2, 2 * axis)), (0, 1), (2 * axis, 2 * axis + 1))
+        firsts, matrices = cut
+        rows = np.moveaxis(net, 2 * axis, 0)[firsts[:, np.newaxis] + np.arange(degree + 1)]
+        net = np.moveaxis(np.einsum("kij,kj...->ki...", matrices, rows), (0, 1), (2 * axis, 2 * axis + 1))
     if n_axes == 2:
         net = net.swapaxes(1, 2).reshape(-1, net.shape[1], net.shape[3], net.shape[4])
     return _Pieces(form, np.ascontiguousarray(net), used)
 
 
-def _cut(form: _Form, values: Float64Array, degree: int, low: float, high: float) -> Float64Array | None:
-    """Return the matrices from control points to those of Bézier pieces between two parameters: (k, degree + 1, n).
+def _cut(
+    form: _Form, values: Float64Array, degree: int, low: float, high: float
+) -> tuple[IndexArray, Float64Array] | None:
+    """Return the Bézier pieces between two parameters: the first control point of each, and its matrix from them.
 
     None stands for one that changes nothing.
     """
     if form.kind == "bspline":
         n_points = len(values) - degree - 1
-        matrices = make_extraction(n_points, values, "parm")
+        firsts, matrices = make_local_extractions(n_points, values, "parm")
         inside = values[(values >= values[degree]) & (values <= values[n_points])]
         breaks = np.unique(inside)
     else:
         if not (np.diff(values) > 0).all():
             raise MeshError("parm must ascend")
         breaks = values
-        n_pieces = len(values) - 1
-        rows = degree * np.arange(n_pieces)[:, np.newaxis] + np.arange(degree + 1)
-        matrices = np.eye(n_pieces * degree + 1)[rows]
+        firsts = degree * np.arange(len(values) - 1)
+        matrices = np.broadcast_to(np.eye(degree + 1), (len(firsts), degree + 1, degree + 1))
     low, high = max(low, breaks[0]), min(high, breaks[-1])
-    cut = []
-    for matrix, start, end in zip(matrices, breaks[:-1], breaks[1:], strict=True):
+    cut, kept = [], []
+    for piece, matrix, start, end in zip(firsts.tolist(), matrices, breaks[:-1], breaks[1:], strict=True):
         if low < end and start < high:
             first, last = (max(low, start) - start) / (end - start), (min(high, end) - start) / (end - start)
+            kept.append(piece)
             cut.append(matrix if (first, last) == (0.0, 1.0) else make_cut(degree, first, last) @ matrix)
     if not cut:
         raise MeshError(f"{form.keyword} has nothing between its ends {low:g} and {high:g}")
-    if len(cut) == 1 and np.array_equal(cut[0], np.eye(degree + 1)):
+    is_one = len(values) == (2 * degree + 2 if form.kind == "bspline" else 2)
+    if is_one and np.array_equal(cut[0], np.eye(degree + 1)):
         return None
-    return np.stack(cut)
+    return np.array(kept), np.stack(cut)
 
 
 def _resolve(form: _Form, words: Sequence[str], n_points: int) -> IndexArray:

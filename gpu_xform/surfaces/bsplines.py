@@ -7,7 +7,7 @@ import numpy.typing as npt
 
 from .._core.arguments import as_real_array
 from .._core.public import public
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError
 from .control_points import require_control_points
 
@@ -65,6 +65,43 @@ def bspline_to_bezier(control_points: npt.ArrayLike, *knots: npt.ArrayLike) -> F
 
 def make_extraction(n_points: int, knots: Float64Array, name: str) -> Float64Array:
     """Return the matrices from control points of a B-spline to those of its Bézier curves: (k, p + 1, n)."""
+    degree, low, high, inner = _require_knots(n_points, knots, name)
+    matrix = np.eye(n_points)
+    for knot in (low, *inner.tolist(), high):
+        for _ in range(degree - int(np.count_nonzero(knots == knot))):
+            matrix, knots = _insert_knot(matrix, knots, degree, knot)
+    # The control points of the first piece end at the last of the knots at its start.
+    first = int(np.searchsorted(knots, low, side="right")) - 1 - degree
+    n_pieces = len(inner) + 1
+    rows = first + degree * np.arange(n_pieces)[:, np.newaxis] + np.arange(degree + 1)
+    pieces: Float64Array = matrix[rows]
+    return pieces
+
+
+def make_local_extractions(n_points: int, knots: Float64Array, name: str) -> tuple[IndexArray, Float64Array]:
+    """Return, for each Bézier curve of a B-spline, the first of the degree + 1 control points that it depends on, (k,).
+
+    Beside them, the matrices from these control points to its own, (k, p + 1, p + 1): all of `make_extraction` that is
+    not 0.
+    """
+    degree, *_ = _require_knots(n_points, knots, name)
+    firsts = np.arange(n_points - degree)[knots[degree:n_points] < knots[degree + 1 : n_points + 1]]
+    near = knots[firsts[:, np.newaxis] + np.arange(2 * degree + 2)]
+    matrices = np.empty((len(firsts), degree + 1, degree + 1))
+    # Control point j is the blossom at (low, ..., low, high, ..., high), high j times, as de Boor's algorithm makes it.
+    for j in range(degree + 1):
+        row = np.broadcast_to(np.eye(degree + 1), matrices.shape)
+        for r in range(1, degree + 1):
+            at = near[:, [degree if r <= degree - j else degree + 1]]
+            start, end = near[:, r : degree + 1], near[:, degree + 1 : 2 * degree + 2 - r]
+            share = ((at - start) / (end - start))[:, :, np.newaxis]
+            row = (1.0 - share) * row[:, :-1] + share * row[:, 1:]
+        matrices[:, j] = row[:, 0]
+    return firsts, matrices
+
+
+def _require_knots(n_points: int, knots: Float64Array, name: str) -> tuple[int, float, float, Float64Array]:
+    """Return the degree, the ends of the range where a spline is defined, and the different knots between them."""
     degree = len(knots) - n_points - 1 if knots.ndim == 1 else 0
     if degree < 1 or degree >= n_points:
         expected = f"have shape ({n_points + 2},) to ({2 * n_points},), which makes a degree of 1 to {n_points - 1}"
@@ -81,16 +118,7 @@ def make_extraction(n_points: int, knots: Float64Array, name: str) -> Float64Arr
         raise ArgumentError.expecting(
             name, f"have no knot inside more than {degree} times", f"{inner[row]:g} {counts[row]} times"
         )
-    matrix = np.eye(n_points)
-    for knot in (low, *inner.tolist(), high):
-        for _ in range(degree - int(np.count_nonzero(knots == knot))):
-            matrix, knots = _insert_knot(matrix, knots, degree, knot)
-    # The control points of the first piece end at the last of the knots at its start.
-    first = int(np.searchsorted(knots, low, side="right")) - 1 - degree
-    n_pieces = len(inner) + 1
-    rows = first + degree * np.arange(n_pieces)[:, np.newaxis] + np.arange(degree + 1)
-    pieces: Float64Array = matrix[rows]
-    return pieces
+    return degree, low, high, inner
 
 
 def _insert_knot(

@@ -3,6 +3,7 @@
 import io
 import math
 import re
+import time
 import tracemalloc
 from typing import Any
 
@@ -250,3 +251,14 @@ def test_many_curves_take_little_memory() -> None:
     finally:
         tracemalloc.stop()
     assert peak < 260 * mesh.n_faces
+
+
+@pytest.mark.parametrize("kind", ["bspline", "bezier"])
+def test_one_long_curve_costs_little(kind: str) -> None:
+    """Before, 60 kB of a B-spline took gigabytes and hours: the matrix of all its points for each knot."""
+    n = 3001
+    knots = " ".join(map(str, range(n + 4 if kind == "bspline" else (n - 1) // 3 + 1)))
+    text = f"v 0 0 0\nv 1 0 0\nv 0 1 0\ncstype {kind}\ndeg 3\ncurv 0 {n} {'1 2 3 ' * (n // 3)}1\nparm u {knots}\nend\n"
+    begin = time.process_time()
+    assert load(text).n_faces > n // 3
+    assert time.process_time() - begin < 1
