@@ -5,6 +5,7 @@ import sys
 from functools import cached_property
 from typing import SupportsIndex
 
+from ._core.forks import refuse_fork
 from .device import HOST, Adapter, Device, Limits
 from .errors import ArgumentError, DeviceError
 
@@ -23,6 +24,7 @@ class HostDevice(Device):
     ) -> None:
         self.limits = limits or Limits(sys.maxsize, sys.maxsize, sys.maxsize, 1)
         self._is_closed = False
+        refuse_fork()  # where a graphics driver waits, at the end, for threads that begin there
         count_threads()  # raises
 
     @cached_property
@@ -46,7 +48,8 @@ class HostDevice(Device):
         return self._is_closed
 
     def require_usable(self) -> None:
-        """Raise `DeviceError` if the device is closed."""
+        """Raise `DeviceError` if the device is closed, or in a fork of a process that has opened a graphics device."""
+        refuse_fork()
         if self._is_closed:
             raise DeviceError("the device 'host' is closed")
 

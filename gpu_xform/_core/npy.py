@@ -39,7 +39,7 @@ def read_header(file: BinaryIO) -> Header:
             raise ValueError(f"the shape must hold whole numbers, got {header.shape}")
         return header
     except _MALFORMED_ERRORS as error:
-        raise ValueError(str(error)) from None
+        raise ValueError(str(error).split("\n")[0]) from None  # behind it NumPy advises options of its own
     except _EXHAUSTED_ERRORS:
         raise ValueError("the header is nested too deeply") from None
 

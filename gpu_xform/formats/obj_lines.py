@@ -121,7 +121,7 @@ def _parse_point(words: list[bytes], line: int) -> list[float]:
         raise MeshError(f"line {line}: a vertex needs 3 numbers, got {len(words) - 1}")
     point = [parse_float(word, line) for word in words[1:]]
     if not all(map(math.isfinite, point[:3])):
-        raise MeshError(f"line {line}: a coordinate must be finite, got {b' '.join(words[1:4]).decode('latin-1')}")
+        raise MeshError(f"line {line}: a coordinate must be finite, got {quote(b' '.join(words[1:4]))}")
     return point
 
 

@@ -13,13 +13,13 @@ import sys
 import tempfile
 from collections.abc import Iterator
 
+from .._core.forks import refuse_fork
 from .._core.interrupts import defer_interrupts
 from .._core.public import public
 from ..device import Adapter, Limits
 from ..errors import NoAdapterError
 from .binding import set_instance_extras, wgpu
 from .drivers import suggest_driver
-from .forks import refuse_fork
 from .type_lookups import narrow_type_lookups
 
 NATIVE_BACKENDS = {"darwin": ["Metal"], "win32": ["DX12", "Vulkan"]}.get(sys.platform, ["Vulkan"])

@@ -10,13 +10,13 @@ import weakref
 from collections.abc import Iterator, Sequence
 from typing import Any, Protocol
 
+from .._core.forks import is_fork, note_device, refuse_fork
 from .._core.interrupts import defer_interrupts
 from ..device import Adapter, Limits
 from ..errors import DeviceError
 from .adapters import describe_adapter, find_adapter, lend_runtime_dir
 from .binding import wgpu
 from .errors import DeviceLostError, translate_wgpu_errors
-from .forks import is_fork, note_device, refuse_fork
 
 # Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus
 # is faster; on integrated ones wgpu makes what the host may write write-combined, from which it reads at a crawl.

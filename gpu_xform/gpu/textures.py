@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core.forks import is_fork
 from .._core.interrupts import defer_interrupts
 from ..errors import DeviceError
 from .binding import wgpu
 from .context import GpuContext
-from .forks import is_fork
 
 Usage = wgpu.TextureUsage
 RENDER_TARGET: int = Usage.RENDER_ATTACHMENT | Usage.TEXTURE_BINDING | Usage.COPY_SRC | Usage.COPY_DST

@@ -120,3 +120,14 @@ def test_damage_gives_a_cloud_or_a_mesh_error(changes: list[tuple[int, int]], en
     else:
         assert 0 < cloud.n_points <= 32
         assert np.isfinite(cloud.positions).all()
+
+
+def test_a_header_that_numpy_calls_large_is_refused_in_one_line() -> None:
+    header = b"{'descr': '<f4', 'fortran_order': False, 'shape': (3, 3), }".ljust(20_000) + b"\n"
+    data = b"\x93NUMPY\x02\x00" + len(header).to_bytes(4, "little") + header + bytes(36)
+    with pytest.raises(
+        MeshError, match=r"not an \.npy file of numbers: Header info length \(20001\) is large"
+    ) as caught:
+        read(data)
+    assert "\n" not in str(caught.value)
+    assert "allow_pickle" not in str(caught.value)

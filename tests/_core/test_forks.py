@@ -10,7 +10,7 @@ FORK = """
     import numpy as np
     import gpu_xform as gx
     from gpu_xform import device as module
-    device = gx.default_device()
+    device, host = gx.default_device(), gx.Device("host")
     points = gx.PointBuffer(np.ones((40_000, 3), np.float32))
     ones = np.ones((9, 3), np.float32)
     springs = gx.Springs(gx.samples.cloth(4, 4), stretch=10.0, area_density=0.1)
@@ -33,6 +33,8 @@ FORK = """
             "adapters": lambda: gx.adapters(),
             "transform_points": lambda: gx.transform_points(ones, gx.identity()),
             "with a device": lambda: gx.transform_points(ones, gx.identity(), device=device),
+            "host": lambda: gx.Device("host"),
+            "with the host": lambda: gx.transform_points(ones, gx.identity(), device=host),
             "bounds": lambda: gx.bounds(ones),
             "PointBuffer": lambda: gx.PointBuffer(ones),
             "numpy": lambda: points.numpy(),
