@@ -5,6 +5,7 @@ the scene is built, and so checked, here.
 """
 
 import contextlib
+import ctypes
 import json
 import math
 import mmap
@@ -32,6 +33,9 @@ from .limits import FileLimits
 
 DEFAULT_CPU_S = 60.0
 DEFAULT_MEMORY_BYTES = 4 << 30
+_PR_SET_PDEATHSIG = 1  # of linux/prctl.h
+_N_STANDARD_STREAMS = 3
+_MAX_WAIT_S = 1e6  # what the system takes
 _WAIT_S = 30.0  # beyond the time of a processor, for a busy machine
 _MAX_ANSWER_BYTES = 1 << 28
 _ALIGNMENT_BYTES = 16
@@ -68,25 +72,37 @@ def _read_in_child(
 ) -> Model:
     if not sys.platform.startswith("linux"):
         raise ArgumentError.expecting("isolated", "be False here", reason="only Linux limits a process's memory")
-    memory = os.memfd_create("gpu_xform")
+    memory = _create_memory()
     request = {
         "kind": kind,
         "folder": None if folder is None else str(folder.absolute()),
         "tolerance": tolerance,
         "limits": asdict(limits),
         "memory": memory,
+        "parent": os.getpid(),
         "is_scene": build is _build_scene,
     }
     cpu_s = limits.cpu_s or DEFAULT_CPU_S
     try:
         # The first line is the request, what follows the file.
         text = json.dumps(request).encode() + b"\n" + data
-        code, answer = _run(_COMMAND, text, memory, 2 * cpu_s + _WAIT_S)
+        code, answer = _run(_COMMAND, text, memory, min(2 * cpu_s + _WAIT_S, _MAX_WAIT_S))
         if code or len(answer) > _MAX_ANSWER_BYTES:
             raise MeshError(_describe_end(code, limits))
         return _build(_parse_answer(answer), memory, build)
     except subprocess.TimeoutExpired:
         raise MeshError(_describe_end(-signal.SIGXCPU, limits)) from None
+    finally:
+        os.close(memory)
+
+
+def _create_memory() -> int:
+    """Return a descriptor of memory to share; never one of the standard streams, which may be closed in a service."""
+    import fcntl
+
+    memory = os.memfd_create("gpu_xform")
+    try:
+        return fcntl.fcntl(memory, fcntl.F_DUPFD_CLOEXEC, _N_STANDARD_STREAMS)
     finally:
         os.close(memory)
 
@@ -112,7 +128,9 @@ def _run(program: str, text: bytes, memory: int, timeout_s: float) -> tuple[int,
 
 
 def _describe_end(code: int, limits: FileLimits) -> str:
-    if code in (-signal.SIGXCPU, -signal.SIGKILL):
+    if code == -signal.SIGKILL:
+        return "the process that read it was killed, as a system does that lacks memory"
+    if code == -signal.SIGXCPU:
         cpu_s = limits.cpu_s or DEFAULT_CPU_S
         return f"reading it takes more than {cpu_s:g} s of a processor, the limit FileLimits(cpu_s=...)"
     return f"the process that read it ended with {code}"
@@ -291,6 +309,7 @@ def serve(read: Callable[..., Mesh | Scene]) -> None:
     """Read the file on standard input by a function of the registry, in a child, and answer on standard output."""
     source = sys.stdin.buffer
     request = json.loads(source.readline())
+    _end_with(request["parent"])
     data = source.read()
     answer: dict[str, Any] = {}
     limits = FileLimits(**request["limits"])
@@ -331,6 +350,13 @@ def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any
     return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append)
 
 
+def _end_with(parent: int) -> None:
+    """Let the system kill this process when its parent ends, however it does; nobody else would wait for the answer."""
+    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:  # it has ended before
+        os._exit(1)
+
+
 def _limit_process(limits: FileLimits) -> None:
     """Limit what this process may still take: memory, time, the size of files; it leaves no core behind."""
     import resource
@@ -346,5 +372,7 @@ def _limit_process(limits: FileLimits) -> None:
         (resource.RLIMIT_CORE, 0),
     ):
         _, hard = resource.getrlimit(kind)
-        limit = most if hard == resource.RLIM_INFINITY else min(most, hard)
-        resource.setrlimit(kind, (limit, limit))
+        most = min(most, sys.maxsize)
+        soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
+        # Beyond the hard limit of time Linux kills, and who is killed cannot say by whom.
+        resource.setrlimit(kind, (soft, hard if kind == resource.RLIMIT_CPU else soft))

@@ -19,6 +19,11 @@ _SAFETY = 0.4
 # trimesh would be imported for an extension that is not used; without it the import takes a tenth of the time.
 _PROGRAM = """
 import math, os, sys
+if sys.platform == "linux":
+    import ctypes, signal
+    ctypes.CDLL(None).prctl(1, signal.SIGKILL)  # PR_SET_PDEATHSIG: it ends when who waits for it is killed
+    if os.getppid() != int(sys.argv[5]):
+        os._exit(1)
 try:
     import resource
     used = resource.getrusage(resource.RUSAGE_SELF)
@@ -29,6 +34,7 @@ try:
     }
     for kind, most in limits.items():
         hard = resource.getrlimit(kind)[1]
+        most = min(most, sys.maxsize)
         most = most if hard == resource.RLIM_INFINITY else min(most, hard)
         resource.setrlimit(kind, (most, most))
 except (ImportError, OSError, ValueError):  # not of this system, or not of all its kinds
@@ -59,7 +65,7 @@ def make_glb(data: bytes, tolerance_mm: float) -> bytes:
     limits = budget().limits
     cpu_s = limits.cpu_s or _FREE_CPU_S + _CPU_S_PER_BYTE * len(data)
     memory_bytes = limits.memory_bytes or _FREE_MEMORY_BYTES + _MEMORY_BYTES_PER_BYTE * len(data)
-    numbers = repr(_SAFETY * tolerance_mm), repr(_ANGLE_RAD), repr(cpu_s), repr(memory_bytes)
+    numbers = repr(_SAFETY * tolerance_mm), repr(_ANGLE_RAD), repr(cpu_s), repr(memory_bytes), str(os.getpid())
     child = subprocess.run(  # noqa: S603 - our own interpreter, with our own program
         [sys.executable, "-c", _PROGRAM, *numbers],
         input=data,

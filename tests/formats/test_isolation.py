@@ -2,6 +2,8 @@
 
 import io
 import json
+import subprocess
+import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -17,7 +19,7 @@ from gpu_xform.formats import isolation
 from gpu_xform.geometry.deformable_mesh import DeformableMesh, Influences, Skin
 from gpu_xform.geometry.scene_animation import Channel, Placement, SceneAnimation
 from tests.support.cli import error_of
-from tests.support.python_run import linux_only
+from tests.support.python_run import linux_only, python_output
 from tests.support.types import Array
 
 pytestmark = linux_only
@@ -133,6 +135,8 @@ def test_a_scene_is_read_in_isolation_as_well(working_folder: Path) -> None:
             gx.load_scene(name, isolated=True, limits=gx.FileLimits(points=3))
 
 
+READER_S = 60  # so long a reader would go on
+
 CRASHES = {
     "an endless loop": ("while True: pass", r"more than 1 s of a processor, the limit FileLimits\(cpu_s=...\)"),
     "a crash": ("os.abort()", "the process that read it ended with -6"),
@@ -140,6 +144,7 @@ CRASHES = {
         "x = bytearray(110_000_000)",
         r"more than 100,000,000 bytes, the limit FileLimits\(memory_bytes=...\)",
     ),
+    "killed by another": ("os.kill(os.getpid(), 9)", "was killed, as a system does that lacks memory"),
     "no answer": ("os._exit(0)", "gave no answer"),
     "an array from elsewhere": (
         "print(json.dumps({'model': [{'array': [8, [9, 3], '<f8']}] * 7}), flush=True); os._exit(0)",
@@ -176,12 +181,45 @@ def test_no_process_is_left_behind(end: str, tmp_path: Path, monkeypatch: pytest
     monkeypatch.setattr(isolation, "_WAIT_S", 0.5)
     with pytest.raises(MeshError):
         gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=gx.FileLimits(cpu_s=0.1))
-    status = Path(f"/proc/{place.read_text()}/status")
+    assert has_ended(int(place.read_text()))
+
+
+def has_ended(process: int) -> bool:
+    """Return whether a process ends within a second."""
+    status = Path(f"/proc/{process}/status")
     for _ in range(100):
         if not status.exists() or "State:\tZ" in status.read_text():
-            return
+            return True
         time.sleep(0.01)
-    pytest.fail("the process of the process goes on")
+    return False
+
+
+def test_a_reader_ends_with_the_process_that_waits_for_it(tmp_path: Path) -> None:
+    place = tmp_path / "pid"
+    reader = "import os, time, pathlib\nfrom gpu_xform.formats import isolation\n"
+    reader += f"def read(*_):\n    time.sleep({READER_S})\n"
+    reader += f"pathlib.Path({str(place)!r}).write_text(str(os.getpid()))\nisolation.serve(read)\n"
+    program = f"import io, gpu_xform as gx\nfrom gpu_xform.formats import isolation\nisolation._COMMAND = {reader!r}\n"
+    program += f"gx.load_mesh(io.BytesIO({PLY!r}), file_type='ply', isolated=True)\n"
+    with subprocess.Popen([sys.executable, "-c", program]) as waiting:
+        deadline = time.monotonic() + READER_S
+        while not (place.exists() and place.read_text()) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        time.sleep(0.3)  # it reads now
+        waiting.kill()
+    assert has_ended(int(place.read_text()))
+
+
+def test_a_service_may_have_closed_its_standard_streams() -> None:
+    program = "import os\nos.close(0), os.close(1)\nimport io, gpu_xform as gx\n"
+    program += f"assert gx.load_mesh(io.BytesIO({PLY!r}), file_type='ply', isolated=True).n_points\n"
+    assert python_output(program) == ""
+
+
+@pytest.mark.parametrize("limits", [gx.FileLimits(cpu_s=1e9), gx.FileLimits(cpu_s=1e300, memory_bytes=2**70)])
+def test_limits_beyond_those_of_the_system_are_none(limits: gx.FileLimits) -> None:
+    mesh = gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=limits)
+    assert mesh == gx.load_mesh(io.BytesIO(PLY), file_type="ply")
 
 
 def test_where_the_system_has_no_limits_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
