@@ -103,13 +103,14 @@ def place_shapes(root: Any) -> Placed:
     matrices: list[Float64Array] = [np.eye(4)]
     shape_numbers: list[int] = []
     matrix_numbers: list[int] = []
-    waiting: list[tuple[Any, int]] = [(element, 0) for element in reversed(roots)]
+    waiting: list[tuple[Any, int, int]] = [(element, 0, 1) for element in reversed(roots)]
     while waiting:
-        item, above = waiting.pop()
+        item, above, depth = waiting.pop()
         if isinstance(item, int):
             shape_numbers.append(item)
             matrix_numbers.append(above)
             continue
+        budget().require_depth(depth)
         node = reader.nodes[item]
         if not node.shows:
             continue
@@ -117,7 +118,7 @@ def place_shapes(root: Any) -> Placed:
             with np.errstate(over="ignore", invalid="ignore"):
                 matrices.append(matrices[above] @ node.matrix)
             above = len(matrices) - 1
-        waiting += [(inner, above) for inner in reversed(node.items)]
+        waiting += [(inner, above, depth + 1) for inner in reversed(node.items)]
     return Placed(
         list(reader.shapes),
         np.array(shape_numbers, np.int64),

@@ -210,3 +210,12 @@ def test_limits_count_what_instances_show() -> None:
         read(text, limits=FileLimits(points=10))
     with pytest.raises(MeshError, match="its nodes: expands to more than 300 nodes"):
         read(text, limits=FileLimits(nodes=300))
+
+
+def test_limits_count_how_deep_nodes_are() -> None:
+    chain = TRIANGLE_DAE.replace(_NODE, f"<node><node>{_NODE}").replace(
+        "</visual_scene>", "</node></node></visual_scene>"
+    )
+    assert read(chain, limits=FileLimits(depth=3)) == read(TRIANGLE_DAE)
+    with pytest.raises(MeshError, match=r"more than 2 deep, the limit FileLimits\(depth=2\)"):
+        read(chain, limits=FileLimits(depth=2))
