@@ -17,11 +17,16 @@ from ..surfaces.bernstein import make_cut, make_elevation
 from ..surfaces.bsplines import make_extraction, make_local_extractions
 from ..surfaces.curves import tessellate_curves
 from ..surfaces.patches import tessellate_patches
-from ..surfaces.resolution import choose_steps
+from ..surfaces.resolution import MAX_FACES, choose_steps, count_steps
+from ._warn import warn
 from .obj_attributes import SHAPES, Extras
 
 _MAX_DIGITS = 9  # of a degree; Python refuses to read 4,300
+_MAX_DEGREE = 11  # Rhino's limit; Alias stops at 7. Work grows with its third power
+_MAX_MAGNITUDE = 1e50  # of coordinates and weights, whose products are squared
 _DEFAULT_TOLERANCE = 1e-3  # of the diagonal of all points
+_MAX_DEFAULT_SEGMENTS = 1 << 19  # where no tolerance was asked for; more for files of many points
+_SEGMENTS_PER_FACE = 4  # that take the memory of a face of a surface, with its normals
 _N_OLD_POINTS = 16  # of `bzp` and `bsp`, 4 x 4
 _TYPES = ("bezier", "bspline")
 
@@ -65,8 +70,6 @@ def insert_free_forms(
     found = list(_read_forms(extras, positions))
     if not found:
         return positions, offsets, indices
-    if tolerance is None:
-        tolerance = _DEFAULT_TOLERANCE * float(np.linalg.norm(np.ptp(positions, axis=0))) or 1.0
     extras.free_forms.clear()
     used = np.concatenate([each.used for each in found])
     made: list[_Faces] = []
@@ -75,7 +78,7 @@ def insert_free_forms(
     for n_axes in (1, 2):
         pieces = [each for each in found if each.control_points.ndim == n_axes + 2]
         if pieces:
-            new_points, faces = _tessellate(pieces, n_axes, tolerance)
+            new_points, faces = _tessellate(pieces, n_axes, tolerance, positions)
             made += [(form, sizes, corners + n_points, normals) for form, sizes, corners, normals in faces]
             points.append(new_points)
             n_points += len(new_points)
@@ -93,17 +96,21 @@ def insert_free_forms(
     return np.concatenate(points)[kept], offsets, (np.cumsum(kept) - 1)[indices]
 
 
-def _tessellate(pieces: Sequence[_Pieces], n_axes: int, tolerance: float) -> tuple[Float64Array, list[_Faces]]:
+def _tessellate(
+    pieces: Sequence[_Pieces], n_axes: int, tolerance: float | None, positions: Float64Array
+) -> tuple[Float64Array, list[_Faces]]:
     """Return points, and the sizes, corners and normals of the faces of each form; those of all forms are welded."""
     control_points = np.concatenate(_raise_degrees([each.control_points for each in pieces]))
     counts = [len(each.control_points) for each in pieces]
-    if n_axes == 1:
+    if tolerance is None:
+        steps = _choose_default_steps(pieces[0].form, control_points, positions)
+    else:
         steps = choose_steps(None, tolerance, control_points)
+    if n_axes == 1:
         points, segments = tessellate_curves(control_points, steps)
         offsets, indices = np.arange(0, segments.size + 1, 2), segments.reshape(-1)
         normals, part = None, np.repeat(np.arange(len(control_points)), steps)
     else:
-        steps = choose_steps(None, tolerance, control_points)
         made = tessellate_patches(control_points, steps, normals=True)
         points, offsets, indices, part = made.positions, made.offsets, made.indices, made.quad // steps**2
         normals = made.normals
@@ -114,6 +121,31 @@ def _tessellate(pieces: Sequence[_Pieces], n_axes: int, tolerance: float) -> tup
         sizes = np.diff(offsets[start : end + 1])
         faces.append((each.form, sizes, indices[corners], None if normals is None else normals[corners]))
     return points, faces
+
+
+def _choose_default_steps(form: _Form, control_points: Float64Array, positions: Float64Array) -> int:
+    """Return the steps that keep the default tolerance, or as many as a file of this size may ask for, with a warning.
+
+    form : the first of all, which messages name
+    """
+    n_parts, n_axes = len(control_points), control_points.ndim - 2
+    what = "curves" if n_axes == 1 else "patches"
+    if n_parts > MAX_FACES:
+        raise MeshError(f"line {form.line}: {form.keyword} and others make {n_parts} {what}, at most {MAX_FACES}")
+    with np.errstate(over="ignore"):
+        diagonal = min(float(np.linalg.norm(np.ptp(positions, axis=0))), float(np.finfo(np.float64).max))
+    tolerance = _DEFAULT_TOLERANCE * diagonal or 1.0
+    wanted = count_steps(tolerance, control_points)
+    most = min(MAX_FACES, max(_MAX_DEFAULT_SEGMENTS, 4 * len(positions)))
+    if n_axes == 2:
+        most //= _SEGMENTS_PER_FACE
+    steps = min(wanted, max(1, int((most / n_parts) ** (1 / n_axes))))
+    if steps < wanted:
+        warn(
+            f"line {form.line}: {form.keyword} and others are drawn coarser than usual, in {steps} steps per side of "
+            f"{n_parts} {what}: a tolerance of {tolerance:g} needs {wanted} steps, and more than {most} faces"
+        )
+    return steps
 
 
 def _raise_degrees(arrays: Sequence[Float64Array]) -> list[Float64Array]:
@@ -246,8 +278,8 @@ def _make_pieces(form: _Form, positions: Float64Array, beside: Float64Array | No
     ranges = [_parse(word) for word in form.words[: 2 * n_axes]]
     used = _resolve(form, form.words[2 * n_axes :], len(positions))
     degrees = form.degrees[:n_axes]
-    if len(degrees) < n_axes or min(degrees) < 1:
-        raise MeshError(f"{form.keyword} needs {n_axes} degrees of at least 1, got {degrees}")
+    if len(degrees) < n_axes or min(degrees) < 1 or max(degrees) > _MAX_DEGREE:
+        raise MeshError(f"{form.keyword} needs {n_axes} degrees of 1 to {_MAX_DEGREE}, got {degrees}")
     parameters = [form.parameters.get(name, ()) for name in "uv"[:n_axes]]
     if any(len(values) < 2 for values in parameters):
         raise MeshError(f"{form.keyword} needs parm {' and parm '.join('uv'[:n_axes])}")

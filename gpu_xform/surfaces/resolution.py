@@ -53,16 +53,21 @@ def choose_steps(n: SupportsIndex | None, tolerance: float | None, control_point
         steps, name, got = as_steps(n), "n", f"{n}"
     else:
         limit = as_tolerance(tolerance)  # type: ignore[arg-type]  # one of both is given
-        bounds = [bound_second_derivatives(control_points, axis) for axis in range(1, n_axes + 1)]
-        largest = float(np.max(sum(bounds))) / 8.0
-        steps = math.ceil(min(math.sqrt(largest / limit), 2.0**53)) or 1
-        steps += largest / steps**2 > limit  # the square root may round down onto a whole number
+        steps = count_steps(limit, control_points)
         name, got = "tolerance", f"{limit:g}"
     if n_parts * steps**n_axes > MAX_FACES:
         what = "faces" if n_axes == 2 else "segments"
         reason = f"it needs {n_parts} x {' x '.join([str(steps)] * n_axes)}"
         raise ArgumentError.expecting(name, f"need at most {MAX_FACES} {what}", got, reason=reason)
     return steps
+
+
+def count_steps(tolerance: float, control_points: Float64Array) -> int:
+    """Return the least number of steps that keeps a tolerance, however large; 2^53 where the bound is no number."""
+    axes = range(1, control_points.ndim - 1)
+    largest = float(np.max(sum(bound_second_derivatives(control_points, axis) for axis in axes))) / 8.0
+    steps = math.ceil(min(2.0**53, math.sqrt(largest / tolerance))) or 1
+    return steps + (largest / steps**2 > tolerance)  # the square root may round down onto a whole number
 
 
 def bound_second_derivatives(control_points: Float64Array, axis: int) -> Float64Array:

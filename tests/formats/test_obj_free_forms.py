@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform.formats import obj_free_forms
 from gpu_xform.surfaces.bernstein import evaluate_bernstein
 from gpu_xform.surfaces.newell_teapot import make_teapot_patches
 
@@ -192,7 +193,7 @@ def test_the_old_b_spline_patch_is_the_uniform_one() -> None:
         ),
         ("cstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 1 0\nend", "line 19: parm must ascend"),
         ("cstype bezier\ndeg 3\ncurv 5 6 1 2 3 4\nparm u 0 1\nend", "line 19: curv has nothing between its ends"),
-        ("cstype bezier\ncurv 0 1 1 2 3 4\nparm u 0 1\nend", "line 18: curv needs 1 degrees of at least 1, got [0]"),
+        ("cstype bezier\ncurv 0 1 1 2 3 4\nparm u 0 1\nend", "line 18: curv needs 1 degrees of 1 to 11, got [0]"),
         ("cstype bspline\ndeg 1\ncurv 0 1 1 2 3 4\nparm u 0 2 1 3 4 5\nend", "line 19: parm must not descend, got 2"),
         ("cstype bmatrix\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1", "line 19: curv of type bmatrix is none of curv and"),
     ],
@@ -262,3 +263,23 @@ def test_one_long_curve_costs_little(kind: str) -> None:
     begin = time.process_time()
     assert load(text).n_faces > n // 3
     assert time.process_time() - begin < 1
+
+
+@pytest.mark.parametrize("kind", ["bspline", "bezier"])
+def test_a_degree_that_no_program_writes_is_left_out(kind: str) -> None:
+    """Before, a curve of degree 20,000 did not end."""
+    knots = "0 1" if kind == "bezier" else "0 " * 20_001 + "1 " * 20_001
+    body = f"cstype {kind}\ndeg 20000\ncurv 0 1 {'1 ' * 20_001}\nparm u {knots}\nend\n"
+    with pytest.warns(
+        gx.MeshWarning, match=r"not shown: 1 curv; line 6: curv needs 1 degrees of 1 to 11, got \[20000\]"
+    ):
+        assert load(f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{body}f 1 2 3\n").n_faces == 1
+
+
+def test_the_default_tolerance_never_needs_too_many_faces(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before, this was an ArgumentError about a tolerance that nobody gave."""
+    monkeypatch.setattr(obj_free_forms, "_MAX_DEFAULT_SEGMENTS", 1024)
+    vertices = "".join(f"v {i % 3} {i // 3} {i % 2} {10.0 ** (i % 5 * 3 - 6)}\n" for i in range(9))
+    body = "cstype rat bezier\ndeg 2 2\nsurf 0 1 0 1 1 2 3 4 5 6 7 8 9\nparm u 0 1\nparm v 0 1\nend\n"
+    with pytest.warns(gx.MeshWarning, match="line 12: surf and others are drawn coarser than usual, in 16 steps"):
+        assert load(vertices + body).n_faces == 16**2
