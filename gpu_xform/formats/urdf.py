@@ -67,7 +67,7 @@ def read_scene(data: bytes, folder: Path | None = None, *, read_model: ReadModel
     scene = Scene(metadata={"urdf": described}, joints=[joint for joint, _ in joints])
     mimics = _resolve(by_node)
     for link, parts in shown:
-        budget().take_nodes(1 + len(parts), "its links")
+        budget().take_nodes(1, "its links")
         joint = by_node.get(link)
         place = np.eye(4)
         if joint is not None:
@@ -219,6 +219,7 @@ class _Visuals:
                 raise MeshError(f"{owner}: a visual has no geometry")
             mesh = self._make(shape, self._find_color(visual), owner)
             if mesh is not None:
+                budget().take_nodes(1, "its links")  # before the next is made
                 parts.append((visual.get("name"), mesh, _read_origin(visual, owner)))
         return parts
 
