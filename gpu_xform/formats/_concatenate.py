@@ -1,5 +1,7 @@
 """Concatenation of meshes."""
 
+import math
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -10,6 +12,7 @@ from .._core.types import Float64Array
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
 from ._warn import warn
+from .limits import budget
 
 LIBRARIES = "mtllib"  # under which OBJ keeps the names of its files of materials
 _PLACES = ("point", "corner", "face")
@@ -72,6 +75,7 @@ def _concatenate_attributes(meshes: Sequence[Mesh]) -> Attributes:
         ("face", [mesh.n_faces for mesh in meshes]),
     ):
         parts = [_rename_labels(attributes, what, labels) for attributes in all_attributes]
+        budget().take_numbers(_count_filled(parts, counts), "attributes that not all of its parts have")
         table = {}
         for name in dict.fromkeys(name for part in parts for name in part):
             columns = [part.get(name) for part in parts]
@@ -84,6 +88,17 @@ def _concatenate_attributes(meshes: Sequence[Mesh]) -> Attributes:
         tables.append(table)
     made = Attributes(*tables, labels={name: tuple(known) for name, known in labels.items()}, material=material)
     return made or NO_ATTRIBUTES
+
+
+def _count_filled(parts: Sequence[Mapping[str, Any]], counts: Sequence[int]) -> int:
+    """Return how many numbers fill up the columns that some parts lack; a part without rows is work as well."""
+    n_rows, total = Counter[str](), sum(counts) + len(counts)
+    widths: dict[str, int] = {}
+    for part, count in zip(parts, counts, strict=True):
+        for name, column in part.items():
+            n_rows[name] += count + 1
+            widths[name] = 1 if isinstance(column, RaggedArray) else math.prod(column.shape[1:])
+    return sum((total - n_rows[name]) * width for name, width in widths.items())
 
 
 def _unify_places_of_colors(meshes: Sequence[Mesh]) -> list[Attributes]:

@@ -261,12 +261,13 @@ def _find_parents(nodes: Sequence[Any]) -> list[int | None]:
 
 def _require_few(n_nodes: int, order: Sequence[int], parents: Sequence[int | None]) -> None:
     """Raise MeshError for more nodes than the limits of the file allow, or deeper ones."""
-    budget().spell_nodes(n_nodes)
-    budget().take_nodes(len(order), "its nodes")
+    file = budget()  # a new one each time where no file is read by its name or type
+    file.spell_nodes(n_nodes)
+    file.take_nodes(len(order), "its nodes")
     depths: dict[int | None, int] = {None: 0}
     for i in order:
         depths[i] = depths[parents[i]] + 1
-    budget().require_depth(max(depths.values()))
+    file.require_depth(max(depths.values()))
 
 
 def _traverse(nodes: Sequence[Any], roots: Sequence[int]) -> Iterator[int]:

@@ -23,7 +23,6 @@ from .obj_attributes import SHAPES, Extras
 
 _MAX_DIGITS = 9  # of a degree; Python refuses to read 4,300
 _MAX_DEGREE = 11  # Rhino's limit; Alias stops at 7. Work grows with its third power
-_MAX_MAGNITUDE = 1e50  # of coordinates and weights, whose products are squared
 _DEFAULT_TOLERANCE = 1e-3  # of the diagonal of all points
 _MAX_DEFAULT_SEGMENTS = 1 << 19  # where no tolerance was asked for; more for files of many points
 _SEGMENTS_PER_FACE = 4  # that take the memory of a face of a surface, with its normals

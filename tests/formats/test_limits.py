@@ -226,6 +226,19 @@ def test_a_limit_that_is_exceeded_is_named(limits: dict[str, int], message: str)
     assert gx.load_mesh(io.BytesIO(CUBE), file_type="obj", limits=loose).n_faces == 2
 
 
+def test_attributes_that_others_lack_are_counted_before_they_are_filled_up() -> None:
+    def make(n: int) -> bytes:
+        primitives = [{"attributes": {"POSITION": 0, f"_A{i}": 0}} for i in range(n)]
+        return gltf(meshes=[{"primitives": primitives}])
+
+    few = gx.load_mesh(io.BytesIO(make(3)), file_type="gltf")
+    assert [np.isnan(few.attributes.point[f"A{i}"]).all(axis=1).sum() for i in range(3)] == [6, 6, 6]
+    start = time.process_time()
+    with pytest.raises(MeshError, match="attributes that not all of its parts have: expands to more than"):
+        gx.load_mesh(io.BytesIO(make(2000)), file_type="gltf")  # 144 MB
+    assert time.process_time() - start < 1
+
+
 def test_a_limit_of_the_caller_takes_the_place_of_the_default() -> None:
     data = gltf(n_points=3000, nodes=[{"mesh": 0}] * 600, scenes=[{"nodes": list(range(600))}])
     with pytest.raises(MeshError, match="expands to more than"):
