@@ -81,9 +81,11 @@ def main() -> None:
 
 
 def empty(folder: Path) -> None:
-    """Remove what a row has left, before the next one."""
+    """Remove what a row has left, and let the disk come to rest: the next one would wait for it."""
     for path in folder.iterdir():
         shutil.rmtree(path) if path.is_dir() else path.unlink()
+    if hasattr(os, "sync"):
+        os.sync()
 
 
 def compare(

@@ -189,6 +189,22 @@ def _put_positions(
 ) -> Encoded:
     if len(positions) == 0:
         return Encoded(block.start, 0, b"")
+    if not _are_small(positions):
+        _require_places(records, positions, block, source)
+    for i, axis in enumerate(AXES):
+        records[axis] = positions[:, i]
+    return Encoded(block.start, len(records), records.view(np.uint8).data)
+
+
+def _are_small(positions: npt.NDArray[Any]) -> bool:
+    """Return whether all coordinates are finite and fit into a float32, as their sum of squares tells in one pass."""
+    flat = positions.reshape(-1)
+    with np.errstate(over="ignore", invalid="ignore"):
+        return float(np.einsum("i,i->", flat, flat)) < _MAX_FLOAT32**2
+
+
+def _require_places(records: npt.NDArray[Any], positions: npt.NDArray[Any], block: Block, source: PointSource) -> None:
+    """Raise MeshError for a coordinate that is not finite, or that the type of its column cannot hold."""
     reach = np.abs(find_extremes(positions)).max(axis=0)
     if not np.isfinite(reach).all():  # in the source or since
         for where, points in ((f"{source.path}: vertex", block.positions), (f"{source.path}: moved vertex", positions)):
@@ -199,5 +215,3 @@ def _put_positions(
     for i, axis in enumerate(AXES):
         if records.dtype[axis].itemsize == 4 and reach[i] > _MAX_FLOAT32:
             raise MeshError(f"{source.path}, transformed: coordinates overflow the float of {axis}")
-        records[axis] = positions[:, i]
-    return Encoded(block.start, len(records), records.view(np.uint8).data)

@@ -30,7 +30,7 @@ from .parts import PartJob, PartWorker, choose_part_device, fold_matrices
 from .transform import project_points, transform_points
 
 CHUNK_BYTES = 32 << 20
-CPU_CHUNK_BYTES = 8 << 20  # as many as a graphics adapter that is a CPU takes at once: more only take memory
+CPU_CHUNK_BYTES = 6 << 20  # are still in the caches of a graphics adapter that is a CPU when they are written
 FEW_CHUNK_BYTES = 16 << 20  # of which a worker holds a few, until they are fetched, and zarr-python more than that
 HOST_CHUNK_BYTES = 2 << 20  # stay in a processor's cache from reading to writing, which takes half the time
 Normals: TypeAlias = Literal["auto", "keep"]
@@ -56,7 +56,7 @@ def transform_file(
 ) -> None:
     """Transform the points of one file into another, of the same format or not, holding parts of it in memory.
 
-    Parts take 32 MiB, those of workers and of Zarr 16. Where nothing is compressed, they take 8 on graphics adapters
+    Parts take 32 MiB, those of workers and of Zarr 16. Where nothing is compressed, they take 6 on graphics adapters
     that are CPUs, and 2 on the host device.
 
     The result grows in `<destination>.partial` and is renamed when it is complete. An interrupted run leaves that file,
