@@ -22,7 +22,7 @@ from ._warn import warn
 from .obj_attributes import SHAPES, Extras
 
 _MAX_DIGITS = 9  # of a degree; Python refuses to read 4,300
-_MAX_DEGREE = 11  # Rhino's limit; Alias stops at 7. Work grows with its third power
+_MAX_DEGREE = 11  # work grows with its third power, and modellers use 1, 2, 3 and 5 (McNeel's guide to NURBS)
 _DEFAULT_TOLERANCE = 1e-3  # of the diagonal of all points
 _MAX_DEFAULT_SEGMENTS = 1 << 19  # where no tolerance was asked for; more for files of many points
 _SEGMENTS_PER_FACE = 4  # that take the memory of a face of a surface, with its normals
