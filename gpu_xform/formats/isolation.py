@@ -4,24 +4,23 @@ Nothing that the child sends is trusted: no pickles, every array is checked agai
 the scene is built, and so checked, here.
 """
 
-import contextlib
-import ctypes
+import errno
 import json
 import math
 import mmap
 import os
-import signal
-import subprocess
 import sys
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, fields
+from dataclasses import asdict, fields, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
+from .._core.limited_process import begin_limited, describe_end, limit_work, run_limited
 from ..errors import ArgumentError, MeshError, MeshWarning, MissingExtraError
 from ..geometry.attributes import Attributes, RaggedArray
 from ..geometry.deformable_mesh import DeformableMesh, Influences, Skin
@@ -33,16 +32,13 @@ from .limits import FileLimits
 
 DEFAULT_CPU_S = 60.0
 DEFAULT_MEMORY_BYTES = 4 << 30
-_PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 _N_STANDARD_STREAMS = 3
-_MAX_WAIT_S = 1e6  # what the system takes
-_WAIT_S = 30.0  # beyond the time of a processor, for a busy machine
 _MAX_ANSWER_BYTES = 1 << 28
 _ALIGNMENT_BYTES = 16
 _KINDS = "biuf"
 
 Model = TypeVar("Model", Mesh, Scene)
-_COMMAND = "from gpu_xform.formats import isolation, registry; isolation.serve(registry.read_bytes)"
+_COMMAND = "from gpu_xform.formats import isolation, registry; isolation.serve(registry.read_bytes, registry.prepare)"
 
 
 def read_isolated_mesh(
@@ -72,26 +68,26 @@ def _read_in_child(
 ) -> Model:
     if not sys.platform.startswith("linux"):
         raise ArgumentError.expecting("isolated", "be False here", reason="only Linux limits a process's memory")
+    cpu_s, memory_bytes = limits.cpu_s or DEFAULT_CPU_S, limits.memory_bytes or DEFAULT_MEMORY_BYTES
     memory = _create_memory()
     request = {
         "kind": kind,
         "folder": None if folder is None else str(folder.absolute()),
         "tolerance": tolerance,
-        "limits": asdict(limits),
+        "limits": asdict(replace(limits, cpu_s=cpu_s, memory_bytes=memory_bytes)),
         "memory": memory,
         "parent": os.getpid(),
         "is_scene": build is _build_scene,
     }
-    cpu_s = limits.cpu_s or DEFAULT_CPU_S
     try:
         # The first line is the request, what follows the file.
         text = json.dumps(request).encode() + b"\n" + data
-        code, answer = _run(_COMMAND, text, memory, min(2 * cpu_s + _WAIT_S, _MAX_WAIT_S))
-        if code or len(answer) > _MAX_ANSWER_BYTES:
-            raise MeshError(_describe_end(code, limits))
-        return _build(_parse_answer(answer), memory, build)
-    except subprocess.TimeoutExpired:
-        raise MeshError(_describe_end(-signal.SIGXCPU, limits)) from None
+        ended = run_limited(_COMMAND, text, cpu_s, memory_bytes, pass_fds=[memory])
+        if ended.code or ended.is_late:
+            raise MeshError(describe_end(ended, "the process that read it", cpu_s, memory_bytes))
+        if len(ended.printed) > _MAX_ANSWER_BYTES:
+            raise MeshError(f"it takes more than {_MAX_ANSWER_BYTES:,} bytes to describe, beside its arrays")
+        return _build(_parse_answer(ended.printed), memory, build)
     finally:
         os.close(memory)
 
@@ -105,35 +101,6 @@ def _create_memory() -> int:
         return fcntl.fcntl(memory, fcntl.F_DUPFD_CLOEXEC, _N_STANDARD_STREAMS)
     finally:
         os.close(memory)
-
-
-def _run(program: str, text: bytes, memory: int, timeout_s: float) -> tuple[int, bytes]:
-    """Return how a program ended that was given a text, and what it printed; no process that it began is left."""
-    child = subprocess.Popen(  # noqa: S603 - our own interpreter, with our own program
-        [sys.executable, "-c", program],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        pass_fds=[memory],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "OPENBLAS_NUM_THREADS": "1"},
-        process_group=0,
-    )
-    with child:
-        try:
-            printed, _ = child.communicate(text, timeout_s)
-        finally:
-            with contextlib.suppress(ProcessLookupError):  # the last of them has ended
-                os.killpg(child.pid, signal.SIGKILL)
-    return child.returncode, printed
-
-
-def _describe_end(code: int, limits: FileLimits) -> str:
-    if code == -signal.SIGKILL:
-        return "the process that read it was killed, as a system does that lacks memory"
-    if code == -signal.SIGXCPU:
-        cpu_s = limits.cpu_s or DEFAULT_CPU_S
-        return f"reading it takes more than {cpu_s:g} s of a processor, the limit FileLimits(cpu_s=...)"
-    return f"the process that read it ended with {code}"
 
 
 def _parse_answer(text: bytes) -> dict[str, Any]:
@@ -305,14 +272,24 @@ def _decode(value: Any, shared: Any) -> Any:
     raise ValueError(f"unknown content {kind!r}")
 
 
-def serve(read: Callable[..., Mesh | Scene]) -> None:
-    """Read the file on standard input by a function of the registry, in a child, and answer on standard output."""
+def serve(read: Callable[..., Mesh | Scene], prepare: Callable[[str], None]) -> None:
+    """Read the file on standard input by functions of the registry, in a child, and answer on standard output.
+
+    The limits count from when all is loaded that a file of its type needs.
+    """
     source = sys.stdin.buffer
     request = json.loads(source.readline())
-    _end_with(request["parent"])
+    begin_limited(request["parent"])
     data = source.read()
+    prepare(request["kind"])
+    limits = request["limits"]
+    work = partial(_answer, read, data, request, FileLimits(**limits))
+    limit_work(work, limits["cpu_s"], limits["memory_bytes"])
+
+
+def _answer(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any], limits: FileLimits) -> None:
+    """Read a file, and print what came of it; raise MemoryError where that takes too much."""
     answer: dict[str, Any] = {}
-    limits = FileLimits(**request["limits"])
     try:
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -322,18 +299,15 @@ def serve(read: Callable[..., Mesh | Scene]) -> None:
     except MissingExtraError as error:
         answer |= {"error": str(error), "is_missing": True}
     except MemoryError:
-        memory_bytes = limits.memory_bytes or DEFAULT_MEMORY_BYTES
-        answer["error"] = f"reading it takes more than {memory_bytes:,} bytes, the limit FileLimits(memory_bytes=...)"
+        raise
     except Exception as error:  # whatever a damaged file brings a reader to
         answer["error"] = f"it cannot be read: {type(error).__name__}: {error}"
     answer["warnings"] = [str(each.message) for each in caught if issubclass(each.category, MeshWarning)]
     sys.stdout.write(json.dumps(answer))
     sys.stdout.flush()
-    os._exit(0)
 
 
 def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:
-    _limit_process(limits)
     folder = None if request["folder"] is None else Path(request["folder"])
     model = read(data, request["kind"], folder, request["tolerance"], limits, request["is_scene"])
     memory, end = request["memory"], 0
@@ -342,37 +316,14 @@ def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any
         nonlocal end
         start = -(-end // _ALIGNMENT_BYTES) * _ALIGNMENT_BYTES
         rest, end = array.reshape(-1).view(np.uint8).data, start
-        while len(rest):
-            n_written = os.pwrite(memory, rest, end)
-            rest, end = rest[n_written:], end + n_written
+        try:
+            while len(rest):
+                n_written = os.pwrite(memory, rest, end)
+                rest, end = rest[n_written:], end + n_written
+        except OSError as error:
+            if error.errno not in (errno.EFBIG, errno.ENOSPC):
+                raise
+            raise MemoryError from None  # the limit of the size of files is that of memory
         return start
 
     return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append)
-
-
-def _end_with(parent: int) -> None:
-    """Let the system kill this process when its parent ends, however it does; nobody else would wait for the answer."""
-    ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:  # it has ended before
-        os._exit(1)
-
-
-def _limit_process(limits: FileLimits) -> None:
-    """Limit what this process may still take: memory, time, the size of files; it leaves no core behind."""
-    import resource
-
-    n_pages = int(Path("/proc/self/statm").read_text("ascii").split()[0])
-    memory_bytes = limits.memory_bytes or DEFAULT_MEMORY_BYTES
-    used = resource.getrusage(resource.RUSAGE_SELF)
-    cpu_s = math.ceil(used.ru_utime + used.ru_stime + (limits.cpu_s or DEFAULT_CPU_S))
-    for kind, most in (
-        (resource.RLIMIT_AS, n_pages * mmap.PAGESIZE + memory_bytes),
-        (resource.RLIMIT_FSIZE, memory_bytes),
-        (resource.RLIMIT_CPU, cpu_s),
-        (resource.RLIMIT_CORE, 0),
-    ):
-        _, hard = resource.getrlimit(kind)
-        most = min(most, sys.maxsize)
-        soft = most if hard == resource.RLIM_INFINITY else min(most, hard)
-        # Beyond the hard limit of time Linux kills, and who is killed cannot say by whom.
-        resource.setrlimit(kind, (soft, hard if kind == resource.RLIMIT_CPU else soft))

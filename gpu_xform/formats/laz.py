@@ -46,6 +46,13 @@ def import_lazrs() -> Any:
     return lazrs
 
 
+def start_threads() -> None:
+    """Let lazrs start its threads, which it fails to do, or waits for for ever, once there is no memory."""
+    lazrs = import_lazrs()
+    record = lazrs.LazVlr.new_for_compression(0, 0).record_data()
+    lazrs.decompress_points_with_chunk_table(b"", record, bytearray(), [])
+
+
 class ChunkTable:
     """Where the chunks of a compressed file are.
 

@@ -47,10 +47,13 @@ class FileLimits:
         Bytes that compressed content unpacks to, and that files beside the file have.
     cpu_s : float, optional
         Seconds that a processor may work on it; with `isolated=True`, where it is 60 by default, and for the process
-        in which Open CASCADE reads a STEP file, 600 and another 600 per megabyte by default.
+        in which Open CASCADE reads a STEP file, 600 and another 600 per megabyte by default. They count from when the
+        reader begins, the libraries that it needs loaded, so however few they are, they are kept; where the process
+        works without a processor, it is ended after twice as many by the clock, and 30 s more.
     memory_bytes : int, optional
         Bytes of memory that reading it may take; with `isolated=True`, where it is 4 GiB by default, and for that
-        process, 4 GiB and another 4 KiB per byte by default.
+        process, 4 GiB and another 4 KiB per byte by default. They count from when the reader begins, too: what the
+        process takes from the system beyond what it has then.
 
     Raises
     ------
@@ -78,6 +81,7 @@ class FileLimits:
                 raise ArgumentTypeError.expecting(each.name, "be a number", repr(value)) from None
             if isinstance(value, bool) or not 0 < number < float("inf"):
                 raise ArgumentError.expecting(each.name, "be a positive number", repr(value))
+            object.__setattr__(self, each.name, number)
 
 
 NO_LIMITS = FileLimits()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Callable, Collection
+from contextlib import suppress
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -43,19 +44,19 @@ ModelToSave: TypeAlias = Mesh | Scene | StrPath | npt.NDArray[Any]
 _UNNAMED = "<file>"
 
 
-def _from(module: str, function: str) -> Callable[..., Any]:
+def _call(module: str, function: str, /, *arguments: Any, **options: Any) -> Any:
+    return getattr(import_module(f".{module}", __package__), function)(*arguments, **options)
+
+
+def _from(module: str, function: str) -> partial[Any]:
     """Return a function of another module of this folder, which is imported when the function is first called.
 
     All formats together take as long to import as NumPy, and three megabytes.
     """
-
-    def call(*arguments: Any, **options: Any) -> Any:
-        return getattr(import_module(f".{module}", __package__), function)(*arguments, **options)
-
-    return call
+    return partial(_call, module, function)
 
 
-READERS: dict[str, Callable[..., Mesh]] = {
+READERS: dict[str, partial[Mesh]] = {
     "3mf": _from("threemf", "read"),
     "dae": _from("collada", "read"),
     "glb": _from("glb", "read"),
@@ -73,6 +74,15 @@ READERS: dict[str, Callable[..., Mesh]] = {
     "vrml": _from("vrml", "read"),
     "wrl": _from("vrml", "read"),
     "wrz": _from("vrml", "read"),
+}
+# What else the readers import, when they first need it.
+_IMPORTS = {
+    "3mf": ("encodings.cp437", "lxml.etree", "numpy.ma"),
+    "dae": ("lxml.etree", "numpy.ma"),
+    "las": ("laspy",),
+    "laz": ("laspy",),
+    "obj": (".obj_free_forms",),
+    "urdf": ("heapq", "lxml.etree", ".collada", ".glb", ".obj", ".stl"),
 }
 # These may name files beside their own, and take the folder of it.
 _BESIDE = ("gltf", "obj", "urdf", "vrml", "wrl", "wrz")
@@ -197,6 +207,16 @@ def read_bytes(
     with spend(len(data), limits):
         find = _find_scene_reader if is_scene else _find_reader
         return find(kind, folder, tolerance)(data)
+
+
+def prepare(kind: str) -> None:
+    """Import what reads files of a type; start its threads, and let linear algebra take the memory it works in."""
+    with suppress(ImportError):  # the reader says which extra brings it
+        for name in (f".{READERS[kind].args[0]}", *_IMPORTS.get(kind, ())):
+            import_module(name, __package__)
+        if kind in ("las", "laz"):
+            _from("laz", "start_threads")()
+    np.linalg.inv(np.eye(4) @ np.eye(4))
 
 
 def _find_reader(kind: str, folder: Path | None, tolerance: float | None) -> Reader:

@@ -2,6 +2,7 @@
 
 import io
 import json
+import signal
 import subprocess
 import sys
 import time
@@ -13,11 +14,13 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform._core import limited_process
 from gpu_xform.cli import main
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.formats import isolation
 from gpu_xform.geometry.deformable_mesh import DeformableMesh, Influences, Skin
 from gpu_xform.geometry.scene_animation import Channel, Placement, SceneAnimation
+from tests.fuzz.seeds import list_seeds
 from tests.support.cli import error_of
 from tests.support.python_run import linux_only, python_output
 from tests.support.types import Array
@@ -135,22 +138,34 @@ def test_a_scene_is_read_in_isolation_as_well(working_folder: Path) -> None:
             gx.load_scene(name, isolated=True, limits=gx.FileLimits(points=3))
 
 
+TICK_S = 0.02  # after which the system looks what a process has taken
 READER_S = 60  # so long a reader would go on
+NAMES = {"CPU": r"the limit FileLimits\(cpu_s=...\)", "MEMORY": r"the limit FileLimits\(memory_bytes=...\)"}
 
 CRASHES = {
-    "an endless loop": ("while True: pass", r"more than 1 s of a processor, the limit FileLimits\(cpu_s=...\)"),
-    "a crash": ("os.abort()", "the process that read it ended with -6"),
-    "much memory": (
-        "x = bytearray(110_000_000)",
-        r"more than 100,000,000 bytes, the limit FileLimits\(memory_bytes=...\)",
+    "an endless loop": ("while True: pass", r"reading it takes more than 1 s of a processor, {CPU}"),
+    "a crash": ("os.abort()", r"the process that read it crashed \(SIGABRT\)"),
+    "much memory": ("x = bytearray(110_000_000)", "reading it takes more than 100,000,000 bytes, {MEMORY}"),
+    "a large answer": (
+        "os.pwrite = lambda *_: (_ for _ in ()).throw(OSError(27, 'File too large'))\n    return gx.samples.cube()",
+        "reading it takes more than 100,000,000 bytes, {MEMORY}",
     ),
-    "killed by another": ("os.kill(os.getpid(), 9)", "was killed, as a system does that lacks memory"),
-    "no answer": ("os._exit(0)", "gave no answer"),
+    "a crash for want of memory": (
+        "x = bytearray(80_000_000); time.sleep(0.3); os.abort()",
+        r"the process that read it crashed \(SIGABRT\) when it had taken 8\d,\d+,\d+ of the 100,000,000 bytes of "
+        r"memory that FileLimits\(memory_bytes=...\) allows",
+    ),
+    "killed by another": (
+        "os.kill(os.getpid(), 9)",
+        "the process that read it was killed, as a system does that lacks memory",
+    ),
+    "an exit": ("os._exit(3)", "the process that read it ended with 3"),
+    "no answer": ("os._exit(0)", "the process that read it gave no answer"),
     "an array from elsewhere": (
         "print(json.dumps({'model': [{'array': [8, [9, 3], '<f8']}] * 7}), flush=True); os._exit(0)",
-        "outside of the shared memory",
+        ".*outside of the shared memory",
     ),
-    "objects": ('print(\'{"model": [{"array": [0, [1], "|O"]}]}\', flush=True); os._exit(0)', "gave no model"),
+    "objects": ('print(\'{"model": [{"array": [0, [1], "|O"]}]}\', flush=True); os._exit(0)', ".*gave no model.*"),
     "another error": ("raise KeyError('deep inside')", "it cannot be read: KeyError: 'deep inside'"),
 }
 
@@ -159,14 +174,58 @@ CRASHES = {
 def test_only_mesh_errors_escape(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     code, message = CRASHES[name]
     program = (
-        f"import json, os\nfrom gpu_xform.formats import isolation\ndef read(*_):\n    {code}\nisolation.serve(read)\n"
+        f"import json, os, time, gpu_xform as gx\nfrom gpu_xform.formats import isolation\ndef read(*_):\n    {code}\n"
     )
+    program += "isolation.serve(read, lambda _: None)\n"
     monkeypatch.setattr(isolation, "_COMMAND", program)
-    monkeypatch.setattr(isolation, "_WAIT_S", 120.0)
+    monkeypatch.setattr(limited_process, "_WAIT_S", 120.0)
     limits, start = gx.FileLimits(cpu_s=1, memory_bytes=100_000_000), time.monotonic()
-    with pytest.raises(MeshError, match=message):
+    for short, whole in NAMES.items():
+        message = message.replace(f"{{{short}}}", whole)
+    with pytest.raises(MeshError, match=f"^<file>: {message}$"):  # no other limit is named
         gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=limits)
-    assert time.monotonic() - start < isolation._WAIT_S  # the system has ended it, not our patience
+    assert time.monotonic() - start < limited_process._WAIT_S  # the system has ended it, not our patience
+
+
+def test_a_process_that_works_without_a_processor_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = (
+        f"import time\nfrom gpu_xform.formats import isolation\nisolation.serve(lambda *_: time.sleep({READER_S}), "
+    )
+    monkeypatch.setattr(isolation, "_COMMAND", program + "lambda _: None)")
+    monkeypatch.setattr(limited_process, "_WAIT_S", 0.5)
+    with pytest.raises(MeshError, match=r"^<file>: the process that read it did not end within 0\.7 s$"):
+        gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=gx.FileLimits(cpu_s=0.1))
+
+
+@pytest.mark.parametrize("cpu_s", [1e-6, 0.02, 0.2])
+def test_few_seconds_of_a_processor_are_kept(cpu_s: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    place = tmp_path / "taken"
+    reader = f"import time\nfrom gpu_xform.formats import isolation\nfile = open({str(place)!r}, 'wb', 0)\n"
+    reader += "def read(*_):\n    begin = time.process_time()\n"
+    reader += "    while True:\n        file.seek(0), file.write(b'%.6f' % (time.process_time() - begin))\n"
+    monkeypatch.setattr(isolation, "_COMMAND", f"{reader}isolation.serve(read, lambda _: time.sleep(0.1))\n")
+    before = signal.signal(signal.SIGPROF, signal.SIG_IGN)  # which a child inherits
+    try:
+        with pytest.raises(MeshError, match=f"more than {cpu_s:g} s of a processor"):
+            gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=gx.FileLimits(cpu_s=cpu_s))
+    finally:
+        signal.signal(signal.SIGPROF, before)
+    assert float(place.read_bytes() or 0) < cpu_s + TICK_S
+
+
+def test_what_takes_less_than_a_tick_is_measured() -> None:
+    with pytest.raises(MeshError, match=r"more than 1e-06 s of a processor, the limit FileLimits\(cpu_s=...\)"):
+        gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=gx.FileLimits(cpu_s=1e-6))
+
+
+@pytest.mark.parametrize("kind", ["3mf", "dae", "glb", "las", "laz", "npy", "obj", "off", "ply", "stl", "urdf", "wrl"])
+def test_limits_count_from_where_the_reader_begins(kind: str, tmp_path: Path) -> None:
+    """NumPy's linear algebra and the libraries of a format take up to 150 MB and 0.2 s before."""
+    data = next(seed.data for seed in list_seeds(tmp_path) if seed.kind == kind)
+    data = data.replace(b"package://arm_description/", b"")
+    (tmp_path / f"a.{kind}").write_bytes(data)
+    limits = gx.FileLimits(cpu_s=0.1, memory_bytes=16_000_000)
+    assert gx.load_mesh(tmp_path / f"a.{kind}", isolated=True, limits=limits) == gx.load_mesh(tmp_path / f"a.{kind}")
 
 
 @pytest.mark.parametrize("end", ["time.sleep(60)", "os._exit(3)"], ids=["too long", "ended"])
@@ -178,7 +237,7 @@ def test_no_process_is_left_behind(end: str, tmp_path: Path, monkeypatch: pytest
         f"child = subprocess.Popen(['sleep', '60'])\npathlib.Path({str(place)!r}).write_text(str(child.pid))\n{end}\n"
     )
     monkeypatch.setattr(isolation, "_COMMAND", program)
-    monkeypatch.setattr(isolation, "_WAIT_S", 0.5)
+    monkeypatch.setattr(limited_process, "_WAIT_S", 0.5)
     with pytest.raises(MeshError):
         gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=gx.FileLimits(cpu_s=0.1))
     assert has_ended(int(place.read_text()))
@@ -198,7 +257,7 @@ def test_a_reader_ends_with_the_process_that_waits_for_it(tmp_path: Path) -> Non
     place = tmp_path / "pid"
     reader = "import os, time, pathlib\nfrom gpu_xform.formats import isolation\n"
     reader += f"def read(*_):\n    time.sleep({READER_S})\n"
-    reader += f"pathlib.Path({str(place)!r}).write_text(str(os.getpid()))\nisolation.serve(read)\n"
+    reader += f"pathlib.Path({str(place)!r}).write_text(str(os.getpid()))\nisolation.serve(read, lambda _: None)\n"
     program = f"import io, gpu_xform as gx\nfrom gpu_xform.formats import isolation\nisolation._COMMAND = {reader!r}\n"
     program += f"gx.load_mesh(io.BytesIO({PLY!r}), file_type='ply', isolated=True)\n"
     with subprocess.Popen([sys.executable, "-c", program]) as waiting:
