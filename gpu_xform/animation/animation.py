@@ -205,7 +205,7 @@ def turntable(
     points = framing_points(apply_pose(loaded, np.eye(4), placement))
     if len(points) == 0:
         raise MeshError("a model without points cannot turn about its centre")
-    centre = (points.min(axis=0) + points.max(axis=0)) / 2.0
+    centre = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
     to_centre, from_centre = translate(*-centre), translate(*centre)
     camera = options.get("camera")
     if not isinstance(camera, Camera):

@@ -16,6 +16,8 @@ _MIN_GAP = 0.4  # between their texts
 _MAX_PLAIN, _MIN_PLAIN = 1e7, 1e-4  # of larger and smaller numbers the exponent is written
 _ROUNDING = 1e-9  # of a step
 
+MIN_EXTENT = 1e-300  # of an axis: numbers below have no reciprocal
+
 
 @dataclass(frozen=True)
 class Tick:
@@ -84,7 +86,7 @@ def fit_ticks(
     """
     low, high = limits
     extent = high - low
-    if not extent > 0.0:
+    if not extent > MIN_EXTENT:
         return []
     (x0, y0), (x1, y1) = to_pixels(low), to_pixels(high)
     length = math.hypot(x1 - x0, y1 - y0)

@@ -47,24 +47,31 @@ OPTIONS_OF_ARGUMENTS = {
 }
 # Those that together need more steps than there may be: named as far as they were given.
 MATERIAL = ("--stretch-stiffness", "--shear-stiffness", "--bend-stiffness", "--mass")
+# Options that fit the models, or do not.
+_OF_MODELS = ("--paper", "--resolution", "--section", "--stretch-stiffness")
 
 
 @contextlib.contextmanager
 def name_options_in_errors(options: Namespace, paths: Sequence[str]) -> Iterator[None]:
     """Prefix errors about models with the names of their files, and errors about arguments with the options.
 
-    With --layer, errors name their model already.
+    An argument that no option gives was made of the models. With --layer, errors name their model already.
+
+    paths : of the models; none before they are read, and for samples
     """
+    extra = [model for layer in options.extra_layers for model in layer.models] if options.extra_layers else []
+    subject = describe_files([*paths, *extra]) if paths else ""
     try:
         yield
     except MeshError as error:
-        if options.extra_layers:
+        if options.extra_layers or not paths:
             raise
         raise prefix_error(error, describe_files(paths)) from error.__cause__
     except (ArgumentError, ArgumentTypeError) as error:
         flag = OPTIONS_OF_ARGUMENTS.get(error.argument or "")
         if error.argument == "max_substeps":
             flag = ", ".join(name for name in MATERIAL if getattr(options, name[2:].replace("-", "_")) is not None)
-        if not flag:
-            raise
-        raise prefix_error(error, flag) from error.__cause__
+        named = prefix_error(error, flag) if flag else error
+        if subject and error.argument is not None and (not flag or flag in _OF_MODELS):
+            named = prefix_error(named, subject)
+        raise named from error.__cause__

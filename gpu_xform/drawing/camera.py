@@ -145,7 +145,7 @@ class Camera(Pictured):
         """
         others = _non_default(near=(near, None), far=(far, None), orthographic=(orthographic, False))
         view_from_world = matrices.look_at(eye, target, up)
-        distance = float(np.linalg.norm(np.subtract(target, eye)))
+        distance = math.hypot(*np.subtract(target, eye))
         given_near, given_far = near, far
         near = distance * NEAR_FRACTION if near is None else near
         far = distance * FAR_FRACTION if far is None else far

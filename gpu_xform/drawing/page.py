@@ -96,7 +96,7 @@ class Page:
                 raise ArgumentError.expecting("drawing_scale", "go with an orthographic camera", "a perspective one")
             matrix /= matrix[3, 3]
             for axis, side_mm in enumerate(self.inner_mm):
-                matrix[axis] *= 2.0 * self.paper_mm_per_unit / side_mm / np.linalg.norm(matrix[axis, :3])
+                matrix[axis] *= 2.0 * self.paper_mm_per_unit / side_mm / math.hypot(*matrix[axis, :3])
             self._require_room(matrix, points)
         size = self.size_px(px_per_inch)
         px_per_mm = px_per_inch / MM_PER_INCH

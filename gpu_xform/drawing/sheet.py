@@ -11,7 +11,7 @@ from .._core.arguments import as_nonzero_vector
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..errors import ArgumentError, MeshError
-from .camera import DEFAULT_UP, Camera, rotation_to_up
+from .camera import DEFAULT_UP, Camera, require_in_range, rotation_to_up
 
 ViewName: TypeAlias = Literal["front", "back", "left", "right", "top", "bottom", "iso"]
 Projection: TypeAlias = Literal["third", "first"]
@@ -100,6 +100,7 @@ def lay_out_sheet(
     """
     if len(points) == 0:
         raise MeshError("models must have finite points with w > 0 to be framed; give a camera to draw them anyway")
+    require_in_range(points, "models")
     turn = rotation_to_up(as_nonzero_vector(up, "up", 3))
     center = 0.5 * points.min(axis=0) + 0.5 * points.max(axis=0)
     axes = {name: _view_axes(*(turn @ vector for vector in np.array(DIRECTIONS[name], float))) for name in names}

@@ -59,7 +59,7 @@ def cut_mesh(mesh: Mesh, distances: Float64Array, bodies: IndexArray | None = No
     following[offsets[1:][sizes > 0] - 1] = offsets[:-1][sizes > 0]
     start, stop = distances[indices], distances[indices[following]]
     is_left = start <= 0.0
-    crosses = (start * stop < 0.0) & (np.sign(start) != np.sign(stop))
+    crosses = np.sign(start) * np.sign(stop) < 0.0
     pairs = np.sort(np.stack([indices[crosses], indices[following][crosses]], axis=1), axis=1)
     unique, number = np.unique(pairs.reshape(-1, 2), axis=0, return_inverse=True)
     n = mesh.n_points
@@ -82,7 +82,7 @@ def cut_mesh(mesh: Mesh, distances: Float64Array, bodies: IndexArray | None = No
     flat, owner = flat[is_kept[owner]], owner[is_kept[owner]]
     ends = np.concatenate([np.repeat(np.arange(n)[:, np.newaxis], 2, axis=1), unique.reshape(-1, 2)])
     first, second = distances[ends].T
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         weights = np.where(first == second, 0.0, first / (first - second))
     in_plane = np.concatenate([distances == 0.0, np.ones(len(unique), np.bool_)])
     points = (1.0 - weights)[:, np.newaxis] * mesh.positions[ends[:, 0]] + weights[:, np.newaxis] * mesh.positions[

@@ -37,7 +37,7 @@ class BoundingSphere:
         if len(points) == 0:
             return cls(np.zeros(3), 1.0)
         low, high = points.min(axis=0), points.max(axis=0)
-        return cls((low + high) / 2.0, float(np.linalg.norm(high - low)) / 2.0 or 1.0)
+        return cls(0.5 * low + 0.5 * high, math.dist(0.5 * high, 0.5 * low) or 1.0)
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,6 +38,8 @@ from .mesh_data import describe_mesh
 
 FIT_ASPECTS = (0.3, 0.45, 0.6, 0.8, 1.0, 1.25, 1.6, 2.2, 3.3)  # of windows, from a phone's to a banner's
 
+MAX_REACH = float(np.finfo(np.float32).max)
+
 
 @dataclass(frozen=True)
 class Frames:
@@ -203,6 +205,10 @@ def describe_camera(
             low, high = np.minimum(low, points.min(axis=0)), np.maximum(high, points.max(axis=0))
         if camera is None:
             extremes += [extreme_points(points, each, **options) for each in (*FIT_ASPECTS, aspect)]
+    reach = float(np.max(0.5 * high - 0.5 * low, initial=0.0))
+    if np.isfinite(reach) and reach > MAX_REACH:
+        expected = f"reach at most {MAX_REACH:g} from their centre, the largest number of a browser's shaders"
+        raise ArgumentError.expecting("models", expected, f"{reach:g}")
     bounds = BoundingSphere.around(np.stack([low, high]) if np.isfinite(low).all() else np.empty((0, 3)))
     described: dict[str, Any] = {"bounds": {"center": bounds.center.tolist(), "radius": bounds.radius}}
     if camera is None:

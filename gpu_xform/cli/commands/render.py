@@ -254,5 +254,5 @@ def _require_page(options: argparse.Namespace) -> None:
     if typed and options.paper is None:
         raise ArgumentError(f"--{next(iter(typed)).replace('_', '-')} must come with --paper, such as --paper A4")
     given |= typed
-    with name_options_in_errors(options, options.models):
+    with name_options_in_errors(options, ()):
         make_page(**given, size=options.resolution, default_size=DEFAULT_SIZE)

@@ -230,7 +230,7 @@ def run(options: argparse.Namespace) -> int:
     from ...geometry.scene import Scene
     from ...gpu.device import require_gpu_device
 
-    with name_options_in_errors(options, [options.model]):
+    with name_options_in_errors(options, () if options.model in (*SAMPLES, HAIR) else [options.model]):
         make_writer(options.output)  # raises for an unknown format, before there is work
         style = read_style(options, options.model, "simulate, whose points move")
         make = _prepare_hair if options.model == HAIR else _prepare_cloth
@@ -387,8 +387,9 @@ def _make_mesh(options: argparse.Namespace) -> Mesh:
 
 def _collect_material(options: argparse.Namespace, mesh: Mesh) -> dict[str, Any]:
     """Return keywords of `Springs`."""
-    from ...simulation._validation import as_positive_float
+    from ...simulation._validation import MAX_SQUARED, as_positive_float, require_at_most
 
+    require_at_most(mesh.positions, "model", MAX_SQUARED)
     mass = 0.1 if options.mass is None else as_positive_float(options.mass, "mass")
     stretch = options.stretch_stiffness
     if stretch is None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..._core.error_context import prefix_error
 from ..._core.types import Float64Array
 from ...errors import ArgumentError, ArgumentTypeError, MeshError, MeshWarning
 from ...geometry.attributes import Attributes
@@ -130,7 +131,10 @@ def run(options: argparse.Namespace) -> int:
     inputs = expand_globs(options.inputs)
     tasks = _plan_tasks(options, inputs)
     if len(tasks) == 1:
-        _transform(tasks[0])
+        try:
+            _transform(tasks[0])
+        except MeshError as error:  # of what the target cannot hold as well
+            raise (error if _names(error, tasks[0].input) else prefix_error(error, tasks[0].input)) from None
         return 0
     from ..._core import progress
 
@@ -140,7 +144,7 @@ def run(options: argparse.Namespace) -> int:
             try:
                 _transform(task)
             except exit_codes.FAILURES as error:
-                subject = "" if str(error).startswith(f"{task.input}: ") else task.input
+                subject = "" if _names(error, task.input) else task.input
                 progress.write_lines(exit_codes.format_error(error, subject))
                 codes.append(exit_codes.exit_code_for(error))
             move(done, len(tasks))
@@ -150,6 +154,11 @@ def run(options: argparse.Namespace) -> int:
     failed = f", {len(codes)} failed" if codes else ""
     print_stderr(f"gpu-xform: {len(tasks)} files: {len(tasks) - len(codes)} done{failed}\n")
     return min(codes, default=0)
+
+
+def _names(error: Exception, path: str) -> bool:
+    """Return whether an error begins with the path of a file, or what became of it."""
+    return str(error).startswith((f"{path}: ", f"{path}, transformed: "))
 
 
 def _plan_tasks(options: argparse.Namespace, inputs: Sequence[str]) -> list[argparse.Namespace]:
