@@ -24,7 +24,7 @@ from vtk.util.numpy_support import vtk_to_numpy
 
 import gpu_xform as gx
 from gpu_xform.surfaces import function_surfaces, weld
-from gpu_xform.surfaces.patches import evaluate_patches
+from gpu_xform.surfaces.patch_grids import evaluate_patches
 
 TURN = (0.0, math.tau)
 RING = 256

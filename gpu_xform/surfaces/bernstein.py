@@ -4,11 +4,13 @@ A Bézier curve of degree d with control points P (d + 1, ...) is B(t) P, where 
 Source of the formulas: G. Farin, "Curves and Surfaces for CAGD", 5th edition, chapters 4 to 6.
 """
 
+from collections.abc import Sequence
+from functools import cache
 from math import comb
 
 import numpy as np
 
-from .._core.types import Float64Array
+from .._core.types import Float64Array, IndexArray
 
 
 def evaluate_bernstein(degree: int, t: Float64Array) -> Float64Array:
@@ -41,6 +43,7 @@ def expand_bernstein(degree: int, t: Float64Array) -> Float64Array:
     return np.stack(rows, axis=1)
 
 
+@cache
 def make_splitting(degree: int, n_pieces: int) -> Float64Array:
     """Return the matrices that give the control points of equal pieces of a curve: (n_pieces, degree + 1, degree + 1).
 
@@ -52,15 +55,24 @@ def make_splitting(degree: int, n_pieces: int) -> Float64Array:
 def make_cut(degree: int, low: float, high: float) -> Float64Array:
     """Return the matrix that gives the control points of a part of a curve: (degree + 1, degree + 1).
 
-    The j-th is the blossom at j parameters `high` and degree - j parameters `low`.
+    The part up to `high` is cut off first, from whose curve the part from `low` on is cut then: row j of the first
+    matrix is the basis of degree j at `high`, and row j of the second, from column j on, that of degree - j at its own
+    parameter for `low`.
     """
-    cut = np.empty((degree + 1, degree + 1))
-    for j in range(degree + 1):
-        points = np.eye(degree + 1)
-        for t in [high] * j + [low] * (degree - j):  # de Casteljau's steps
-            points = (1.0 - t) * points[:-1] + t * points[1:]
-        cut[j] = points[0]
+    below, above, binomials = _list_powers(degree)
+    t, s = high, low / high
+    start = binomials * t**below * (1.0 - t) ** above
+    end = binomials[::-1, ::-1] * s ** above[::-1, ::-1] * (1.0 - s) ** below[::-1, ::-1]
+    cut: Float64Array = end @ start
     return cut
+
+
+@cache
+def _list_powers(degree: int) -> tuple[IndexArray, IndexArray, Float64Array]:
+    """Return i, j - i and the binomial of j over i, 0 above the diagonal, in row j: three (degree + 1, degree + 1)."""
+    j, i = np.indices((degree + 1, degree + 1))
+    binomials = np.array([[comb(row, column) for column in range(degree + 1)] for row in range(degree + 1)], np.float64)
+    return i, np.maximum(j - i, 0), binomials
 
 
 def make_elevation(degree: int, raised: int) -> Float64Array:
@@ -72,3 +84,15 @@ def make_elevation(degree: int, raised: int) -> Float64Array:
         row, column = int(row), int(column)
         elevation[row, column] = comb(degree, column) * comb(spread, row - column) / comb(raised, row)
     return elevation
+
+
+def join_curves(blocks: Sequence[Float64Array]) -> Float64Array:
+    """Return curves (k, a, 3 or 4) of several degrees as one array: all of the highest, and all rational if one is."""
+    order = max(block.shape[1] for block in blocks)
+    is_rational = any(block.shape[-1] == 4 for block in blocks)
+    raised = []
+    for block in blocks:
+        if is_rational and block.shape[-1] == 3:
+            block = np.concatenate([block, np.ones((*block.shape[:-1], 1))], axis=-1)
+        raised.append(block if block.shape[1] == order else make_elevation(block.shape[1] - 1, order - 1) @ block)
+    return raised[0] if len(raised) == 1 else np.concatenate(raised)

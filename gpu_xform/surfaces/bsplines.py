@@ -11,6 +11,8 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError
 from .control_points import require_control_points
 
+_PIECES_AT_ONCE = 256  # whose matrices stay in the caches
+
 
 @public
 def bspline_to_bezier(control_points: npt.ArrayLike, *knots: npt.ArrayLike) -> Float64Array:
@@ -86,18 +88,38 @@ def make_local_extractions(n_points: int, knots: Float64Array, name: str) -> tup
     """
     degree, *_ = _require_knots(n_points, knots, name)
     firsts = np.arange(n_points - degree)[knots[degree:n_points] < knots[degree + 1 : n_points + 1]]
-    near = knots[firsts[:, np.newaxis] + np.arange(2 * degree + 2)]
     matrices = np.empty((len(firsts), degree + 1, degree + 1))
-    # Control point j is the blossom at (low, ..., low, high, ..., high), high j times, as de Boor's algorithm makes it.
-    for j in range(degree + 1):
-        row = np.broadcast_to(np.eye(degree + 1), matrices.shape)
-        for r in range(1, degree + 1):
-            at = near[:, [degree if r <= degree - j else degree + 1]]
-            start, end = near[:, r : degree + 1], near[:, degree + 1 : 2 * degree + 2 - r]
-            share = ((at - start) / (end - start))[:, :, np.newaxis]
-            row = (1.0 - share) * row[:, :-1] + share * row[:, 1:]
-        matrices[:, j] = row[:, 0]
+    for start in range(0, len(firsts), _PIECES_AT_ONCE):
+        rows = slice(start, start + _PIECES_AT_ONCE)
+        near = knots[firsts[rows] + np.arange(2 * degree + 2)[:, np.newaxis]]
+        matrices[rows] = np.moveaxis(_extract(degree, near), 2, 0)
     return firsts, matrices
+
+
+def _extract(degree: int, knots: Float64Array) -> Float64Array:
+    """Return the matrices of pieces from the knots (2 degree + 2, k) around each: (degree + 1, degree + 1, k).
+
+    Control point j is the blossom at (low, ..., low, high, ..., high), high j times, as de Boor's algorithm makes it.
+    """
+
+    def step(rows: Float64Array, r: int, at: int) -> Float64Array:
+        """Return the rows after step r of the algorithm, for the parameter that is knot `at`."""
+        start, end = knots[r : degree + 1], knots[degree + 1 : 2 * degree + 2 - r]
+        share = ((knots[at] - start) / (end - start))[:, np.newaxis]
+        stepped: Float64Array = (1.0 - share) * rows[:-1] + share * rows[1:]
+        return stepped
+
+    n_pieces = knots.shape[1]
+    matrices = np.empty((degree + 1, degree + 1, n_pieces))
+    low_rows = np.broadcast_to(np.eye(degree + 1)[..., np.newaxis], matrices.shape)
+    for n_low in range(degree + 1):
+        rows = low_rows
+        for r in range(n_low + 1, degree + 1):
+            rows = step(rows, r, degree + 1)
+        matrices[degree - n_low] = rows[0]
+        if n_low < degree:
+            low_rows = step(low_rows, n_low + 1, degree)
+    return matrices
 
 
 def _require_knots(n_points: int, knots: Float64Array, name: str) -> tuple[int, float, float, Float64Array]:

@@ -44,19 +44,19 @@ def number_points(control_points: Float64Array) -> IndexArray:
     """
     points = divide_by_weights(control_points).reshape(-1, 3)
     max_gap = _MAX_ROUNDING * float(np.abs(points).max())
-    return number_columns(_cluster(points.T, max_gap)).reshape(control_points.shape[:-1])
+    numbers = np.stack([_cluster(column, max_gap) for column in points.T])
+    return number_columns(numbers).reshape(control_points.shape[:-1])
 
 
 def _cluster(values: Float64Array, max_gap: float) -> IndexArray:
-    """Return one number for each value of each row (k, n), the same for neighbours up to `max_gap` apart.
+    """Return one number for each value (n,), the same for neighbours up to `max_gap` apart.
 
     Rounding to a grid would part equal values that happen to lie on both sides of a limit between two of its cells.
     """
     order = np.argsort(values, kind="stable")  # for so few in half the time
-    row = np.arange(len(values))[:, np.newaxis]
-    ordered = values[row, order]
-    numbers = np.zeros(values.shape, np.int64)
-    numbers[row, order[:, 1:]] = np.cumsum(ordered[:, 1:] - ordered[:, :-1] > max_gap, axis=1)
+    ordered = values[order]
+    numbers = np.zeros(len(values), np.int64)
+    numbers[order[1:]] = np.cumsum(ordered[1:] - ordered[:-1] > max_gap)
     return numbers
 
 
@@ -73,7 +73,7 @@ def number_weights(control_points: Float64Array) -> IndexArray:
     """Return one number per weight of curves (m, a, 4), the same for equal ratios: (m, a)."""
     weights = control_points[..., 3]
     ratios = weights / weights.max(axis=1, keepdims=True)
-    return _cluster(ratios.reshape(1, -1), _MAX_ROUNDING).reshape(ratios.shape)
+    return _cluster(ratios.reshape(-1), _MAX_ROUNDING).reshape(ratios.shape)
 
 
 def divide_by_weights(points: Float64Array) -> Float64Array:

@@ -13,7 +13,7 @@ from .._core.public import public
 from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
-from .bernstein import evaluate_bernstein, make_elevation
+from .bernstein import evaluate_bernstein, join_curves
 from .control_points import divide_by_weights, number_points, number_weights, require_control_points
 from .resolution import choose_steps, require_one
 from .weld import compact, number_curves
@@ -58,7 +58,7 @@ def curve(
     """
     require_one(n, tolerance)
     curves = _as_curves(control_points, "control_points")
-    return Mesh(*tessellate_curves(curves, choose_steps(n, tolerance, curves)))
+    return Mesh(*tessellate_curves(curves, choose_steps(n, tolerance, [curves])))
 
 
 def tessellate_curves(curves: Float64Array, steps: int) -> tuple[Float64Array, IndexArray]:
@@ -83,8 +83,7 @@ def _as_curves(value: npt.ArrayLike | Sequence[npt.ArrayLike], name: str) -> Flo
     widths = {row.shape[1] for row in completed}
     if len(widths) > 1:
         raise ArgumentError.expecting(name, "be all rational or none", "3 and 4 coordinates")
-    degree = max(map(len, completed)) - 1
-    return np.stack([make_elevation(len(row) - 1, degree) @ row for row in completed])
+    return join_curves([row[np.newaxis] for row in completed])
 
 
 def _complete(curves: Float64Array, name: str) -> Float64Array:

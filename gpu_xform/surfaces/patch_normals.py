@@ -5,38 +5,40 @@ polynomial. Where it is zero, its first Taylor coefficient along a line into the
 """
 
 from collections.abc import Callable
-from functools import cache
 
 import numpy as np
 
-from .._core.types import BoolArray, Float64Array, IndexArray
+from .._core.types import BoolArray, Float64Array
 from .bernstein import expand_bernstein
+from .patch_grids import center_patches, evaluate_derivatives
+from .weld import list_quads
 
 # Of the patch's longest normal: what is shorter is zero but for rounding.
 _MIN_LENGTH = 1e-9
+# Of the product of both derivatives, and of the weights: a patch whose normals are all shorter has no area.
+_MIN_SINE = 2.0**-40
+_NUMBERS_AT_ONCE = 1 << 16
 
 
-def compute_corner_normals(
-    patches: Float64Array, grids: tuple[Float64Array, Float64Array, Float64Array], quads: IndexArray, kept: BoolArray
-) -> Float64Array:
-    """Return the unit normal of each kept corner of the quads: (c, 3); NaN where a patch has no area.
+def compute_corner_normals(patches: Float64Array, n: int, kept: BoolArray) -> Float64Array:
+    """Return the unit normal of each kept corner of the quads of grids of n steps: (c, 3); NaN where there is no area.
 
     patches : (k, a, b, 3 or 4)
-    grids : the points and both derivatives on a grid per patch, (k, m, m, 3 or 4), as homogeneous as the patches
-    quads : indices of grid points (q, 4)
-    kept : which corners the faces have (q, 4)
+    kept : which corners the faces have (k n n, 4), in the order of `list_quads`
     """
-    m = grids[0].shape[1]
-    directions = _compute_directions(*grids)
-    lengths = np.linalg.norm(directions, axis=-1)
-    longest = lengths.reshape(len(patches), -1).max(axis=1)
+    k, m = len(patches), n + 1
+    quads = list_quads(np.arange(k * m * m).reshape(k, m, m))
+    directions, lengths, has_area = _compute_directions(patches, n)
+    longest = lengths.reshape(k, -1).max(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         units = (directions / lengths[..., np.newaxis]).reshape(-1, 3)
     normals: Float64Array = units[quads[kept]]
     is_zero = (lengths <= _MIN_LENGTH * longest[:, np.newaxis, np.newaxis]).reshape(-1)
-    if not is_zero.any():
+    if has_area.all() and not is_zero.any():
         return normals
-    row, corner = np.nonzero(kept & is_zero[quads])
+    has_area[~has_area] = _have_area(patches[~has_area])
+    normals[~np.repeat(has_area, n * n)[np.nonzero(kept)[0]]] = np.nan
+    row, corner = np.nonzero(kept & is_zero[quads] & np.repeat(has_area, n * n)[:, np.newaxis])
     patch, at = np.divmod(quads[row], m * m)
     places = np.stack(np.divmod(at, m), axis=-1) / (m - 1)  # (z, 4, 2)
     rows = np.arange(len(row))
@@ -45,17 +47,42 @@ def compute_corner_normals(
     place = 0.5 * (places[rows, corner] + places[rows, before])
     inwards = (places.mean(axis=1) - place) * (m - 1)
     which = np.cumsum(kept.reshape(-1)).reshape(kept.shape)[row, corner] - 1
-    normals[which] = _find_limits(patches[patch[:, 0]], place, inwards)
+    patch = patch[:, 0]
+    count = max(1, _NUMBERS_AT_ONCE // patches[0].size)
+    for start in range(0, len(row), count):
+        some = slice(start, start + count)
+        normals[which[some]] = _find_limits(patches[patch[some]], place[some], inwards[some])
     return normals
 
 
-def _compute_directions(points: Float64Array, along_u: Float64Array, along_v: Float64Array) -> Float64Array:
-    """Return vectors (..., 3) normal to the surface, from points and derivatives (..., 3 or 4)."""
-    normals = _cross(along_u, along_v)
-    if points.shape[-1] == 4:
+def _compute_directions(patches: Float64Array, n: int) -> tuple[Float64Array, Float64Array, BoolArray]:
+    """Return vectors normal to the surface on grids of n steps (k, n + 1, n + 1, 3), their lengths, and what has area.
+
+    The last tells of each patch whether some vector is longer than rounding makes it.
+    """
+    points, along_u, along_v = evaluate_derivatives(center_patches(patches), n)
+    directions = _cross(along_u, along_v)
+    reach = _measure(along_u) * _measure(along_v)
+    if patches.shape[-1] == 4:
         w, w_u, w_v = points[..., 3:], along_u[..., 3:], along_v[..., 3:]
-        normals = w * normals + w_v * _cross(points, along_u) + w_u * _cross(along_v, points)
-    return normals
+        directions = w * directions + w_v * _cross(points, along_u) + w_u * _cross(along_v, points)
+        reach *= _measure(points)
+    lengths = np.linalg.norm(directions, axis=-1)
+    return directions, lengths, lengths.reshape(len(patches), -1).max(axis=1) > _MIN_SINE * reach
+
+
+def _measure(vectors: Float64Array) -> Float64Array:
+    """Return the largest component of the vectors of each patch (k, ...): (k,)."""
+    largest: Float64Array = np.abs(vectors).reshape(len(vectors), -1).max(axis=1)
+    return largest
+
+
+def _have_area(patches: Float64Array) -> BoolArray:
+    """Tell which patches have normals anywhere, as a grid as fine as that of their control points shows."""
+    n = max(patches.shape[1:3])
+    count = max(1, _NUMBERS_AT_ONCE // (n + 1) ** 2)
+    parts = [_compute_directions(patches[i : i + count], n)[2] for i in range(0, len(patches), count)]
+    return np.concatenate(parts) if parts else np.empty(0, bool)
 
 
 def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
@@ -68,53 +95,62 @@ def _cross(a: Float64Array, b: Float64Array) -> Float64Array:
 
 
 def _find_limits(patches: Float64Array, places: Float64Array, inwards: Float64Array) -> Float64Array:
-    """Return the limits (z, 3) of unit normals at `places` (z, 2) along lines `inwards` (z, 2)."""
-    u, v = places.T
-    degree_u, degree_v = patches.shape[1] - 1, patches.shape[2] - 1
+    """Return the limits (z, 3) of unit normals at `places` (z, 2) along lines `inwards` (z, 2).
+
+    Polynomials of the line's parameter are rows of coefficients, (terms, 3 or 1, z).
+    """
     count, a, b, d = patches.shape
-    rows = expand_bernstein(degree_u, u) @ patches.reshape(count, a, b * d)
-    taylor = expand_bernstein(degree_v, v)[:, np.newaxis] @ rows.reshape(count, a, b, d)  # (z, a, b, d)
+    rows = expand_bernstein(a - 1, places[:, 0]) @ patches.reshape(count, a, b * d)
+    taylor = expand_bernstein(b - 1, places[:, 1])[:, np.newaxis] @ rows.reshape(count, a, b, d)
+    taylor = np.ascontiguousarray(np.moveaxis(taylor, 0, -1))  # (a, b, d, z)
     # The terms x^i y^j of the surface and of both derivatives along the line, by the power of its parameter.
-    x, y = (inwards[:, [axis]] ** np.arange(degree + 1) for axis, degree in ((0, degree_u), (1, degree_v)))
+    x, y = (inwards[:, axis] ** np.arange(order)[:, np.newaxis] for axis, order in ((0, a), (1, b)))
     x_slope, y_slope = np.zeros_like(x), np.zeros_like(y)
-    x_slope[:, 1:], y_slope[:, 1:] = np.arange(1, a) * x[:, :-1], np.arange(1, b) * y[:, :-1]
-    powers = _sum_antidiagonals(a, b).reshape(-1, a * b)
+    x_slope[1:], y_slope[1:] = np.arange(1, a)[:, np.newaxis] * x[:-1], np.arange(1, b)[:, np.newaxis] * y[:-1]
     points, along_u, along_v = (
-        (
-            powers
-            @ (taylor * (left[:, :, np.newaxis] * right[:, np.newaxis])[..., np.newaxis]).reshape(count, a * b, d)
-        ).swapaxes(0, 1)
-        for left, right in ((x, y), (x_slope, y), (x, y_slope))
+        _sum_powers(taylor, left, right) for left, right in ((x, y), (x_slope, y), (x, y_slope))
     )
     along_u, along_v = along_u[1:], along_v[1:]  # a derivative has one power less
-    coefficients = _multiply(along_u, along_v, _cross)
-    if patches.shape[-1] == 4:
+    coefficients = _multiply(along_u, along_v, _cross_rows)
+    if d == 4:
         coefficients = (
-            _multiply(points[..., 3:], coefficients, np.multiply)
-            + _multiply(along_v[..., 3:], _multiply(points, along_u, _cross), np.multiply)
-            + _multiply(along_u[..., 3:], _multiply(along_v, points, _cross), np.multiply)
+            _multiply(points[:, 3:], coefficients, np.multiply)
+            + _multiply(along_v[:, 3:], _multiply(points, along_u, _cross_rows), np.multiply)
+            + _multiply(along_u[:, 3:], _multiply(along_v, points, _cross_rows), np.multiply)
         )
-    lengths = np.linalg.norm(coefficients, axis=-1)  # (terms, z)
+    lengths = np.sqrt(np.einsum("ijz,ijz->iz", coefficients, coefficients))
     first = (lengths > _MIN_LENGTH * lengths.max(axis=0)).argmax(axis=0)
-    each = np.arange(len(patches))
-    with np.errstate(invalid="ignore"):
-        limits: Float64Array = coefficients[first, each] / lengths[first, each, np.newaxis]
+    each = np.arange(count)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        limits: Float64Array = coefficients[first, :, each] / lengths[first, each, np.newaxis]
     return limits
+
+
+def _sum_powers(taylor: Float64Array, x: Float64Array, y: Float64Array) -> Float64Array:
+    """Return the sums of taylor[i, j] x[i] y[j] over all i and j of the same i + j: (a + b - 1, d, z)."""
+    a, b, *rest = taylor.shape
+    sums = np.zeros((a + b - 1, *rest))
+    for i in range(a):
+        sums[i : i + b] += taylor[i] * (x[i] * y)[:, np.newaxis]
+    return sums
 
 
 def _multiply(
     a: Float64Array, b: Float64Array, product: Callable[[Float64Array, Float64Array], Float64Array]
 ) -> Float64Array:
-    """Return the product of two polynomials whose coefficients are rows (terms, z, ...)."""
-    pairs = product(a[:, np.newaxis], b[np.newaxis])
-    sums = _sum_antidiagonals(len(a), len(b)).reshape(-1, len(a) * len(b))
-    coefficients: Float64Array = sums @ pairs.reshape(len(a) * len(b), -1)
-    return coefficients.reshape(len(sums), *pairs.shape[2:])
+    """Return the product of two polynomials (terms, 3 or 1, z)."""
+    coefficients = np.zeros((len(a) + len(b) - 1, 3, a.shape[-1]))
+    for i, row in enumerate(a):
+        coefficients[i : i + len(b)] += product(row, b)
+    return coefficients
 
 
-@cache
-def _sum_antidiagonals(m: int, n: int) -> Float64Array:
-    """Return what adds the entries (i, j) of a table with the same i + j: (m + n - 1, m, n)."""
-    powers = np.add.outer(np.arange(m), np.arange(n))
-    sums: Float64Array = (powers == np.arange(m + n - 1)[:, np.newaxis, np.newaxis]).astype(np.float64)
-    return sums
+def _cross_rows(a: Float64Array, b: Float64Array) -> Float64Array:
+    """Return the cross products of the first three of the rows (..., 3 or 4, z)."""
+    products = np.empty((*np.broadcast_shapes(a.shape[:-2], b.shape[:-2]), 3, a.shape[-1]))
+    for axis in range(3):
+        first, second = (axis + 1) % 3, (axis + 2) % 3
+        np.subtract(
+            a[..., first, :] * b[..., second, :], a[..., second, :] * b[..., first, :], out=products[..., axis, :]
+        )
+    return products

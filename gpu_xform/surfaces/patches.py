@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple, SupportsIndex
 
 import numpy as np
@@ -11,11 +11,13 @@ import numpy.typing as npt
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray
 from ..geometry.mesh import Mesh, adopt_arrays
-from .bernstein import differentiate_bernstein, evaluate_bernstein
 from .control_points import as_patches, divide_by_weights
+from .patch_grids import evaluate_patches
 from .patch_normals import compute_corner_normals
 from .resolution import choose_steps, require_one
-from .weld import list_quads, weld_grids
+from .weld import weld_grids
+
+_NUMBERS_AT_ONCE = 1 << 17
 
 
 @public
@@ -69,7 +71,7 @@ def bezier(
     """
     require_one(n, tolerance)
     patches = as_patches(control_points, "control_points")
-    made = tessellate_patches(patches, choose_steps(n, tolerance, patches), normals=normals)
+    made = tessellate_patches([patches], choose_steps(n, tolerance, [patches]), normals=normals)
     attributes = None if made.normals is None else {"corner": {"normal": made.normals}}
     return adopt_arrays(made.positions, made.offsets, made.indices, attributes)
 
@@ -86,49 +88,33 @@ class Tessellation(NamedTuple):
     """Of each face, counted through all patches, n x n to each: (f,)."""
 
 
-def tessellate_patches(patches: Float64Array, steps: int, *, normals: bool) -> Tessellation:
-    """Return the mesh of patches (k, a, b, 3 or 4) in `steps` steps per side, as `bezier` does."""
-    places, offsets, indices, kept, quad = weld_grids(patches, steps)
-    points = divide_by_weights(evaluate_patches(patches, steps))
-    positions = points.reshape(-1, 3).take(places, axis=0)
-    if not normals:
-        return Tessellation(positions, offsets, indices, None, quad)
-    grids = _evaluate_grids(_center(patches), steps)
-    quads = list_quads(np.arange(points[..., 0].size).reshape(points.shape[:-1]))
-    return Tessellation(positions, offsets, indices, compute_corner_normals(patches, grids, quads, kept), quad)
+def tessellate_patches(blocks: Sequence[Float64Array], steps: int, *, normals: bool) -> Tessellation:
+    """Return the mesh of patches in `steps` steps per side, as `bezier` does.
+
+    blocks : arrays (k, a, b, 3 or 4), each of degrees of its own
+    """
+    places, offsets, indices, kept, quad = weld_grids(blocks, steps)
+    positions = np.empty((len(places), 3))
+    corner_normals = np.empty((len(indices), 3)) if normals else None
+    n_points = n_quads = n_corners = 0
+    for patches in _cut(blocks, steps):
+        points = divide_by_weights(evaluate_patches(patches, steps)).reshape(-1, 3)
+        first, last = np.searchsorted(places, (n_points, n_points + len(points)))  # places ascend
+        points.take(places[first:last] - n_points, axis=0, out=positions[first:last])
+        n_points += len(points)
+        if corner_normals is None:
+            continue
+        is_kept = kept[n_quads : n_quads + len(patches) * steps**2]
+        n_quads += len(is_kept)
+        made = compute_corner_normals(patches, steps, is_kept)
+        corner_normals[n_corners : n_corners + len(made)] = made
+        n_corners += len(made)
+    return Tessellation(positions, offsets, indices, corner_normals, quad)
 
 
-def evaluate_patches(patches: Float64Array, n: int) -> Float64Array:
-    """Return the points of patches (k, a, b, d) on a grid of n steps, as homogeneous as they are: (k, n+1, n+1, d)."""
-    return _multiply_sides(patches, *(_get_basis(order - 1, n)[0] for order in patches.shape[1:3]))
-
-
-@lru_cache(maxsize=32)
-def _get_basis(degree: int, n: int) -> tuple[Float64Array, Float64Array]:
-    """Return the values and the derivatives of the basis at n steps; kept, for few of both are used again and again."""
-    t = np.arange(n + 1) / n
-    return evaluate_bernstein(degree, t), differentiate_bernstein(degree, t)
-
-
-def _multiply_sides(patches: Float64Array, left: Float64Array, right: Float64Array) -> Float64Array:
-    """Return `left` (m, a) @ patches (k, a, b, d) @ `right` (m, b) transposed: (k, m, m, d), as two matrix products."""
-    k, a, b, d = patches.shape
-    rows = left @ patches.transpose(1, 0, 3, 2).reshape(a, k * d * b)
-    grids = rows.reshape(-1, b) @ right.T
-    return np.ascontiguousarray(grids.reshape(len(left), k, d, len(right)).transpose(1, 0, 3, 2))
-
-
-def _evaluate_grids(patches: Float64Array, n: int) -> tuple[Float64Array, Float64Array, Float64Array]:
-    """Return points and derivatives along u and v on a grid of n steps: three of (k, n + 1, n + 1, d)."""
-    values, slopes = zip(*(_get_basis(order - 1, n) for order in patches.shape[1:3]), strict=True)
-    along = _multiply_sides(patches, slopes[0], values[1]), _multiply_sides(patches, values[0], slopes[1])
-    points = _multiply_sides(patches, *values) if patches.shape[-1] == 4 else along[0]  # not looked at without weights
-    return points, *along
-
-
-def _center(patches: Float64Array) -> Float64Array:
-    """Return rational patches moved to the origin, where the terms of their normals do not cancel; others unchanged."""
-    if patches.shape[-1] == 3:
-        return patches
-    middles = divide_by_weights(patches).mean(axis=(1, 2), keepdims=True)
-    return np.concatenate([patches[..., :3] - patches[..., 3:] * middles, patches[..., 3:]], axis=-1)
+def _cut(blocks: Sequence[Float64Array], steps: int) -> Iterator[Float64Array]:
+    """Yield as many patches at once as make points that stay in the caches."""
+    for block in blocks:
+        count = max(1, _NUMBERS_AT_ONCE // (block[0].size + 4 * (steps + 1) ** 2))
+        for start in range(0, len(block), count):
+            yield block[start : start + count]

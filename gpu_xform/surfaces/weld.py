@@ -4,20 +4,19 @@ Two borders are the same curve if they have the same control points, in either d
 ratios: then their points are the same at every resolution. No distances between points decide.
 """
 
+from collections.abc import Sequence
 from functools import lru_cache
-from itertools import zip_longest
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 
 from .._core.types import BoolArray, Float64Array, IndexArray
+from .bernstein import join_curves
 from .control_points import number_columns, number_points, number_weights
 
 MAX_KEPT_BYTES = 4 << 20  # of the faces of the last grid
 
 _Place: TypeAlias = tuple[int | None, int | None]
-_Array: TypeAlias = npt.NDArray[Any]
 
 # Where the borders of a grid lie, by its two axes; None is any place.
 _PLACES: list[_Place] = [(0, None), (-1, None), (None, 0), (None, -1)]
@@ -36,23 +35,33 @@ class WeldedGrids(NamedTuple):
     """Of each face, counted through all patches: (f,)."""
 
 
-def weld_grids(patches: Float64Array, n: int) -> WeldedGrids:
-    """Return the faces of a grid of n steps for each patch (k, a, b, 3 or 4)."""
-    control_numbers = number_points(patches)
-    weights = [number_weights(points) for points, _ in _list_borders(patches)] if patches.shape[-1] == 4 else []
-    keys = tuple((each.shape, each.tobytes()) for each in (control_numbers, *weights))
-    weld = _weld_numbers if 100 * len(patches) * n * n <= MAX_KEPT_BYTES else _weld_numbers.__wrapped__
-    return weld(keys, n)
+def weld_grids(blocks: Sequence[Float64Array], n: int) -> WeldedGrids:
+    """Return the faces of a grid of n steps for each patch of arrays (k, a, b, 3 or 4)."""
+    borders = _list_borders(blocks)
+    keys = [number_points(borders)]
+    if borders.shape[-1] == 4:
+        keys.append(number_weights(borders))
+    n_patches = len(borders) // len(_PLACES)
+    weld = _weld_numbers if 100 * n_patches * n * n <= MAX_KEPT_BYTES else _weld_numbers.__wrapped__
+    return weld(tuple((each.shape, each.tobytes()) for each in keys), n)
+
+
+def _list_borders(blocks: Sequence[Float64Array]) -> Float64Array:
+    """Return the borders of all patches as curves of one degree: (4 k, a, 3 or 4), in the order of _PLACES."""
+    curves = [
+        block[(slice(None), *(slice(None) if i is None else i for i in place))] for place in _PLACES for block in blocks
+    ]
+    return join_curves(curves)
 
 
 @lru_cache(maxsize=1)
 def _weld_numbers(keys: tuple[tuple[tuple[int, ...], bytes], ...], n: int) -> WeldedGrids:
-    """Return the faces of grids by the numbers of control points and of weights, as bytes.
+    """Return the faces of grids by the numbers of the control points of borders, and of their weights, as bytes.
 
     Those of the last grids are kept: the frames of an animation share them.
     """
     control_numbers, *weights = (np.frombuffer(key, np.int64).reshape(shape) for shape, key in keys)
-    numbers, places = number_grid_points(control_numbers, weights, n)
+    numbers, places = _number_grid_points(control_numbers, weights[0] if weights else None, n)
     corners = list_quads(numbers)
     offsets, kept = drop_repeated_corners(corners)
     quad = np.flatnonzero(kept[:, 0] | kept[:, 1])  # a triangle lacks one corner
@@ -62,41 +71,29 @@ def _weld_numbers(keys: tuple[tuple[tuple[int, ...], bytes], ...], n: int) -> We
     return welded
 
 
-def number_grid_points(control_numbers: IndexArray, weights: list[IndexArray], n: int) -> tuple[IndexArray, IndexArray]:
+def _number_grid_points(
+    control_numbers: IndexArray, weights: IndexArray | None, n: int
+) -> tuple[IndexArray, IndexArray]:
     """Return the number of each point of a grid per patch, from 0, counted where it is seen first: (k, n + 1, n + 1).
 
-    control_numbers : of the control points (k, a, b)
-    weights : the numbers of the weights of borders, for each group that `_list_borders` returns; none without weights
+    control_numbers, weights : the numbers of the control points of borders, and of their weights: (4 k, a)
 
     Returns the place of each first one among all points of the grids as well, in order.
     """
-    k = len(control_numbers)
-    n_controls = int(control_numbers.max()) + 1
-    n_inner = n - 1
+    k, n_inner = len(control_numbers) // len(_PLACES), n - 1
     keys = np.empty((k, n + 1, n + 1), np.int64)
-    keys[:, ::n, ::n] = control_numbers[:, :: control_numbers.shape[1] - 1, :: control_numbers.shape[2] - 1]
-    base = n_controls
-    for (borders, places), ratios in zip_longest(_list_borders(control_numbers), weights):
-        curves, n_curves, is_backward, is_point = number_curves(borders, ratios)
-        along = np.arange(n_inner)
-        along = np.where(is_backward[:, np.newaxis], along[::-1], along)
-        inner = base + curves[:, np.newaxis] * n_inner + along
-        inner = np.where(is_point[:, np.newaxis], borders[:, :1], inner)
-        for place, rows in zip(places, np.split(inner, len(places)), strict=True):
-            keys[(slice(None), *(slice(1, -1) if at is None else at for at in place))] = rows
-        base += n_curves * n_inner
+    keys[:, ::n, ::n] = control_numbers[: 2 * k, [0, -1]].reshape(2, k, 2).swapaxes(0, 1)
+    base = int(control_numbers.max()) + 1
+    curves, n_curves, is_backward, is_point = number_curves(control_numbers, weights)
+    along = np.arange(n_inner)
+    along = np.where(is_backward[:, np.newaxis], along[::-1], along)
+    inner = base + curves[:, np.newaxis] * n_inner + along
+    inner = np.where(is_point[:, np.newaxis], control_numbers[:, :1], inner)
+    for place, rows in zip(_PLACES, np.split(inner, len(_PLACES)), strict=True):
+        keys[(slice(None), *(slice(1, -1) if at is None else at for at in place))] = rows
+    base += n_curves * n_inner
     keys[:, 1:-1, 1:-1] = base + np.arange(k * n_inner**2).reshape(k, n_inner, n_inner)
     return compact(keys, base + k * n_inner**2)
-
-
-def _list_borders(patches: _Array) -> list[tuple[_Array, list[_Place]]]:
-    """Return the borders of (k, a, b, ...), those of equally many rows together, and where each lies in a grid."""
-    at_ends_of_u, at_ends_of_v = (
-        np.concatenate([rows[:, 0], rows[:, -1]]) for rows in (patches, patches.swapaxes(1, 2))
-    )
-    if patches.shape[1] == patches.shape[2]:
-        return [(np.concatenate([at_ends_of_u, at_ends_of_v]), _PLACES)]
-    return [(at_ends_of_u, _PLACES[:2]), (at_ends_of_v, _PLACES[2:])]
 
 
 def number_curves(

@@ -165,6 +165,23 @@ end
     assert mesh.n_points == 2 * (n + 1) ** 2 - 2  # corners alone: one border is bent, the other is not
 
 
+def test_patches_with_and_without_weights_are_welded() -> None:
+    """A plane, and a quarter of a cylinder beside it."""
+    h = math.sqrt(0.5)
+    points = [(1, 0, 0), (1, 1, 0), (0, 1, 0), (1, 0, 2), (1, 1, 2), (0, 1, 2), (1, -3, 0), (1, -3, 2)]
+    weights = [1, h, 1, 1, h, 1, 1, 1]
+    vertices = "".join(f"v {x} {y} {z} {w}\n" for (x, y, z), w in zip(points, weights, strict=True))
+    parms = "parm u 0 1\nparm v 0 1\nend\n"
+    text = f"{vertices}cstype bezier\ndeg 1 1\nsurf 0 1 0 1 7 1 8 4\n{parms}"
+    text += f"cstype rat bezier\ndeg 2 1\nsurf 0 1 0 1 1 2 3 4 5 6\n{parms}"
+    mesh = load(text, 0.01)
+    n = round(math.sqrt(mesh.n_faces / 2))
+    assert mesh.n_points == (n + 1) * (2 * n + 1)
+    curved = np.asarray(mesh.faces)[n * n :]
+    np.testing.assert_allclose(np.linalg.norm(mesh.positions[curved][..., :2], axis=-1), 1, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(mesh.attributes.corner["normal"][: 4 * n * n], np.tile([1.0, 0, 0], (4 * n * n, 1)))
+
+
 B_SPLINE = "".join(f"v {x} {y} {(x - y) ** 2}\n" for y in range(4) for x in range(4))
 
 
@@ -283,3 +300,78 @@ def test_the_default_tolerance_never_needs_too_many_faces(monkeypatch: pytest.Mo
     body = "cstype rat bezier\ndeg 2 2\nsurf 0 1 0 1 1 2 3 4 5 6 7 8 9\nparm u 0 1\nparm v 0 1\nend\n"
     with pytest.warns(gx.MeshWarning, match="line 12: surf and others are drawn coarser than usual, in 16 steps"):
         assert load(vertices + body).n_faces == 16**2
+
+
+PARMS = "parm u 0 1\nparm v 0 1\nend\n"
+
+
+def write_points(*, rational: bool = False, n: int = 9) -> str:
+    """Return the points of the bodies below, no four in a plane."""
+    rng = np.random.default_rng(n)
+    rows = rng.uniform(0.5, 9.5, (n, 4 if rational else 3)).tolist()
+    return "".join(f"v {' '.join(f'{value:.2f}' for value in row)}\n" for row in rows)
+
+
+def write_names(count: int) -> str:
+    return " ".join(str(i * (i + 3) // 2 % 9 + 1) for i in range(count))
+
+
+def write_bodies() -> dict[str, str]:
+    """Return texts of 50 kB that took seconds, or hundreds of megabytes, per megabyte."""
+    size = 50_000
+    rational, plain = write_points(rational=True), write_points()
+    high = f"deg 11 11\nsurf 0 1 0 1 {write_names(144)}\n{PARMS}"
+    low = f"surf 0 1 0 1 1 2 3 4\n{PARMS}"
+    n_low = size // len(low)
+    line = "".join(f"v {i} {2 * i} {3 * i}\n" for i in range(1, 10))
+    return {
+        "rational patches": f"{rational}cstype rat bezier\ndeg 1 1\n{low * n_low}",
+        "patches beside one of degree 11": f"{rational}cstype rat bezier\n{high}cstype bezier\ndeg 1 1\n{low * n_low}",
+        "rational patches of degree 11": f"{rational}cstype rat bezier\n{high * (size // len(high))}",
+        "patches without area": f"{line}cstype bezier\n{high * (size // len(high))}",
+        "old splines": plain + f"bsp {write_names(16)}\n" * (size // 36),
+        "curves cut elsewhere": f"{plain}cstype bezier\ndeg 11\n"
+        + "".join(f"curv {i / 1e4:g} 1 {write_names(12)}\nparm u 0 1\nend\n" for i in range(size // 50)),
+    }
+
+
+@pytest.mark.filterwarnings("ignore::gpu_xform.MeshWarning")
+@pytest.mark.parametrize("name", write_bodies())
+def test_bodies_of_free_forms_end_soon_and_in_little_memory(name: str) -> None:
+    """Before, a megabyte of each took 4 to 35 s of a processor, or 1 to 5 GB."""
+    text = write_bodies()[name]
+    load(f"{write_points(rational=True)}cstype rat bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\n{PARMS}")
+    begin = time.process_time()
+    load(text)
+    assert time.process_time() - begin < 0.3
+    tracemalloc.start()
+    try:
+        mesh = load(text)
+        assert tracemalloc.get_traced_memory()[1] < 20e6 + 400 * mesh.n_faces
+    finally:
+        tracemalloc.stop()
+
+
+@pytest.mark.parametrize("rational", [False, True])
+def test_a_b_spline_that_names_few_points_often_expands_only_so_far(rational: bool) -> None:
+    """Before, a megabyte of this kind took more than 12 GB."""
+    n, degree = 200, 11
+    knots = " ".join(map(str, range(n + degree + 1)))
+    statements = f"surf 0 999 0 999 {write_names(n * n)}\nparm u {knots}\nparm v {knots}\nend\n"
+    text = f"{write_points(rational=rational)}cstype {'rat ' * rational}bspline\ndeg {degree} {degree}\n{statements}"
+    with pytest.raises(
+        gx.MeshError, match=r"line 12: expands to more than [\d,]+ numbers, the limit FileLimits\(points"
+    ):
+        load(text)
+
+
+@pytest.mark.parametrize("weight", ["", " 1.5"])
+def test_points_that_overflow_are_refused(weight: str) -> None:
+    """Before, NumPy warned, and the points of the mesh were no numbers."""
+    points = "".join(f"v {row}{weight}\n" for row in ("1e308 0 0", "0 1e308 0", "-1e308 0 3", "0 0 1.7e308"))
+    text = f"{points}cstype {'rat ' if weight else ''}bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\n{PARMS}"
+    if not weight:
+        assert load(text).n_points == 4
+        return
+    with pytest.warns(gx.MeshWarning, match="line 7: surf has points that overflow when they are multiplied by their"):
+        load(text + "f 1 2 3\n")

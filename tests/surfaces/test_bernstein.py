@@ -5,6 +5,7 @@ from gpu_xform.surfaces.bernstein import (
     differentiate_bernstein,
     evaluate_bernstein,
     expand_bernstein,
+    make_cut,
     make_elevation,
     make_splitting,
 )
@@ -45,3 +46,16 @@ def test_pieces_and_curves_of_a_higher_degree_are_the_same_curve(degree: int) ->
     expected = evaluate_bernstein(degree, s) @ points
     np.testing.assert_allclose(evaluate_bernstein(degree + 3, s) @ raised, expected, rtol=0, atol=1e-14)
     assert make_elevation(degree, degree).tolist() == np.eye(degree + 1).tolist()
+
+
+@pytest.mark.parametrize("degree", DEGREES)
+@pytest.mark.parametrize(("low", "high"), [(0.0, 0.3), (0.3, 1.0), (0.21, 0.87), (0.4, 0.4001), (0.0, 1.0)])
+def test_a_part_of_a_curve_is_that_part(degree: int, low: float, high: float) -> None:
+    points = np.random.default_rng(degree).normal(size=(degree + 1, 3))
+    cut = make_cut(degree, low, high)
+    assert (cut >= 0).all()  # points of a hull, so that rounding stays small
+    s = np.linspace(0, 1, 7)
+    expected = [casteljau(points, low + (high - low) * x) for x in s]
+    np.testing.assert_allclose(evaluate_bernstein(degree, s) @ cut @ points, expected, rtol=0, atol=2e-15)
+    if (low, high) == (0.0, 1.0):
+        assert cut.tolist() == np.eye(degree + 1).tolist()

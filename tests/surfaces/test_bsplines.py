@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
 import gpu_xform as gx
+from gpu_xform.surfaces import bsplines
 from gpu_xform.surfaces.bernstein import evaluate_bernstein
+from gpu_xform.surfaces.bsplines import make_extraction, make_local_extractions
 from tests.support.reference_surfaces import de_boor_basis, patch_point
 
 T = np.array([0.0, 0.2, 0.5, 0.9, 1.0])
@@ -91,3 +93,17 @@ def test_a_nurbs_circle_is_a_circle() -> None:
 def test_bad_arguments_are_refused(arguments: tuple[Any, ...], message: str) -> None:
     with pytest.raises(gx.ArgumentError, match=f"^{re.escape(message)}"):
         gx.bspline_to_bezier(arguments[0], *map(list, arguments[1:]))
+
+
+@pytest.mark.parametrize("degree", [1, 2, 3, 7])
+def test_local_matrices_are_those_of_all_points(degree: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bsplines, "_PIECES_AT_ONCE", 16)
+    n = 60
+    rng = np.random.default_rng(degree)
+    knots = np.sort(rng.uniform(size=n + degree + 1))
+    knots[30 : 30 + degree] = knots[30]
+    firsts, local = make_local_extractions(n, knots, "knots")
+    whole = make_extraction(n, knots, "knots")
+    assert len(firsts) == len(whole) > 40
+    for first, few, row in zip(firsts, local, whole, strict=True):
+        np.testing.assert_allclose(few, row[:, first : first + degree + 1], rtol=0, atol=1e-12)
