@@ -1,6 +1,9 @@
 """Materials of OBJ, in the `.mtl` files beside it that `mtllib` names."""
 
+import os
+import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -15,6 +18,10 @@ from ._warn import warn
 _COLOR = "Kd"
 _OPACITIES = ("d", "Tr")
 _IMAGE_STATEMENTS = ("bump", "decal", "disp", "norm", "refl")
+_WORD = re.compile(r"\S+")
+_MAX_ARGUMENTS = 3  # of an option: `-s u v w`
+_MAX_OPTION_WORDS = 64  # all options that there are, with all of their arguments
+_MAX_NAMED = 8
 
 
 def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes]:
@@ -23,19 +30,23 @@ def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes
     names : what stands behind each `mtllib`: a name, which may hold blanks, or several names
     """
     found: dict[str, bytes] = {}
-    missing = []
-    for words in names if folder is not None else ():
-        for name in [words] if _find(folder, words) else words.split():
+    missing: dict[str, None] = {}
+    read: set[Path] = set()  # a file that goes by several names is read once
+    for words in dict.fromkeys(names) if folder is not None else ():
+        for name in [words] if _find(folder, words) else dict.fromkeys(words.split()):
             path = _find(folder, name)
             if path is None:
-                missing.append(name)
-            else:
+                missing[name] = None
+            elif path not in read:
+                read.add(path)
                 found[name] = path.read_bytes()
     pointers = [name for name, data in found.items() if is_lfs_pointer(data)]
     if pointers:
         warn(f"the materials of {', '.join(pointers)} are not there: it is {POINTER_WORDS}")
     if missing:
-        warn(f"the materials of {', '.join(dict.fromkeys(missing))} are not there: no such file lies beside it")
+        more = f" and {len(missing) - _MAX_NAMED} more" if len(missing) > _MAX_NAMED else ""
+        named = ", ".join(islice(missing, _MAX_NAMED))
+        warn(f"the materials of {named}{more} are not there: no such file lies beside it")
     return found
 
 
@@ -60,13 +71,34 @@ def find_images(libraries: Mapping[str, bytes], folder: Path | None) -> list[str
     """Return the image files that `.mtl` files name and that lie in `folder` or below, by their paths from it."""
     found: dict[str, None] = {}
     for library, data in libraries.items():
-        above = Path(library.replace("\\", "/")).parent
-        for keyword, rest in _split_statements(data):
-            if keyword.startswith("map_") or keyword in _IMAGE_STATEMENTS:
-                words = rest.split(" ")  # options, and a name that may hold blanks
-                paths = [(above / " ".join(words[i:]).replace("\\", "/")).as_posix() for i in range(len(words))]
-                found.update(dict.fromkeys(path for path in paths if _find(folder, path)))
+        above = Path(library.replace("\\", "/")).parent.as_posix()
+        statements = {
+            rest: None
+            for keyword, rest in _split_statements(data)
+            if keyword.startswith("map_") or keyword in _IMAGE_STATEMENTS
+        }
+        for rest in statements:
+            names = (f"{above}/{name}" for name in _list_names(rest))
+            if image := next((name for name in names if _find(folder, name)), None):
+                found[Path(image.replace("\\", "/")).as_posix()] = None
     return list(found)
+
+
+def _list_names(rest: str) -> Iterator[str]:
+    """Yield what may be the file name in an image statement, which may hold blanks: all, or all behind some options.
+
+    An option has up to three arguments, and a name may begin with what looks like one.
+    """
+    yield rest
+    n_left = 0
+    for word in islice(_WORD.finditer(rest), _MAX_OPTION_WORDS):
+        if word[0].startswith("-"):
+            n_left = _MAX_ARGUMENTS + 1  # and the name
+        elif n_left:
+            n_left -= 1
+            yield rest[word.start() :]
+        else:
+            return
 
 
 def list_library_losses(mesh: Mesh, folder: Path | None) -> list[str]:
@@ -104,7 +136,10 @@ def _is_other(path: Path, data: bytes) -> bool:
 
 def _find(folder: Path | None, name: str) -> Path | None:
     """Return a file in `folder` or below; its name is meant letter for letter, but for the slashes of Windows."""
-    return find_beside(folder, folder, quote(name.replace("\\", "/")))
+    name = name.replace("\\", "/")
+    if folder is None or not os.path.exists(f"{folder}/{name}"):  # noqa: PTH110 - pathlib takes ten times as long
+        return None
+    return find_beside(folder, folder, quote(name))
 
 
 def _split_statements(data: bytes) -> Iterator[tuple[str, str]]:

@@ -2,6 +2,8 @@
 
 import contextlib
 import io
+import time
+import tracemalloc
 import warnings
 from pathlib import Path
 from typing import Any
@@ -162,3 +164,65 @@ def test_damaged_files_give_no_colours(model: Path, data: bytes) -> None:
     with contextlib.suppress(MeshWarning):
         material = load_mesh(model).attributes.material
     assert "pbrMetallicRoughness" not in material.get("steel", {})
+
+
+@pytest.mark.parametrize(
+    ("statement", "image"),
+    [
+        ("map_Kd wood.png", "wood.png"),
+        ("map_Kd oak floor.png", "oak floor.png"),
+        ("bump -bm 0.2 oak floor.png", "oak floor.png"),
+        ("map_d -o 1 -s 2 2 2 -clamp on -imfchan l sub\\wood.png", "sub/wood.png"),
+        ("refl -type cube_top -cc off 1 2.png", "1 2.png"),
+        ("disp -s 1 1 1 -t 0 0 0 -mm 0 1 ./wood.png", "wood.png"),
+        ("map_Ks -s 1 2 3 4.png", "3 4.png"),
+        ("map_Kd -s 1 1 1 none.png", None),
+        ("map_Kd", None),
+    ],
+)
+def test_images_are_found_behind_options(model: Path, statement: str, image: str | None) -> None:
+    (model.parent / "sub").mkdir()
+    for name in ("wood.png", "oak floor.png", "sub/wood.png", "1 2.png", "3 4.png"):
+        (model.parent / name).write_bytes(b"PNG")
+    model.with_suffix(".mtl").write_text(f"newmtl steel\n{statement}\n")
+    assert load_mesh(model).metadata["obj"]["images"] == (() if image is None else (image,))
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "map_Kd " + "a " * 50_000,
+        "map_Kd -s " + "1 " * 50_000,
+        "map_Kd -s 1 1 1" + " " * 100_000,
+        "map_Kd " + "-s 1 1 1 " * 11_000,
+        "map_Kd -s 1 1 1 sheet metal.png\n" * 3_000,
+    ],
+    ids=["words", "arguments", "blanks", "options", "statements"],
+)
+def test_long_image_statements_end_soon_and_in_little_memory(model: Path, body: str) -> None:
+    """Before, each word of one was looked for with all behind it: 100 kB took up to 138 s and 2.4 GB."""
+    load_mesh(model)
+    model.with_suffix(".mtl").write_text(f"newmtl steel\n{body}")
+    tracemalloc.start()
+    begin = time.process_time()
+    try:
+        load_mesh(model)
+        assert tracemalloc.get_traced_memory()[1] < 5e6
+    finally:
+        tracemalloc.stop()
+    assert time.process_time() - begin < 0.5
+
+
+def test_a_library_of_many_names_is_read_once(model: Path) -> None:
+    """Before, it was read and parsed once for each."""
+    names = "\n".join(f"mtllib {'./' * (i % 100)}m.mtl" for i in range(1000))
+    model.write_bytes(f"{names}\n".encode() + POINTS + FACES)
+    mesh = load_mesh(model)
+    assert list(mesh.metadata["obj"]["libraries"]) == ["m.mtl"]
+    assert "steel" in mesh.attributes.material
+
+
+def test_many_missing_libraries_are_a_short_warning(model: Path) -> None:
+    model.write_bytes(b"mtllib " + b" ".join(b"b%d" % i for i in range(1000)) + b"\n" + POINTS + FACES)
+    with pytest.warns(MeshWarning, match=r"the materials of b0, b1, b2, b3, b4, b5, b6, b7 and 992 more are not there"):
+        load_mesh(model)
