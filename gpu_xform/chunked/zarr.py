@@ -105,6 +105,8 @@ class ZarrSource:
             raise ArgumentError.expecting("source", "have shape (n, 3) or (n, 2)", f"{shape} in {self.path!r}")
         self.n_points, self.n_columns = shape
         self.point_bytes = self.n_columns * self.dtype.itemsize
+        if min(*self.array.chunks, *(self.array.shards or ())) < 1:
+            raise ArgumentError.expecting("source", "have chunks of points", f"{self.array.chunks} in {self.path!r}")
         self.chunk_points = stored_rows(self.array)
         n_bytes = self.point_bytes * self.array.chunks[0]
         most = min(max(_FREE_CHUNK_BYTES, 2 * self.point_bytes * self.n_points), _MAX_CHUNK_BYTES)
