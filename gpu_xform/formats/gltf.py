@@ -35,7 +35,7 @@ def read_mesh(document: Document) -> Mesh:
     """Return all that a document shows as one mesh in the world."""
     mesh = merge_scene(make_scene(document, whole=False))
     content = document.content
-    unheld = understand(partial(list_unheld, content))
+    unheld = understand(partial(list_unheld, content), content)
     if not unheld:
         return mesh
     holds = [*mesh.metadata.get("gltf", {}).get("holds", ()), *unheld]
@@ -58,7 +58,7 @@ def make_scene(document: Document, *, whole: bool = True) -> Scene:
         primitives = read_meshes(document.content, accessors)
         return build_scene(document, primitives, accessors, whole=whole)
 
-    return understand(make)
+    return understand(make, document.content)
 
 
 def merge_scene(scene: Scene) -> Mesh:

@@ -172,5 +172,5 @@ def _unpack(packed: Any, data: memoryview) -> bytes:
     except MemoryError:
         raise
     except Exception as error:  # whatever damaged content brings the library to
-        raise MeshError(f"{MESHOPT}: {type(error).__name__}: {error}") from None
+        raise MeshError(f"{MESHOPT}: {error}") from None
     return np.ascontiguousarray(rows).tobytes()

@@ -22,6 +22,7 @@ from ._beside import find_beside
 from ._text import quote
 from .gltf_accessors import MESHOPT, get_count
 from .gltf_placements import local_matrix, make_names
+from .gltf_schema import explain
 from .limits import budget
 
 Result = TypeVar("Result")
@@ -74,15 +75,15 @@ def read_document(data: bytes, folder: Path | None = None, binary: memoryview | 
         ]
         return Document(content, buffers, folder)
 
-    return understand(read)
+    return understand(read, content)
 
 
-def understand(read: Callable[[], Result]) -> Result:
-    """Return what `read` makes of a document; whatever is not where it must be is a MeshError."""
+def understand(read: Callable[[], Result], content: Any) -> Result:
+    """Return what `read` makes of a document with JSON; whatever is not where it must be is a MeshError."""
     try:
         return read()
-    except (AttributeError, IndexError, KeyError, TypeError) as error:
-        raise MeshError(f"the JSON is not glTF: {type(error).__name__}: {error}") from None
+    except (AttributeError, IndexError, KeyError, TypeError):
+        raise MeshError(f"the JSON is not glTF: {explain(content)}") from None
 
 
 def move(document: Document, matrix: Float64Array) -> Document:
@@ -127,7 +128,7 @@ def move(document: Document, matrix: Float64Array) -> Document:
             nodes[parent]["name"] = f"{names[i]}, moved"
         return replace(document, content=content)
 
-    return understand(edit)
+    return understand(edit, document.content)
 
 
 def write_glb(document: Document, file: BinaryIO) -> None:
@@ -166,7 +167,7 @@ def write_glb(document: Document, file: BinaryIO) -> None:
             content["buffers"] = [{"byteLength": len(binary)}]
         return _dump(content), bytes(binary)
 
-    text, binary = understand(pack)
+    text, binary = understand(pack, document.content)
     text += b" " * (-len(text) % 4)
     chunks = [_chunk(b"JSON", text)] + ([_chunk(b"BIN\0", binary)] if binary else [])
     length = _GLB_HEADER_BYTES + sum(map(len, chunks))
@@ -189,7 +190,7 @@ def write_gltf(document: Document, file: BinaryIO) -> None:
                 image["uri"] = _data_uri(image.get("mimeType") or guess_type(image["uri"], found), found)
         return _dump(content)
 
-    file.write(understand(pack))
+    file.write(understand(pack, document.content))
 
 
 WRITERS: dict[str, Callable[[Document, BinaryIO], None]] = {"glb": write_glb, "gltf": write_gltf}

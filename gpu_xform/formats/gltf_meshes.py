@@ -165,6 +165,8 @@ def _read_influences(attributes: Any, n_points: int, accessors: Accessors, owner
     weights: list[Float64Array] = []
     while f"JOINTS_{len(joints)}" in attributes:
         name = len(joints)
+        if f"WEIGHTS_{name}" not in attributes:
+            raise MeshError(f"{owner}: JOINTS_{name} needs WEIGHTS_{name}")
         rows = accessors.components(get_count(attributes, f"JOINTS_{name}"), "VEC4")
         factors = accessors.floats(get_count(attributes, f"WEIGHTS_{name}"), "VEC4")
         if rows.dtype.kind != "u":
@@ -196,7 +198,7 @@ def _unpack(part: Any, accessors: Accessors, owner: str) -> int:
     except MemoryError:
         raise
     except Exception as error:  # whatever damaged content brings the library to
-        raise MeshError(f"{owner}: {_DRACO}: {type(error).__name__}: {error}") from None
+        raise MeshError(f"{owner}: {_DRACO}: {error}") from None
     by_id = {attribute["unique_id"]: attribute["data"] for attribute in mesh.attributes}
     for name, unique_id in packed["attributes"].items():
         if unique_id not in by_id:

@@ -83,7 +83,7 @@ def _split_records(
         names = [name for name in point_format.dimension_names if name not in _COORDINATES]
         columns = {name: np.array(points[name]) for name in names}
     except (laspy.LaspyException, ArithmeticError, ValueError, TypeError, LookupError) as error:
-        raise MeshError(f"the dimensions of a point cannot be read: {type(error).__name__}: {error}") from None
+        raise MeshError(f"the dimensions of a point cannot be read: {error}") from None
     if len(points) != header.n_points:
         raise MeshError(f"the dimensions of a point do not take the {header.record_bytes} bytes that the header says")
     if not np.isfinite(positions).all():

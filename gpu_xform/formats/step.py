@@ -62,7 +62,7 @@ def read_scene(data: bytes, tolerance: float | None = None) -> Scene:
                 copied.show(shown.model)
         return placed
 
-    return understand(build)
+    return understand(build, document.content)
 
 
 def _choose_tolerance(text: StepText, tolerance: float | None) -> float:

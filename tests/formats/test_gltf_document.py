@@ -289,7 +289,7 @@ def test_standard_streams_and_errors(tmp_path: Path, capsys: pytest.CaptureFixtu
     change("nodes.0.mesh", 5)(builder.content)
     source.write_bytes(builder.pack())
     assert main(["transform", str(source), str(tmp_path / "b.glb")]) == 2
-    assert "a.glb: the JSON is not glTF: IndexError" in capsys.readouterr().err
+    assert "a.glb: the JSON is not glTF: 'nodes[0].mesh' must be an index of meshes" in capsys.readouterr().err
     assert not (tmp_path / "b.glb").exists()
 
 
