@@ -4,6 +4,7 @@ The normal of a rational patch P / w has the direction of w P_u x P_v + w_v P x 
 polynomial. Where it is zero, its first Taylor coefficient along a line into the face that is not zero takes its place.
 """
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -15,16 +16,17 @@ from .weld import list_quads
 
 # Of the patch's longest normal: what is shorter is zero but for rounding.
 _MIN_LENGTH = 1e-9
-# Of the product of both derivatives, and of the weights: a patch whose normals are all shorter has no area.
+# Of the product of both derivatives' bounds, and of the weights: a patch whose normals are all shorter has no area.
 _MIN_SINE = 2.0**-40
 _NUMBERS_AT_ONCE = 1 << 16
 
 
-def compute_corner_normals(patches: Float64Array, n: int, kept: BoolArray) -> Float64Array:
-    """Return the unit normal of each kept corner of the quads of grids of n steps: (c, 3); NaN where there is no area.
+def compute_corner_normals(patches: Float64Array, n: int, kept: BoolArray, normals: Float64Array) -> None:
+    """Compute the unit normal of each kept corner of the quads of grids of n steps; NaN where a patch has no area.
 
     patches : (k, a, b, 3 or 4)
     kept : which corners the faces have (k n n, 4), in the order of `list_quads`
+    normals : what becomes the normals (c, 3)
     """
     k, m = len(patches), n + 1
     quads = list_quads(np.arange(k * m * m).reshape(k, m, m))
@@ -32,13 +34,16 @@ def compute_corner_normals(patches: Float64Array, n: int, kept: BoolArray) -> Fl
     longest = lengths.reshape(k, -1).max(axis=1)
     with np.errstate(divide="ignore", invalid="ignore"):
         units = (directions / lengths[..., np.newaxis]).reshape(-1, 3)
-    normals: Float64Array = units[quads[kept]]
+    units.take(quads[kept], axis=0, out=normals, mode="clip")
     is_zero = (lengths <= _MIN_LENGTH * longest[:, np.newaxis, np.newaxis]).reshape(-1)
-    if has_area.all() and not is_zero.any():
-        return normals
-    has_area[~has_area] = _have_area(patches[~has_area])
-    normals[~np.repeat(has_area, n * n)[np.nonzero(kept)[0]]] = np.nan
-    row, corner = np.nonzero(kept & is_zero[quads] & np.repeat(has_area, n * n)[:, np.newaxis])
+    if not has_area.all():
+        has_area[~has_area] = _have_area(patches[~has_area])
+        is_flat = np.repeat(~has_area, n * n)
+        normals[np.repeat(is_flat, np.count_nonzero(kept, axis=1))] = np.nan
+        is_zero[np.repeat(~has_area, m * m)] = False
+    if not is_zero.any():
+        return
+    row, corner = np.nonzero(kept & is_zero[quads])
     patch, at = np.divmod(quads[row], m * m)
     places = np.stack(np.divmod(at, m), axis=-1) / (m - 1)  # (z, 4, 2)
     rows = np.arange(len(row))
@@ -52,7 +57,6 @@ def compute_corner_normals(patches: Float64Array, n: int, kept: BoolArray) -> Fl
     for start in range(0, len(row), count):
         some = slice(start, start + count)
         normals[which[some]] = _find_limits(patches[patch[some]], place[some], inwards[some])
-    return normals
 
 
 def _compute_directions(patches: Float64Array, n: int) -> tuple[Float64Array, Float64Array, BoolArray]:
@@ -60,20 +64,23 @@ def _compute_directions(patches: Float64Array, n: int) -> tuple[Float64Array, Fl
 
     The last tells of each patch whether some vector is longer than rounding makes it.
     """
-    points, along_u, along_v = evaluate_derivatives(center_patches(patches), n)
+    patches = center_patches(patches)
+    points, along_u, along_v = evaluate_derivatives(patches, n)
     directions = _cross(along_u, along_v)
-    reach = _measure(along_u) * _measure(along_v)
+    # Derivatives lie in the hull of such differences.
+    reach = math.prod(patches.shape[1:3]) * _measure(np.diff(patches, axis=1)) * _measure(np.diff(patches, axis=2))
     if patches.shape[-1] == 4:
         w, w_u, w_v = points[..., 3:], along_u[..., 3:], along_v[..., 3:]
         directions = w * directions + w_v * _cross(points, along_u) + w_u * _cross(along_v, points)
-        reach *= _measure(points)
-    lengths = np.linalg.norm(directions, axis=-1)
+        reach *= _measure(patches)
+    lengths = np.sqrt(np.einsum("...i,...i->...", directions, directions))
     return directions, lengths, lengths.reshape(len(patches), -1).max(axis=1) > _MIN_SINE * reach
 
 
 def _measure(vectors: Float64Array) -> Float64Array:
     """Return the largest component of the vectors of each patch (k, ...): (k,)."""
-    largest: Float64Array = np.abs(vectors).reshape(len(vectors), -1).max(axis=1)
+    rows = vectors.reshape(len(vectors), -1)
+    largest: Float64Array = np.maximum(rows.max(axis=1), -rows.min(axis=1))
     return largest
 
 

@@ -100,15 +100,16 @@ def tessellate_patches(blocks: Sequence[Float64Array], steps: int, *, normals: b
     for patches in _cut(blocks, steps):
         points = divide_by_weights(evaluate_patches(patches, steps)).reshape(-1, 3)
         first, last = np.searchsorted(places, (n_points, n_points + len(points)))  # places ascend
-        points.take(places[first:last] - n_points, axis=0, out=positions[first:last])
+        # NumPy fills `out` without a copy between if it need not check the indices.
+        points.take(places[first:last] - n_points, axis=0, out=positions[first:last], mode="clip")
         n_points += len(points)
         if corner_normals is None:
             continue
         is_kept = kept[n_quads : n_quads + len(patches) * steps**2]
         n_quads += len(is_kept)
-        made = compute_corner_normals(patches, steps, is_kept)
-        corner_normals[n_corners : n_corners + len(made)] = made
-        n_corners += len(made)
+        out = corner_normals[n_corners : n_corners + np.count_nonzero(is_kept)]
+        compute_corner_normals(patches, steps, is_kept, out)
+        n_corners += len(out)
     return Tessellation(positions, offsets, indices, corner_normals, quad)
 
 
