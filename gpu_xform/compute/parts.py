@@ -12,6 +12,7 @@ from .._core.types import Float64Array
 from ..chunked.protocol import ChunkError, Directions, Encoded, PointSink, PointSource
 from ..chunked.registry import open_source
 from ..device import HOST, Device, resolve_device
+from ..errors import ArgumentError
 from ..geometry.attributes import transform_normals
 from ._precision import Precision
 from .transform import project_points, transform_points, transform_vectors
@@ -135,7 +136,8 @@ def choose_part_device(job: PartJob, device: Device | None) -> Device:
 def fold_matrices(sink_grid: Float64Array, matrix: Float64Array, source_grid: Float64Array) -> Float64Array:
     """Return inverse(sink_grid) @ matrix @ source_grid, rounded once; both grids scale and shift alone.
 
-    The shifts of a grid are large beside what is left of them: products in float64 would lose digits.
+    The shifts of a grid are large beside what is left of them: products in float64 would lose digits. Raises
+    ArgumentError if the result overflows, as that of damaged scales does.
     """
     n = len(matrix)
     if not np.isfinite(matrix).all():
@@ -146,4 +148,9 @@ def fold_matrices(sink_grid: Float64Array, matrix: Float64Array, source_grid: Fl
     for i in range(n - 1):
         for j in range(n):
             product[i][j] = (product[i][j] - sink[i][n - 1] * product[n - 1][j]) / sink[i][i]
-    return np.array([[float(x) for x in row] for row in product])
+    try:
+        return np.array([[float(x) for x in row] for row in product])
+    except OverflowError:
+        expected = "have scales and offsets whose ratios to those of the destination are finite in float64"
+        got = f"scales {source_grid.diagonal()[:-1].tolist()} and offsets {source_grid[:-1, -1].tolist()}"
+        raise ArgumentError.expecting("source", expected, got) from None

@@ -490,3 +490,18 @@ def test_vectors_in_extra_bytes_are_named_as_lost_in_ply(tmp_path: Path) -> None
     with pytest.warns(gx.MeshWarning, match=r"out\.ply: PLY does not hold glow per point$"):
         gx.transform_file(tmp_path / "in.las", tmp_path / "out.ply", MATRIX)
     assert gx.load_mesh(tmp_path / "out.ply").n_points == 5
+
+
+@pytest.mark.filterwarnings("ignore::gpu_xform.MeshWarning")
+def test_scales_that_overflow_beside_the_destinations_are_refused(tmp_path: Path) -> None:
+    """Before, a damaged header was an OverflowError of Python's fractions."""
+    make_las(tmp_path / "in.las", 60)
+    data = bytearray((tmp_path / "in.las").read_bytes())
+    data[131:155] = struct.pack("<3d", 2e-174, 2e-183, 1e-138)
+    data[155:163] = struct.pack("<d", 1e205)
+    (tmp_path / "in.las").write_bytes(data)
+    with pytest.raises(
+        gx.ArgumentError, match=r"^source must have scales and offsets whose ratios .* got scales \[2e-174"
+    ):
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.las", MATRIX)
+    assert [path.name for path in tmp_path.iterdir()] == ["in.las"]

@@ -40,16 +40,12 @@ def test_no_second_derivative_is_above_the_bound(order: int, rational: bool) -> 
     assert (second.max(axis=1) >= bounds / (2.5 if rational else 3)).mean() > 0.5
 
 
-@pytest.mark.parametrize("shape", [(30, 4), (12, 2, 2), (12, 3, 4)])
+@pytest.mark.parametrize("shape", [(8, 4), (8, 2, 2), (8, 3, 4)])
 def test_the_bound_of_many_is_the_largest_of_all_split_pieces(
     shape: tuple[int, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """The pieces of most are never made: those of curves whose own bound is small."""
     rng = np.random.default_rng(len(shape))
-    weights = rng.uniform(0.2, 5, (*shape, 1))
-    points = rng.normal([50, 0, 0], size=(*shape, 3)) * rng.uniform(0.5, 2, (shape[0], *[1] * len(shape)))
-    rational = np.concatenate([points * weights, weights], axis=-1)
-    bounds = [bound_second_derivatives([rational[[i]]]) for i in range(len(rational))]
     split: list[int] = []
     whole = resolution._bound_split
 
@@ -57,10 +53,20 @@ def test_the_bound_of_many_is_the_largest_of_all_split_pieces(
         split.append(len(block))
         return whole(block)
 
-    monkeypatch.setattr(resolution, "_bound_split", count)
-    monkeypatch.setattr(resolution, "_NUMBERS_AT_ONCE", 1)
-    assert bound_second_derivatives([rational[:3], rational[3:]]) == max(bounds)
-    assert 0 < sum(split) < len(rational)
+    n_later = 0
+    for _ in range(40):
+        weights = rng.uniform(0.2, 5, (*shape, 1))
+        points = rng.normal([50, 0, 0], size=(*shape, 3))
+        rational = np.concatenate([points * weights, weights], axis=-1)
+        bounds = [bound_second_derivatives([rational[[i]]]) for i in range(len(rational))]
+        with monkeypatch.context() as patch:
+            patch.setattr(resolution, "_bound_split", count)
+            patch.setattr(resolution, "_NUMBERS_AT_ONCE", 1)
+            assert bound_second_derivatives([rational[:3], rational[3:]]) == max(bounds)
+        own = resolution._bound_pieces(np.moveaxis(rational, 0, -1))
+        n_later += int(np.argmax(own)) != int(np.argmax(bounds))
+    assert n_later > 3  # the curve with the largest bound of its own is often not the one
+    assert 40 < sum(split) < 0.7 * 40 * len(rational)
     plain = 2.0**20 * bound_second_derivatives([points])
     assert bound_second_derivatives([rational, 2.0**20 * points]) == max(*bounds, plain)
 
