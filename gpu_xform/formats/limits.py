@@ -98,14 +98,23 @@ class Budget:
         self._spelled_nodes = 0
         self._unpacked = 0
         self.is_spent = False  # which an error has said
+        self._most_numbers = self._most_nodes = 0
+        self._set_most()
 
     def allow_bytes(self, n_bytes: int) -> None:
         """Note that the file holds more bytes than at first: in files beside it, or when it is unpacked."""
         self._n_bytes += n_bytes
+        self._set_most()
 
     def spell_nodes(self, n_nodes: int) -> None:
         """Note that the file spells out so many nodes."""
         self._spelled_nodes += n_nodes
+        self._set_most()
+
+    def _set_most(self) -> None:
+        points, nodes = self.limits.points, self.limits.nodes
+        self._most_numbers = FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes if points is None else 16 * points
+        self._most_nodes = FREE_NODES + NODES_PER_NODE * self._spelled_nodes if nodes is None else nodes
 
     def require_parts(self, n_parts: int, n_nodes: int) -> None:
         """Raise MeshError for a text of more words, or nodes, than one of its size has that holds data."""
@@ -135,22 +144,26 @@ class Budget:
         where : a place in the file, or a line
         """
         self._numbers += n_numbers
-        limit = self.limits.points
-        most = FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes if limit is None else 16 * limit
-        if self._numbers > most:
+        if self._numbers > self._most_numbers:
             self.is_spent = True
-            place = _describe_place(where)
-            raise MeshError(f"{place}: expands to more than {most:,} numbers, the limit {_name('points', limit)}")
+            place, name = _describe_place(where), _name("points", self.limits.points)
+            raise MeshError(f"{place}: expands to more than {self._most_numbers:,} numbers, the limit {name}")
 
     def take_nodes(self, n_nodes: int, where: str | int) -> None:
         """Count nodes that are shown; raise MeshError if they are too many. `where` is as of `take_numbers`."""
         self._nodes += n_nodes
-        limit = self.limits.nodes
-        most = FREE_NODES + NODES_PER_NODE * self._spelled_nodes if limit is None else limit
-        if self._nodes > most:
+        if self._nodes > self._most_nodes:
             self.is_spent = True
-            place = _describe_place(where)
-            raise MeshError(f"{place}: expands to more than {most:,} nodes, the limit {_name('nodes', limit)}")
+            place, name = _describe_place(where), _name("nodes", self.limits.nodes)
+            raise MeshError(f"{place}: expands to more than {self._most_nodes:,} nodes, the limit {name}")
+
+    def taken(self) -> tuple[int, int]:
+        """Return how many nodes and numbers were counted so far."""
+        return self._nodes, self._numbers
+
+    def has_room(self, n_nodes: int, n_numbers: int) -> bool:
+        """Tell whether so many nodes and numbers may still be counted."""
+        return self._nodes + n_nodes <= self._most_nodes and self._numbers + n_numbers <= self._most_numbers
 
     def take_bytes(self, n_bytes: int, ratio: int, where: str) -> None:
         """Count bytes that will be unpacked; raise MeshError if they are more than `ratio` per byte of the file."""

@@ -14,15 +14,16 @@ from typing import TypeAlias
 
 from .._core.error_context import prefix_errors
 from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
+from .._core.types import Float64Array
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from ._beside import find_beside
 from ._text import plain_text, quote
 from .limits import budget, spend_own
-from .vrml_attributes import NO_APPEARANCE, UNMOVED, Appearance
-from .vrml_builder import MeshBuilder, State
+from .vrml_attributes import NO_APPEARANCE, Appearance
+from .vrml_builder import KnownAppearance, MeshBuilder, State
 from .vrml_nodes import PlacedNode
-from .vrml_primitives import PRIMITIVES, read_extrusion
+from .vrml_primitives import PRIMITIVES
 from .vrml_syntax import parse_nodes
 from .vrml_transforms import make_matrix, read_matrix
 
@@ -42,6 +43,12 @@ OrthographicCamera PerspectiveCamera PixelTexture PlaneSensor PointLight Positio
 ScalarInterpolator SceneInfo Script Sound SphereSensor SpotLight Texture2 Texture2Transform TextureCoordinate
 TextureCoordinate2 TextureTransform TimeSensor TouchSensor Units Viewpoint VisibilitySensor WorldInfo
 """
+# Nodes that may change the state for what follows.
+_CHANGE_KINDS = """
+Coordinate3 Material MaterialBinding MatrixTransform Normal NormalBinding Rotation Scale ShapeHints Texture2
+TextureCoordinate2 Transform Translation
+"""
+_CHANGES = frozenset(_CHANGE_KINDS.split())
 _SILENT = frozenset(_SILENT_KINDS.split())
 
 
@@ -56,7 +63,7 @@ def read(data: bytes, folder: Path | None = None) -> Mesh:
     with spend_own(len(data)):
         roots, is_vrml1 = _parse(data)
         builder = MeshBuilder()
-        _walk(roots, builder, _Inlines(folder), State(UNMOVED, is_vrml1=is_vrml1, folder=folder))
+        _walk(roots, builder, _Inlines(folder), State(is_vrml1=is_vrml1, folder=folder))
     mesh = builder.build()
     builder.warn_of_losses()
     return mesh
@@ -98,9 +105,15 @@ class _Inlines:
 
     root: Path | None
     parsed: dict[Path, tuple[list[PlacedNode], bool]] = field(default_factory=dict)
+    found: dict[tuple[PlacedNode, Path | None], Path | None] = field(default_factory=dict)
 
-    def find(self, names: list[str], folder: Path | None) -> Path | None:
-        """Return the first of `names` that is a file beside the model."""
+    def find(self, node: PlacedNode, folder: Path | None) -> Path | None:
+        """Return the first file beside the model that a node names."""
+        if (node, folder) not in self.found:
+            self.found[node, folder] = self._find(node.words(_INLINES[node.kind]), folder)
+        return self.found[node, folder]
+
+    def _find(self, names: list[str], folder: Path | None) -> Path | None:
         plain = [name.partition("#")[0].removeprefix("file:") for name in names]
         paths = (find_beside(self.root, folder, name) for name in plain if name)
         return next((path for path in paths if path is not None), None)
@@ -134,7 +147,7 @@ def _walk(roots: list[PlacedNode], builder: MeshBuilder, inlines: _Inlines, stat
             continue
         if _add_shape(node, builder, state):
             continue
-        if (changed := _change_state(node, state)) is not None:
+        if node.node.kind in _CHANGES and (changed := _change_state(node, builder, state)) is not None:
             state = changed
             continue
         children, inner = _enter(node, builder, inlines, state)
@@ -142,7 +155,7 @@ def _walk(roots: list[PlacedNode], builder: MeshBuilder, inlines: _Inlines, stat
             builder.depth += 1
             budget().require_depth(builder.depth)
         if node.kind == "TransformSeparator":
-            pending.append(lambda last, saved=state: last._replace(matrix=saved.matrix))  # type: ignore[misc]
+            pending.append(lambda last, saved=state: last._replace(placement=saved.placement))  # type: ignore[misc]
         elif inner is not None:
             pending.append(lambda _, saved=state: saved)  # type: ignore[misc]
             state = inner
@@ -153,40 +166,47 @@ def _add_shape(node: PlacedNode, builder: MeshBuilder, state: State) -> bool:
     """Add a node that is a shape; return whether it is one."""
     kind = node.node.kind
     if kind in _INDEXED or kind == "PointSet":
-        own = next(iter(node.nodes("coord")), None)
+        own = node.first("coord")
         coordinates = state.coordinates if own is None else own.expanded(builder.visit)
         if kind in _INDEXED:
             builder.add_indexed(node, coordinates, state)
         elif coordinates is not None:
             builder.add_point_set(node, coordinates, state)
-    elif kind in PRIMITIVES:
-        polygons = PRIMITIVES[kind](node)
-        if len(polygons.sizes):
-            builder.add_polygons(node, polygons, state)
-    elif kind == "Extrusion":
-        if (extrusion := read_extrusion(node)) is not None:
-            builder.add_extrusion(node, extrusion, state)
+    elif kind in PRIMITIVES or kind == "Extrusion":
+        builder.add_primitive(node, state)
     else:
         return False
     return True
 
 
-def _change_state(node: PlacedNode, state: State) -> State | None:
+def _change_state(node: PlacedNode, builder: MeshBuilder, state: State) -> State | None:
     """Return the state after a node that changes it for what follows; None for other nodes."""
     match node.node.kind:
         case "Coordinate3":
             return state._replace(coordinates=node)
         case "ShapeHints":
-            return state._replace(is_clockwise=node.words("vertexOrdering") == ["CLOCKWISE"])
+            return state._replace(is_clockwise=node.once(_says_clockwise))
         case "Translation" | "Rotation" | "Scale":
-            return state.then(make_matrix(node, "scaleFactor"))
+            return state.then(node.once(_make_matrix_1))
         case "Transform":
-            is_group = not state.is_vrml1 or node.nodes("children")
-            return None if is_group else state.then(make_matrix(node, "scaleFactor"))
+            is_group = not state.is_vrml1 or node.first("children") is not None
+            return None if is_group else state.then(node.once(_make_matrix_1))
         case "MatrixTransform":
-            return None if node.nodes("children") else state.then(read_matrix(node))
+            return None if node.first("children") is not None else state.then(node.once(read_matrix))
     appearance = _change_appearance(node, state.appearance) if state.is_vrml1 else None
-    return None if appearance is None else state._replace(appearance=appearance)
+    return None if appearance is None else state._replace(appearance=builder.share(appearance))
+
+
+def _make_matrix_1(node: PlacedNode) -> Float64Array:
+    return make_matrix(node, "scaleFactor")
+
+
+def _make_matrix_97(node: PlacedNode) -> Float64Array:
+    return make_matrix(node, "scale" if node.kind != "Transform" or "scale" in node.node.fields else "scaleFactor")
+
+
+def _says_clockwise(node: PlacedNode) -> bool:
+    return node.words("vertexOrdering") == ["CLOCKWISE"]
 
 
 def _change_appearance(node: PlacedNode, appearance: Appearance) -> Appearance | None:
@@ -195,11 +215,11 @@ def _change_appearance(node: PlacedNode, appearance: Appearance) -> Appearance |
         case "Material":
             return replace(appearance, material=node)
         case "MaterialBinding":
-            return replace(appearance, material_binding=next(iter(node.words("value")), "DEFAULT"))
+            return replace(appearance, material_binding=_read_binding(node))
         case "Normal":
             return replace(appearance, normal=node)
         case "NormalBinding":
-            return replace(appearance, normal_binding=next(iter(node.words("value")), "DEFAULT"))
+            return replace(appearance, normal_binding=_read_binding(node))
         case "TextureCoordinate2":
             return replace(appearance, texcoord=node)
         case "Texture2":
@@ -207,21 +227,29 @@ def _change_appearance(node: PlacedNode, appearance: Appearance) -> Appearance |
     return None
 
 
+def _read_binding(node: PlacedNode) -> str:
+    binding = node.first_word("value")
+    return "DEFAULT" if binding is None else binding
+
+
 def _read_appearance(shape: PlacedNode, builder: MeshBuilder) -> Appearance:
     """Return how the geometry of a Shape of VRML 97 looks; shapes that USE one node share it."""
-    placed = next(iter(shape.nodes("appearance")), None)
+    placed = shape.first("appearance")
     if placed is None:
         return NO_APPEARANCE
-    known, found = builder.appearances.get(id(placed.node), (placed, None))
-    if found is not None and known.scope is placed.scope:
-        return found
+    # Shapes of one body count its nodes once; when the body is shown again, they are counted again.
+    n_entered = 0 if placed.scope is None else placed.scope.n_entered
+    known = builder.appearances_of_nodes.get(id(placed.node))
+    if known is not None and known.placed.scope is placed.scope and known.n_entered == n_entered:
+        return known.appearance
     node = placed.expanded(builder.visit)
     if node is None:
         return NO_APPEARANCE
-    parts = [next(iter(node.nodes(name)), None) for name in ("material", "texture")]
-    material, texture = (None if part is None else part.expanded(builder.visit) for part in parts)
-    appearance = Appearance(material=material, texture=texture)
-    builder.appearances[id(placed.node)] = placed, appearance
+    parts = [node.first(name) for name in ("material", "texture")]
+    expanded = (None if part is None else part.expanded(builder.visit) for part in parts)
+    material, texture = (None if part is None else part.settled() for part in expanded)
+    appearance = builder.share(Appearance(material=material, texture=texture))
+    builder.appearances_of_nodes[id(placed.node)] = KnownAppearance(placed, n_entered, appearance)
     return appearance
 
 
@@ -229,26 +257,25 @@ def _enter(
     node: PlacedNode, builder: MeshBuilder, inlines: _Inlines, state: State
 ) -> tuple[list[PlacedNode], State | None]:
     """Return what a node shows, and the state inside it; None if what it changes lasts beyond its end."""
-    children = node.nodes("children")
     is_scoped = not state.is_vrml1
     match node.kind:
         case "Shape":
-            return node.nodes("geometry") + children, state._replace(appearance=_read_appearance(node, builder))
+            shown, appearance = node.nodes("geometry") + node.nodes("children"), _read_appearance(node, builder)
+            return shown, state if appearance is state.appearance else state._replace(appearance=appearance)
         case "Transform":
-            name = "scale" if "scale" in node.node.fields else "scaleFactor"
-            return children, state.then(make_matrix(node, name))
+            return node.nodes("children"), state.then(node.once(_make_matrix_97))
         case "Separator":
-            return children, state._replace(is_vrml1=True)
+            return node.nodes("children"), state._replace(is_vrml1=True)
         case "TransformSeparator":
-            return children, None
+            return node.nodes("children"), None
         case "Group":
-            return children, state if is_scoped else None
+            return node.nodes("children"), state if is_scoped else None
         case "LOD" | "LevelOfDetail":
-            return (node.nodes("level") or children)[:1], state if is_scoped else None
+            return node.once(_choose_level), state if is_scoped else None
         case "Switch":
-            return _choose(node), state if is_scoped else None
+            return node.once(_choose), state if is_scoped else None
         case kind if kind in _GROUPS:
-            return children, state
+            return node.nodes("children"), state
         case kind if kind in _INLINES:
             return _read_inline(node, builder, inlines, state)
         case kind if kind in _SILENT:
@@ -258,11 +285,16 @@ def _enter(
         builder.left_out[_describe(node)] += 1
         return [], None
     builder.as_groups[_describe(node)] += 1
-    return children, state.then(make_matrix(node, "scale"))
+    return children, state.then(node.once(_make_matrix_97))
 
 
 def _describe(node: PlacedNode) -> str:
     return f"{node.kind} (EXTERNPROTO)" if node.node.prototype else node.kind
+
+
+def _choose_level(node: PlacedNode) -> list[PlacedNode]:
+    level = node.first("level") or node.first("children")
+    return [] if level is None else [level]
 
 
 def _choose(node: PlacedNode) -> list[PlacedNode]:
@@ -278,12 +310,12 @@ def _read_inline(
     node: PlacedNode, builder: MeshBuilder, inlines: _Inlines, state: State
 ) -> tuple[list[PlacedNode], State | None]:
     """Return the nodes of a file that lies beside this one, and the state for them."""
-    names = node.words(_INLINES[node.kind])
-    path = inlines.find(names, state.folder)
+    path = inlines.find(node, state.folder)
     if path is None or path in state.inlined:
         why = "not a file beside it" if path is None else "of itself"
-        builder.left_out[f"{node.kind} ({why}: {quote(names[0]) if names else 'no name'})"] += 1
+        name = node.first_word(_INLINES[node.kind])
+        builder.left_out[f"{node.kind} ({why}: {'no name' if name is None else quote(name)})"] += 1
         return [], None
     roots, is_vrml1 = inlines.parse(path)
     inlined = (*state.inlined, path)
-    return roots, State(state.matrix, is_vrml1=is_vrml1, folder=path.parent, inlined=inlined)
+    return roots, State(state.placement, is_vrml1=is_vrml1, folder=path.parent, inlined=inlined)

@@ -7,7 +7,7 @@ numbers are those of ISO/IEC 14772-1 (VRML 97).
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, TypeAlias
+from typing import Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -16,19 +16,22 @@ from ..errors import MeshError
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, transform_normals
 from .limits import budget
 from .vrml_nodes import PlacedNode, Visit
+from .vrml_placements import Placement
 from .vrml_primitives import list_parts
+from .vrml_values import Numbers
 
-MovedNormals: TypeAlias = dict[tuple[int, bytes], Float64Array]
+MovedNormals: TypeAlias = dict[tuple[int, bytes], Float64Array]  # by list and by matrix without translation
 Place: TypeAlias = Literal["point", "corner", "face"]
 
-UNMOVED = np.eye(4)
 WHITE = (1.0, 1.0, 1.0)
 _WHITE_TABLE = np.array([WHITE])
-_MATERIAL_COLOR = (0.8, 0.8, 0.8)  # of a Material that says none (6.27)
+_MATERIAL_TABLE = np.array([[0.8, 0.8, 0.8]])  # of a Material that says none (6.27)
 _TEXTURES = {"ImageTexture": "url", "MovieTexture": "url", "PixelTexture": "", "Texture2": "filename"}
 # What a Material says beside the colour that becomes an attribute.
 _LOST_OF_MATERIALS = ("ambientColor", "ambientIntensity", "emissiveColor", "shininess", "specularColor")
 _PLURALS = {"color": "colours", "normal": "normals", "texcoord": "texture coordinates"}
+_BEFORE_ALL = np.array([-1])
+_FEW_VALUES = 64
 # The parts of VRML 1.0's primitives, which may have materials of their own, for the faces in `vrml_shapes`.
 _PARTS_OF_CUBE = (2, 3, 5, 4, 1, 0)  # left, right, bottom, top, back, front
 _PARTS_BEHIND_SIDES = {"Cone": {"BOTTOM": 1}, "Cylinder": {"BOTTOM": 2, "TOP": 1}}
@@ -55,31 +58,74 @@ class Appearance:
         """The same for lines and points."""
         return _read_material(self.material, is_line=True)
 
+    @cached_property
+    def color_of_faces(self) -> Float64Array:
+        """The first of them: (1, 3) or (1, 4)."""
+        return self.colors_of_faces[:1]
+
+    @cached_property
+    def color_of_lines(self) -> Float64Array:
+        """The same for lines and points."""
+        return self.colors_of_lines[:1]
+
+    @cached_property
+    def says_color(self) -> bool:
+        """Whether the file says a colour, so that it is not by default."""
+        fields = ("diffuseColor", "emissiveColor")
+        return self.material is not None and any(self.material.numbers(name) is not None for name in fields)
+
+    @cached_property
+    def texture_name(self) -> str | None:
+        """The name of the texture, or its kind; None without one."""
+        if self.texture is None or self.texture.kind not in _TEXTURES:
+            return None
+        return self.texture.first_word(_TEXTURES[self.texture.kind]) or self.texture.kind
+
+    @cached_property
+    def lost(self) -> tuple[str, ...]:
+        """What the material says that no attribute holds."""
+        material = self.material
+        return () if material is None else tuple(n for n in _LOST_OF_MATERIALS if material.numbers(n) is not None)
+
 
 NO_APPEARANCE = Appearance()
 
 
-@dataclass(frozen=True)
 class Corners:
-    """The list `coordIndex` of a shape, in which -1 ends each polygon or polyline."""
+    """The list `coordIndex` of a shape, in which -1 ends each polygon or polyline.
 
-    values: IndexArray
-    is_corner: BoolArray
-    sizes: IndexArray
-    """How many corners each polygon or polyline has."""
+    places : where in the list the corners are
+    sizes : how many corners each polygon or polyline has
+    highest : the highest index, -1 if there is none
+    """
+
+    def __init__(self, values: IndexArray, places: IndexArray, sizes: IndexArray, highest: int) -> None:
+        self.values, self.places, self.sizes, self.highest = values, places, sizes, highest
 
     @classmethod
-    def split(cls, values: IndexArray) -> "Corners":
-        """Return the list, split into runs."""
-        is_corner = values != -1
-        ends = np.concatenate([[-1], (values == -1).nonzero()[0], [len(values)]])
+    def split(cls, values: IndexArray, highest: int) -> "Corners":
+        """Return a list that has values, split into runs."""
+        is_end = values == -1
+        ends = is_end.nonzero()[0]
+        n = len(values)
+        if len(ends) == 0:
+            return cls(values, np.arange(n), np.array([n]), highest)
+        if len(ends) == 1 and ends[0] == n - 1 > 0:
+            return cls(values, np.arange(n - 1), np.array([n - 1]), highest)
+        ends = np.concatenate([_BEFORE_ALL, ends, [n]])
         sizes = ends[1:] - ends[:-1] - 1
-        return cls(values, is_corner, sizes if sizes.all() else sizes[sizes > 0])
+        return cls(values, (~is_end).nonzero()[0], sizes[sizes > 0], highest)
 
     @property
     def n_rows(self) -> int:
         """How many polygons or polylines it has."""
         return len(self.sizes)
+
+    @cached_property
+    def is_corner(self) -> BoolArray:
+        """Which values are no ends."""
+        is_corner: BoolArray = self.values != -1
+        return is_corner
 
     @cached_property
     def row(self) -> IndexArray:
@@ -88,8 +134,7 @@ class Corners:
         return np.cumsum(begins) - 1
 
 
-@dataclass(frozen=True)
-class Column:
+class Column(NamedTuple):
     """An attribute of a shape: `rows` (n, k) of numbers, and which of them each value or each row of `Corners` has.
 
     chosen : None if there is one for all
@@ -98,6 +143,30 @@ class Column:
     rows: Float64Array
     chosen: IndexArray | None
     is_per_corner: bool
+
+
+class NormalColumn(NamedTuple):
+    """The normals of a shape, not moved yet, of a list that other shapes may share; else as `Column`."""
+
+    numbers: Numbers
+    rows: Float64Array
+    chosen: IndexArray
+    is_per_corner: bool
+
+    def moved(self, placement: Placement, known: MovedNormals) -> Column:
+        """Return the normals of the shape in the world.
+
+        known : lists that were moved for shapes before it, to which this one's is added
+        """
+        _, rows, chosen, is_per_corner = self
+        if placement.matrix is None:
+            return Column(rows, chosen, is_per_corner)
+        if len(rows) > len(chosen):  # of a list that many shapes share
+            return Column(transform_normals(rows[chosen], placement.linear), np.arange(len(chosen)), is_per_corner)
+        key = id(self.numbers), placement.linear_key
+        if key not in known:
+            known[key] = transform_normals(rows, placement.linear)
+        return Column(known[key], chosen, is_per_corner)
 
 
 @dataclass
@@ -114,17 +183,20 @@ class AttributeBuilder:
 
     def add(self, place: Place, name: str, start: int, rows: Float64Array, n: int | None = None) -> None:
         """Add the rows of an attribute from row `start` on: as many as there are, or one that stands for `n`."""
-        if len(rows):
-            self.columns.setdefault((place, name), []).append((start, len(rows) if n is None else n, rows))
+        if len(rows) == 0:
+            return
+        parts = self.columns.setdefault((place, name), [])
+        n = len(rows) if n is None else n
+        if parts and len(rows) == 1 and parts[-1][2] is rows and sum(parts[-1][:2]) == start:  # of shapes of one colour
+            start, n = parts[-1][0], parts.pop()[1] + n
+        parts.append((start, n, rows))
 
     def note(self, appearance: Appearance) -> None:
         """Note the texture of a shape, and what of its material no attribute holds."""
-        if appearance.texture is not None and appearance.texture.kind in _TEXTURES:
-            names = appearance.texture.words(_TEXTURES[appearance.texture.kind])
-            name = names[0] if names and names[0] else appearance.texture.kind
-            self.textures[name] = None
-        if appearance.material is not None:
-            self.lost.update(name for name in _LOST_OF_MATERIALS if appearance.material.numbers(name) is not None)
+        if appearance.texture_name is not None:
+            self.textures[appearance.texture_name] = None
+        if appearance.lost:
+            self.lost.update(appearance.lost)
 
     def describe_losses(self) -> list[str]:
         """Return words for what other formats cannot hold, as no attribute does."""
@@ -198,31 +270,37 @@ def _merge_per_point(
 
 def read_color(shape: PlacedNode, appearance: Appearance, corners: Corners, *, is_vrml1: bool, visit: Visit) -> Column:
     """Return the colours of a face set or a line set. Raises MeshError if they do not fit it."""
-    color = next(iter(shape.nodes("color")), None)
-    color = None if color is None else color.expanded(visit)
-    if color is not None and color.numbers("color") is not None:
+    color = _find(shape, "color", "color", visit)
+    if color is not None:
         is_per_corner = shape.flag("colorPerVertex", True)
         chosen = _choose(shape, "colorIndex", corners, is_per_corner)
         return Column(_rows_of(color, "color", 3, chosen, is_per_corner, corners), chosen, is_per_corner)
-    table = appearance.colors_of_lines if shape.kind == "IndexedLineSet" else appearance.colors_of_faces
+    is_line = shape.kind == "IndexedLineSet"
+    table = appearance.colors_of_lines if is_line else appearance.colors_of_faces
     binding = appearance.material_binding if is_vrml1 else "OVERALL"
     if len(table) == 1 or binding in ("DEFAULT", "OVERALL"):
-        return Column(table[:1], None, is_per_corner=False)
+        return Column(appearance.color_of_lines if is_line else appearance.color_of_faces, None, is_per_corner=False)
     is_per_corner = binding.startswith("PER_VERTEX")
     chosen = _choose_bound(shape, "materialIndex", corners, binding)
     return Column(table, np.where(chosen < 0, chosen, chosen % len(table)), is_per_corner)
 
 
+def _find(shape: PlacedNode, name: str, field_name: str, visit: Visit) -> PlacedNode | None:
+    """Return the node that a shape names, None without one, or for one that has no numbers."""
+    named = shape.first(name)
+    node = None if named is None else named.expanded(visit)
+    return None if node is None or node.numbers(field_name) is None else node
+
+
 def read_colors_of_points(shape: PlacedNode, appearance: Appearance, n_points: int, visit: Visit) -> Float64Array:
     """Return the colours (n, k) of a point set, or (1, k) for all points. Raises MeshError if they do not fit it."""
-    color = next(iter(shape.nodes("color")), None)
-    color = None if color is None else color.expanded(visit)
-    if color is not None and color.numbers("color") is not None:
+    color = _find(shape, "color", "color", visit)
+    if color is not None:
         table = color.table("color", 3)
-    else:
+    elif appearance.material_binding.startswith("PER_"):
         table = appearance.colors_of_lines
-        if not appearance.material_binding.startswith("PER_"):
-            table = table[:1]
+    else:
+        table = appearance.color_of_lines
     if len(table) == 1:
         return table
     if len(table) < n_points:
@@ -242,33 +320,19 @@ def read_parts(shape: PlacedNode, appearance: Appearance, n_faces: int, *, is_vr
             caps = [number for name, number in _PARTS_BEHIND_SIDES[shape.kind].items() if name in known]
             part[n_faces - len(caps) :] = caps
         return table[part % len(table)]
-    return table[:1]
+    return appearance.color_of_faces
 
 
 def says_color(shape: PlacedNode, appearance: Appearance) -> bool:
     """Return whether a file says the colour of a shape, so that it is not by default."""
-    fields = ("diffuseColor", "emissiveColor")
-    material = appearance.material
-    return bool(shape.nodes("color")) or (
-        material is not None and any(material.numbers(name) is not None for name in fields)
-    )
+    return shape.first("color") is not None or appearance.says_color
 
 
 def read_normal(
-    shape: PlacedNode,
-    appearance: Appearance,
-    corners: Corners,
-    matrix: Float64Array,
-    moved: MovedNormals,
-    *,
-    is_vrml1: bool,
-    visit: Visit,
-) -> Column | None:
-    """Return the normals of a face set in the world, None if it has none. Raises MeshError if they do not fit it.
-
-    moved : lists that were moved for shapes before it, to which this one's is added
-    """
-    own = next(iter(shape.nodes("normal")), None)
+    shape: PlacedNode, appearance: Appearance, corners: Corners, *, is_vrml1: bool, visit: Visit
+) -> NormalColumn | None:
+    """Return the normals of a face set, None if it has none. Raises MeshError if they do not fit it."""
+    own = shape.first("normal")
     if own is not None:
         node = own.expanded(visit)
         is_per_corner = shape.flag("normalPerVertex", True)
@@ -282,24 +346,17 @@ def read_normal(
         chosen = _choose_bound(shape, "normalIndex", corners, binding)
     else:
         return None
-    if node is None or (numbers := node.numbers("vector")) is None or not numbers.text.strip():
+    if node is None or (numbers := node.numbers("vector")) is None or numbers.is_blank():
         return None
     rows = _rows_of(node, "vector", 3, chosen, is_per_corner, corners)
-    if matrix is UNMOVED:
-        return Column(rows, chosen, is_per_corner)
-    if len(rows) > len(chosen):  # of a list that many shapes share
-        return Column(transform_normals(rows[chosen], matrix[:3, :3]), np.arange(len(chosen)), is_per_corner)
-    key = id(numbers), matrix.tobytes()
-    if key not in moved:
-        moved[key] = transform_normals(rows, matrix[:3, :3])
-    return Column(moved[key], chosen, is_per_corner)
+    return NormalColumn(numbers, rows, chosen, is_per_corner)
 
 
 def read_texcoord(
     shape: PlacedNode, appearance: Appearance, corners: Corners, *, is_vrml1: bool, visit: Visit
 ) -> Column | None:
     """Return the texture coordinates of a face set, None if it has none. Raises MeshError if they do not fit it."""
-    own = next(iter(shape.nodes("texCoord")), None)
+    own = shape.first("texCoord")
     if own is not None:
         node, index = own.expanded(visit), "texCoordIndex"
     elif is_vrml1 and appearance.texcoord is not None and appearance.texture is not None:
@@ -321,7 +378,9 @@ def _read_material(material: PlacedNode | None, *, is_line: bool) -> Float64Arra
         return _WHITE_TABLE
     diffuse, emissive = material.table("diffuseColor", 3), material.table("emissiveColor", 3)
     found = (emissive if emissive.any() else diffuse, emissive) if is_line else (diffuse, emissive)
-    table = next((rows for rows in found if len(rows)), np.array([_MATERIAL_COLOR]))
+    table = next((rows for rows in found if len(rows)), _MATERIAL_TABLE)
+    if material.numbers("transparency") is None:
+        return table
     opacity = 1.0 - material.table("transparency", 1)[:, 0]
     if not len(opacity) or (opacity == 1.0).all():
         return table
@@ -336,7 +395,9 @@ def _choose_bound(shape: PlacedNode, index: str, corners: Corners, binding: str)
     if binding.endswith("_INDEXED"):
         return _choose(shape, index, corners, is_per_corner)
     if is_per_corner:
-        return np.where(corners.is_corner, np.cumsum(corners.is_corner) - 1, -1)
+        chosen = np.full(len(corners.values), -1)
+        chosen[corners.places] = np.arange(len(corners.places))
+        return chosen
     if binding in ("PER_FACE", "PER_PART"):
         return np.arange(corners.n_rows)
     raise MeshError(f"line {shape.line}: {shape.kind} has no meaning for {binding or 'OVERALL'}")
@@ -345,23 +406,20 @@ def _choose_bound(shape: PlacedNode, index: str, corners: Corners, binding: str)
 def _choose(shape: PlacedNode, index: str, corners: Corners, is_per_corner: bool) -> IndexArray:
     """Return which rows a shape has: those of its list `index`, else those of `coordIndex`, or one per face (6.23)."""
     numbers = shape.numbers(index)
-    own = np.zeros(0, np.int64) if numbers is None else numbers.integers()
+    if numbers is None:
+        return corners.values if is_per_corner else np.arange(corners.n_rows)
+    own = numbers.integers()
     budget().take_numbers(len(own), shape.line)
-    if not is_per_corner:
-        own = own[own >= 0]
-        if len(own) == 0:
-            return np.arange(corners.n_rows)
-        if len(own) < corners.n_rows:
-            raise MeshError(f"line {shape.line}: {index} has {len(own)} numbers for {corners.n_rows} faces")
-        return own[: corners.n_rows]
-    if not (own >= 0).any():
-        return corners.values
-    chosen = np.full(len(corners.values), -1)
-    n_corners = int(corners.is_corner.sum())
     own = own[own >= 0]
-    if len(own) < n_corners:
-        raise MeshError(f"line {shape.line}: {index} has {len(own)} numbers for {n_corners} corners")
-    chosen[corners.is_corner] = own[:n_corners]
+    n, what = (len(corners.places), "corners") if is_per_corner else (corners.n_rows, "faces")
+    if len(own) == 0:
+        return corners.values if is_per_corner else np.arange(n)
+    if len(own) < n:
+        raise MeshError(f"line {shape.line}: {index} has {len(own)} numbers for {n} {what}")
+    if not is_per_corner:
+        return own[:n]
+    chosen = np.full(len(corners.values), -1)
+    chosen[corners.places] = own[:n]
     return chosen
 
 
@@ -370,7 +428,17 @@ def _rows_of(
 ) -> Float64Array:
     """Return the rows of a field, all of which `chosen` must name."""
     rows = node.table(name, width)
-    used = chosen[corners.is_corner] if is_per_corner else chosen
-    if len(used) and (used.min() < 0 or used.max() >= len(rows)):
-        raise MeshError(f"line {node.line}: {name} has {len(rows)} rows, its shape names row {used.max()}")
+    lowest, highest = 0, corners.highest
+    if chosen is not corners.values:
+        lowest, highest = find_range(chosen[corners.places] if is_per_corner else chosen)
+    if lowest < 0 or highest >= len(rows):
+        raise MeshError(f"line {node.line}: {name} has {len(rows)} rows, its shape names row {highest}")
     return rows
+
+
+def find_range(values: IndexArray) -> tuple[int, int]:
+    """Return the least and the greatest of some integers, 0 and -1 if there are none."""
+    if len(values) <= _FEW_VALUES:  # NumPy takes longer
+        few = values.tolist()
+        return (min(few), max(few)) if few else (0, -1)
+    return int(values.min()), int(values.max())

@@ -1,27 +1,69 @@
 """Nodes of VRML in their place: fields with the values that instances of prototypes give them."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias, TypeGuard, TypeVar
 
 import numpy as np
 
 from .._core.types import Float64Array
 from ..errors import MeshError
 from ._text import quote
-from .vrml_values import Binding, Node, Numbers, Value
+from .vrml_values import Binding, Node, Numbers, Prototype, Value
 
-# The values of a prototype's fields, each with the scope that it was written in.
-Scope: TypeAlias = Mapping[str, tuple[Value | None, Any]]
+_T = TypeVar("_T")
 
-_NO_SCOPE: Scope = {}
+
+class Scope:
+    """An instance of a prototype as the nodes of its body see it; `outer` is that in whose body it stands itself."""
+
+    __slots__ = ("_found", "_node", "_outer", "n_entered")
+
+    def __init__(self, node: Node, outer: "Scope | None") -> None:
+        self.n_entered = 0  # how often the body was shown
+        self._node, self._outer = node, outer
+        self._found: dict[str, tuple[Value | None, Scope | None]] = {}
+
+    def find(self, name: str) -> "tuple[Value | None, Scope | None]":
+        """Return the value of a field, None if it has none, and the scope that the value was written in."""
+        asked: list[tuple[dict[str, tuple[Value | None, Scope | None]], str]] = []
+        scope = self
+        while (found := scope._found.get(name)) is None:
+            asked.append((scope._found, name))
+            defaults = {} if scope._node.prototype is None else scope._node.prototype.defaults
+            if name not in defaults:
+                found = _NO_VALUE
+                break
+            if name not in scope._node.fields:
+                found = defaults[name], None
+                break
+            value = scope._node.fields[name]
+            if not _is_binding(value):
+                found = value, scope._outer
+                break
+            if scope._outer is None:
+                found = _NO_VALUE
+                break
+            scope, name = scope._outer, value[0].name
+        for known, of_name in asked[::_STRIDE]:  # prototypes may stand thousands deep within one another
+            known[of_name] = found
+        return found
+
+
+_FEW_DIGITS = 16
+_STRIDE = 8
+_NO_VALUE: tuple[Value | None, Scope | None] = None, None
+
+
+def _is_binding(value: Value | None) -> TypeGuard[list[Binding]]:
+    return type(value) is list and len(value) == 1 and type(value[0]) is Binding
 
 
 class PlacedNode(NamedTuple):
     """A node, and the values of the names in its `IS name` fields."""
 
     node: Node
-    scope: Scope = _NO_SCOPE
+    scope: Scope | None = None
 
     @property
     def kind(self) -> str:
@@ -33,15 +75,18 @@ class PlacedNode(NamedTuple):
         """The line that it begins on."""
         return self.node.line
 
-    def get(self, name: str) -> tuple[Value | None, Scope]:
+    def get(self, name: str) -> tuple[Value | None, Scope | None]:
         """Return the value of a field, None if it has none, and the scope of the value."""
         value = self.node.fields.get(name)
-        if isinstance(value, list) and len(value) == 1 and isinstance(value[0], Binding):
-            return self.scope.get(value[0].name, (None, _NO_SCOPE))
+        if value is not None and _is_binding(value):
+            return _NO_VALUE if self.scope is None else self.scope.find(value[0].name)
         return value, self.scope
 
     def numbers(self, name: str) -> Numbers | None:
         """Return a field of numbers."""
+        value = self.node.fields.get(name)
+        if value is None or isinstance(value, Numbers):
+            return value
         value, _ = self.get(name)
         return value if isinstance(value, Numbers) else None
 
@@ -76,6 +121,8 @@ class PlacedNode(NamedTuple):
         numbers = self.numbers(name)
         if numbers is None:
             return default
+        if len(numbers.text) < _FEW_DIGITS and numbers.text.isdecimal() and numbers.text.isascii():
+            return int(numbers.text)
         values = numbers.integers()
         if len(values) != 1:
             raise MeshError(f"line {numbers.line}: {name} needs one integer, got {len(values)}")
@@ -83,6 +130,8 @@ class PlacedNode(NamedTuple):
 
     def flag(self, name: str, default: bool) -> bool:
         """Return a field that is TRUE or FALSE."""
+        if name not in self.node.fields:
+            return default
         value, _ = self.get(name)
         if value is None:
             return default
@@ -96,13 +145,56 @@ class PlacedNode(NamedTuple):
         value, _ = self.get(name)
         if not isinstance(value, list):
             return []
-        words = [str(item) for item in value if isinstance(item, str)]
-        return [word[1:-1].replace('\\"', '"').replace("\\\\", "\\") if word[:1] == '"' else word for word in words]
+        return [_unquote(str(item)) for item in value if isinstance(item, str)]
 
     def nodes(self, name: str) -> "list[PlacedNode]":
         """Return the nodes of a field."""
+        if name not in self.node.fields:
+            return []
         value, scope = self.get(name)
         return [PlacedNode(item, scope) for item in value if isinstance(item, Node)] if isinstance(value, list) else []
+
+    def first_word(self, name: str) -> str | None:
+        """Return the first word or text of a field, without quotation marks; None if there is none."""
+        value, _ = self.get(name)
+        found = next((item for item in value if isinstance(item, str)), None) if isinstance(value, list) else None
+        return None if found is None else _unquote(str(found))
+
+    def first(self, name: str) -> "PlacedNode | None":
+        """Return the first node of a field, None if it has none."""
+        if name not in self.node.fields:
+            return None
+        value, scope = self.get(name)
+        if not isinstance(value, list):
+            return None
+        for item in value:
+            if isinstance(item, Node):
+                return PlacedNode(item, scope)
+        return None
+
+    def settled(self) -> "PlacedNode":
+        """Return the node without a scope, if all of its fields are written out; the nodes among them lose theirs."""
+        is_bound = self.scope is not None and any(map(_is_binding, self.node.fields.values()))
+        return self if is_bound else PlacedNode(self.node)
+
+    def once(self, read: "Callable[[PlacedNode], _T]") -> _T:
+        """Return what `read` makes of the node; a node that is shown often is read twice at most."""
+        key = read, self.scope
+        value: _T | None = self.recall(key)
+        if value is None:
+            value = read(self)
+            self.keep(key, value)
+        return value
+
+    def recall(self, key: tuple[Any, ...]) -> Any:
+        """Return what was kept for the node with an equal key, if that was the last; else None."""
+        kept = self.node.kept
+        return kept[1] if kept is not None and kept[0] == key else None
+
+    def keep(self, key: tuple[Any, ...], value: Any) -> None:
+        """Keep what the node means, but only if its key comes a second time: most nodes are shown once."""
+        kept = self.node.kept
+        self.node.kept = key, value if kept is not None and kept[0] == key else None
 
     def expanded(self, visit: "Visit") -> "PlacedNode | None":
         """Return the first node of the prototype that it is an instance of, None if there is none; else itself.
@@ -112,16 +204,32 @@ class PlacedNode(NamedTuple):
         placed = self
         visit(placed)
         while (prototype := placed.node.prototype) is not None and not prototype.is_external:
-            body = next((item for item in prototype.body if isinstance(item, Node)), None)
+            body = prototype.find_shown()
             if body is None:
                 return None
-            scope = {
-                name: placed.get(name) if name in placed.node.fields else (default, _NO_SCOPE)
-                for name, default in prototype.defaults.items()
-            }
+            scope = _scope_of(placed, prototype)
+            scope.n_entered += 1
             placed = PlacedNode(body, scope)
             visit(placed)
         return placed
+
+
+def _scope_of(instance: PlacedNode, prototype: Prototype) -> Scope:
+    """Return the scope of an instance; those that are alike share one, so that what is read in it can be kept."""
+    if instance.node.fields:
+        return instance.once(_make_scope)
+    if prototype.plain_scope is None:
+        prototype.plain_scope = _make_scope(instance)
+    scope: Scope = prototype.plain_scope
+    return scope
+
+
+def _make_scope(instance: PlacedNode) -> Scope:
+    return Scope(instance.node, instance.scope)
+
+
+def _unquote(word: str) -> str:
+    return word[1:-1].replace('\\"', '"').replace("\\\\", "\\") if word[:1] == '"' else word
 
 
 @cache

@@ -3,7 +3,7 @@
 Faces are counter-clockwise seen from outside; of a grid, from +y. Round shapes have 32 sides.
 """
 
-from functools import cache
+from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from .._core.types import Float64Array, IndexArray
 
 N_SIDES = 32
+_MAX_KEPT_POINTS = 1 << 10
 
 
 class Polygons(NamedTuple):
@@ -91,14 +92,22 @@ def _unit_cylinder(has_side: bool, has_top: bool, has_bottom: bool) -> Polygons:
 
 def make_elevation_grid(heights: Float64Array, x_spacing: float, z_spacing: float) -> Polygons:
     """Return the quadrilaterals of heights y (rows along z, columns along x)."""
-    n_rows, n_columns = heights.shape
-    points = np.empty((n_rows, n_columns, 3))
-    points[..., 0] = np.arange(n_columns) * x_spacing
-    points[..., 1] = heights
-    points[..., 2] = np.arange(n_rows)[:, np.newaxis] * z_spacing
+    unit = _small_unit_grid(*heights.shape) if heights.size <= _MAX_KEPT_POINTS else _unit_grid(*heights.shape)
+    points = unit.points * [x_spacing, 1.0, z_spacing]
+    points[:, 1] = heights.ravel()
+    return unit._replace(points=points)
+
+
+def _unit_grid(n_rows: int, n_columns: int) -> Polygons:
+    points = np.zeros((n_rows, n_columns, 3))
+    points[..., 0] = np.arange(n_columns)
+    points[..., 2] = np.arange(n_rows)[:, np.newaxis]
     index = np.arange(n_rows * n_columns).reshape(n_rows, n_columns)
     quads = join_columns([index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]])
     return Polygons(points.reshape(-1, 3), quads, np.full(len(quads) // 4, 4))
+
+
+_small_unit_grid = lru_cache(maxsize=64)(_unit_grid)
 
 
 def join_columns(columns: list[IndexArray]) -> IndexArray:

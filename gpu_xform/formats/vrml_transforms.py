@@ -6,7 +6,6 @@ import numpy as np
 
 from .._core.types import Float64Array
 from ..errors import MeshError
-from .vrml_attributes import UNMOVED
 from .vrml_nodes import PlacedNode
 
 
@@ -21,7 +20,7 @@ def read_matrix(node: PlacedNode) -> Float64Array:
 
 def make_matrix(node: PlacedNode, scale_name: str) -> Float64Array:
     """Return T C R Q S Q^-1 C^-1 of a node's translation, center, rotation, scale and scaleOrientation: (4, 4)."""
-    matrix, fields = UNMOVED.copy(), node.node.fields
+    matrix, fields = np.eye(4), node.node.fields
     if "rotation" in fields:
         matrix[:3, :3] = _make_rotation(node, "rotation")
     if "scaleOrientation" in fields or scale_name in fields:

@@ -1,11 +1,13 @@
 """What a VRML text says: nodes, prototypes, and the values of their fields, in which names are not resolved yet."""
 
-import contextlib
+import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
@@ -20,57 +22,91 @@ _WORD = re.compile(r"[^\s,]+")
 
 @dataclass(eq=False, slots=True)
 class Numbers:
-    """The text of a field of numbers that starts on `line`; what is long and read twice is kept, as shapes share it."""
+    """The text of a field of numbers that starts on `line`; what is read twice is kept, as shapes share it."""
 
     line: int
     text: str
     _was_read: bool = False
     _kept: Float64Array | None = None
+    _kept_integers: IndexArray | None = None
+    _errors: dict[str, str] | None = None
 
     def floats(self, width: int) -> Float64Array:
         """Return (n, width) finite float64; nobody may write to them."""
         values = self._kept
         if values is None:
-            values = self._read_finite()
-            if self._was_read and len(self.text) > _FEW_CHARACTERS:
+            values = self._read_few()
+            if values is None:
+                values = self._read_or_fail("float", self._read_finite)
+            if self._was_read:
                 self._kept = values
             self._was_read = True
         if len(values) % width:
             raise MeshError(f"line {self.line}: the number of values must be a multiple of {width}, got {len(values)}")
         return values.reshape(-1, width)
 
-    def _read_finite(self) -> Float64Array:
-        values = self._read_few()
+    def integers(self) -> IndexArray:
+        """Return (n,) int64; nobody may write to them."""
+        if self._kept_integers is not None:
+            return self._kept_integers
+        values = self._read_few_integers()
         if values is None:
+            values = self._read_or_fail("int", self._read_integers)
+        if self._was_read:
+            self._kept_integers = values
+        self._was_read = True
+        return values
+
+    def _read_few_integers(self) -> IndexArray | None:
+        """Return the integers of a short plain text, as `_read_few` does."""
+        if len(self.text) <= _FEW_CHARACTERS and _PLAIN_INTEGERS.fullmatch(self.text):
             try:
-                values = parse_numbers(self._plain(), "float")
-            except ValueError:
-                values = np.array([parse_float(word, line) for word, line in self._words()])
+                return np.array([int(word) for word in self.text.replace(",", " ").split()], np.int64)
+            except OverflowError:
+                pass  # such words become the greatest int64
+        return None
+
+    def _read_or_fail(self, kind: str, read: Callable[[], npt.NDArray[Any]]) -> npt.NDArray[Any]:
+        """Return what `read` returns; what is malformed for one of many shapes is so for all."""
+        if self._errors is not None and kind in self._errors:
+            raise MeshError(self._errors[kind])
+        try:
+            return read()
+        except MeshError as error:
+            self._errors = {**(self._errors or {}), kind: str(error)}
+            raise
+
+    def _read_finite(self) -> Float64Array:
+        try:
+            values = parse_numbers(self._plain(), "float")
+        except ValueError:
+            values = np.array([parse_float(word, line) for word, line in self._words()])
         if not np.isfinite(values).all():
             i = int(np.argmax(~np.isfinite(values)))
             raise MeshError(f"line {self.line_of(i)}: a number must be finite, got {values[i]}")
         return values
 
-    def _read_few(self) -> Float64Array | None:
-        """Return the numbers of a short plain text, for which NumPy takes longer than Python; None for others."""
-        if len(self.text) > _FEW_CHARACTERS or _PLAIN_NUMBERS.fullmatch(self.text) is None:
-            return None
-        try:
-            return np.array([float(word) for word in self.text.replace(",", " ").split()])
-        except ValueError:
-            return None
-
-    def integers(self) -> IndexArray:
-        """Return (n,) int64."""
-        if len(self.text) <= _FEW_CHARACTERS and _PLAIN_INTEGERS.fullmatch(self.text):
-            with contextlib.suppress(OverflowError):
-                return np.array([int(word) for word in self.text.replace(",", " ").split()], np.int64)
+    def _read_integers(self) -> IndexArray:
         try:
             return parse_numbers(self._plain(), "int")
         except ValueError:
             return np.array(
                 [parse_int(word, line, 16 if "x" in word.lower() else 10) for word, line in self._words()], np.int64
             )
+
+    def _read_few(self) -> Float64Array | None:
+        """Return finite numbers of a short plain text, for which NumPy takes longer than Python; None for others."""
+        if len(self.text) > _FEW_CHARACTERS or _PLAIN_NUMBERS.fullmatch(self.text) is None:
+            return None
+        try:
+            values = [float(word) for word in self.text.replace(",", " ").split()]
+        except ValueError:
+            return None
+        return np.array(values) if math.isfinite(sum(values)) else None
+
+    def is_blank(self) -> bool:
+        """Tell whether there are no numbers, and no comments either."""
+        return not self.text or self.text.isspace()
 
     def count_at_most(self) -> int:
         """Return a number that is at least that of the values, and little more."""
@@ -113,6 +149,7 @@ class Prototype:
     """A prototype: the defaults of its fields, and its nodes; an external one has neither.
 
     slots : the places of nodes, uses and prototypes in the defaults and in the body, in the order of the file
+    plain_scope : that of all instances that give no values
     """
 
     name: str
@@ -122,6 +159,14 @@ class Prototype:
     default_slots: list[Slot] = field(default_factory=list)
     body: list[Any] = field(default_factory=list)
     body_slots: list[Slot] = field(default_factory=list)
+    plain_scope: Any = None
+    _shown: "tuple[Node | None] | None" = None
+
+    def find_shown(self) -> "Node | None":
+        """Return the first node of its body, which is what instances show; names must be resolved."""
+        if self._shown is None:
+            self._shown = (next((item for item in self.body if isinstance(item, Node)), None),)
+        return self._shown[0]
 
 
 @dataclass(eq=False, slots=True)
@@ -130,6 +175,7 @@ class Node:
 
     slots : the places of nodes, uses and prototypes in the fields, in the order of the file
     prototype : what defines this kind of node, if that is not the language
+    kept : what `PlacedNode.keep` keeps
     """
 
     kind: str
@@ -138,6 +184,7 @@ class Node:
     slots: list[Slot] = field(default_factory=list)
     name: str | None = None
     prototype: Prototype | None = None
+    kept: tuple[tuple[Any, ...], Any] | None = None
 
     def add_child(self, item: Any) -> None:
         """Add a node, a use, a prototype or a word to the field `children`."""
