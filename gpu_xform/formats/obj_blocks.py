@@ -100,10 +100,9 @@ def _add_lines(
     byte = np.frombuffer(data, np.uint8)
     first = byte[starts[:-1]]
     read = np.flatnonzero(other & (first != ord("v")) & (first != ord("\n")))
-    faces_before: IndexArray = np.cumsum(is_face, dtype=np.int64)[read]
+    faces_before, points_before = (np.cumsum(each, dtype=starts.dtype)[read] for each in (is_face, is_point))
     if n_faces is not None:
         faces_before = offsets_of(n_faces)[faces_before]
-    points_before = np.cumsum(is_point)[read]
     spans = zip(
         *(column.tolist() for column in (starts[read], starts[read + 1], read + 1, points_before, faces_before)),
         strict=True,
