@@ -101,6 +101,15 @@ def test_a_part_of_a_curve_is_cut_out() -> None:
     assert points[3].tolist() in mesh.positions.tolist()
 
 
+@pytest.mark.parametrize(("kind", "knots"), [("bezier", "0 1 2 3"), ("bspline", "-1 0 1 2 3 4")])
+def test_a_part_that_begins_and_ends_between_pieces_has_no_piece_of_no_length(kind: str, knots: str) -> None:
+    points = "".join(f"v {x} {x * x % 5} 0\n" for x in range(4))
+    text = f"{points}cstype {kind}\ndeg 1\ncurv 1 2 1 2 3 4\nparm u {knots}\nend\n"
+    mesh = load(text, 0.1)
+    assert mesh.positions.tolist() == [[1, 1, 0], [2, 4, 0]]
+    assert mesh.indices.tolist() == [0, 1]
+
+
 def test_surfaces_stand_where_the_file_has_them_and_keep_materials_and_normals() -> None:
     text = """v 0 0 0
 v 2 0 0
