@@ -10,15 +10,13 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError, ArgumentTypeError
-from .masked import require_unmasked
+from .masked import MAX_REPEATED_BYTES, require_whole
 from .types import Float64Array, MatrixLike, SupportsAsMatrix
-
-MAX_REPEATED_BYTES = 1 << 38  # of a broadcast array, whose memory is a few numbers only
 
 
 def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float64Array:
     """Return a new C-ordered float64 array of `value`, which must hold real numbers, and finite ones by default."""
-    require_unmasked(value, name)
+    require_whole(value, name)
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list

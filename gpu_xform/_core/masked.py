@@ -1,5 +1,9 @@
-"""NumPy's masked arrays: rows that a mask hides count nowhere, and where they cannot be left out they are refused."""
+"""NumPy's masked arrays: rows that a mask hides count nowhere, and where they cannot be left out they are refused.
 
+So are arrays of other libraries that are yet to be computed, and that no memory holds.
+"""
+
+import math
 import sys
 from typing import Any, TypeGuard
 
@@ -7,6 +11,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import ArgumentError
+
+MAX_REPEATED_BYTES = 1 << 38  # of an array whose memory is a few numbers only, or none: what is broadcast, or lazy
 
 Mask = npt.NDArray[np.bool_]
 
@@ -58,8 +64,23 @@ def hide_rows(result: npt.NDArray[Any], hidden: Mask | None, *, is_own: bool) ->
     return result
 
 
-def require_unmasked(value: object, name: str) -> None:
-    """Raise `ArgumentError` for an array of which a mask hides a number."""
+def require_whole(value: object, name: str) -> None:
+    """Raise `ArgumentError` for an array of which a mask hides a number, and for one that no memory will hold.
+
+    An array of Dask is computed where it is converted, as NumPy's functions do; its shape says before what that takes.
+    """
+    if not isinstance(value, np.ndarray) and hasattr(value, "__array__"):
+        _require_room(value, name)
+        return
     if is_masked_array(value) and np.ma.is_masked(value):
         n_hidden = int(np.ma.getmaskarray(value).sum())
         raise ArgumentError.expecting(name, "have no masked entries", f"{n_hidden} of {value.size}")
+
+
+def _require_room(value: object, name: str) -> None:
+    """Raise `ArgumentError` for an array of another library whose shape, as far as it knows it, no memory holds."""
+    shape, item_bytes = getattr(value, "shape", None), getattr(getattr(value, "dtype", None), "itemsize", None)
+    if not isinstance(shape, tuple) or not isinstance(item_bytes, int):
+        return
+    if math.prod(side for side in shape if isinstance(side, int)) * item_bytes > MAX_REPEATED_BYTES:
+        raise ArgumentError.expecting(name, f"take at most {MAX_REPEATED_BYTES:,} bytes", f"shape {shape}")

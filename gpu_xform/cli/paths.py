@@ -2,6 +2,7 @@
 
 import errno
 import os
+import stat
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
@@ -59,6 +60,16 @@ def expand_globs(patterns: Sequence[str]) -> list[str]:
     Shells expand patterns themselves, except that of Windows, and others if there are too many files.
     """
     return [path for pattern in patterns for path in _expand_glob(pattern)]
+
+
+def is_stream(path: str) -> bool:
+    """Return whether a path is read once, from its begin to its end: standard input, a FIFO, `<(zcat scan.ply.gz)`."""
+    if path == STDIO:
+        return True
+    try:
+        return stat.S_ISFIFO(os.stat(path).st_mode)  # noqa: PTH116 - Path.is_fifo hides errors of the system
+    except OSError:  # which reading will tell
+        return False
 
 
 def describe_files(paths: Sequence[str]) -> str:

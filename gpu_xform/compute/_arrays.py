@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import require_room
-from .._core.masked import fill_hidden_rows, require_unmasked
+from .._core.masked import fill_hidden_rows, require_whole
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError
 
@@ -40,7 +40,7 @@ def _refuse_dask(points: object) -> None:
 
 def as_host_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
     """Return `value` as a NumPy array, sharing its memory if it offers it."""
-    require_unmasked(value, name)
+    require_whole(value, name)
     try:
         # Arrays of other libraries hand their memory over by DLPack; NumPy would look for `__array__` only.
         if hasattr(value, "__dlpack__") and not isinstance(value, np.ndarray | np.generic):

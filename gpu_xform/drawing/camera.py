@@ -21,7 +21,7 @@ from .._core.arguments import (
     require_room,
     resolve_axis,
 )
-from .._core.masked import require_unmasked
+from .._core.masked import require_whole
 from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.types import Float64Array
@@ -486,7 +486,7 @@ def _copy_points(points: npt.ArrayLike) -> npt.NDArray[Any]:
     if is_own(points):
         return points
     if isinstance(points, np.ndarray) and points.dtype == np.float32:
-        require_unmasked(points, "model")
+        require_whole(points, "model")
         require_room(points, "model")
         return np.array(points, np.float32, order="C")
     return as_real_array(points, "model", finite=False)

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from .._core.arguments import as_float, as_int, as_real_array, as_square_matrices
 from .._core.error_context import prefix_errors
-from .._core.masked import Mask, drop_hidden_rows, find_hidden_rows
+from .._core.masked import Mask, drop_hidden_rows, find_hidden_rows, require_whole
 from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.suggestions import did_you_mean
@@ -411,6 +411,8 @@ def _show(value: Any) -> str:
 
 def _limits_of(scalars: Any, clim: Sequence[float] | None) -> tuple[float, float]:
     """Return the numbers at both ends of a colormap; masked ones have no colour."""
+    if not np.ma.isMaskedArray(scalars):
+        require_whole(scalars, "scalars")
     values = np.ma.filled(np.ma.asarray(scalars, np.float64), np.nan) if np.ma.isMaskedArray(scalars) else scalars
     return find_limits(np.zeros(0) if values is None else np.asarray(values, np.float64), clim)
 

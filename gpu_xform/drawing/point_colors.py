@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core.masked import require_whole
 from ..errors import ArgumentError
 from ..imaging.colormaps import apply_colormap, find_limits, normalize_scalars, tabulate_colormap
 from ..imaging.colors import Rgba, pack_rgba8, to_rgba, to_rgba_array
@@ -101,6 +102,8 @@ def _require_scalars(scalars: Any, n_points: int) -> npt.NDArray[Any]:
     """Return scalars (n_points,), finite or NaN."""
     if isinstance(scalars, np.ma.MaskedArray):
         scalars = np.where(np.ma.getmaskarray(scalars), np.nan, scalars.data)
+    else:
+        require_whole(scalars, "scalars")
     numbers = np.asarray(scalars)
     if numbers.dtype.kind not in "fiu" or numbers.shape != (n_points,):
         apply_colormap(scalars, "viridis", None, n_points)  # raises

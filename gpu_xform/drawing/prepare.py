@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from .._core.error_context import prefix_errors
-from .._core.masked import require_unmasked
+from .._core.masked import require_whole
 from .._core.types import Float64Array
 from ..annotation.axes import pad_bounds
 from ..annotation.column import lay_out_column
@@ -172,7 +172,7 @@ def _resolve_attributes(layer: Layer, source: Source) -> Layer:
 
 def parse_size(size: Size) -> tuple[int, int]:
     """Return `size` as two positive integers."""
-    require_unmasked(size, "size")
+    require_whole(size, "size")
     try:
         width, height = (int(side) for side in size)
         whole = [width, height] == list(size)

@@ -10,6 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._core.arguments import require_room
+from .._core.masked import require_whole
 from .._core.public import public
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, IndexArray
@@ -361,10 +363,13 @@ def _as_columns(table: ColumnsLike | None, what: str) -> Columns:
 
 def _as_read_only(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
     """Return `value` as an array that nobody can write to, in the machine's byte order; copied unless it is one."""
+    if not isinstance(value, np.ndarray):  # of one that has a mask, all numbers are kept
+        require_whole(value, name)
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list
         raise MeshError(f"{name} must be a rectangular array, or a RaggedArray: {error}") from None
+    require_room(array, name)
     if array.dtype.kind not in _KINDS:
         raise MeshError(f"{name} must hold numbers, truth values or texts, got dtype {array.dtype}")
     if not array.flags.c_contiguous or not array.dtype.isnative or not _is_closed(array):

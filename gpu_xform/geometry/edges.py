@@ -7,8 +7,8 @@ from typing import Any, Literal, NamedTuple, TypeAlias, get_args
 import numpy as np
 import numpy.typing as npt
 
-from .._core.arguments import as_float
-from .._core.masked import require_unmasked
+from .._core.arguments import as_float, require_room
+from .._core.masked import require_whole
 from .._core.suggestions import did_you_mean
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
@@ -264,11 +264,12 @@ def list_edge_parts(edges: EdgesLike) -> list[Any]:
 
 def as_index_pairs(value: Any, n_points: int) -> IndexArray:
     """Return `value` as (m, 2) int64 of indices below `n_points`."""
-    require_unmasked(value, "edges")
+    require_whole(value, "edges")
     try:
         array = np.asarray(value)
     except ValueError as error:  # a ragged list
         raise ArgumentError.expecting("edges", "have shape (m, 2)", reason=error) from None
+    require_room(array, "edges")
     if array.size == 0 and array.ndim < 2:
         array = np.empty((0, 2), np.int64)
     if array.dtype.kind not in "iu":

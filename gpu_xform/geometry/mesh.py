@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_square_matrix, describe_first_non_finite, require_affine, require_room
-from .._core.masked import drop_hidden_rows, require_unmasked
+from .._core.masked import drop_hidden_rows, require_whole
 from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray, MatrixLike
@@ -459,17 +459,17 @@ def is_own(positions: npt.ArrayLike) -> TypeGuard[Float64Array]:
     return is_array and positions.base is None and not positions.flags.writeable  # type: ignore[union-attr]
 
 
-def _require_unmasked(values: object, name: str) -> None:
+def _require_whole(values: object, name: str) -> None:
     """Raise MeshError for an array of which a mask hides a number."""
     try:
-        require_unmasked(values, name)
+        require_whole(values, name)
     except ArgumentError as error:
         raise MeshError(str(error)) from None
 
 
 def _validate_positions(positions: npt.ArrayLike) -> Float64Array:
     """Return a new (n, 3) float64 array of `positions`."""
-    _require_unmasked(positions, "positions")
+    _require_whole(positions, "positions")
     try:
         array = np.asarray(positions)
     except ValueError as error:  # a ragged list
@@ -494,6 +494,9 @@ def _require_finite(positions: Float64Array) -> None:
 
 def _flatten_faces(faces: FacesLike) -> FaceList:
     """Return faces given as an array (f, k) or as a list of lists."""
+    if hasattr(faces, "__array__") and not isinstance(faces, np.ndarray):
+        _require_whole(faces, "faces")
+        faces = np.asarray(faces)
     if isinstance(faces, np.ndarray):
         if faces.size == 0 and faces.ndim < 2:
             return FaceList(np.zeros(0, np.uint32), offsets=np.zeros(1, np.int64))
@@ -534,7 +537,7 @@ def _as_int64(values: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
 
 def _as_integers(values: npt.ArrayLike, name: str, ndim: int) -> npt.NDArray[Any]:
     """Return `values` as integers that int64 holds, with `ndim` dimensions, not necessarily copied."""
-    _require_unmasked(values, name)
+    _require_whole(values, name)
     try:
         array = np.asarray(values)
     except ValueError as error:

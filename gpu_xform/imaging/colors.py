@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_float, as_real_array
-from .._core.masked import require_unmasked
+from .._core.masked import require_whole
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
 from ..errors import ArgumentError
@@ -96,7 +96,7 @@ def to_rgba_array(values: ColorRows, name: str, n_rows: int, of: str) -> Float64
     """
     if isinstance(values, str):
         raise ArgumentError.expecting(name, f"be one colour for each of the {n_rows} {of}", f"the one {values!r}")
-    require_unmasked(values, name)
+    require_whole(values, name)
     try:
         array = np.asarray(values)
     except ValueError:  # rows of several lengths: names, numbers and pairs mixed

@@ -7,7 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_float, as_real_array, as_vector
-from .._core.masked import require_unmasked
+from .._core.masked import require_whole
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..errors import ArgumentError, ArgumentTypeError
 
@@ -34,7 +34,7 @@ def as_small_vector(value: npt.ArrayLike, name: str) -> Float64Array:
 
 def as_index_array(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:
     """Return what should hold indices as an array."""
-    require_unmasked(value, name)
+    require_whole(value, name)
     try:
         return np.asarray(value)
     except ValueError as error:  # a ragged list

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core.masked import require_whole
 from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError
 from ..geometry.mesh import pack_pairs, unpack_pairs
@@ -115,6 +116,7 @@ def add_creases(cage: Cage, creases: npt.ArrayLike, sharpness: npt.ArrayLike, co
     """Return the cage with sharp edges and points; raise ArgumentError for those that it does not have."""
     edges = _as_indices(creases, "creases", 2)
     points = _as_indices(corners, "corners", 1)
+    require_whole(sharpness, "sharpness")
     values = np.asarray(sharpness)
     if values.dtype.kind not in "fiu" or values.ndim > 1 or np.isnan(values).any() or (values < 0).any():
         raise ArgumentError.expecting("sharpness", "be numbers of at least 0", repr(sharpness))
@@ -141,6 +143,7 @@ def add_creases(cage: Cage, creases: npt.ArrayLike, sharpness: npt.ArrayLike, co
 
 def _as_indices(value: npt.ArrayLike, name: str, ndim: int) -> IndexArray:
     """Return whole numbers (m,), or pairs of them (m, 2)."""
+    require_whole(value, name)
     array: npt.NDArray[Any] = np.asarray(value)
     if array.size == 0:
         return np.empty((0, 2)[:ndim], np.int64)

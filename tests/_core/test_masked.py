@@ -1,3 +1,6 @@
+"""Arrays with a mask, and those that no memory holds."""
+
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -6,6 +9,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform._core.masked import drop_hidden_rows, fill_hidden_rows, find_hidden_rows
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 
 GRID = np.array([[x, y, 0.0] for y in range(3) for x in range(4)])
 HIDDEN = 5
@@ -117,3 +121,54 @@ def test_plain_arrays_are_passed_on() -> None:
     assert drop_hidden_rows(GRID) is GRID
     assert fill_hidden_rows(GRID) is GRID
     assert find_hidden_rows([[1, 2, 3]]) is None
+
+
+HUGE = (10**12, 3)
+
+
+def make_huge(kind: str, dtype: type) -> Any:
+    """An array of 24 TB that takes no memory: lazy, or a number that is repeated."""
+    if kind == "dask":
+        import dask.array
+
+        return dask.array.zeros(HUGE, dtype=dtype, chunks=(10**10, 3))
+    return np.broadcast_to(np.zeros((), dtype), HUGE)
+
+
+@pytest.mark.parametrize("kind", ["dask", "broadcast"])
+@pytest.mark.parametrize(
+    ("dtype", "call"),
+    [
+        (float, gx.Mesh),
+        (int, lambda rows: gx.Mesh(np.zeros((4, 3)), rows)),
+        (int, lambda rows: gx.Mesh.from_offsets(np.zeros((4, 3)), [0, 3], rows[:, 0])),
+        (float, gx.Camera.fit),
+        (float, lambda rows: gx.transform_points(rows, np.eye(4))),
+        (int, lambda rows: gx.transform_points(np.zeros((4, 3)), np.stack([np.eye(4)] * 2), index=rows[:, 0])),
+        (float, lambda rows: gx.Attributes(point={"x": rows})),
+        (float, lambda rows: gx.convolve(rows, np.ones((3, 3)))),
+        (float, gx.Strands),
+        (float, lambda rows: gx.render_array(rows, size=(8, 8))),
+        (int, lambda rows: gx.render_array(gx.samples.cube(), edges=rows[:, :2], size=(8, 8))),
+        (float, lambda rows: gx.render_array(gx.samples.cube(), scalars=rows[:, 0], size=(8, 8))),
+        (float, lambda rows: gx.render_array(gx.samples.cube(), vertex_colors=rows, size=(8, 8))),
+    ],
+)
+def test_arrays_that_no_memory_holds_are_refused_by_their_shape(
+    kind: str, dtype: type, call: Callable[[Any], Any]
+) -> None:
+    words = (
+        r"must take at most 274,877,906,944 bytes, got shape|a mesh holds at most|must be in memory, got a dask array"
+    )
+    with pytest.raises((ArgumentError, ArgumentTypeError, MeshError), match=words):
+        call(make_huge(kind, dtype))
+
+
+def test_a_small_lazy_array_is_computed_even_if_its_size_is_unknown() -> None:
+    import dask.array
+
+    points = np.arange(12.0).reshape(4, 3)
+    array: Any = dask.array
+    lazy = array.from_array(points, chunks=2)
+    np.testing.assert_array_equal(gx.Mesh(lazy[lazy[:, 0] > 2]).positions, points[1:])
+    assert len(gx.Mesh(points, array.from_array(np.array([[0, 1, 2], [1, 2, 3]]))).faces) == 2

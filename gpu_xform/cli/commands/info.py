@@ -19,7 +19,7 @@ from .. import files
 from .. import options as groups
 from ..argument_types import paths
 from ..exit_codes import FAILURES, exit_code_for, format_error
-from ..paths import STDIO, expand_globs, file_type
+from ..paths import STDIO, expand_globs, file_type, is_stream
 from ..scan_rows import describe_scan
 from ..streams import print_stderr, print_stdout
 
@@ -110,7 +110,7 @@ def _summarize_scan(path: str, kind: str) -> dict[str, Any]:
     """Return what a scan holds, as JSON has it."""
     from ...chunked.summary import summarize
 
-    if path == STDIO:
+    if is_stream(path):
         raise ArgumentError(f"{path}: .las, .laz and .zarr are read from a file, not through a pipe")
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", MeshWarning)

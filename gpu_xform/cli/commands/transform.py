@@ -19,7 +19,7 @@ from .. import options as groups
 from ..argument_types import numbers, paths, vectors
 from ..arguments_from_options import choose_device, compose_transforms
 from ..path_templates import BRACES, PLACEHOLDERS
-from ..paths import STDIO, expand_globs, file_type, require_target, require_type
+from ..paths import STDIO, expand_globs, file_type, is_stream, require_target, require_type
 from ..stage_times import report_stage
 from ..streams import name_file_in_errors, print_stderr, raise_warnings
 
@@ -234,13 +234,13 @@ def _is_scan(path: str, source: str, target: str) -> bool:
     if target in SCAN_TYPES or (source in SCAN_TYPES and (target in CHUNKED_TYPES or source == "zarr")):
         return True
 
-    return source == target == "ply" and path != STDIO and is_cloud(path)
+    return source == target == "ply" and not is_stream(path) and is_cloud(path)
 
 
 def _transform_scan(options: argparse.Namespace, matrix: Float64Array, source: str, target: str) -> None:
     from ...chunked.registry import CHUNKED_TYPES
 
-    if STDIO in (options.input, options.output):
+    if is_stream(options.input) or options.output == STDIO:
         if source == target == "ply":
             _transform_mesh(options, matrix, target)
             return
@@ -326,7 +326,7 @@ def _without_directions(mesh: Mesh) -> Mesh:
 
 
 def _transform_array(options: argparse.Namespace, matrix: Float64Array) -> None:
-    if STDIO not in (options.input, options.output):
+    if not is_stream(options.input) and options.output != STDIO:
         from ...compute.streaming import count_columns
 
         columns = count_columns(options.input)
