@@ -60,15 +60,18 @@ def test_a_model_may_come_through_a_fifo(kind: str, working_folder: Path) -> Non
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no FIFOs")
-@pytest.mark.parametrize("command", ["info {}", "transform {} out.las"])
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [("info {}", "not through a pipe"), ("transform {} out.las", "source must be a file for this type, got")],
+)
 def test_what_must_seek_says_so_of_a_fifo(
-    command: str, working_folder: Path, capsys: pytest.CaptureFixture[str]
+    command: str, words: str, working_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     os.mkfifo(working_folder / "pipe.las")  # which nobody feeds
     with time_limit(30):
         message = error_of(command.format("pipe.las").split(), capsys)
-    assert "pipe.las: .las, .laz and .zarr " in message
-    assert "not through a pipe" in message
+    assert "pipe.las" in message
+    assert words in message
 
 
 @contextlib.contextmanager

@@ -240,7 +240,7 @@ def _is_scan(path: str, source: str, target: str) -> bool:
 def _transform_scan(options: argparse.Namespace, matrix: Float64Array, source: str, target: str) -> None:
     from ...chunked.registry import CHUNKED_TYPES
 
-    if is_stream(options.input) or options.output == STDIO:
+    if STDIO in (options.input, options.output):
         if source == target == "ply":
             _transform_mesh(options, matrix, target)
             return
