@@ -174,6 +174,25 @@ end
     assert mesh.n_points == 2 * (n + 1) ** 2 - 2  # corners alone: one border is bent, the other is not
 
 
+def test_forms_of_all_kinds_stay_in_the_order_of_the_file() -> None:
+    """They are made polygons of kind by kind, and degree by degree; materials hold for what stands behind them."""
+    surface = "deg {0} 1\nsurf 0 1 0 1 {1}\nparm u 0 1\nparm v 0 1\nend\n"
+    curve = "deg 1\ncurv 0 1 1 2\nparm u 0 1\nend\n"
+    low, high = surface.format(1, "1 2 3 4"), surface.format(2, "1 2 3 4 5 6")
+    parts = [("c", curve), ("high", high), ("low", low), ("c", curve), ("low", low), ("high", high)]
+    text = (
+        write_points()
+        + "cstype bezier\n"
+        + "".join(f"usemtl {name}{i}\n{part}" for i, (name, part) in enumerate(parts))
+    )
+    mesh = load(text, 1.0)
+    sizes = np.diff(mesh.offsets)
+    material = mesh.attributes.face["material"]
+    names = [mesh.attributes.labels["material"][int(value)] for value in material]
+    assert list(dict.fromkeys(names)) == ["c0", "high1", "low2", "c3", "low4", "high5"]
+    assert [int(size) for size in sizes] == [2 if name[0] == "c" else 4 for name in names]
+
+
 def test_patches_with_and_without_weights_are_welded() -> None:
     """A plane, and a quarter of a cylinder beside it."""
     h = math.sqrt(0.5)
@@ -332,12 +351,16 @@ def write_bodies() -> dict[str, str]:
     high = f"deg 11 11\nsurf 0 1 0 1 {write_names(144)}\n{PARMS}"
     low = f"surf 0 1 0 1 1 2 3 4\n{PARMS}"
     n_low = size // len(low)
+    turns = "".join(
+        f"deg {i} {i % 3 + 1}\nsurf 0 1 0 1 {write_names((i + 1) * (i % 3 + 2))}\n{PARMS}" for i in range(1, 12)
+    )
     line = "".join(f"v {i} {2 * i} {3 * i}\n" for i in range(1, 10))
     return {
         "rational patches": f"{rational}cstype rat bezier\ndeg 1 1\n{low * n_low}",
         "patches beside one of degree 11": f"{rational}cstype rat bezier\n{high}cstype bezier\ndeg 1 1\n{low * n_low}",
         "rational patches of degree 11": f"{rational}cstype rat bezier\n{high * (size // len(high))}",
         "patches without area": f"{line}cstype bezier\n{high * (size // len(high))}",
+        "degrees in turn": f"{plain}cstype bezier\n" + turns * (size // len(turns)),
         "old splines": plain + f"bsp {write_names(16)}\n" * (size // 36),
         "curves cut elsewhere": f"{plain}cstype bezier\ndeg 11\n"
         + "".join(f"curv {i / 1e4:g} 1 {write_names(12)}\nparm u 0 1\nend\n" for i in range(size // 50)),
