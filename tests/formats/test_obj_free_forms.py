@@ -345,8 +345,8 @@ def write_names(count: int) -> str:
 
 
 def write_bodies() -> dict[str, str]:
-    """Return texts of 50 kB that took seconds, or hundreds of megabytes, per megabyte."""
-    size = 50_000
+    """Return texts of 20 kB that took seconds, or hundreds of megabytes, per megabyte."""
+    size = 20_000
     rational, plain = write_points(rational=True), write_points()
     high = f"deg 11 11\nsurf 0 1 0 1 {write_names(144)}\n{PARMS}"
     low = f"surf 0 1 0 1 1 2 3 4\n{PARMS}"
@@ -369,17 +369,18 @@ def write_bodies() -> dict[str, str]:
 
 @pytest.mark.filterwarnings("ignore::gpu_xform.MeshWarning")
 @pytest.mark.parametrize("name", write_bodies())
-def test_bodies_of_free_forms_end_soon_and_in_little_memory(name: str) -> None:
+def test_bodies_of_free_forms_end_soon_and_in_little_memory(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Before, a megabyte of each took 4 to 35 s of a processor, or 1 to 5 GB."""
+    monkeypatch.setattr(obj_free_forms, "_MAX_DEFAULT_SEGMENTS", 1 << 14)
     text = write_bodies()[name]
     load(f"{write_points(rational=True)}cstype rat bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 4\n{PARMS}")
     begin = time.process_time()
     load(text)
-    assert time.process_time() - begin < 0.3
+    assert time.process_time() - begin < 0.15
     tracemalloc.start()
     try:
         mesh = load(text)
-        assert tracemalloc.get_traced_memory()[1] < 20e6 + 400 * mesh.n_faces
+        assert tracemalloc.get_traced_memory()[1] < 10e6 + 400 * mesh.n_faces
     finally:
         tracemalloc.stop()
 
