@@ -29,8 +29,12 @@ def atomic_write(path: StrPath) -> Iterator[BinaryIO]:
     """
     target, is_stream = find_target(path)
     if is_stream:
-        with target.open("wb") as file:
-            yield file
+        try:
+            with target.open("wb") as file:
+                yield file
+        except OSError as error:
+            _name_path(error, path)
+            raise
         return
     temporary = target.with_name(_make_temporary_name())
     try:
@@ -42,7 +46,15 @@ def atomic_write(path: StrPath) -> Iterator[BinaryIO]:
             temporary.unlink()
         if isinstance(error, OSError) and error.filename == str(temporary):
             raise OSError(error.errno, error.strerror, os.fspath(path)) from None
+        if isinstance(error, OSError):
+            _name_path(error, path)
         raise
+
+
+def _name_path(error: OSError, path: StrPath) -> None:
+    """Let an error of the system know which file it is about: a full disk does not say it."""
+    if error.errno is not None and error.filename is None:
+        error.filename = os.fspath(path)
 
 
 @contextmanager

@@ -2,6 +2,9 @@
 
 import io
 import os
+import subprocess
+import sys
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -9,6 +12,7 @@ import pytest
 
 from gpu_xform import Mesh, samples, save_mesh
 from gpu_xform._core.whole_writes import write_all
+from tests.support.python_run import linux_only
 
 
 class ShortFile(io.RawIOBase):
@@ -54,3 +58,31 @@ def test_every_writer_writes_all(file_type: str) -> None:
     save_mesh(mesh, file, file_type=file_type)  # type: ignore[arg-type]
     save_mesh(mesh, whole, file_type=file_type)
     assert bytes(file.content) == whole.getvalue()
+
+
+LIMITED = """
+import os, resource, sys
+import numpy as np
+import gpu_xform as gx
+model = gx.samples.icosphere(3)
+made = gx.animate(model, np.stack([np.eye(4)] * 2), size=(120, 90), edges="all") if sys.argv[1] != "mesh" else None
+resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
+kinds = {"mesh": ("obj", "off", "ply", "stl", "glb", "gltf", "npy"), "animation": ("gif", "apng", "webp", "html")}
+for kind in kinds[sys.argv[1]]:
+    try:
+        if made is None:
+            gx.save_mesh(gx.Mesh(model.positions) if kind == "npy" else model, f"out.{kind}")
+        else:
+            made.save(f"out.{kind}")
+    except OSError as error:
+        assert (error.filename, error.strerror) == (f"out.{kind}", "File too large"), error
+    else:
+        raise AssertionError(kind)
+    assert os.listdir() == [], os.listdir()
+"""
+
+
+@linux_only
+@pytest.mark.parametrize("what", ["mesh", "animation"])
+def test_a_file_that_has_no_room_is_named(what: str, tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-c", LIMITED, what], cwd=tmp_path, check=True)
