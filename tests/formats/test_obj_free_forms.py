@@ -408,3 +408,14 @@ def test_points_that_overflow_are_refused(weight: str) -> None:
         return
     with pytest.warns(gx.MeshWarning, match="line 7: surf has points that overflow when they are multiplied by their"):
         load(text + "f 1 2 3\n")
+
+
+def test_points_that_rounding_takes_beyond_all_numbers_are_refused() -> None:
+    most = repr(np.finfo(np.float64).max)
+    points = "".join(f"v {most} {most} {i} 0.3\n" for i in range(16))
+    text = f"{points}cstype rat bezier\ndeg 3 3\nsurf 0 1 0 1 {' '.join(map(str, range(1, 17)))}\n{PARMS}"
+    with (
+        pytest.warns(gx.MeshWarning, match="coarser"),
+        pytest.raises(gx.MeshError, match="line 19: the points of surf and others overflow"),
+    ):
+        load(text)

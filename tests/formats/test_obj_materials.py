@@ -194,7 +194,7 @@ def test_images_are_found_behind_options(model: Path, statement: str, image: str
         "map_Kd " + "a " * 50_000,
         "map_Kd -s " + "1 " * 50_000,
         "map_Kd -s 1 1 1" + " " * 100_000,
-        "map_Kd " + "-s 1 1 1 " * 11_000,
+        "map_Kd " + "-s 1 1 1 " * 33_000,
         "map_Kd -s 1 1 1 sheet metal.png\n" * 3_000,
     ],
     ids=["words", "arguments", "blanks", "options", "statements"],
