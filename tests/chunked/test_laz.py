@@ -1,11 +1,11 @@
 """LAZ files, compressed in parts, against laspy, lazrs and copclib."""
 
 import shutil
+import sys
 import warnings
 from pathlib import Path
 from typing import Any
 
-import copclib
 import laspy
 import numpy as np
 import pytest
@@ -16,6 +16,10 @@ from gpu_xform.compute import streaming
 from gpu_xform.formats import laz
 from tests.chunked.test_las import MATRIX, require_moved
 from tests.support.las_files import make_las
+
+HAS_COPCLIB = sys.version_info < (3, 14)  # it has no wheels for later ones, and GCC 13 and later do not compile it
+if HAS_COPCLIB:
+    import copclib
 
 N = 120_000  # two chunks and a part of one
 
@@ -104,6 +108,7 @@ def write_copc(source: Path, destination: Path) -> None:
     writer.Close()
 
 
+@pytest.mark.skipif(not HAS_COPCLIB, reason="copclib has no wheel for this Python")
 def test_copc_is_read_and_its_index_left_out(tile: Path, tmp_path: Path) -> None:
     write_copc(tile / "in.las", tmp_path / "in.copc.laz")
     before = laspy.read(tmp_path / "in.copc.laz")
