@@ -29,6 +29,8 @@ _MATERIAL_TABLE = np.array([[0.8, 0.8, 0.8]])  # of a Material that says none (6
 _TEXTURES = {"ImageTexture": "url", "MovieTexture": "url", "PixelTexture": "", "Texture2": "filename"}
 # What a Material says beside the colour that becomes an attribute.
 _LOST_OF_MATERIALS = ("ambientColor", "ambientIntensity", "emissiveColor", "shininess", "specularColor")
+_COLORS_OF_MATERIALS = ("diffuseColor", "emissiveColor")
+_SAID_OF_MATERIALS = {*_COLORS_OF_MATERIALS, *_LOST_OF_MATERIALS}
 _PLURALS = {"color": "colours", "normal": "normals", "texcoord": "texture coordinates"}
 _BEFORE_ALL = np.array([-1])
 _FEW_VALUES = 64
@@ -68,24 +70,34 @@ class Appearance:
         """The same for lines and points."""
         return self.colors_of_lines[:1]
 
-    @cached_property
+    @property
     def says_color(self) -> bool:
         """Whether the file says a colour, so that it is not by default."""
-        fields = ("diffuseColor", "emissiveColor")
-        return self.material is not None and any(self.material.numbers(name) is not None for name in fields)
+        return self._said[0]
 
-    @cached_property
+    @property
     def texture_name(self) -> str | None:
         """The name of the texture, or its kind; None without one."""
-        if self.texture is None or self.texture.kind not in _TEXTURES:
-            return None
-        return self.texture.first_word(_TEXTURES[self.texture.kind]) or self.texture.kind
+        return self._said[1]
 
-    @cached_property
+    @property
     def lost(self) -> tuple[str, ...]:
         """What the material says that no attribute holds."""
-        material = self.material
-        return () if material is None else tuple(n for n in _LOST_OF_MATERIALS if material.numbers(n) is not None)
+        return self._said[2]
+
+    @cached_property
+    def _said(self) -> tuple[bool, str | None, tuple[str, ...]]:
+        """All three: most appearances are asked for them, and each `cached_property` takes a lock."""
+        says_color, name = False, None
+        lost: tuple[str, ...] = ()
+        if self.material is not None:
+            said = self.material.node.fields.keys() & _SAID_OF_MATERIALS  # of a dozen fields, few are there
+            found = {field for field in said if self.material.numbers(field) is not None}
+            says_color = not found.isdisjoint(_COLORS_OF_MATERIALS)
+            lost = tuple(field for field in _LOST_OF_MATERIALS if field in found)
+        if self.texture is not None and self.texture.kind in _TEXTURES:
+            name = self.texture.first_word(_TEXTURES[self.texture.kind]) or self.texture.kind
+        return says_color, name, lost
 
 
 NO_APPEARANCE = Appearance()
@@ -376,9 +388,12 @@ def _read_material(material: PlacedNode | None, *, is_line: bool) -> Float64Arra
     """
     if material is None:
         return _WHITE_TABLE
-    diffuse, emissive = material.table("diffuseColor", 3), material.table("emissiveColor", 3)
-    found = (emissive if emissive.any() else diffuse, emissive) if is_line else (diffuse, emissive)
-    table = next((rows for rows in found if len(rows)), _MATERIAL_TABLE)
+    table = material.table("diffuseColor", 3)
+    if is_line or len(table) == 0:
+        emissive = material.table("emissiveColor", 3)
+        table = emissive if len(table) == 0 or emissive.any() else table
+    if len(table) == 0:
+        table = _MATERIAL_TABLE
     if material.numbers("transparency") is None:
         return table
     opacity = 1.0 - material.table("transparency", 1)[:, 0]

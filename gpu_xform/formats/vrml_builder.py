@@ -30,7 +30,7 @@ from .vrml_values import Numbers
 
 _PRIMITIVE_DISCOUNT = 4  # a molecule has many thousands of spheres, each of thousands of numbers: they count for less
 _MAX_NAMED = 8
-_MAX_APPEARANCES = 1 << 12
+_MAX_APPEARANCES = 1 << 8
 _NO_NUMBERS = Numbers(0, "")
 _NO_POINTS = np.empty((0, 3))
 

@@ -24,8 +24,8 @@ class Polygons(NamedTuple):
 
 def make_box(size: Float64Array) -> Polygons:
     """Return a box of six faces, centred on the origin."""
-    unit = _unit_box()
-    return unit._replace(points=unit.points * size)
+    _, corners, sizes = unit = _unit_box()
+    return Polygons(unit.points * size, corners, sizes)
 
 
 def make_sphere(radius: float) -> Polygons:
