@@ -346,8 +346,8 @@ def write_names(count: int) -> str:
 
 
 def write_bodies() -> dict[str, str]:
-    """Return texts of 20 kB that took seconds, or hundreds of megabytes, per megabyte."""
-    size = 20_000
+    """Return texts of 20 kB, or 70 of many small forms, that took seconds, or hundreds of megabytes, per megabyte."""
+    size, of_many = 20_000, 70_000
     rational, plain = write_points(rational=True), write_points()
     high = f"deg 11 11\nsurf 0 1 0 1 {write_names(144)}\n{PARMS}"
     low = f"surf 0 1 0 1 1 2 3 4\n{PARMS}"
@@ -362,9 +362,9 @@ def write_bodies() -> dict[str, str]:
         "rational patches of degree 11": f"{rational}cstype rat bezier\n{high * (size // len(high))}",
         "patches without area": f"{line}cstype bezier\n{high * (size // len(high))}",
         "degrees in turn": f"{plain}cstype bezier\n" + turns * (size // len(turns)),
-        "old splines": plain + f"bsp {write_names(16)}\n" * (size // 36),
+        "old splines": plain + f"bsp {write_names(16)}\n" * (of_many // 36),
         "curves cut elsewhere": f"{plain}cstype bezier\ndeg 11\n"
-        + "".join(f"curv {i / 1e4:g} 1 {write_names(12)}\nparm u 0 1\nend\n" for i in range(size // 50)),
+        + "".join(f"curv {i / 1e4:g} 1 {write_names(12)}\nparm u 0 1\nend\n" for i in range(of_many // 50)),
     }
 
 
