@@ -1,5 +1,11 @@
 """Affine transforms by matrix products: within the accuracy contract, and each point for itself."""
 
+import os
+import subprocess
+import sys
+from functools import partial
+from pathlib import Path
+
 import numpy as np
 import numpy.typing as npt
 import pytest
@@ -30,6 +36,36 @@ def test_neither_place_nor_number_of_points_changes_a_byte(dtype: npt.DTypeLike)
         out = np.empty_like(points[part])
         transform_affine(points[part], m, out)
         assert out.tobytes() == whole[part].tobytes()
+
+
+ALIKE = """
+import numpy as np
+from gpu_xform.compute.host.blas import POINTS_PER_ROW, ROWS_PER_BLOCK
+rng = np.random.default_rng(0)
+for dtype in (np.float32, np.float64):
+    for columns in (2, 3):
+        linear = np.kron(np.eye(POINTS_PER_ROW), rng.normal(size=(columns, columns))).astype(dtype)
+        for _ in range(8):
+            row = rng.normal(0, 100, POINTS_PER_ROW * columns).astype(dtype)
+            product = np.matmul(np.tile(row, (ROWS_PER_BLOCK, 1)), linear)
+            assert (product == product[0]).all(), (dtype, columns)
+"""
+
+
+@pytest.mark.parametrize(
+    ("kind", "threads"),  # kinds of OpenBLAS's kernels; by default this machine's
+    [("", "2"), ("Prescott", "2"), ("Haswell", "1"), ("Haswell", "2"), ("Haswell", "3"), ("Haswell", "5")],
+)
+def test_a_row_of_a_block_is_multiplied_alike_wherever_it_is(kind: str, threads: str) -> None:
+    """Before, blocks of 4,096 rows were no multiple of the tiles of Haswell and Zen: the last rows differed."""
+    processor = Path("/proc/cpuinfo")
+    if kind == "Haswell" and not (processor.exists() and "avx2" in processor.read_text("utf-8")):
+        pytest.skip("this processor has no AVX2")
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("OPENBLAS_")}
+    chosen = {"OPENBLAS_CORETYPE": kind} if kind else {}
+    run = partial(subprocess.run, capture_output=True, text=True, check=False)
+    done = run([sys.executable, "-c", ALIKE], env={**environment, **chosen, "OPENBLAS_NUM_THREADS": threads})
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.parametrize("columns", [2, 3])
