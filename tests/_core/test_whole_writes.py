@@ -2,6 +2,7 @@
 
 import io
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -85,5 +86,7 @@ for kind in kinds[sys.argv[1]]:
 @linux_only
 @pytest.mark.parametrize("what", ["mesh", "animation"])
 def test_a_file_that_has_no_room_is_named(what: str, tmp_path: Path) -> None:
-    environment = {**os.environ, "GPU_XFORM_ADAPTER": "host"}  # others keep memory in files, and end by a signal
-    subprocess.run([sys.executable, "-c", LIMITED, what], cwd=tmp_path, check=True, env=environment)
+    done = subprocess.run([sys.executable, "-c", LIMITED, what], cwd=tmp_path, check=False)
+    if what == "animation" and done.returncode == -signal.SIGBUS:
+        pytest.skip("this driver keeps memory in files, whose limit ends the process")
+    assert done.returncode == 0
