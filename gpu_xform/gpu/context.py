@@ -4,6 +4,7 @@ Buffers, caches, shaders and dispatches are made from a context. `Device` puts t
 """
 
 import contextlib
+import ctypes
 import os
 import threading
 import weakref
@@ -288,6 +289,14 @@ def _let_go_of_devices() -> None:
         context.lock = threading.RLock()
     for kind in (wgpu.GPUObjectBase, wgpu.GPUAdapter):
         kind.__del__ = lambda _: None
+    _end_before_drivers()
+
+
+def _end_before_drivers() -> None:
+    """Let this process end when Python has, before drivers do: Mesa 26 waits for threads that a fork does not have."""
+    libc = ctypes.CDLL(None)
+    with contextlib.suppress(AttributeError):  # the C library of GNU has it
+        libc.on_exit(ctypes.cast(libc._exit, ctypes.c_void_p), None)
 
 
 if hasattr(os, "register_at_fork"):

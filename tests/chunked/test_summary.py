@@ -123,6 +123,10 @@ def test_attributes_that_are_no_table_are_passed_over(tmp_path: Path) -> None:
     zarr.create_array(store=str(path), data=np.ones((5, 3), "f4"))
     content = json.loads((path / "zarr.json").read_text())
     (path / "zarr.json").write_text(json.dumps(content | {"attributes": 7}))
-    assert summarize(path, "zarr")["attributes"] == []
+    try:
+        assert summarize(path, "zarr")["attributes"] == []
+    except gx.ArgumentError as error:
+        assert "be a Zarr array" in str(error)  # noqa: PT017 - zarr-python 3.4 refuses them itself
+        return
     gx.transform_file(path, tmp_path / "out.zarr", np.eye(4))
     assert np.array_equal(zarr.open_array(tmp_path / "out.zarr", mode="r")[:], np.ones((5, 3)))
