@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -57,20 +58,24 @@ def run_limited(
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **_SPARING},
         process_group=0,
     )
-    end_s = time.monotonic() + _wait_s(cpu_s)
-    given: bytes | None = data
     taken_bytes = 0
+    is_over = threading.Event()
+
+    def sample() -> None:
+        nonlocal taken_bytes
+        while not is_over.wait(_SAMPLE_S):
+            taken_bytes = _read_taken_bytes(child.pid, memory_bytes) or taken_bytes
+
+    sampler = threading.Thread(target=sample, daemon=True)
     with child:
         try:
-            while True:
-                try:
-                    printed, _ = child.communicate(given, _SAMPLE_S)
-                    return Ended(child.returncode, printed, False, taken_bytes)
-                except subprocess.TimeoutExpired:
-                    if time.monotonic() > end_s:
-                        return Ended(0, b"", True, taken_bytes)
-                given, taken_bytes = None, _read_taken_bytes(child.pid, memory_bytes) or taken_bytes
+            sampler.start()
+            printed, _ = child.communicate(data, _wait_s(cpu_s))
+            return Ended(child.returncode, printed, False, taken_bytes)
+        except subprocess.TimeoutExpired:
+            return Ended(0, b"", True, taken_bytes)
         finally:
+            is_over.set()
             _kill(child)
 
 

@@ -77,6 +77,8 @@ class FileLimits:
                 continue
             try:
                 number = float(value) if each.name == "cpu_s" else operator.index(value)
+            except OverflowError:
+                number = float("inf")
             except (TypeError, ValueError):
                 raise ArgumentTypeError.expecting(each.name, "be a number", repr(value)) from None
             if isinstance(value, bool) or not 0 < number < float("inf"):

@@ -205,6 +205,8 @@ def _cut(form: Form, values: Float64Array, degree: int, low: float, high: float)
 
     None stands for matrices that change nothing, and for one such piece alone.
     """
+    if math.isinf(float(values.max()) - float(values.min())):
+        raise MeshError(f"parm reaches from {values.min():g} to {values.max():g}, which are too far apart")
     matrices = None
     if form.kind == "bspline":
         n_points = len(values) - degree - 1

@@ -66,6 +66,15 @@ def test_the_same_mesh_comes_back(kind: str) -> None:
     assert isolated.positions.dtype == plain.positions.dtype
 
 
+@pytest.mark.parametrize("n_points", [40_000, 400_000])
+def test_a_file_that_no_pipe_holds_at_once_is_read_soon(n_points: int) -> None:
+    """Before, what a pipe did not take within a fiftieth of a second never came, and the reader waited for it."""
+    data = b"v 1 2 3\n" * n_points
+    begin = time.monotonic()
+    assert gx.load_mesh(io.BytesIO(data), file_type="obj", isolated=True).n_points == n_points
+    assert time.monotonic() - begin < 20
+
+
 def test_what_is_malformed_is_the_same_error_and_warning() -> None:
     with pytest.raises(MeshError, match=r"^<file>: line 1: expected 'ply', got 'no ply'"):
         gx.load_mesh(io.BytesIO(b"no ply\n"), file_type="ply", isolated=True)

@@ -420,3 +420,12 @@ def test_points_that_rounding_takes_beyond_all_numbers_are_refused() -> None:
         pytest.raises(gx.MeshError, match="line 19: the points of surf and others overflow"),
     ):
         load(text)
+
+
+@pytest.mark.parametrize("form", ["curv 0 1 1 2", "surf 0 1 0 1 1 2 3 4"])
+def test_parameters_that_are_too_far_apart_are_left_out(form: str) -> None:
+    """Before, they were a ZeroDivisionError, and NumPy warned."""
+    knots = "-1e308 -1e308 1e308 1e308"
+    text = f"{write_points()}cstype bspline\ndeg 1 1\n{form}\nparm u {knots}\nparm v {knots}\nend\nf 1 2 3\n"
+    with pytest.warns(gx.MeshWarning, match="parm reaches from -1e\\+308 to 1e\\+308, which are too far apart"):
+        assert load(text).n_faces == 1
