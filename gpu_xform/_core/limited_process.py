@@ -58,6 +58,7 @@ def run_limited(
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **_SPARING},
         process_group=0,
     )
+    # A thread looks at it: a second `communicate` would send no more of the data (CPython, issue 141473, until 3.14).
     taken_bytes = 0
     is_over = threading.Event()
 

@@ -4,6 +4,7 @@ What a file trims is not trimmed.
 """
 
 import math
+import sys
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
@@ -127,7 +128,7 @@ def _choose_default_steps(form: Form, blocks: Sequence[Float64Array], positions:
     if n_parts > MAX_FACES:
         raise MeshError(f"line {form.line}: {form.keyword} and others make {n_parts} {what}, at most {MAX_FACES}")
     with np.errstate(over="ignore"):
-        diagonal = min(float(np.linalg.norm(np.ptp(positions, axis=0))), float(np.finfo(np.float64).max))
+        diagonal = min(math.hypot(*np.ptp(positions, axis=0).tolist()), sys.float_info.max)
     tolerance = _DEFAULT_TOLERANCE * diagonal or 1.0
     wanted = count_steps(tolerance, blocks)
     most = min(MAX_FACES, max(_MAX_DEFAULT_SEGMENTS, 4 * len(positions)))

@@ -22,6 +22,7 @@ MAX_FACES = 1 << 24  # of one surface; 2 GB of mesh
 _N_PIECES = 8
 _NUMBERS_AT_ONCE = 1 << 15
 _MAX_SPLIT_NUMBERS = 1 << 24
+_MAX_SQUARED = 1e150  # squares of more would overflow
 
 
 def as_tolerance(value: float, name: str = "tolerance") -> float:
@@ -94,8 +95,11 @@ def _bound_polynomial(block: Float64Array) -> Float64Array:
         degree = block.shape[axis] - 1
         differences = np.diff(block, 2, axis=axis)
         if differences.size:
-            squares = np.einsum("...i,...i->...", differences, differences).reshape(len(block), -1)
-            bounds += degree * (degree - 1) * np.sqrt(squares.max(axis=1))
+            largest = float(np.abs(differences).max())
+            scale = largest if largest > _MAX_SQUARED else 1.0
+            rows = differences / scale
+            squares = np.einsum("...i,...i->...", rows, rows).reshape(len(block), -1)
+            bounds += degree * (degree - 1) * (scale * np.sqrt(squares.max(axis=1)))
     return bounds
 
 

@@ -429,3 +429,12 @@ def test_parameters_that_are_too_far_apart_are_left_out(form: str) -> None:
     text = f"{write_points()}cstype bspline\ndeg 1 1\n{form}\nparm u {knots}\nparm v {knots}\nend\nf 1 2 3\n"
     with pytest.warns(gx.MeshWarning, match="parm reaches from -1e\\+308 to 1e\\+308, which are too far apart"):
         assert load(text).n_faces == 1
+
+
+@pytest.mark.parametrize("size", ["1", "1e155", "1e300"])
+def test_the_default_tolerance_is_that_of_points_of_any_size(size: str) -> None:
+    """Before, squares of points beyond 1e154 overflowed: a curve had half a million segments."""
+    points = f"v {size} 0 0\nv 0 {size} 0\nv 0 0 {size}\n"
+    mesh = load(f"{points}cstype bezier\ndeg 2\ncurv 0 1 1 2 3\nparm u 0 1\nend\n")
+    # The second derivative is 2 (1, -2, 1), and the diagonal of the points (1, 1, 1).
+    assert mesh.n_faces == math.ceil(math.sqrt(2 * math.sqrt(6) / (8 * 1e-3 * math.sqrt(3))))
