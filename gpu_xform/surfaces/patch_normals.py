@@ -19,6 +19,7 @@ _MIN_LENGTH = 1e-9
 # Of the product of both derivatives' bounds, and of the weights: a patch whose normals are all shorter has no area.
 _MIN_SINE = 2.0**-40
 _NUMBERS_AT_ONCE = 1 << 16
+_POINTS_AT_ONCE = 1 << 12  # products so small that OpenBLAS keeps to one thread: others would wait for each of them
 
 
 def compute_corner_normals(patches: Float64Array, n: int, kept: BoolArray, normals: Float64Array) -> None:
@@ -87,7 +88,7 @@ def _measure(vectors: Float64Array) -> Float64Array:
 def _have_area(patches: Float64Array) -> BoolArray:
     """Tell which patches have normals anywhere, as a grid as fine as that of their control points shows."""
     n = max(patches.shape[1:3])
-    count = max(1, _NUMBERS_AT_ONCE // (n + 1) ** 2)
+    count = max(1, _POINTS_AT_ONCE // (n + 1) ** 2)
     parts = [_compute_directions(patches[i : i + count], n)[2] for i in range(0, len(patches), count)]
     return np.concatenate(parts) if parts else np.empty(0, bool)
 
