@@ -44,7 +44,7 @@ class FileLimits:
     depth : int, optional
         Nodes within one another.
     unpacked_bytes : int, optional
-        Bytes that compressed content unpacks to, and that files beside the file have.
+        Bytes that compressed content unpacks to, and that files beside the file have, but for the materials of OBJ.
     cpu_s : float, optional
         Seconds that a processor may work on it; with `isolated=True`, where it is 60 by default, and for the process
         in which Open CASCADE reads a STEP file, 600 and another 600 per megabyte by default. They count from when the
