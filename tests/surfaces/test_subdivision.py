@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 import gpu_xform as gx
 from gpu_xform.surfaces.subdivision import Subdivision
@@ -24,11 +25,11 @@ STRIP = gx.samples.moebius(5, 2)
 
 
 def match_points(a: Any, b: Any) -> None:
-    """Assert that two clouds have the same points, in any order."""
+    """Assert that two clouds have the same points, in any order: about each are as many of one as of the other."""
     assert a.shape == b.shape
-    direction = np.array([0.577, 1.313, 2.171])
-    a, b = (points[np.argsort(points @ direction)] for points in (a, b))
-    np.testing.assert_allclose(a, b, rtol=0, atol=1e-13)
+    trees, both = (cKDTree(a), cKDTree(b)), np.concatenate([a, b])
+    in_a, in_b = (tree.query_ball_point(both, 1e-13, return_length=True) for tree in trees)
+    np.testing.assert_array_equal(in_a, in_b)
 
 
 def reference(
@@ -60,6 +61,16 @@ def test_catmull_clark_is_what_loops_over_points_compute(mesh: gx.Mesh, levels: 
 def test_loop_is_what_loops_over_points_compute(mesh: gx.Mesh, levels: int) -> None:
     points, faces = reference(mesh, levels, "loop", {}, set())
     assert_same_surface(gx.subdivide(mesh, levels, "loop").mesh, points, faces)
+
+
+def test_clouds_match_in_any_order_and_not_with_a_point_moved() -> None:
+    """The first two lie equally far along (0.577, 1.313, 2.171), along which clouds were sorted once."""
+    a = np.array([(2.171, 0, 0), (0, 0, 0.577), (1, 2, 3), (1, 2, 3)])
+    match_points(a, a[[1, 3, 0, 2]])
+    match_points(a + 1e-15, a[[3, 1, 0, 2]])
+    for b in (a[[0, 1, 2, 1]], a + np.eye(4, 3) * 1e-9):
+        with pytest.raises(AssertionError):
+            match_points(a, b)
 
 
 @settings(max_examples=40, deadline=None)
