@@ -25,11 +25,12 @@ def spans(trace: dict[str, Any], category: str) -> list[dict[str, Any]]:
 @pytest.mark.parametrize("features", ["WANTED_FEATURES", "WANTED_FEATURES - {'timestamp-query'}"])
 def test_a_process_leaves_the_times_of_all_its_dispatches(features: str, tmp_path: Path) -> None:
     code = f"""
+        import numpy as np
         import gpu_xform as gx
         from gpu_xform.gpu.context import WANTED_FEATURES, GpuContext
         from gpu_xform.gpu.device import GpuDevice
         device = GpuDevice.from_context(GpuContext(wanted_features={features}))
-        gx.transform_points([[1, 2, 3]], gx.identity(), device=device)
+        gx.transform_points(np.float32([[1, 2, 3]]), gx.identity(), device=device)
         gx.render_array(gx.samples.cube(), hidden="remove", size=(64, 64), device=device)
     """
     trace = run_traced(code, tmp_path / "trace.json")
