@@ -28,6 +28,7 @@ from ..geometry.joints import Joint, Mimic
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
 from ..geometry.scene_animation import Channel, Placement, SceneAnimation
+from ._warn import warn
 from .limits import FileLimits
 
 DEFAULT_CPU_S = 60.0
@@ -111,7 +112,7 @@ def _parse_answer(text: bytes) -> dict[str, Any]:
     if not isinstance(answer, dict):
         raise MeshError("the process that read it gave no answer")
     for message in answer.get("warnings", ()):
-        warnings.warn(str(message), MeshWarning, stacklevel=4)
+        warn(str(message))
     if "error" in answer:
         raise (MissingExtraError if answer.get("is_missing") is True else MeshError)(str(answer["error"]))
     return answer

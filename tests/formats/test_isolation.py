@@ -6,7 +6,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Mapping
+import warnings
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,25 @@ def test_what_is_malformed_is_the_same_error_and_warning() -> None:
     gx.save_mesh(gx.samples.cube(), file, file_type="stl")
     with pytest.warns(gx.MeshWarning, match="4 bytes behind its 12 triangles"):
         gx.load_mesh(io.BytesIO(file.getvalue() + b"more"), file_type="stl", isolated=True)
+
+
+@pytest.mark.parametrize("load", [gx.load_mesh, gx.load_scene])
+def test_a_warning_names_the_file_and_the_line_of_the_caller(
+    load: Callable[..., gx.Mesh | gx.Scene], working_folder: Path
+) -> None:
+    (working_folder / "a.obj").write_bytes(b"mtllib none.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\ncurv 0 1 1 2\n")
+    facet = b"solid b\nfacet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
+    (working_folder / "b.stl").write_bytes(facet + b"endloop\nendfacet\n")
+    for name in ("a.obj", "b.stl"):
+        told = []
+        for isolated in (False, True):
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                load(name, isolated=isolated)
+            told.append([(str(each.message), each.category, each.filename, each.lineno) for each in caught])
+        assert told[1] == told[0]
+        assert all(each[0].startswith(f"{name}: ") and each[2] == __file__ for each in told[0])
+        assert len(told[0]) == {"a.obj": 2, "b.stl": 1}[name]
 
 
 def make_scene() -> gx.Scene:
