@@ -254,8 +254,6 @@ def _read_buffer(
         uri = buffer["uri"]
         if uri not in files:
             files[uri] = _fetch(uri, folder)
-            if not uri.startswith("data:"):
-                budget().allow_bytes(len(files[uri]))
         content = files[uri]
     elif buffer.get("extensions", {}).get(MESHOPT, {}).get("fallback") is True:
         return b""  # stands for what compressed buffer views unpack to
@@ -284,7 +282,7 @@ def _fetch(uri: str, folder: Path | None) -> bytes:
     path = find_beside(folder, folder, uri)
     if path is None:
         raise MeshError(f"its buffer must be a file beside it, got {quote(uri)}")
-    data = path.read_bytes()
+    data = budget().read_beside(path)
     if is_lfs_pointer(data):
         raise MeshError(f"its buffer {quote(uri)} is {POINTER_WORDS}")
     return data

@@ -7,12 +7,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, fields
+from pathlib import Path
 
 import numpy as np
 
 from .._core.public import public
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.mesh import Mesh
+from ._text import quote
 
 # What a file may expand to, by USE, components, instances and shared arrays, without a limit of the caller's: so much
 # in any case, and so much more per byte or node that it holds itself.
@@ -44,7 +46,8 @@ class FileLimits:
     depth : int, optional
         Nodes within one another.
     unpacked_bytes : int, optional
-        Bytes that compressed content unpacks to, and that files beside the file have, but for the materials of OBJ.
+        Bytes that compressed content unpacks to, and that files beside the file have which are read with it: `.mtl` of
+        OBJ, buffers of glTF, the models of URDF; those that VRML includes are not counted.
     cpu_s : float, optional
         Seconds that a processor may work on it; with `isolated=True`, where it is 60 by default, and for the process
         in which Open CASCADE reads a STEP file, 600 and another 600 per megabyte by default. They count from when the
@@ -177,6 +180,14 @@ class Budget:
                 f"{where}: unpacks to more than the {most:,} bytes that are allowed, "
                 f"the limit {_name('unpacked_bytes', limit)}"
             )
+
+    def read_beside(self, path: Path) -> bytes:
+        """Return the content of a file that the file names; raise MeshError, unread, if the caller allows less."""
+        if self.limits.unpacked_bytes is not None:
+            self.take_bytes(path.stat().st_size, 0, quote(path.name))
+        data = path.read_bytes()
+        self.allow_bytes(len(data))
+        return data
 
     def most_bytes(self, ratio: int) -> int:
         """Return how many bytes may be unpacked in all."""

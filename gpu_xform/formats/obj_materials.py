@@ -14,6 +14,7 @@ from ..geometry.mesh import Mesh
 from ._beside import find_beside
 from ._text import plain_text
 from ._warn import warn
+from .limits import budget
 
 _COLOR = "Kd"
 _OPACITIES = ("d", "Tr")
@@ -39,7 +40,7 @@ def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes
                 missing[name] = None
             elif path not in read:
                 read.add(path)
-                found[name] = path.read_bytes()
+                found[name] = budget().read_beside(path)
     pointers = [name for name, data in found.items() if is_lfs_pointer(data)]
     if pointers:
         warn(f"the materials of {', '.join(pointers)} are not there: it is {POINTER_WORDS}")

@@ -288,10 +288,7 @@ class _Visuals:
 
     def _read_file(self, path: Path) -> Mesh | None:
         kind = path.suffix.lower().lstrip(".")
-        if budget().limits.unpacked_bytes is not None:
-            budget().take_bytes(path.stat().st_size, 0, quote(path.name))
-        data = path.read_bytes()
-        budget().allow_bytes(len(data))
+        data = budget().read_beside(path)
         with prefix_errors(quote(path.name)):
             if is_lfs_pointer(data):
                 raise MeshError(POINTER_WORDS)

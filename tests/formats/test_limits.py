@@ -256,6 +256,48 @@ def test_a_limit_of_the_caller_takes_the_place_of_the_default() -> None:
     assert len(gx.load_scene(io.BytesIO(chain), file_type="gltf", limits=gx.FileLimits(nodes=2, depth=2))) == 2
 
 
+def write_with_files_beside(folder: Path, kind: str) -> tuple[Path, int]:
+    """Write a model that names two files beside it, one of them twice; return its path and what both hold, in bytes."""
+    if kind == "obj":
+        contents = {"a.mtl": b"newmtl red\nKd 1 0 0\n", "b.mtl": b"newmtl blue\n"}
+        data = b"mtllib a.mtl\nmtllib b.mtl ./a.mtl\n" + CUBE
+    elif kind == "gltf":
+        contents = {"a.bin": bytes(36), "b.bin": bytes(72)}
+        document = json.loads(gltf())
+        document["buffers"] = [{"uri": name, "byteLength": 36} for name in ("a.bin", "b.bin", "a.bin")]
+        data = json.dumps(document).encode()
+    else:
+        contents = {"a.obj": CUBE, "b.obj": CUBE + b"# another\n"}
+        shown = "".join(f'<visual><geometry><mesh filename="{name}.obj"/></geometry></visual>' for name in "aba")
+        data = f'<robot name="r"><link name="l">{shown}</link></robot>'.encode()
+    for name, content in contents.items():
+        (folder / name).write_bytes(content)
+    path = folder / f"model.{kind}"
+    path.write_bytes(data)
+    return path, sum(map(len, contents.values()))
+
+
+@pytest.mark.parametrize("kind", ["gltf", "obj", "urdf"])
+def test_files_beside_a_file_are_counted_once_each_before_they_are_read(kind: str, tmp_path: Path) -> None:
+    path, n_bytes = write_with_files_beside(tmp_path, kind)
+    whole = gx.load_mesh(path)
+    assert gx.load_mesh(path, limits=gx.FileLimits(unpacked_bytes=n_bytes)) == whole
+    words = (
+        rf"model\.{kind}: .*'b\.\w+': .*more than the {n_bytes - 1} bytes .*FileLimits\(unpacked_bytes={n_bytes - 1}\)"
+    )
+    with pytest.raises(MeshError, match=words):
+        gx.load_mesh(path, limits=gx.FileLimits(unpacked_bytes=n_bytes - 1))
+
+
+def test_a_file_beside_that_is_too_large_is_not_read(tmp_path: Path) -> None:
+    path = tmp_path / "m.obj"
+    path.write_bytes(b"mtllib big.mtl\n" + CUBE)
+    with (tmp_path / "big.mtl").open("wb") as file:
+        file.truncate(1 << 40)  # of no blocks
+    with pytest.raises(MeshError, match=r"FileLimits\(unpacked_bytes=1000000\)"):
+        gx.load_mesh(path, limits=gx.FileLimits(unpacked_bytes=1_000_000))
+
+
 @pytest.mark.parametrize(
     ("given", "error"),
     [
