@@ -1,12 +1,14 @@
 """What a file format cannot hold of a mesh, in words for warnings."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
 from .._core.types import Float64Array
 from ..geometry.mesh import Mesh
+from ._text import quote
 from ._warn import warn
 
 ListLosses = Callable[[Mesh], list[str]]
@@ -62,7 +64,7 @@ def list_material_losses(materials: Mapping[str, Any], kept_names: Collection[st
 
 def name_materials(names: Collection[str]) -> str:
     """Return such as "material 'steel'", or "materials 'steel', 'paint'"."""
-    some = list(map(repr, names))[:_MAX_NAMED]
+    some = list(map(quote, islice(names, _MAX_NAMED)))
     more = [f"{len(names) - _MAX_NAMED} more"] if len(names) > _MAX_NAMED else []
     return f"material{'s' if len(names) > 1 else ''} {', '.join(some + more)}"
 

@@ -18,6 +18,7 @@ _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 _TAIL_BYTES = 512
 _MAX_SINGLE_FINDS = 1000
+_MAX_PATH_LENGTH = 100  # in a message
 # What Microsoft's printf made of infinities and NaNs before 2015, rounded to few digits too: 1.#INF, -1.#IND00, 1.#J.
 _MICROSOFT = re.compile(rb"(?<![^\s,\[])([+-]?)1\.#(?:(INF)|IND|QNAN|SNAN|NAN|IO|QO|J|R)[0-9]*(?![^\s,\]}])")
 
@@ -93,6 +94,11 @@ def quote(word: bytes | str) -> str:
     """Return a piece of a file in quotes for an error message, cut to a readable length."""
     text = word.decode("latin-1") if isinstance(word, bytes) else word
     return repr(text if len(text) <= 40 else text[:37] + "...")
+
+
+def quote_end(name: str) -> str:
+    """Return a path in quotes, cut at its beginning, for files that lie in one folder differ at the end."""
+    return repr(name if len(name) <= _MAX_PATH_LENGTH else f"...{name[-_MAX_PATH_LENGTH:]}")
 
 
 def parse_float(word: bytes | str, line: int) -> float:

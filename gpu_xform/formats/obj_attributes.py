@@ -100,11 +100,11 @@ def add_materials(mesh: Mesh, folder: Path | None) -> Mesh:
     attributes = mesh.attributes
     names = attributes.material["mtllib"]
     libraries = read_libraries(names, folder)
-    used = attributes.labels.get("material", ())
+    used = set(attributes.labels.get("material", ()))
     found = {name: value for name, value in parse_materials(libraries).items() if name in used and name != "mtllib"}
     if not libraries:
         return mesh
-    held = {**mesh.metadata.get("obj", {}), "libraries": libraries, "images": find_images(libraries, folder)}
+    held = {**mesh.metadata.get("obj", {}), "libraries": libraries, "images": find_images(libraries, folder, used)}
     return mesh.with_attributes(
         Attributes(
             attributes.point,

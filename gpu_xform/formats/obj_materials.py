@@ -2,7 +2,7 @@
 
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -12,14 +12,17 @@ from .._core.atomic_files import atomic_write
 from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from ..geometry.mesh import Mesh
 from ._beside import find_beside
-from ._text import plain_text
+from ._losses import name_materials
+from ._text import plain_text, quote_end
 from ._warn import warn
 from .limits import budget
 
 _COLOR = "Kd"
 _OPACITIES = ("d", "Tr")
 _IMAGE_STATEMENTS = ("bump", "decal", "disp", "norm", "refl")
+_SWITCH = "map_aat"  # on or off; all others that begin so name an image
 _WORD = re.compile(r"\S+")
+_OPTION_WORD = re.compile(r"-\D.*|on|off|[rgbmlz]|sphere|cube_\w+|[-+.\d]+")  # options and their arguments
 _MAX_ARGUMENTS = 3  # of an option: `-s u v w`
 _MAX_OPTION_WORDS = 64  # all options that there are, with all of their arguments
 _MAX_NAMED = 8
@@ -68,28 +71,61 @@ def parse_materials(libraries: Mapping[str, bytes]) -> dict[str, dict[str, Any]]
     return {name: _describe(name, statements) for name, statements in found.items()}
 
 
-def find_images(libraries: Mapping[str, bytes], folder: Path | None) -> list[str]:
-    """Return the image files that `.mtl` files name and that lie in `folder` or below, by their paths from it."""
+def find_images(libraries: Mapping[str, bytes], folder: Path | None, used: Collection[str]) -> list[str]:
+    """Return the image files that `.mtl` files name and that lie in `folder` or below, by their paths from it.
+
+    Those that the materials in `used` name and that are missing are a warning.
+    """
     found: dict[str, None] = {}
+    missing: dict[str, dict[str, None]] = {}
     for library, data in libraries.items():
         above = Path(library.replace("\\", "/")).parent.as_posix()
-        statements = {
-            rest: None
-            for keyword, rest in _split_statements(data)
-            if keyword.startswith("map_") or keyword in _IMAGE_STATEMENTS
-        }
-        for rest in statements:
+        for rest, materials in _list_image_statements(data).items():
             names = (f"{above}/{name}" for name in _list_names(rest))
             if image := next((name for name in names if _find(folder, name)), None):
                 found[Path(image.replace("\\", "/")).as_posix()] = None
+            elif named := [name for name in materials if name in used]:
+                missing.setdefault(_guess_name(rest), {}).update(dict.fromkeys(named))
+    if missing:
+        _warn_of_missing(missing)
     return list(found)
+
+
+def _warn_of_missing(images: Mapping[str, Collection[str]]) -> None:
+    """Issue one warning of image files that are not there, each with the materials that name it."""
+    parts = [f"{quote_end(name)} of {name_materials(images[name])}" for name in islice(images, _MAX_NAMED)]
+    more = f" and {len(images) - _MAX_NAMED} more" if len(images) > _MAX_NAMED else ""
+    named = ", ".join(parts) + more
+    if len(images) == 1:
+        warn(f"the image {named} is not there: no such file lies beside it")
+    else:
+        warn(f"the images {named} are not there: no such files lie beside it")
+
+
+def _list_image_statements(data: bytes) -> dict[str, dict[str, None]]:
+    """Return what stands in the image statements of a `.mtl` file, and the materials that each stands in."""
+    statements: dict[str, dict[str, None]] = {}
+    material = ""
+    for keyword, rest in _split_statements(data):
+        if keyword == "newmtl":
+            material = rest
+        elif rest and (keyword in _IMAGE_STATEMENTS or (keyword.startswith("map_") and keyword != _SWITCH)):
+            statements.setdefault(rest, {})[material] = None
+    return statements
 
 
 def _list_names(rest: str) -> Iterator[str]:
     """Yield what may be the file name in an image statement, which may hold blanks: all, or all behind some options.
 
-    An option has up to three arguments, and a name may begin with what looks like one.
+    An option has up to three arguments, and a name may begin with what looks like one, and stand in quotation marks.
     """
+    for name in _list_ends(rest):
+        yield name
+        if len(name) > 2 and name[0] == name[-1] == '"':
+            yield name[1:-1]
+
+
+def _list_ends(rest: str) -> Iterator[str]:
     yield rest
     n_left = 0
     for word in islice(_WORD.finditer(rest), _MAX_OPTION_WORDS):
@@ -100,6 +136,12 @@ def _list_names(rest: str) -> Iterator[str]:
             yield rest[word.start() :]
         else:
             return
+
+
+def _guess_name(rest: str) -> str:
+    """Return what most likely is the file name in an image statement: what no longer looks like an option."""
+    ends = (end for end in _list_ends(rest) if not _OPTION_WORD.fullmatch(end.partition(" ")[0]))
+    return next(ends, rest).strip('"').replace("\\", "/")
 
 
 def list_library_losses(mesh: Mesh, folder: Path | None) -> list[str]:

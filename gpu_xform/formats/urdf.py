@@ -17,7 +17,7 @@ from ..geometry.attributes import Attributes
 from ..geometry.joints import JOINT_KINDS, Joint, Mimic, resolve_mimics
 from ..geometry.mesh import Mesh
 from ..geometry.scene import Scene
-from ._text import quote
+from ._text import quote, quote_end
 from ._warn import warn
 from ._xml import parse_xml
 from .gltf import merge_scene
@@ -31,7 +31,6 @@ ReadModel = Callable[[bytes, str, Path], Mesh | None]
 _MAX_DEPTH = 1024
 _MAX_NAMED = 4
 _PRIMITIVE_DISCOUNT = 2  # some thousands of spheres, each of its own size
-_MAX_NAME_LENGTH = 100
 _Z_FROM_Y = matrices.rotate_x(90, degrees=True)  # the primitives of VRML stand along y, those of URDF along z
 _WHITE = (255, 255, 255, 255)  # of what has no colour, so that `fill="file"` draws all
 _LIMITED = ("revolute", "prismatic")
@@ -270,7 +269,7 @@ class _Visuals:
         scale = tuple(_read_numbers(shape, "scale", (1.0, 1.0, 1.0), owner))
         path = find_model(name, self._folder)
         if path is None:
-            self._lost[f"{_quote_end(name)}, which was not found"] += 1
+            self._lost[f"{quote_end(name)}, which was not found"] += 1
             self._lacks_package |= name.startswith(PACKAGE_SCHEMES)
             return None
         key = path, scale, color
@@ -279,7 +278,7 @@ class _Visuals:
                 self._files[path] = self._read_file(path)
             mesh = self._files[path]
             if mesh is None:
-                self._lost[f"{_quote_end(name)}, of a type that cannot be read"] += 1
+                self._lost[f"{quote_end(name)}, of a type that cannot be read"] += 1
                 return None
             with prefix_errors(owner):
                 moved = mesh if scale == (1.0, 1.0, 1.0) else mesh.transformed(np.diag([*scale, 1.0]))
@@ -359,8 +358,3 @@ def _read_numbers(
 def _read_number(element: Any, attribute: str, default: float | None, owner: str) -> float:
     (number,) = _read_numbers(element, attribute, None if default is None else (default,), owner, 1)
     return float(number)
-
-
-def _quote_end(name: str) -> str:
-    """Return a path in quotes, cut at its beginning, for the files of a robot differ at the end."""
-    return repr(name if len(name) <= _MAX_NAME_LENGTH else f"...{name[-_MAX_NAME_LENGTH:]}")

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import sys
 import time
 import tracemalloc
 import warnings
@@ -85,7 +86,7 @@ def test_colours_reach_glb_and_what_does_not_is_named(model: Path, tmp_path: Pat
 def test_names_are_meant_letter_for_letter(tmp_path: Path, name: str) -> None:
     (tmp_path / "sub").mkdir()
     for library in ["a.mtl", "m.mtl"] if " m" in name else [name.replace("\\", "/")]:
-        (tmp_path / library).write_bytes(b"newmtl x\n" if library == "a.mtl" else MTL)
+        (tmp_path / library).write_bytes(b"newmtl x\n" if library == "a.mtl" else MTL.replace(b"map_Kd", b"#"))
     (tmp_path / "m.obj").write_bytes(f"mtllib {name}\n".encode() + POINTS + FACES)
     assert "steel" in load_mesh(tmp_path / "m.obj").attributes.material
 
@@ -117,7 +118,8 @@ def test_the_file_goes_along_into_another_folder(model: Path, tmp_path: Path) ->
     with pytest.warns(MeshWarning, match=r"OBJ does not hold the image sheet metal\.png$"):
         save_mesh(mesh, tmp_path / "sub/s.obj")
     assert (tmp_path / "sub/m.mtl").read_bytes() == MTL
-    assert load_mesh(tmp_path / "sub/s.obj") == mesh
+    with pytest.warns(MeshWarning, match=r"s\.obj: the image 'sheet metal\.png' of material 'steel' is not there"):
+        assert load_mesh(tmp_path / "sub/s.obj") == mesh
 
 
 def test_beside_the_file_nothing_is_written_or_lost(model: Path, tmp_path: Path) -> None:
@@ -176,16 +178,77 @@ def test_damaged_files_give_no_colours(model: Path, data: bytes) -> None:
         ("refl -type cube_top -cc off 1 2.png", "1 2.png"),
         ("disp -s 1 1 1 -t 0 0 0 -mm 0 1 ./wood.png", "wood.png"),
         ("map_Ks -s 1 2 3 4.png", "3 4.png"),
-        ("map_Kd -s 1 1 1 none.png", None),
+        ('map_Kd "wood.png"', "wood.png"),
+        ('map_Kd "oak floor.png"', "oak floor.png"),
+        ('map_Kd -s 1 1 1 "sub\\oak  floor.png"', "sub/oak  floor.png"),
         ("map_Kd", None),
+        ("map_aat on", None),
     ],
 )
 def test_images_are_found_behind_options(model: Path, statement: str, image: str | None) -> None:
     (model.parent / "sub").mkdir()
-    for name in ("wood.png", "oak floor.png", "sub/wood.png", "1 2.png", "3 4.png"):
+    names = ("wood.png", "oak floor.png", "sub/wood.png", "1 2.png", "3 4.png", "sub/oak  floor.png")
+    for name in names:
         (model.parent / name).write_bytes(b"PNG")
     model.with_suffix(".mtl").write_text(f"newmtl steel\n{statement}\n")
     assert load_mesh(model).metadata["obj"]["images"] == (() if image is None else (image,))
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no file has such a name there")
+def test_quotation_marks_may_belong_to_a_name(model: Path) -> None:
+    for name in ("wood.png", '"wood.png"'):
+        (model.parent / name).write_bytes(b"PNG")
+    model.with_suffix(".mtl").write_text('newmtl steel\nmap_Kd "wood.png"\n')
+    assert load_mesh(model).metadata["obj"]["images"] == ('"wood.png"',)
+
+
+@pytest.mark.parametrize(
+    ("statements", "words"),
+    [
+        ("newmtl steel\nmap_Kd none.png", "image 'none.png' of material 'steel' is not there: no such file"),
+        ("newmtl steel\nmap_Kd a.png\nmap_d -s 1 1 1 a.png", "image 'a.png' of material 'steel' is not there"),
+        ('newmtl steel\nbump -bm 0.2 "no floor.png"', "image 'no floor.png' of material 'steel' is not"),
+        ("newmtl steel\nrefl -type cube_top -cc on -imfchan l C:\\art\\up.png", "image 'C:/art/up.png' of material"),
+        (
+            "newmtl steel\nmap_Kd a.png\nmap_Ks b.png\nnewmtl unused\nmap_Kd c.png\nnewmtl paint\nmap_Kd a.png",
+            "images 'a.png' of materials 'steel', 'paint', 'b.png' of material 'steel' are not there: no such files",
+        ),
+        ("newmtl steel\nmap_Kd ../secret.png", r"image '../secret.png' of material 'steel' is not there"),
+        (
+            "newmtl steel\n" + "\n".join(f"map_Kd a{i}.png" for i in range(1000)),
+            "'a7.png' of material 'steel' and 992 more are not there",
+        ),
+    ],
+    ids=["one", "twice", "quotation marks", "options", "several", "elsewhere", "many"],
+)
+def test_images_that_are_missing_are_one_warning(model: Path, statements: str, words: str) -> None:
+    model.write_bytes(b"mtllib m.mtl\n" + POINTS + FACES + b"usemtl steel\nf 1 2 3\n" * 100)
+    model.with_suffix(".mtl").write_text(statements)
+    with pytest.warns(MeshWarning) as caught:
+        mesh = load_mesh(model)
+    assert [words in str(each.message) for each in caught] == [True], str(caught[0].message)
+    assert str(caught[0].message).startswith(f"{model}: the image")
+    assert mesh.metadata["obj"]["images"] == ()
+
+
+def test_an_image_of_a_material_that_no_face_has_is_not_missed(model: Path) -> None:
+    model.with_suffix(".mtl").write_text("newmtl unused\nmap_Kd none.png\nnewmtl steel\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load_mesh(model)
+        load_mesh(io.BytesIO(model.read_bytes()), file_type="obj")
+
+
+def test_materials_by_the_thousand_take_time_that_grows_with_their_number(model: Path) -> None:
+    """Before, each material was looked for among all names that faces have."""
+    names = [f"m{i}" for i in range(40_000)]
+    model.write_bytes(b"mtllib m.mtl\n" + POINTS + "".join(f"usemtl {name}\nf 1 2 3\n" for name in names).encode())
+    model.with_suffix(".mtl").write_text("".join(f"newmtl {name}\nmap_Kd {name}.png\n" for name in names[::-1]))
+    begin = time.process_time()
+    with pytest.warns(MeshWarning, match=r"'m39999\.png' of material 'm39999', .* and 39992 more are not there"):
+        mesh = load_mesh(model)
+    assert len(mesh.attributes.material) == 40_001
+    assert time.process_time() - begin < 3
 
 
 @pytest.mark.parametrize(
@@ -206,7 +269,10 @@ def test_long_image_statements_end_soon_and_in_little_memory(model: Path, body: 
     tracemalloc.start()
     begin = time.process_time()
     try:
-        load_mesh(model)
+        with warnings.catch_warnings(record=True) as caught:
+            warnings.simplefilter("always")
+            load_mesh(model)
+        assert all(len(str(each.message)) < 500 for each in caught)
         assert tracemalloc.get_traced_memory()[1] < 5e6
     finally:
         tracemalloc.stop()
