@@ -19,10 +19,9 @@ from .obj_materials import find_images, parse_materials, read_libraries
 STATES = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smooth"}
 KEYWORDS = {name: keyword for keyword, name in STATES.items()}
 _WORDS = {"texcoord": "texture coordinates", "normal": "normals"}
-# Statements that draw what is not read.
-# Curves and surfaces, and all that belongs to them.
+# Curves and surfaces, and what is read of all that belongs to them.
 SHAPES = frozenset({"bsp", "bzp", "cdc", "cdp", "curv", "curv2", "surf"})
-FREE_FORMS = SHAPES | {"bmat", "con", "cstype", "deg", "end", "hole", "parm", "scrv", "sp", "step", "trim"}
+FREE_FORMS = SHAPES | {"cstype", "deg", "end", "hole", "parm", "trim"}
 _MAX_NAMED = 8
 
 
@@ -45,7 +44,7 @@ class Extras:
     drawn_points: list[tuple[int, str]] = field(default_factory=list)
     """The points before a statement `p`, and the rest of it."""
     unread: Counter[str] = field(default_factory=Counter)
-    """How often each other statement stands there."""
+    """How often each statement stands there that is not read."""
     free_forms: list[tuple[int, int, int, int, str]] = field(default_factory=list)
     """The line of a statement about curves and surfaces; the points, faces and states before it; and its words."""
     not_shown: Counter[str] = field(default_factory=Counter)
@@ -147,8 +146,8 @@ def describe_file(extras: Extras, n_points: int) -> dict[str, Any]:
     if extras.not_shown:
         reason = f"; {extras.reasons[0]}" if extras.reasons else ""
         warn(f"not shown: {_list_counts(extras.not_shown)}{reason}")
-    if extras.unread:
-        extras.left_out.append(_list_counts(extras.unread))
+    if left_out := extras.not_shown + extras.unread:
+        extras.left_out.append(_list_counts(left_out))
     if extras.left_out:
         found["left_out"] = extras.left_out
     return {"obj": found} if found else {}

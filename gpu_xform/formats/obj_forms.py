@@ -16,6 +16,7 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError, MeshError
 from ..surfaces.bernstein import make_cut
 from ..surfaces.bsplines import make_extraction, make_local_extractions
+from ._text import quote
 from .limits import budget
 from .obj_attributes import SHAPES, Extras
 
@@ -45,7 +46,7 @@ class Form:
     points_before: int
     kind: str
     is_rational: bool
-    degrees: list[int]
+    degrees: Sequence[str]
     parameters: dict[str, Sequence[str]] = field(default_factory=dict)
 
 
@@ -73,16 +74,14 @@ def read_forms(extras: Extras, positions: Float64Array) -> Iterator[Pieces]:
 
 def _list_forms(extras: Extras) -> Iterator[Form]:
     """Yield all curves and surfaces, each with the type, degrees and parameters that hold for it."""
-    kind, is_rational, degrees = "", False, [0]
+    kind, is_rational, degrees = "", False, list[str]()
     form = None
     for line, points_before, faces_before, states_before, text in extras.free_forms:
         keyword, *words = text.split()
         if keyword in SHAPES:
             if form is not None:
                 yield form
-            form = Form(
-                keyword, line, faces_before, states_before, words, points_before, kind, is_rational, list(degrees)
-            )
+            form = Form(keyword, line, faces_before, states_before, words, points_before, kind, is_rational, degrees)
             if keyword in ("bzp", "bsp"):  # without a body
                 yield form
                 form = None
@@ -90,7 +89,7 @@ def _list_forms(extras: Extras) -> Iterator[Form]:
             is_rational = "rat" in words[:-1]
             kind = words[-1] if words else ""
         elif keyword == "deg":
-            degrees = [int(word) if word.isdecimal() and len(word) <= _MAX_DIGITS else 0 for word in words]
+            degrees = words
         elif keyword == "parm" and form is not None and words:
             form.parameters[words[0]] = words[1:]
         elif keyword in ("trim", "hole") and form is not None:
@@ -121,9 +120,7 @@ def _make_pieces(form: Form, positions: Float64Array, beside: Float64Array | Non
     n_axes = 1 if form.keyword == "curv" else 2
     ranges = [_parse(word) for word in form.words[: 2 * n_axes]]
     used = _resolve(form, form.words[2 * n_axes :], len(positions))
-    degrees = form.degrees[:n_axes]
-    if len(degrees) < n_axes or min(degrees) < 1 or max(degrees) > _MAX_DEGREE:
-        raise MeshError(f"{form.keyword} needs {n_axes} degrees of 1 to {_MAX_DEGREE}, got {degrees}")
+    degrees = _parse_degrees(form, n_axes)
     parameters = [form.parameters.get(name, ()) for name in "uv"[:n_axes]]
     if any(len(values) < 2 for values in parameters):
         raise MeshError(f"{form.keyword} needs parm {' and parm '.join('uv'[:n_axes])}")
@@ -162,6 +159,17 @@ def _make_pieces(form: Form, positions: Float64Array, beside: Float64Array | Non
     if n_axes == 2:
         net = net.swapaxes(1, 2).reshape(-1, net.shape[1], net.shape[3], net.shape[4])
     return Pieces(form, np.ascontiguousarray(net), used)
+
+
+def _parse_degrees(form: Form, n_axes: int) -> list[int]:
+    """Return the degree in each direction."""
+    words = form.degrees[:n_axes]
+    degrees = [int(word) if word.isdecimal() and len(word) <= _MAX_DIGITS else 0 for word in words]
+    if len(degrees) < n_axes or min(degrees) < 1 or max(degrees) > _MAX_DEGREE:
+        got = quote(" ".join(words)) if words else "none"
+        wanted = f"{n_axes} degree{'s'[: n_axes - 1]} of 1 to {_MAX_DEGREE}"
+        raise MeshError(f"{form.keyword} needs deg with {wanted}, got {got}")
+    return degrees
 
 
 def _make_rows(

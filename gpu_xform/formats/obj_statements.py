@@ -39,9 +39,10 @@ def add_statement(extras: Extras, text: bytes, line: int, points_before: int, fa
         extras.drawn_points.append((points_before, words))
     else:
         name = keyword.partition(b"#")[0].decode("utf-8", "replace")
-        extras.unread[name] += 1
         if name in FREE_FORMS:
             extras.free_forms.append((line, points_before, faces_before, len(extras.states), f"{name} {words}"))
+        else:
+            extras.unread[name] += 1
 
 
 def parse_rows(text: bytes, keyword: bytes, max_width: int = 3) -> Float64Array | None:

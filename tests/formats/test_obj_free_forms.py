@@ -239,13 +239,33 @@ def test_the_old_b_spline_patch_is_the_uniform_one() -> None:
         ),
         ("cstype bezier\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 1 0\nend", "line 19: parm must ascend"),
         ("cstype bezier\ndeg 3\ncurv 5 6 1 2 3 4\nparm u 0 1\nend", "line 19: curv has nothing between its ends"),
-        ("cstype bezier\ncurv 0 1 1 2 3 4\nparm u 0 1\nend", "line 18: curv needs 1 degrees of 1 to 11, got [0]"),
+        (
+            "cstype bezier\ncurv 0 1 1 2 3 4\nparm u 0 1\nend",
+            "line 18: curv needs deg with 1 degree of 1 to 11, got none",
+        ),
+        *(
+            (
+                f"cstype bezier\ndeg {words}\n{form} 0 1 1 2 3 4\nparm u 0 1\nend",
+                f"line 19: {form} needs deg with {expected} of 1 to 11, got {got!r}",
+            )
+            for form, words, expected, got in (
+                ("curv", "x", "1 degree", "x"),
+                ("curv", "1e9 3", "1 degree", "1e9"),
+                ("curv", "-1", "1 degree", "-1"),
+                ("curv", "0", "1 degree", "0"),
+                ("curv", "12", "1 degree", "12"),
+                ("curv", "3.0", "1 degree", "3.0"),
+                ("curv", "3" * 5000, "1 degree", "3" * 37 + "..."),
+                ("surf", "3", "2 degrees", "3"),
+                ("surf", "3 x 1", "2 degrees", "3 x"),
+            )
+        ),
         ("cstype bspline\ndeg 1\ncurv 0 1 1 2 3 4\nparm u 0 2 1 3 4 5\nend", "line 19: parm must not descend, got 2"),
         ("cstype bmatrix\ndeg 3\ncurv 0 1 1 2 3 4\nparm u 0 1", "line 19: curv of type bmatrix is none of curv and"),
     ],
 )
 def test_forms_that_cannot_be_read_are_left_out_with_the_reason(statements: str, reason: str) -> None:
-    keyword = next(word for word in ("bzp", "cdc", "curv") if word in statements)
+    keyword = next(word for word in ("bzp", "cdc", "curv", "surf") if word in statements)
     with pytest.warns(gx.MeshWarning, match=re.escape(f"not shown: 1 {keyword}; {reason}")):
         mesh = load(f"{B_SPLINE}{statements}\nf 1 2 3\n")
     assert (mesh.n_points, mesh.n_faces) == (16, 1)
@@ -258,12 +278,24 @@ def test_a_degree_beyond_all_numbers_shows_nothing(word: str) -> None:
         assert load(body).n_faces == 1
 
 
+@pytest.mark.parametrize("end", ["", "f 1 2 \\\n3\n"], ids=["in blocks", "by lines"])
+def test_only_what_is_not_drawn_is_left_out(end: str) -> None:
+    drawn = write_patches("bezier") + "curv 0 1 1 2 3 4\nparm u 0 1\nend\n"
+    assert "left_out" not in load(drawn + end, 0.1).metadata.get("obj", {})
+    others = "cstype taylor\ncurv 0 1 1 2 3 4\nparm u 0 1\nend\nlod 3\ncon 1 0 1 1 2 0 1 1\n"
+    with pytest.warns(gx.MeshWarning, match="not shown: 1 curv; line"):
+        mesh = load(f"{drawn}{others}{end}", 0.1)
+    assert sorted(", ".join(mesh.metadata["obj"]["left_out"]).split(", ")) == ["1 con", "1 curv", "1 lod"]
+
+
 def test_what_is_trimmed_is_named() -> None:
     names = " ".join(map(str, range(1, 17)))
     knots = "0 0 0 0 1 1 1 1"
     body = f"cstype bspline\ndeg 3 3\nsurf 0 1 0 1 {names}\nparm u {knots}\nparm v {knots}\ntrim 0 1 1\nend\n"
     with pytest.warns(gx.MeshWarning, match="not shown: 1 trim$"):
-        assert load(B_SPLINE + body, 0.1).n_faces > 1
+        mesh = load(B_SPLINE + body, 0.1)
+    assert mesh.n_faces > 1
+    assert mesh.metadata["obj"]["left_out"] == ("1 trim",)
 
 
 @pytest.mark.parametrize(
@@ -317,7 +349,7 @@ def test_a_degree_that_no_program_writes_is_left_out(kind: str) -> None:
     knots = "0 1" if kind == "bezier" else "0 " * 20_001 + "1 " * 20_001
     body = f"cstype {kind}\ndeg 20000\ncurv 0 1 {'1 ' * 20_001}\nparm u {knots}\nend\n"
     with pytest.warns(
-        gx.MeshWarning, match=r"not shown: 1 curv; line 6: curv needs 1 degrees of 1 to 11, got \[20000\]"
+        gx.MeshWarning, match=r"not shown: 1 curv; line 6: curv needs deg with 1 degree of 1 to 11, got '20000'$"
     ):
         assert load(f"v 0 0 0\nv 1 0 0\nv 0 1 0\n{body}f 1 2 3\n").n_faces == 1
 
