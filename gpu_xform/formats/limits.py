@@ -19,6 +19,7 @@ from ._text import quote
 # What a file may expand to, by USE, components, instances and shared arrays, without a limit of the caller's: so much
 # in any case, and so much more per byte or node that it holds itself.
 FREE_NUMBERS, NUMBERS_PER_BYTE = 1 << 22, 4
+NUMBERS_PER_POINT = 16  # coordinates, its share of indices, and attributes
 FREE_NODES, NODES_PER_NODE = 1 << 13, 8
 FREE_BYTES = 1 << 20
 # How dense words and nodes may be in a text, as each takes time to parse: what holds data has longer ones.
@@ -118,7 +119,9 @@ class Budget:
 
     def _set_most(self) -> None:
         points, nodes = self.limits.points, self.limits.nodes
-        self._most_numbers = FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes if points is None else 16 * points
+        self._most_numbers = (
+            FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes if points is None else NUMBERS_PER_POINT * points
+        )
         self._most_nodes = FREE_NODES + NODES_PER_NODE * self._spelled_nodes if nodes is None else nodes
 
     def require_parts(self, n_parts: int, n_nodes: int) -> None:
@@ -128,11 +131,12 @@ class Budget:
             (n_nodes, FREE_SPELLED_NODES, BYTES_PER_NODE, "nodes"),
             (n_parts, FREE_PARTS, BYTES_PER_PART, "words"),
         ):
-            most = max(free + self._n_bytes // n_bytes, PARTS_PER_NODE * (limit or 0))
-            if count > most:
-                raise MeshError(
-                    f"it is made of {count:,} {what}, more than {most:,}, the limit {_name('nodes', limit)}"
-                )
+            most, allowed = free + self._n_bytes // n_bytes, PARTS_PER_NODE * (limit or 0)
+            if count > max(most, allowed):
+                bound = f"{most:,}, the limit {_name('nodes', None)}"
+                if allowed > most:
+                    bound = f"{PARTS_PER_NODE} for each of the nodes that {_name('nodes', limit)} allows"
+                raise MeshError(f"it is made of {count:,} {what}, more than {bound}")
 
     def require_chunks(self, n_chunks: int) -> None:
         """Raise MeshError for more compressed chunks than a file of its size has that holds data."""
@@ -152,7 +156,8 @@ class Budget:
         if self._numbers > self._most_numbers:
             self.is_spent = True
             place, name = _describe_place(where), _name("points", self.limits.points)
-            raise MeshError(f"{place}: expands to more than {self._most_numbers:,} numbers, the limit {name}")
+            most = f"{self._most_numbers // NUMBERS_PER_POINT:,} points of {NUMBERS_PER_POINT} numbers"
+            raise MeshError(f"{place}: expands to more than {most}, the limit {name}")
 
     def take_nodes(self, n_nodes: int, where: str | int) -> None:
         """Count nodes that are shown; raise MeshError if they are too many. `where` is as of `take_numbers`."""

@@ -206,7 +206,7 @@ def test_nodes_and_groups_cost_little(make: Callable[[int], str], n: int, n_face
 def test_limits_count_what_instances_show() -> None:
     text = many_nodes(200)
     assert read(text, limits=FileLimits(nodes=500, points=700)).n_faces == 201
-    with pytest.raises(MeshError, match="its nodes: expands to more than 160 numbers"):
+    with pytest.raises(MeshError, match="its nodes: expands to more than 10 points of 16 numbers"):
         read(text, limits=FileLimits(points=10))
     with pytest.raises(MeshError, match="its nodes: expands to more than 300 nodes"):
         read(text, limits=FileLimits(nodes=300))

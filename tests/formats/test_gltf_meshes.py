@@ -428,7 +428,9 @@ def test_zeros_beyond_all_measure_are_refused() -> None:
     builder.content["accessors"] = [{"componentType": 5126, "count": 10**12, "type": "VEC3"}]
     builder.mesh({"attributes": {"POSITION": 0}, "mode": 0})
     builder.node(mesh=0)
-    with pytest.raises(MeshError, match=r"expands to more than [\d,]+ numbers, the limit FileLimits\(points=\.\.\.\)"):
+    with pytest.raises(
+        MeshError, match=r"expands to more than [\d,]+ points of 16 numbers, the limit FileLimits\(points=\.\.\.\)"
+    ):
         mesh_of(builder)
 
 

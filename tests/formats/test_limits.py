@@ -16,7 +16,9 @@ import numpy as np
 import pytest
 
 import gpu_xform as gx
+from gpu_xform.cli import main
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from gpu_xform.formats.limits import FREE_NUMBERS, NUMBERS_PER_BYTE
 from tests.support.cli import error_of
 
 TRIANGLE_3MF = (
@@ -239,6 +241,33 @@ def test_attributes_that_others_lack_are_counted_before_they_are_filled_up() -> 
     assert time.process_time() - start < 1
 
 
+def test_messages_are_in_the_unit_of_the_limit_that_they_name() -> None:
+    many = gltf(n_points=3000, nodes=[{"mesh": 0}] * 5000, scenes=[{"nodes": list(range(5000))}])
+    for limit in (1, 2000):
+        words = rf"(mesh 0|its nodes): expands to more than {limit:,} points of 16 numbers, the limit "
+        words += rf"FileLimits\(points={limit}\)$"
+        with pytest.raises(MeshError, match=words):
+            gx.load_mesh(io.BytesIO(many), file_type="gltf", limits=gx.FileLimits(points=limit))
+    most = (FREE_NUMBERS + NUMBERS_PER_BYTE * len(many)) // 16
+    words = rf"its nodes: expands to more than {most:,} points of 16 numbers, the limit FileLimits\(points=\.\.\.\)$"
+    with pytest.raises(MeshError, match=words):
+        gx.load_mesh(io.BytesIO(many), file_type="gltf")
+
+
+def test_words_and_nodes_of_a_dense_text_are_in_the_unit_of_the_limit() -> None:
+    dense, text = DENSE["words"], b"#VRML V2.0 utf8\n" + b"A{}" * 200_000
+    for data, what, count in ((dense, "words", 300_000), (text, "nodes", 200_000)):
+        for limit in (1, None):  # which is less than what any file may have
+            with pytest.raises(
+                MeshError, match=rf"of 3?[\d,]+ {what}, more than [\d,]+, .*FileLimits\(nodes=\.\.\.\)$"
+            ):
+                gx.load_mesh(io.BytesIO(data), file_type="wrl", limits=gx.FileLimits(nodes=limit))
+        limit = count // 16 - 4
+        words = rf"{what}, more than 16 for each of the nodes that FileLimits\(nodes={limit}\) allows$"
+        with pytest.raises(MeshError, match=words):
+            gx.load_mesh(io.BytesIO(data), file_type="wrl", limits=gx.FileLimits(nodes=limit))
+
+
 def test_a_limit_of_the_caller_takes_the_place_of_the_default() -> None:
     data = gltf(n_points=3000, nodes=[{"mesh": 0}] * 600, scenes=[{"nodes": list(range(600))}])
     with pytest.raises(MeshError, match="expands to more than"):
@@ -321,9 +350,40 @@ def test_the_command_takes_limits(working_folder: Path, capsys: pytest.CaptureFi
     for command in (["info", "cube.obj"], ["transform", "cube.obj", "x.ply"], ["render", "cube.obj", "-o", "x.png"]):
         message = error_of([*command, "--file-limits", "points=7,faces=3"], capsys)
         assert "cube.obj: it has 8 points, more than FileLimits(points=7) allows" in message
-    message = error_of(["info", "cube.obj", "--file-limits", "point=7"], capsys)
-    assert "expected points=N, faces=N" in message
     assert np.all(not (working_folder / "x.ply").exists())
+
+
+NAMES = "points=N, faces=N, face_corners=N, nodes=N, depth=N, unpacked_bytes=N, cpu_s=N, memory_bytes=N"
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("bogus=1", f"expected {NAMES}, separated by commas, got 'bogus'"),
+        ("points=7,bogus=1,faces=3", f"expected {NAMES}, separated by commas, got 'bogus'"),
+        ("point=7", f"expected {NAMES}, separated by commas, got 'point'; did you mean 'points'?"),
+        ("points=7,", f"expected {NAMES}, separated by commas, got ''"),
+        ("7", f"expected {NAMES}, separated by commas, got '7'"),
+        ("points=7,faces", "expected a whole number for faces, got ''"),
+        ("points=7,faces=many", "expected a whole number for faces, got 'many'"),
+        ("faces=3,points=1.5", "expected a whole number for points, got '1.5'"),
+        ("points=inf", "expected a whole number for points, got 'inf'"),
+        ("cpu_s=x", "expected a number for cpu_s, got 'x'"),
+        ("faces=3,points=7,faces=3", "expected faces once, got 'faces=3,points=7,faces=3'"),
+        ("points=-7", "points must be a positive number, got -7"),
+    ],
+)
+def test_the_command_names_what_is_wrong_with_a_limit(
+    text: str, words: str, working_folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (working_folder / "cube.obj").write_bytes(CUBE)
+    message = error_of(["info", "cube.obj", "--file-limits", text], capsys)
+    assert message.rstrip("\n").endswith(f"--file-limits: {words}")
+
+
+def test_whole_numbers_may_be_written_with_an_exponent(working_folder: Path) -> None:
+    (working_folder / "cube.obj").write_bytes(CUBE)
+    assert main(["info", "cube.obj", "--file-limits", "points=1e6,faces=2.0"]) == 0
 
 
 DENSE = {

@@ -426,7 +426,7 @@ def test_a_b_spline_that_names_few_points_often_expands_only_so_far(rational: bo
     statements = f"surf 0 999 0 999 {write_names(n * n)}\nparm u {knots}\nparm v {knots}\nend\n"
     text = f"{write_points(rational=rational)}cstype {'rat ' * rational}bspline\ndeg {degree} {degree}\n{statements}"
     with pytest.raises(
-        gx.MeshError, match=r"line 12: expands to more than [\d,]+ numbers, the limit FileLimits\(points"
+        gx.MeshError, match=r"line 12: expands to more than [\d,]+ points of 16 numbers, the limit FileLimits\(points"
     ):
         load(text)
 

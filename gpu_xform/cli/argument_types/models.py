@@ -25,14 +25,19 @@ def parse_file_limits(text: str) -> "FileLimits":
     given: dict[str, float] = {}
     for word in text.split(","):
         name, _, number = word.partition("=")
+        if name not in known:
+            expected = ", ".join(f"{each}=N" for each in known)
+            raise ValueError(f"expected {expected}, separated by commas, got {quote(name)}{did_you_mean(name, known)}")
+        if name in given:
+            raise ValueError(f"expected {name} once, got {quote(text)}")
+        is_whole = name != "cpu_s"
         try:
             value = float(number)
-            if name not in known or name in given:
-                raise ValueError
-            given[name] = value if name == "cpu_s" else int(value)
-        except (ValueError, OverflowError):
-            expected = ", ".join(f"{each}=N" for each in known)
-            raise ValueError(f"expected {expected}, separated by commas, got {quote(text)}") from None
+        except ValueError:
+            value = math.nan
+        if math.isnan(value) or (is_whole and not value.is_integer()):
+            raise ValueError(f"expected a {'whole ' * is_whole}number for {name}, got {quote(number)}")
+        given[name] = int(value) if is_whole else value
     return FileLimits(**given)  # type: ignore[arg-type]
 
 
