@@ -142,7 +142,7 @@ def _walk(roots: list[PlacedNode], builder: MeshBuilder, inlines: _Inlines, stat
             builder.depth -= 1
             state = entry(state)
             continue
-        node = entry.expanded(builder.visit)
+        node = entry.expanded(builder.budget.take_nodes)
         if node is None:
             continue
         if _add_shape(node, builder, state):
@@ -167,7 +167,7 @@ def _add_shape(node: PlacedNode, builder: MeshBuilder, state: State) -> bool:
     kind = node.node.kind
     if kind in _INDEXED or kind == "PointSet":
         own = node.first("coord")
-        coordinates = state.coordinates if own is None else own.expanded(builder.visit)
+        coordinates = state.coordinates if own is None else own.expanded(builder.budget.take_nodes)
         if kind in _INDEXED:
             builder.add_indexed(node, coordinates, state)
         elif coordinates is not None:
@@ -194,7 +194,7 @@ def _change_state(node: PlacedNode, builder: MeshBuilder, state: State) -> State
         case "MatrixTransform":
             return None if node.first("children") is not None else state.then(node.once(read_matrix))
     appearance = _change_appearance(node, state.appearance) if state.is_vrml1 else None
-    return None if appearance is None else state._replace(appearance=builder.share(appearance))
+    return None if appearance is None else state.with_appearance(builder.share(appearance))
 
 
 def _make_matrix_1(node: PlacedNode) -> Float64Array:
@@ -242,15 +242,20 @@ def _read_appearance(shape: PlacedNode, builder: MeshBuilder) -> Appearance:
     known = builder.appearances_of_nodes.get(id(placed.node))
     if known is not None and known.placed.scope is placed.scope and known.n_entered == n_entered:
         return known.appearance
-    node = placed.expanded(builder.visit)
+    node = placed.expanded(builder.budget.take_nodes)
     if node is None:
         return NO_APPEARANCE
-    parts = [node.first(name) for name in ("material", "texture")]
-    expanded = (None if part is None else part.expanded(builder.visit) for part in parts)
-    material, texture = (None if part is None else part.settled() for part in expanded)
+    material, texture = _read_style(node, "material", builder), _read_style(node, "texture", builder)
     appearance = builder.share(Appearance(material=material, texture=texture))
     builder.appearances_of_nodes[id(placed.node)] = KnownAppearance(placed, n_entered, appearance)
     return appearance
+
+
+def _read_style(appearance: PlacedNode, name: str, builder: MeshBuilder) -> PlacedNode | None:
+    """Return the material or the texture of an Appearance, None if it has none."""
+    placed = appearance.first(name)
+    node = None if placed is None else placed.expanded(builder.budget.take_nodes)
+    return None if node is None else node.settled()
 
 
 def _enter(
@@ -261,7 +266,7 @@ def _enter(
     match node.kind:
         case "Shape":
             shown, appearance = node.nodes("geometry") + node.nodes("children"), _read_appearance(node, builder)
-            return shown, state if appearance is state.appearance else state._replace(appearance=appearance)
+            return shown, state if appearance is state.appearance else state.with_appearance(appearance)
         case "Transform":
             return node.nodes("children"), state.then(node.once(_make_matrix_97))
         case "Separator":

@@ -39,9 +39,12 @@ _PARTS_OF_CUBE = (2, 3, 5, 4, 1, 0)  # left, right, bottom, top, back, front
 _PARTS_BEHIND_SIDES = {"Cone": {"BOTTOM": 1}, "Cylinder": {"BOTTOM": 2, "TOP": 1}}
 
 
-@dataclass(frozen=True)
+@dataclass(unsafe_hash=True)
 class Appearance:
-    """The nodes that say how the shapes behind them look; bindings are of VRML 1.0 alone."""
+    """The nodes that say how the shapes behind them look; bindings are of VRML 1.0 alone.
+
+    Nobody may change one; frozen it would take three times as long to make.
+    """
 
     material: PlacedNode | None = None
     material_binding: str = "DEFAULT"
@@ -50,25 +53,34 @@ class Appearance:
     texcoord: PlacedNode | None = None
     texture: PlacedNode | None = None
 
-    @cached_property
+    @property
     def colors_of_faces(self) -> Float64Array:
         """The colours (n, 3), or (n, 4) with opacities, of the material; white without one."""
-        return _read_material(self.material, is_line=False)
+        return self._of_faces[0]
 
-    @cached_property
+    @property
     def colors_of_lines(self) -> Float64Array:
         """The same for lines and points."""
-        return _read_material(self.material, is_line=True)
+        return self._of_lines[0]
 
-    @cached_property
+    @property
     def color_of_faces(self) -> Float64Array:
         """The first of them: (1, 3) or (1, 4)."""
-        return self.colors_of_faces[:1]
+        return self._of_faces[1]
 
-    @cached_property
+    @property
     def color_of_lines(self) -> Float64Array:
         """The same for lines and points."""
-        return self.colors_of_lines[:1]
+        return self._of_lines[1]
+
+    @cached_property
+    def _of_faces(self) -> tuple[Float64Array, Float64Array]:
+        """Both, as each `cached_property` takes a lock, and as shapes share the first row."""
+        return _with_first(_read_material(self.material, is_line=False))
+
+    @cached_property
+    def _of_lines(self) -> tuple[Float64Array, Float64Array]:
+        return _with_first(_read_material(self.material, is_line=True))
 
     @property
     def says_color(self) -> bool:
@@ -87,7 +99,7 @@ class Appearance:
 
     @cached_property
     def _said(self) -> tuple[bool, str | None, tuple[str, ...]]:
-        """All three: most appearances are asked for them, and each `cached_property` takes a lock."""
+        """All three, which most appearances are asked for."""
         says_color, name = False, None
         lost: tuple[str, ...] = ()
         if self.material is not None:
@@ -101,6 +113,10 @@ class Appearance:
 
 
 NO_APPEARANCE = Appearance()
+
+
+def _with_first(rows: Float64Array) -> tuple[Float64Array, Float64Array]:
+    return rows, rows if len(rows) == 1 else rows[:1]
 
 
 class Corners:

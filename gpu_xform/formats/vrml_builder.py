@@ -55,6 +55,11 @@ class State(NamedTuple):
         """Return the state with what follows moved."""
         return State(self.placement.then(matrix), *self[1:])
 
+    def with_appearance(self, appearance: Appearance) -> "State":
+        """Return the state with another appearance; `_replace` takes twice as long."""
+        placement, coordinates, is_clockwise, is_vrml1, _, folder, inlined = self
+        return State(placement, coordinates, is_clockwise, is_vrml1, appearance, folder, inlined)
+
     def style(self) -> FaceStyle:
         """Return what shapes are like in this state."""
         return FaceStyle(self.appearance, self.is_vrml1, self.is_clockwise, self.placement.is_mirrored)
@@ -95,10 +100,6 @@ class MeshBuilder:
     left_out: Counter[str] = field(default_factory=Counter)
     as_groups: Counter[str] = field(default_factory=Counter)
 
-    def visit(self, node: PlacedNode) -> None:
-        """Count a visit to a node; raise MeshError if there are too many."""
-        self.budget.take_nodes(1, node.node.line)
-
     def _count(self, n_numbers: int, line: int) -> None:
         """Count numbers drawn; raise MeshError if there are too many."""
         self.budget.take_numbers(n_numbers, line)
@@ -130,7 +131,7 @@ class MeshBuilder:
             raise MeshError(f"line {shape.line}: {shape.kind} has no coordinates")
         base, n_points = self._add_points(points, state.placement, coordinates.line)
         before = self.budget.taken()
-        faces = read_indexed(shape, index, values, n_points, style, self.visit)
+        faces = read_indexed(shape, index, values, n_points, style, self.budget.take_nodes)
         self.attributes.note(style.appearance)
         shape.keep(key, self._note_taken(before, faces, _NO_POINTS, n_indices))
         self._add_faces(faces, base, state.placement)
@@ -141,7 +142,7 @@ class MeshBuilder:
         if says_color(shape, state.appearance):
             try:
                 self._count(count, shape.line)
-                colors = read_colors_of_points(shape, state.appearance, count, self.visit)
+                colors = read_colors_of_points(shape, state.appearance, count, self.budget.take_nodes)
             except MeshError:
                 if self.budget.is_spent:
                     raise
@@ -185,7 +186,7 @@ class MeshBuilder:
             return None
         self._count((points.size + len(corners)) // _PRIMITIVE_DISCOUNT, shape.line)
         if shape.kind == "ElevationGrid":
-            return read_grid(shape, polygons, style, self.visit), points
+            return read_grid(shape, polygons, style, self.budget.take_nodes), points
         return read_primitive(shape, corners, sizes, style), points
 
     def _count_new(self, points: Numbers, placement: Placement) -> int:

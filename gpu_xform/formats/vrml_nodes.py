@@ -1,8 +1,9 @@
 """Nodes of VRML in their place: fields with the values that instances of prototypes give them."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, NamedTuple, TypeAlias, TypeGuard, TypeVar
+from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -14,53 +15,57 @@ from .vrml_values import Binding, Node, Numbers, Prototype, Value
 _T = TypeVar("_T")
 
 
+_FEW_DIGITS = 16
+_STRIDE = 8
+_NO_VALUE: "Found" = None, None
+
+
 class Scope:
     """An instance of a prototype as the nodes of its body see it; `outer` is that in whose body it stands itself."""
 
-    __slots__ = ("_found", "_node", "_outer", "n_entered")
+    __slots__ = ("_defaults", "_found", "_node", "_outer", "n_entered")
 
     def __init__(self, node: Node, outer: "Scope | None") -> None:
         self.n_entered = 0  # how often the body was shown
         self._node, self._outer = node, outer
-        self._found: dict[str, tuple[Value | None, Scope | None]] = {}
+        self._defaults: Mapping[str, Found] = {} if node.prototype is None else node.prototype.defaults
+        self._found: dict[str, Found] | None = None  # what other scopes say
 
-    def find(self, name: str) -> "tuple[Value | None, Scope | None]":
+    def find(self, name: str) -> "Found":
         """Return the value of a field, None if it has none, and the scope that the value was written in."""
-        asked: list[tuple[dict[str, tuple[Value | None, Scope | None]], str]] = []
+        default = self._defaults.get(name, _NO_VALUE)
+        value = None if default is _NO_VALUE else self._node.fields.get(name)
+        if value is None:
+            return default
+        return self._find_bound(name) if type(value) is Binding else (value, self._outer)
+
+    def _find_bound(self, name: str) -> "Found":
+        """Return what `find` does, where the instance has the name from the prototype around it, or one around that."""
+        asked: list[tuple[Scope, str]] = []
         scope = self
-        while (found := scope._found.get(name)) is None:
-            asked.append((scope._found, name))
-            defaults = {} if scope._node.prototype is None else scope._node.prototype.defaults
-            if name not in defaults:
-                found = _NO_VALUE
-                break
-            if name not in scope._node.fields:
-                found = defaults[name], None
-                break
-            value = scope._node.fields[name]
-            if not _is_binding(value):
-                found = value, scope._outer
+        while (found := None if scope._found is None else scope._found.get(name)) is None:
+            asked.append((scope, name))
+            value = scope._node.fields.get(name) if name in scope._defaults else None
+            if type(value) is not Binding:
+                found = scope.find(name)
                 break
             if scope._outer is None:
                 found = _NO_VALUE
                 break
-            scope, name = scope._outer, value[0].name
+            scope, name = scope._outer, value.name
         for known, of_name in asked[::_STRIDE]:  # prototypes may stand thousands deep within one another
-            known[of_name] = found
+            if known._found is None:
+                known._found = {}
+            known._found[of_name] = found
         return found
 
 
-_FEW_DIGITS = 16
-_STRIDE = 8
-_NO_VALUE: tuple[Value | None, Scope | None] = None, None
+@dataclass(slots=True, unsafe_hash=True)
+class PlacedNode:
+    """A node, and the values of the names in its `IS name` fields.
 
-
-def _is_binding(value: Value | None) -> TypeGuard[list[Binding]]:
-    return type(value) is list and len(value) == 1 and type(value[0]) is Binding
-
-
-class PlacedNode(NamedTuple):
-    """A node, and the values of the names in its `IS name` fields."""
+    Nobody may change one; as a `NamedTuple` or frozen it would take twice as long to make, and shapes make a dozen.
+    """
 
     node: Node
     scope: Scope | None = None
@@ -75,19 +80,18 @@ class PlacedNode(NamedTuple):
         """The line that it begins on."""
         return self.node.line
 
-    def get(self, name: str) -> tuple[Value | None, Scope | None]:
+    def get(self, name: str) -> "Found":
         """Return the value of a field, None if it has none, and the scope of the value."""
-        value = self.node.fields.get(name)
-        if value is not None and _is_binding(value):
-            return _NO_VALUE if self.scope is None else self.scope.find(value[0].name)
-        return value, self.scope
+        value, scope = self.node.fields.get(name), self.scope
+        if type(value) is Binding:
+            return _NO_VALUE if scope is None else scope.find(value.name)
+        return value, scope
 
     def numbers(self, name: str) -> Numbers | None:
         """Return a field of numbers."""
         value = self.node.fields.get(name)
-        if value is None or isinstance(value, Numbers):
-            return value
-        value, _ = self.get(name)
+        if type(value) is Binding:
+            value = None if self.scope is None else self.scope.find(value.name)[0]
         return value if isinstance(value, Numbers) else None
 
     def floats(self, name: str, default: tuple[float, ...]) -> Float64Array:
@@ -130,10 +134,8 @@ class PlacedNode(NamedTuple):
 
     def flag(self, name: str, default: bool) -> bool:
         """Return a field that is TRUE or FALSE."""
-        if name not in self.node.fields:
-            return default
         value, _ = self.get(name)
-        if value is None:
+        if value is None or isinstance(value, Binding):
             return default
         text = value.text.strip() if isinstance(value, Numbers) else str(value[0]) if value else ""
         if text not in ("TRUE", "FALSE", "1", "0"):
@@ -149,8 +151,6 @@ class PlacedNode(NamedTuple):
 
     def nodes(self, name: str) -> "list[PlacedNode]":
         """Return the nodes of a field."""
-        if name not in self.node.fields:
-            return []
         value, scope = self.get(name)
         return [PlacedNode(item, scope) for item in value if isinstance(item, Node)] if isinstance(value, list) else []
 
@@ -162,55 +162,53 @@ class PlacedNode(NamedTuple):
 
     def first(self, name: str) -> "PlacedNode | None":
         """Return the first node of a field, None if it has none."""
-        if name not in self.node.fields:
-            return None
         value, scope = self.get(name)
-        if not isinstance(value, list):
-            return None
-        for item in value:
-            if isinstance(item, Node):
-                return PlacedNode(item, scope)
+        if isinstance(value, list):
+            for item in value:
+                if isinstance(item, Node):
+                    return PlacedNode(item, scope)
         return None
 
     def settled(self) -> "PlacedNode":
         """Return the node without a scope, if all of its fields are written out; the nodes among them lose theirs."""
-        is_bound = self.scope is not None and any(map(_is_binding, self.node.fields.values()))
+        is_bound = self.scope is not None and any(type(value) is Binding for value in self.node.fields.values())
         return self if is_bound else PlacedNode(self.node)
 
     def once(self, read: "Callable[[PlacedNode], _T]") -> _T:
         """Return what `read` makes of the node; a node that is shown often is read twice at most."""
-        key = read, self.scope
+        key = read if self.scope is None else (read, self.scope)
         value: _T | None = self.recall(key)
         if value is None:
             value = read(self)
             self.keep(key, value)
         return value
 
-    def recall(self, key: tuple[Any, ...]) -> Any:
+    def recall(self, key: object) -> Any:
         """Return what was kept for the node with an equal key, if that was the last; else None."""
-        kept = self.node.kept
-        return kept[1] if kept is not None and kept[0] == key else None
+        node = self.node
+        return node.kept if node.key_of_kept == key else None
 
-    def keep(self, key: tuple[Any, ...], value: Any) -> None:
+    def keep(self, key: object, value: Any) -> None:
         """Keep what the node means, but only if its key comes a second time: most nodes are shown once."""
-        kept = self.node.kept
-        self.node.kept = key, value if kept is not None and kept[0] == key else None
+        node = self.node
+        node.kept = value if node.key_of_kept == key else None
+        node.key_of_kept = key
 
     def expanded(self, visit: "Visit") -> "PlacedNode | None":
         """Return the first node of the prototype that it is an instance of, None if there is none; else itself.
 
-        visit : is called with each node on the way
+        visit : is called with 1 and the line of each node on the way
         """
+        visit(1, self.node.line)
         placed = self
-        visit(placed)
         while (prototype := placed.node.prototype) is not None and not prototype.is_external:
             body = prototype.find_shown()
             if body is None:
                 return None
             scope = _scope_of(placed, prototype)
             scope.n_entered += 1
+            visit(1, body.line)
             placed = PlacedNode(body, scope)
-            visit(placed)
         return placed
 
 
@@ -237,4 +235,5 @@ def _as_table(rows: tuple[tuple[float, ...], ...]) -> Float64Array:
     return np.array(rows)
 
 
-Visit: TypeAlias = Callable[[PlacedNode], None]
+Found: TypeAlias = tuple[Value | None, Scope | None]
+Visit: TypeAlias = Callable[[int, int], None]

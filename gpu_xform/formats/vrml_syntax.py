@@ -281,14 +281,19 @@ class _Parser:
             if lexeme in ("DEF", "USE"):
                 return self._read_reference(place)
             if lexeme == "IS":
-                return self._set(place, [Binding(self._take_name())])
+                return self._set(place, Binding(self._take_name()))
             return self._read_name(place)
         if self._kind == _NUMBERS:
             return self._set(place, Numbers(line, lexeme[1:-1]))
         if self._kind == _NUMBER:
-            parts = []
+            self._go_on()
+            self._is_held = True
+            if self._kind != _NUMBER:
+                return self._set(place, Numbers(line, lexeme))
+            parts = [_NumberText.at(lexeme, line)]
             while self._kind == _NUMBER:
                 parts.append(_NumberText.at(self._lexeme, self._line))
+                self._is_held = False
                 self._go_on()
             self._is_held = True
             return self._set(place, _as_value(parts))
@@ -350,10 +355,10 @@ def _declare(owner: Node | Prototype | None, name: str, value: Value) -> None:
     """Keep the default of a prototype's field; of a field that a node declares, only what is to be resolved."""
     if isinstance(owner, Prototype):
         kept = value
-        if isinstance(value, list):
+        if not isinstance(value, Numbers):
             kept = list[Any]()
-            owner.default_slots += add_slots(kept, value)
-        owner.defaults[name] = kept
+            owner.default_slots += [] if isinstance(value, Binding) else add_slots(kept, value)
+        owner.defaults[name] = kept, None
     elif owner is not None and isinstance(value, list):
         owner.slots += add_slots([], value)
 

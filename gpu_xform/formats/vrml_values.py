@@ -140,7 +140,7 @@ class Binding:
     name: str
 
 
-Value: TypeAlias = Numbers | list[Any]
+Value: TypeAlias = Numbers | Binding | list[Any]
 Slot: TypeAlias = tuple[list[Any], int]
 
 
@@ -148,6 +148,7 @@ Slot: TypeAlias = tuple[list[Any], int]
 class Prototype:
     """A prototype: the defaults of its fields, and its nodes; an external one has neither.
 
+    defaults : what `Scope.find` returns for them, without a scope, as they are written in none
     slots : the places of nodes, uses and prototypes in the defaults and in the body, in the order of the file
     plain_scope : that of all instances that give no values
     """
@@ -155,7 +156,7 @@ class Prototype:
     name: str
     line: int
     is_external: bool = False
-    defaults: dict[str, Value] = field(default_factory=dict)
+    defaults: dict[str, tuple[Value, None]] = field(default_factory=dict)
     default_slots: list[Slot] = field(default_factory=list)
     body: list[Any] = field(default_factory=list)
     body_slots: list[Slot] = field(default_factory=list)
@@ -175,7 +176,7 @@ class Node:
 
     slots : the places of nodes, uses and prototypes in the fields, in the order of the file
     prototype : what defines this kind of node, if that is not the language
-    kept : what `PlacedNode.keep` keeps
+    kept, key_of_kept : what `PlacedNode.keep` keeps
     """
 
     kind: str
@@ -184,7 +185,8 @@ class Node:
     slots: list[Slot] = field(default_factory=list)
     name: str | None = None
     prototype: Prototype | None = None
-    kept: tuple[tuple[Any, ...], Any] | None = None
+    kept: Any = None
+    key_of_kept: object = None
 
     def add_child(self, item: Any) -> None:
         """Add a node, a use, a prototype or a word to the field `children`."""
@@ -198,12 +200,16 @@ class Node:
     def set_field(self, name: str, value: Value) -> None:
         """Set a field; a list adds to the one before it, which an empty one does not replace."""
         known = self.fields.get(name)
-        if isinstance(known, list) and isinstance(value, list):
-            self.slots += add_slots(known, value)
-        elif isinstance(value, list):
-            self.fields[name] = values = list[Any]()
-            self.slots += add_slots(values, value)
-        elif not (isinstance(known, list) and not value.text.strip()):
+        if isinstance(value, list):
+            if isinstance(known, list):
+                self.slots += add_slots(known, value)
+            elif value or not isinstance(known, Binding):
+                self.fields[name] = values = list[Any]()
+                self.slots += add_slots(values, value)
+        elif isinstance(value, Binding):
+            if not (isinstance(known, list) and known):
+                self.fields[name] = value
+        elif not isinstance(known, list | Binding) or value.text.strip():
             self.fields[name] = value
 
 

@@ -203,6 +203,51 @@ def test_instances_of_one_prototype_have_their_own_values() -> None:
     assert [face.tolist() for face in read(text).faces] == [[0, 1, 2], [2, 1, 3, 0]] * 4
 
 
+BOX_OF = "Shape { geometry Box { %s } }"
+
+
+@pytest.mark.parametrize(
+    ("fields", "size"),
+    [
+        ("size 5 5 5 size IS s", 3),
+        ("size IS other size IS s", 3),
+        ("size IS s size 5 5 5", 5),
+        ("size IS missing", 2),
+        ("size IS missing size IS s", 3),
+        ("size IS unset", 2),
+    ],
+)
+def test_the_last_value_of_a_field_counts_whether_it_is_a_name_or_not(fields: str, size: float) -> None:
+    """What has no value, as a name that the prototype lacks, or one for which it has no value itself, is as left out.
+
+    A prototype's default that is a name of another prototype has none either.
+    """
+    interface = "field SFVec3f s 3 3 3 field SFVec3f other 4 4 4 field SFVec3f unset IS s"
+    text = f"#VRML V2.0 utf8\nPROTO P [ {interface} ] {{ {BOX_OF % fields} }} P {{ }}"
+    assert np.ptp(read(text).positions, axis=0).tolist() == [size] * 3
+
+
+@pytest.mark.parametrize(
+    ("group", "n_faces"),
+    [
+        ("children IS c children [ ]", 6),
+        ("children [ ] children IS c", 6),
+        (f"children IS c children [ {BOX_OF % ''} {BOX_OF % ''} ]", 12),
+        (f"children [ {BOX_OF % ''} {BOX_OF % ''} ] children IS c", 12),
+    ],
+)
+def test_children_that_are_written_out_count_before_those_of_a_name(group: str, n_faces: int) -> None:
+    text = f"#VRML V2.0 utf8\nPROTO P [ field MFNode c [ {BOX_OF % ''} ] ] {{ Group {{ {group} }} }} P {{ }}"
+    assert read(text).n_faces == n_faces
+
+
+def test_a_flag_that_names_what_has_no_value_is_as_left_out() -> None:
+    text = (
+        "#VRML V2.0 utf8\nPROTO P [ ] { Shape { geometry Cone { bottom IS b side IS s } } } Cone { bottom IS b } P { }"
+    )
+    assert read(text).n_faces == 2 * 33
+
+
 WIDE = "A{}" * 15_000
 BOX = "Shape { geometry Box { } }"
 # Of each, thousands of nodes that are one, or of one prototype, each of which took time for all that it has.
