@@ -4,7 +4,8 @@ For each block of points the host subtracts the middle of the block's bounds in 
 transforms the offsets in float32; the host adds the transformed origin back in float64. With r the largest offset in
 the block and A the linear part, every component lies within 4 * 2^-24 * sqrt(3) * ||A|| * r of the exact one, beside
 float64's own rounding. A block has `POINTS_PER_BLOCK` points. If they are sorted in space, it is a cell of equal size
-that holds `POINTS_PER_CELL` on average: r is bounded by the cell's diagonal wherever the points lie.
+that holds `POINTS_PER_CELL` on average: r is bounded by the cell's diagonal wherever the points lie. The host computes
+blocks whose products float32 may not hold.
 """
 
 from dataclasses import replace
@@ -15,7 +16,7 @@ import numpy.typing as npt
 
 from .._core.types import Float64Array
 from ..device import Device
-from ._precision import SINGLE
+from ._precision import DOUBLE, SINGLE
 from ._skinning import Influences
 from .backend import find_backend
 from .kernels.job import Epilogue, Job, SkinningJob
@@ -23,6 +24,8 @@ from .kernels.job import Epilogue, Job, SkinningJob
 POINTS_PER_BLOCK = 4096
 POINTS_PER_CELL = 8
 MAX_BLOCKS_PER_PART = 1024
+MAX_PRODUCT = 2.0**124  # of a coordinate and an entry of a matrix: float32 holds the sums of eight, and more
+_MAX_SORTED = 2.0**1022  # the extent of coordinates up to this is finite
 _MORTON_CELLS = 1 << 21  # per axis
 # Shifts and masks that move the bits of a number of 21 bits to every third place.
 _SPREADS = (
@@ -56,8 +59,16 @@ def _run_part(job: Job, starts: npt.NDArray[np.intp]) -> None:
     """Do what `run_rebased` does, for as many points as one dispatch takes; `starts` are the first points of blocks."""
     points = job.points
     is_zero = np.asarray(~points.any(axis=1))  # before anything is written, which may be over the points
-    origins = _find_origins(points, starts)
+    low, high = _find_bounds(points, starts)
     block = np.repeat(np.arange(len(starts)), np.diff(starts, append=len(points)))
+    largest = MAX_PRODUCT / max(1.0, np.abs(job.matrices).max())
+    is_far = ((low < -largest) | (high > largest)).any(axis=1)
+    origins = np.nan_to_num(np.where(is_far[:, np.newaxis], 0.0, 0.5 * low + 0.5 * high))
+    far_rows = np.flatnonzero(is_far[block]) if is_far.any() else np.zeros(0, np.intp)
+    far = np.asarray(points[far_rows], DOUBLE)
+    if len(far):
+        points = points.copy()
+        points[far_rows] = 0.0
     offsets = (points - origins[block]).astype(np.float32)
     part = replace(job, points=offsets, dtype=SINGLE)
     if job.epilogue is Epilogue.NONE:
@@ -66,6 +77,8 @@ def _run_part(job: Job, starts: npt.NDArray[np.intp]) -> None:
         _transform_projective(part, origins, block)
     if is_zero.any():
         _place_zeros(job, is_zero)
+    if len(far):
+        _place_far(job, far_rows, far)
 
 
 def _place_zeros(job: Job, is_zero: npt.NDArray[np.bool_]) -> None:
@@ -77,12 +90,21 @@ def _place_zeros(job: Job, is_zero: npt.NDArray[np.bool_]) -> None:
         out[is_zero] = result
 
 
+def _place_far(job: Job, rows: npt.NDArray[np.intp], points: Float64Array) -> None:
+    """Write the results of points beyond the range of float32, which the host computes."""
+    from .host.transform import run_transform
+
+    moved = np.empty((len(job.matrices), *points.shape))
+    run_transform(replace(job, points=points, out=moved, dtype=DOUBLE))
+    job.out[:, rows] = moved
+
+
 def _sort_into_cells(points: npt.NDArray[Any], max_cells: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
     """Return the order of points (n, 2 or 3) along a Morton curve through their bounds, and where each cell starts.
 
     Cells are boxes of equal size, the smallest that are not more than `max_cells` and than the points allow.
     """
-    finite = np.where(np.isfinite(points), points, 0.0)
+    finite = np.where(np.abs(points) <= _MAX_SORTED, points, 0.0)
     low, high = finite.min(axis=0), finite.max(axis=0)
     extent = np.where(high > low, high - low, 1.0)
     cells = np.minimum((finite - low) / extent * _MORTON_CELLS, _MORTON_CELLS - 1).astype(np.uint64)
@@ -134,12 +156,10 @@ def _transform_projective(job: Job, origins: Float64Array, block: npt.NDArray[np
         )
 
 
-def _find_origins(points: npt.NDArray[Any], starts: npt.NDArray[np.intp]) -> Float64Array:
-    """Return the middle of each block's bounds, what is not finite left out: (n_blocks, 2 or 3)."""
+def _find_bounds(points: npt.NDArray[Any], starts: npt.NDArray[np.intp]) -> tuple[Float64Array, Float64Array]:
+    """Return the bounds of each block (n_blocks, 2 or 3), what is not finite left out; NaN if there is nothing else."""
     finite = np.where(np.isfinite(points), points, np.nan)
-    low = np.fmin.reduceat(finite, starts, axis=0)
-    high = np.fmax.reduceat(finite, starts, axis=0)
-    return np.nan_to_num(0.5 * low + 0.5 * high)
+    return np.fmin.reduceat(finite, starts, axis=0), np.fmax.reduceat(finite, starts, axis=0)
 
 
 def _blocks_per_part(device: Device) -> int:

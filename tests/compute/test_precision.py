@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import gpu_xform as gx
 from gpu_xform.compute import _precision, _rebased
+from gpu_xform.device import Device
 from gpu_xform.errors import ArgumentError, PrecisionError, PrecisionWarning
 from gpu_xform.gpu.device import GpuDevice
 from tests.support.reference_transform import AFFINE, PROJECTIVE, some_points, transform_exactly
@@ -158,6 +159,36 @@ def test_rebased_passes_what_is_not_finite_on_without_spoiling_its_block() -> No
     assert not np.isfinite(result[4, 0])
     rest = np.delete(np.arange(100), [3, 4])
     assert np.allclose(result[rest], 2 * points[rest], rtol=1e-12)
+
+
+@pytest.mark.parametrize("columns", [2, 3])
+@pytest.mark.parametrize("size", [1e39, 1e200, 1.7e308])
+def test_blocks_beyond_single_are_those_of_the_host(size: float, columns: int, host: Device) -> None:
+    """And leave the others as they are; a result that float64 does not hold is infinite, without a word of NumPy."""
+    points = some_points(2 * BLOCK + 9, np.float64, columns) + EARTH
+    near = points.copy()
+    points[BLOCK + 3] = -size
+    points[BLOCK + 4, 0] = size
+    points[BLOCK + 5], points[BLOCK + 6] = 0.0, np.nan
+    far = slice(BLOCK, 2 * BLOCK)
+    matrix = np.eye(columns + 1)
+    matrix[:columns] = np.random.default_rng(3).normal(size=(columns, columns + 1))
+    projective = matrix.copy()
+    projective[columns] = [*[1e-3] * columns, 3.0]
+    stack = np.stack([matrix, 2.0 * projective])
+    for run, which in ((gx.transform_points, matrix), (gx.transform_vectors, matrix), (gx.project_points, stack)):
+        expected = run(near, which, precision="rebased")
+        expected[..., far, :] = run(points[far], which, device=host)
+        np.testing.assert_array_equal(run(points, which, precision="rebased"), expected)
+    result = gx.transform_points(points, matrix, precision="rebased", order="morton")
+    radius = np.sqrt(columns) * (EARTH + 50.0) / 2.0  # of a cell with the near points and zero
+    bound = 4 * 2.0**-24 * np.sqrt(3) * np.linalg.norm(matrix[:columns, :columns], 2) * radius
+    np.testing.assert_allclose(result, gx.transform_points(points, matrix, device=host), rtol=1e-14, atol=bound)
+    result = gx.project_points(points, stack, precision="rebased", order="morton")
+    np.testing.assert_allclose(result, gx.project_points(points, stack, device=host), rtol=1e-5, atol=1e-3)
+    result = gx.transform_points(points, matrix, precision="rebased")
+    gx.transform_points(points, matrix, precision="rebased", out=points)
+    np.testing.assert_array_equal(points, result)
 
 
 def test_an_unknown_precision_is_refused() -> None:
