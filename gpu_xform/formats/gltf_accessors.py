@@ -33,6 +33,7 @@ class Accessors:
         self._buffers = buffers
         self._unpacked: dict[int, tuple[bytes, int]] = {}
         self._replaced: dict[int, npt.NDArray[Any]] = {}
+        self._rows: dict[int, npt.NDArray[Any]] = {}  # of accessors that primitives share: views, which take no memory
         self.n_bytes = sum(map(len, buffers))
 
     def components(self, i: int, *types: str) -> npt.NDArray[Any]:
@@ -42,11 +43,15 @@ class Accessors:
         if (types and kind not in types) or kind not in N_COMPONENTS:
             expected = " or ".join(types or N_COMPONENTS)
             raise MeshError(f"accessor {i} must be of type {expected}, got {quote(repr(kind))}")
-        count, dtype = get_count(accessor, "count"), np.dtype(DTYPES[accessor["componentType"]])
         if i in self._replaced:
             return self._replaced[i]
+        if i in self._rows:
+            return self._rows[i]
+        count, dtype = get_count(accessor, "count"), np.dtype(DTYPES[accessor["componentType"]])
         if "bufferView" in accessor:
             rows = self._read(accessor, count, dtype, kind, f"accessor {i}")
+            if "sparse" not in accessor:
+                self._rows[i] = rows
         elif count * N_COMPONENTS[kind] > _MAX_ZEROS:
             raise MeshError(f"accessor {i} has {count} rows of zeros without a buffer view")
         else:

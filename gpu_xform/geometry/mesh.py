@@ -337,7 +337,7 @@ class Mesh(Pictured):
         m = as_square_matrix(matrix, "matrix", 4)
         require_affine(m, "matrix")
         if np.array_equal(m, np.eye(4)) and not (np.signbit(self._positions) & (self._positions == 0.0)).any():
-            return move(self, self._positions, m, flip=flip)  # as it is: 0.0 would come of -0.0
+            return self if flip == "auto" else move(self, self._positions, m, flip=flip)  # 0.0 would come of -0.0
         with np.errstate(over="ignore", invalid="ignore"):
             positions = self._positions @ m[:3, :3].T
             positions += m[:3, 3]
