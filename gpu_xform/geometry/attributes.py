@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from itertools import pairwise
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -349,10 +350,17 @@ class _Table(dict[str, Column]):
         raise KeyError(f"no attribute {name} per {self._what}, there are: {known}{hint}")
 
 
+@cache
+def _no_columns(what: str) -> Columns:
+    return MappingProxyType(_Table(what))
+
+
 def _as_columns(table: ColumnsLike | None, what: str) -> Columns:
-    """Return a read-only mapping of read-only columns."""
+    """Return a read-only mapping of read-only columns; one without columns is shared, as most meshes have two."""
+    if not table:
+        return _no_columns(what)
     columns = _Table(what)
-    for name, value in (table or {}).items():
+    for name, value in table.items():
         if not name or not isinstance(name, str):
             raise MeshError(f"the name of an attribute per {what} must be a text, got {name!r}")
         columns[name] = value if isinstance(value, RaggedArray) else _as_read_only(value, f"attribute {name!r}")
