@@ -7,20 +7,22 @@ import contextlib
 import ctypes
 import math
 import os
+import selectors
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 _LACKS_MEMORY = 112  # the exit code of a process that got no more memory
 _PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 _MAX_WAIT_S = 1e6  # what the system takes
 _WAIT_S = 30.0  # beyond the time of a processor, for a busy machine
 _SAMPLE_S = 0.02  # between two looks at the memory that a process takes
+_PIPE_BYTES = 1 << 16
+_SCARCE_BYTES = 64 << 20  # so much a library takes between two looks
 _NOTED_PART = 0.5  # of the limit of memory: arrays that grow double, so what lacks memory has taken that much
 
 _SPARING = {"OPENBLAS_NUM_THREADS": "1", "MALLOC_ARENA_MAX": "1"}  # each thread would reserve megabytes that count
@@ -58,26 +60,71 @@ def run_limited(
         env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **_SPARING},
         process_group=0,
     )
-    # A thread looks at it: a second `communicate` would send no more of the data (CPython, issue 141473, until 3.14).
     taken_bytes = 0
-    is_over = threading.Event()
 
-    def sample() -> None:
+    def look() -> None:
         nonlocal taken_bytes
-        while not is_over.wait(_SAMPLE_S):
-            taken_bytes = _read_taken_bytes(child.pid, memory_bytes) or taken_bytes
+        taken_bytes = _read_taken_bytes(child.pid, memory_bytes) or taken_bytes
 
-    sampler = threading.Thread(target=sample, daemon=True)
     with child:
         try:
-            sampler.start()
-            printed, _ = child.communicate(data, _wait_s(cpu_s))
+            printed = _talk(child, data, _wait_s(cpu_s), look)
             return Ended(child.returncode, printed, False, taken_bytes)
         except subprocess.TimeoutExpired:
             return Ended(0, b"", True, taken_bytes)
         finally:
-            is_over.set()
             _kill(child)
+
+
+def _talk(child: Any, data: bytes, wait_s: float, look: Callable[[], None]) -> bytes:
+    """Give a process its data, `look` at it again and again, and return what it has printed when it has ended.
+
+    Raises TimeoutExpired if that takes too long. It begins no thread: the process that reads STEP in isolation, which
+    calls this too, may lack the memory for one. A second `communicate` would send no more of the data (CPython, issue
+    141473, until 3.14).
+    """
+    if sys.platform == "win32":  # no selector takes its pipes
+        printed: bytes = child.communicate(data, wait_s)[0]
+        return printed
+    end_s, look_s = time.monotonic() + wait_s, 0.0
+    parts, rest = list[bytes](), memoryview(data)
+    os.set_blocking(child.stdin.fileno(), False)
+    with selectors.DefaultSelector() as selector:
+        selector.register(child.stdin, selectors.EVENT_WRITE)
+        selector.register(child.stdout, selectors.EVENT_READ)
+        while selector.get_map():
+            has_ended = child.poll() is not None
+            ready = selector.select(0.0 if has_ended else _SAMPLE_S)
+            if has_ended and not ready:  # a process that it has begun keeps its pipes open
+                break
+            now_s = time.monotonic()
+            if now_s > end_s:
+                raise subprocess.TimeoutExpired(child.args, wait_s)
+            if now_s > look_s + _SAMPLE_S:
+                look()
+                look_s = now_s
+            for key, _ in ready:
+                if key.fileobj is child.stdin:
+                    rest = _write_some(key.fd, rest)
+                    is_done = not rest
+                else:
+                    parts.append(os.read(key.fd, _PIPE_BYTES))
+                    is_done = not parts[-1]
+                if is_done:
+                    selector.unregister(key.fileobj)
+                    key.fileobj.close()  # type: ignore[union-attr]
+    child.wait(max(end_s - time.monotonic(), 0.0))
+    return b"".join(parts)
+
+
+def _write_some(pipe: int, data: memoryview) -> memoryview:
+    """Write what a pipe takes at once, and return the rest; none if nobody reads it any more."""
+    try:
+        return data[os.write(pipe, data[:_PIPE_BYTES]) :]
+    except BlockingIOError:
+        return data
+    except BrokenPipeError:
+        return data[:0]
 
 
 def _wait_s(cpu_s: float) -> float:
@@ -126,10 +173,17 @@ def describe_end(ended: Ended, what: str, cpu_s: float, memory_bytes: int) -> st
         text = f"{what} crashed ({signal.Signals(number).name})"
     else:
         text = f"{what} ended with {ended.code}"
-    if ended.taken_bytes < _NOTED_PART * memory_bytes:
-        return text
-    taken = f"{ended.taken_bytes:,} of the {memory_bytes:,} bytes of memory"
-    return f"{text} when it had taken {taken} that FileLimits(memory_bytes=...) allows"
+    return text + describe_memory(ended, memory_bytes)
+
+
+def describe_memory(ended: Ended, memory_bytes: int) -> str:
+    """Return what to add of memory to why a process gave no answer; nothing if it had much."""
+    if ended.taken_bytes >= _NOTED_PART * memory_bytes:
+        taken = f"{ended.taken_bytes:,} of the {memory_bytes:,} bytes of memory"
+        return f" when it had taken {taken} that FileLimits(memory_bytes=...) allows"
+    if memory_bytes < _SCARCE_BYTES and (ended.code or ended.is_late):
+        return f", maybe for want of memory: FileLimits(memory_bytes=...) allows {memory_bytes:,} bytes"
+    return ""
 
 
 def begin_limited(parent: int) -> None:

@@ -216,6 +216,16 @@ def test_only_mesh_errors_escape(name: str, monkeypatch: pytest.MonkeyPatch) -> 
     assert time.monotonic() - start < limited_process._WAIT_S  # the system has ended it, not our patience
 
 
+@pytest.mark.parametrize("memory_bytes", [1, 1_000_000, 1_500_000, 2_000_000])
+def test_a_reader_that_lacks_memory_and_crashes_says_so(memory_bytes: int, tmp_path: Path) -> None:
+    """What reads LAZ aborts then, faster than anybody looks what it has taken."""
+    data = next(seed.data for seed in list_seeds(tmp_path) if seed.kind == "laz")
+    limits = gx.FileLimits(memory_bytes=memory_bytes)
+    with pytest.raises(MeshError, match=r"FileLimits\(memory_bytes=\.\.\.\)") as raised:
+        gx.load_mesh(io.BytesIO(data), file_type="laz", isolated=True, limits=limits)
+    assert f"{memory_bytes:,} bytes" in str(raised.value)
+
+
 def test_a_process_that_works_without_a_processor_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     program = (
         f"import time\nfrom gpu_xform.formats import isolation\nisolation.serve(lambda *_: time.sleep({READER_S}), "

@@ -5,6 +5,7 @@ import itertools
 import json
 import re
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -260,6 +261,27 @@ def test_little_memory_does_not_make_it_wait_for_ever() -> None:
     """Below 350 MB, of which Open CASCADE took 200 before it began, it waited for a thread that never came."""
     box = step_files.write_box(1, 2, 3)
     assert read(box, limits=FileLimits(memory_bytes=60_000_000)) == read(box)
+
+
+@linux_only
+@pytest.mark.parametrize("memory_bytes", [7_000_000, 9_000_000, 9_500_000])
+@pytest.mark.parametrize("isolated", [False, True])
+def test_it_does_not_wait_for_threads_that_memory_is_too_small_for(memory_bytes: int, isolated: bool) -> None:
+    """Below 10 MB, Open CASCADE waited for a thread that could not be begun, until its time was over."""
+    box, begin = step_files.write_box(1, 2, 3), time.monotonic()
+    limits = FileLimits(memory_bytes=memory_bytes, cpu_s=5)
+    assert load_mesh(io.BytesIO(box), file_type="step", isolated=isolated, limits=limits) == read(box)
+    assert time.monotonic() - begin < 20
+
+
+@linux_only
+@pytest.mark.parametrize("memory_bytes", [1, 500_000, 1_000_000])
+@pytest.mark.parametrize("isolated", [False, True])
+def test_too_little_memory_is_named(memory_bytes: int, isolated: bool) -> None:
+    box, limits = step_files.write_box(1, 2, 3), FileLimits(memory_bytes=memory_bytes, cpu_s=5)
+    with pytest.raises(MeshError, match=rf"\b{memory_bytes:,} bytes") as raised:
+        load_mesh(io.BytesIO(box), file_type="step", isolated=isolated, limits=limits)
+    assert "FileLimits(memory_bytes=...)" in str(raised.value)
 
 
 @linux_only
