@@ -67,6 +67,7 @@ import numpy as np
 import gpu_xform as gx
 model = gx.samples.icosphere(3)
 made = gx.animate(model, np.stack([np.eye(4)] * 2), size=(120, 90), edges="all") if sys.argv[1] != "mesh" else None
+sys.dont_write_bytecode = True  # its files would be cut short, and spoil the next import
 resource.setrlimit(resource.RLIMIT_FSIZE, (100, 100))
 kinds = {"mesh": ("obj", "off", "ply", "stl", "glb", "gltf", "npy"), "animation": ("gif", "apng", "webp", "html")}
 for kind in kinds[sys.argv[1]]:

@@ -1,9 +1,5 @@
 """A disk that is full in the middle: an error that names the destination, nothing half-written, and a way on."""
 
-import resource
-import signal
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -12,20 +8,9 @@ import pytest
 import gpu_xform as gx
 from gpu_xform.chunked import zarr as module
 from gpu_xform.compute import streaming
+from tests.support.full_disk import largest_file
 from tests.support.las_files import make_las
 from tests.support.reference_transform import AFFINE, some_points
-
-
-@contextmanager
-def largest_file(n_bytes: int) -> Iterator[None]:
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        signal.signal(signal.SIGXFSZ, ignored)
 
 
 @pytest.mark.parametrize("target", ["npy", "zarr", "laz"])

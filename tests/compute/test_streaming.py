@@ -2,7 +2,6 @@
 
 import dataclasses
 import os
-import resource
 import signal
 import socket
 import subprocess
@@ -18,6 +17,7 @@ from gpu_xform.compute import streaming as module
 from gpu_xform.device import Device
 from gpu_xform.errors import ArgumentError, ArgumentTypeError
 from tests.support.cli import error_of
+from tests.support.full_disk import largest_file
 from tests.support.las_files import make_las
 from tests.support.reference_transform import AFFINE, PLANAR, PROJECTIVE, some_points
 from tests.support.types import Array
@@ -226,15 +226,8 @@ def test_resuming_what_never_began_begins_it(tmp_path: Path) -> None:
 def test_a_full_disk_is_the_systems_own_error_and_the_old_file_stays(tmp_path: Path) -> None:
     source = saved(tmp_path / "in.npy", some_points(5000, np.float32))
     destination = saved(tmp_path / "out.npy", np.zeros(3))
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    ignored = signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, hard))
-    try:
-        with pytest.raises(OSError, match="File too large"):
-            gx.transform_file(source, destination, AFFINE)
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
-        signal.signal(signal.SIGXFSZ, ignored)
+    with largest_file(20_000), pytest.raises(OSError, match="File too large"):
+        gx.transform_file(source, destination, AFFINE)
     assert np.array_equal(np.load(destination), np.zeros(3))
     gx.transform_file(source, destination, AFFINE, resume=True)
     assert np.array_equal(np.load(destination), gx.transform_points(np.load(source), AFFINE))

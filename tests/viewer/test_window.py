@@ -25,6 +25,7 @@ from gpu_xform.viewer import window as window_module
 from gpu_xform.viewer.canvas import connect
 from gpu_xform.viewer.orbit import BoundingSphere, Orbit
 from gpu_xform.viewer.session import Session
+from tests.support.full_disk import largest_file
 from tests.support.types import Array, Pixels
 from tests.support.xvfb import Screen, require_windows
 
@@ -255,16 +256,10 @@ def test_what_cannot_be_saved_is_said_and_the_window_stays(tmp_path: Path) -> No
 
 
 def test_a_picture_that_does_not_fit_the_disk_leaves_no_half(tmp_path: Path) -> None:
-    import resource
-
     window = Window()
     window.shown()
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (500, hard))
-    try:
+    with largest_file(500):
         window.key("s")
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
     assert window.titles[-1].endswith("- not saved: File too large")
     assert list(tmp_path.iterdir()) == []
 
