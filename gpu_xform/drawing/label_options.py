@@ -5,7 +5,7 @@ from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
-from .._core.arguments import as_int, as_vector
+from .._core.arguments import as_int, as_vector, require_room
 from .._core.masked import Mask
 from .._core.suggestions import did_you_mean
 from ..errors import ArgumentError, ArgumentTypeError
@@ -35,6 +35,7 @@ def check_labels(labels: Any) -> LabelsLike | InstanceNames | None:
     if isinstance(labels, Mapping):
         return {_check_key(key): _check_text(text, f"labels[{key!r}]") or "" for key, text in labels.items()}
     if isinstance(labels, np.ndarray):
+        require_room(labels, "labels")
         labels = labels.tolist()
     if not isinstance(labels, Sequence):
         expected = "be 'names', 'indices', a text per point, or a dict from points to texts"

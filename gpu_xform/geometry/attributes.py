@@ -134,7 +134,7 @@ class Attributes:
         self._point = _as_columns(point, "point")
         self._corner = _as_columns(corner, "corner")
         self._face = _as_columns(face, "face")
-        self._labels = MappingProxyType({name: tuple(map(str, texts)) for name, texts in (labels or {}).items()})
+        self._labels = MappingProxyType({name: _as_texts(texts, name) for name, texts in (labels or {}).items()})
         self._material: Mapping[str, Any] = freeze_value(dict(material or {}))
 
     @property
@@ -367,6 +367,15 @@ def _as_columns(table: ColumnsLike | None, what: str) -> Columns:
         if not isinstance(value, RaggedArray) and np.ndim(value) == 0:
             raise MeshError(f"attribute {name!r} per {what} must have one row per {what}, got one value")
     return MappingProxyType(columns)
+
+
+def _as_texts(texts: Any, name: str) -> tuple[str, ...]:
+    """Return what the integers of an attribute stand for."""
+    if hasattr(texts, "__array__"):
+        require_whole(texts, f"labels of {name!r}")
+        texts = np.asarray(texts)
+        require_room(texts, f"labels of {name!r}")
+    return tuple(map(str, texts))
 
 
 def _as_read_only(value: npt.ArrayLike, name: str) -> npt.NDArray[Any]:

@@ -119,7 +119,8 @@ def compare_images(picture: ImageLike, reference: ImageLike, *, threshold: float
     Raises
     ------
     ArgumentError
-        If the sizes differ, or if a file or array is not a picture.
+        If the sizes differ, if a file or array is not a picture, and for an array that no memory holds or that a mask
+        hides a part of.
     ArgumentTypeError
         For an array of another type than uint8.
     OSError

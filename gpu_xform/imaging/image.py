@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, TypeAlias
 import numpy as np
 import numpy.typing as npt
 
+from .._core.arguments import require_room
 from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
+from .._core.masked import require_whole
 from .._core.targets import require_path
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError
@@ -59,12 +61,14 @@ def to_pixels(picture: ImageLike, name: str) -> Pixels:
         return _decode_png(picture, name)
     if isinstance(picture, Image.Image):
         return _pillow_to_pixels(picture, name)
+    require_whole(picture, name)
     try:
         array = np.asarray(picture)
     except ValueError as error:  # a ragged list
         raise ArgumentError.expecting(
             name, "be an image, an array of uint8 or a PNG file's path", reason=error
         ) from None
+    require_room(array, name)
     if array.dtype != np.uint8:
         raise ArgumentTypeError.expecting(name, "be an image, an array of uint8 or a PNG file's path", array.dtype)
     if array.ndim != 3 or array.shape[2] not in {3, 4}:

@@ -124,6 +124,7 @@ def test_plain_arrays_are_passed_on() -> None:
 
 
 HUGE = (10**12, 3)
+PICTURE = np.zeros((2, 2, 4), np.uint8)
 
 
 def make_huge(kind: str, dtype: type) -> Any:
@@ -152,6 +153,10 @@ def make_huge(kind: str, dtype: type) -> Any:
         (int, lambda rows: gx.render_array(gx.samples.cube(), edges=rows[:, :2], size=(8, 8))),
         (float, lambda rows: gx.render_array(gx.samples.cube(), scalars=rows[:, 0], size=(8, 8))),
         (float, lambda rows: gx.render_array(gx.samples.cube(), vertex_colors=rows, size=(8, 8))),
+        (np.str_, lambda rows: gx.render_array(gx.samples.cube(), labels=rows[:, 0], size=(8, 8))),
+        (np.str_, lambda rows: gx.Attributes(labels={"x": rows[:, 0]})),
+        (np.uint8, lambda rows: gx.compare_images(rows[:, np.newaxis], PICTURE)),
+        (np.uint8, lambda rows: gx.compare_images(PICTURE, rows[:, np.newaxis])),
     ],
 )
 def test_arrays_that_no_memory_holds_are_refused_by_their_shape(
@@ -159,9 +164,23 @@ def test_arrays_that_no_memory_holds_are_refused_by_their_shape(
 ) -> None:
     words = (
         r"must take at most 274,877,906,944 bytes, got shape|a mesh holds at most|must be in memory, got a dask array"
+        r"|labels must be 'names', 'indices', a text per point, or a dict from points to texts, got Array"
     )
     with pytest.raises((ArgumentError, ArgumentTypeError, MeshError), match=words):
         call(make_huge(kind, dtype))
+
+
+def test_pictures_that_are_lazy_or_masked_are_as_other_arrays() -> None:
+    import dask.array
+
+    array: Any = dask.array
+    lazy = array.from_array(PICTURE, chunks=1)
+    assert gx.compare_images(lazy, lazy).n_pixels == 0
+    masked_picture = np.ma.masked_array(PICTURE, PICTURE == 1)
+    assert gx.compare_images(masked_picture, PICTURE).n_pixels == 0
+    masked_picture[0, 0, 0] = np.ma.masked
+    with pytest.raises(ArgumentError, match="reference must have no masked entries, got 1 of 16"):
+        gx.compare_images(PICTURE, masked_picture)
 
 
 def test_a_small_lazy_array_is_computed_even_if_its_size_is_unknown() -> None:
