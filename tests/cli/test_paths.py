@@ -1,7 +1,9 @@
 """Patterns in paths, and what is no file."""
 
 import contextlib
+import gzip
 import os
+import re
 import signal
 import sys
 import threading
@@ -14,6 +16,8 @@ import pytest
 import gpu_xform as gx
 from gpu_xform import samples, save_mesh
 from gpu_xform.cli import main, paths
+from tests.fuzz.seeds import list_seeds
+from tests.support import step_files
 from tests.support.cli import error_of, list_pngs
 
 SIZE = ("--resolution", "60,40")
@@ -57,6 +61,51 @@ def test_a_model_may_come_through_a_fifo(kind: str, working_folder: Path) -> Non
         thread.join(30)
         Path(f"pipe.{kind}").unlink()
     np.testing.assert_allclose(gx.load_mesh(f"out.{kind}").positions, 2.0 * whole.positions, rtol=1e-6)
+
+
+def write_seed(kind: str, folder: Path) -> bytes:
+    """Return a model of a type that is not written here."""
+    if kind == "urdf":
+        return (
+            b'<robot name="r"><link name="l"><visual><geometry><box size="1 2 3"/></geometry></visual></link></robot>'
+        )
+    if kind == "step":
+        return step_files.write_box(1, 2, 3)
+    if kind == "wrz":
+        return gzip.compress(write_seed("wrl", folder))
+    return next(seed.data for seed in list_seeds(folder) if seed.kind == kind)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="it has no FIFOs")
+@pytest.mark.parametrize("kind", ["3mf", "dae", "las", "laz", "step", "urdf", "wrl", "wrz"])
+def test_formats_that_are_only_read_come_through_a_fifo_and_a_pipe_of_a_shell(
+    kind: str, working_folder: Path, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    data = write_seed(kind, tmp_path_factory.mktemp("seeds"))
+    Path(f"whole.{kind}").write_bytes(data)
+    assert main(["render", f"whole.{kind}", "-o", "whole.svg"]) == 0
+    commands = ["render {} -o out.svg", "info {}", "transform {} out.ply --scale 2"]
+    for command in commands[:1] if kind in ("las", "laz") else commands:  # the others must seek in a scan
+        thread = feed(working_folder / f"pipe.{kind}", data)
+        with time_limit(30):
+            assert main(command.format(f"pipe.{kind}").split()) == 0
+        thread.join(30)
+        Path(f"pipe.{kind}").unlink()
+        read, write = os.pipe()  # as `<(zcat model.gz)`, which a shell calls so
+        thread = threading.Thread(target=write_all, args=(write, data), daemon=True)
+        thread.start()
+        with time_limit(30):
+            assert main([*command.format(f"/dev/fd/{read}").split(), "--file-type", kind]) == 0
+        os.close(read)
+        thread.join(30)
+        drawn, expected = (Path(f"{name}.svg").read_text() for name in ("out", "whole"))
+        of_name = re.compile('<title>.*</title>|<g id=".*">')
+        assert of_name.sub("", drawn) == of_name.sub("", expected)
+
+
+def write_all(descriptor: int, data: bytes) -> None:
+    with os.fdopen(descriptor, "wb") as file:
+        file.write(data)
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="it has no FIFOs")

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -48,16 +49,35 @@ def test_a_closed_pipe_ends_quietly(typed: list[str]) -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")
-def test_an_interrupt_ends_in_one_line() -> None:
-    os.mkfifo("pipe.obj")
-    process = subprocess.Popen(
-        [sys.executable, "-m", "gpu_xform", "transform", "pipe.obj", "out.obj"], stderr=subprocess.PIPE
-    )
-    with Path("pipe.obj").open("wb"):  # opens when the command opens it to read, and waits
+@pytest.mark.parametrize(
+    "command",
+    ["transform pipe.obj out.obj", "transform pipe.npy out.npy", "info pipe.step", "render pipe.laz -o out.svg"],
+)
+def test_an_interrupt_ends_in_one_line(command: str) -> None:
+    pipe = Path(command.split()[1])
+    os.mkfifo(pipe)
+    before = sorted(Path().iterdir())
+    process = subprocess.Popen([sys.executable, "-m", "gpu_xform", *command.split()], stderr=subprocess.PIPE)
+    with pipe.open("wb"):  # opens when the command opens it to read, and waits
         process.send_signal(signal.SIGINT)
         _, complaint = process.communicate(timeout=20)
     assert (process.returncode, complaint) == (130, b"gpu-xform: interrupted\n")
-    assert not Path("out.obj").exists()
+    assert sorted(Path().iterdir()) == before
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")
+def test_an_interrupt_ends_the_wait_for_who_opens_a_fifo() -> None:
+    os.mkfifo("pipe.wrl")  # which nobody does
+    process = subprocess.Popen(
+        [sys.executable, "-m", "gpu_xform", "info", "pipe.wrl", "--isolated"], stderr=subprocess.PIPE
+    )
+    place, end_s = Path(f"/proc/{process.pid}/wchan"), time.monotonic() + 3
+    while time.monotonic() < end_s and not (place.exists() and "wait_for_partner" in place.read_text()):
+        time.sleep(0.05)  # until it waits there, where the system says so
+    process.send_signal(signal.SIGINT)
+    _, complaint = process.communicate(timeout=20)
+    assert (process.returncode, complaint) == (130, b"gpu-xform: interrupted\n")
 
 
 def test_an_interrupt_inside_any_command(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
