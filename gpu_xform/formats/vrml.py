@@ -22,6 +22,7 @@ from ._text import plain_text, quote
 from .limits import budget, spend_own
 from .vrml_attributes import NO_APPEARANCE, Appearance
 from .vrml_builder import KnownAppearance, MeshBuilder, State
+from .vrml_names import ITSELF
 from .vrml_nodes import PlacedNode
 from .vrml_primitives import PRIMITIVES
 from .vrml_syntax import parse_nodes
@@ -294,6 +295,8 @@ def _enter(
 
 
 def _describe(node: PlacedNode) -> str:
+    if node.node.prototype is ITSELF:
+        return f"{node.kind} (a part of itself)"
     return f"{node.kind} (EXTERNPROTO)" if node.node.prototype else node.kind
 
 

@@ -8,6 +8,9 @@ from ..errors import MeshError
 from ._text import quote
 from .vrml_values import Node, Prototype, Slot, Use
 
+# The prototype of a node in the body of its own: one that nobody gives.
+ITSELF = Prototype("", 0, is_external=True)
+
 
 class _Names:
     """The nodes and prototypes that have a name at some place of a file."""
@@ -17,10 +20,13 @@ class _Names:
         self._prototypes: dict[str, list[Prototype]] = {}
         self._declared: list[list[str]] = [[]]
 
-    def enter_scope(self) -> None:
-        """Begin the body of a prototype, whose names are its own."""
+    def enter_scope(self, prototype: Prototype) -> None:
+        """Begin the body of a prototype, whose names are its own; in it, none is of it."""
         self._nodes.append({})
         self._declared.append([])
+        if not self._prototypes.get(prototype.name):
+            self._prototypes[prototype.name] = [ITSELF]
+            self._declared[-1].append(prototype.name)
 
     def exit_scope(self) -> None:
         """End the body of a prototype."""
@@ -76,5 +82,5 @@ def resolve_names(roots: list[Any]) -> int:
             pending += reversed(item.slots)
         elif isinstance(item, Prototype):
             pending += [partial(names.declare, item), names.exit_scope, *reversed(item.body_slots)]
-            pending += [names.enter_scope, *reversed(item.default_slots)]
+            pending += [partial(names.enter_scope, item), *reversed(item.default_slots)]
     return n_nodes

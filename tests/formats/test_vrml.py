@@ -512,6 +512,26 @@ def test_what_cannot_be_shown_is_named_once(body: str, n_faces: int, warning: st
     assert [str(one.message) for one in caught] == [warning] or str(caught[0].message).endswith("and 2 more")
 
 
+def test_a_prototype_that_contains_itself_says_so() -> None:
+    for body in ("A { }", "Group { children A { } }", "PROTO B [ ] { A { } } B { }"):
+        with pytest.raises(MeshError, match=r"no shapes: not shown: 1 A \(a part of itself\)$"):
+            v2(f"PROTO A [ ] {{ {body} }} A {{ }}")
+    with pytest.warns(MeshWarning, match=r"^not shown: 1 A \(a part of itself\)$"):
+        assert v2("PROTO A [ ] { Group { children [ <shape> A { } ] } } A { }").n_faces == 1
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "PROTO Group [ ] { Group { children <shape> } } Group { }",  # the node of the language
+        "PROTO A [ ] { <shape> } PROTO A [ ] { A { } } A { }",  # the one before
+        "PROTO A [ ] { PROTO A [ ] { <shape> } A { } } A { }",  # the one within
+    ],
+)
+def test_a_prototype_may_contain_another_of_its_name(body: str) -> None:
+    assert v2(body).n_faces == 1
+
+
 def test_what_is_silent_is_no_loss() -> None:
     v2("<shape> Viewpoint { } NavigationInfo { } DirectionalLight { } TimeSensor { }")
     v2("<shape> Script { field SFNode n DEF X Group { } } USE X")
