@@ -150,15 +150,10 @@ def write_glb(document: Document, file: BinaryIO) -> None:
                     holder["buffer"] = 0
                     if start:
                         holder["byteOffset"] = start
-        for image in content.get("images", []):
-            data = read_image(image, document.folder)
-            if data is not None:
-                views = content.setdefault("bufferViews", [])
-                views.append({"buffer": 0, "byteOffset": len(binary), "byteLength": len(data)})
-                binary += data + b"\0" * (-len(data) % 4)
-                image.setdefault("mimeType", guess_type(image["uri"], data))
-                del image["uri"]
-                image["bufferView"] = len(views) - 1
+        for data, images in _read_images(content, document.folder, whole=True).items():
+            start = len(binary)
+            binary += data + b"\0" * (-len(data) % 4)
+            _put_into_view(content, images, data, {"buffer": 0, "byteOffset": start})
         if len(document.buffers) == 1:
             content["buffers"][0].pop("uri", None)
             if len(binary) >= n_bytes + 4:
@@ -184,10 +179,14 @@ def write_gltf(document: Document, file: BinaryIO) -> None:
         for buffer, data in zip(content.get("buffers", []), document.buffers, strict=True):
             if len(data) or "uri" in buffer:
                 buffer["uri"] = _data_uri("application/octet-stream", data)
-        for image in content.get("images", []):
-            found = read_image(image, document.folder)
-            if found is not None and not image["uri"].startswith("data:"):
-                image["uri"] = _data_uri(image.get("mimeType") or guess_type(image["uri"], found), found)
+        for data, images in _read_images(content, document.folder, whole=False).items():
+            if len(images) == 1:
+                kind = images[0].get("mimeType") or guess_type(images[0]["uri"], data)
+                images[0]["uri"] = _data_uri(kind, data)
+            else:
+                buffers = content.setdefault("buffers", [])
+                buffers.append({"byteLength": len(data), "uri": _data_uri("application/octet-stream", data)})
+                _put_into_view(content, images, data, {"buffer": len(buffers) - 1})
         return _dump(content)
 
     file.write(understand(pack, document.content))
@@ -208,8 +207,32 @@ def _data_uri(kind: str, data: bytes | memoryview) -> str:
     return f"data:{kind};base64,{base64.b64encode(data).decode()}"
 
 
-def read_image(image: Any, folder: Path | None) -> bytes | None:
-    """Return the bytes of an image that its URI holds or names in `folder`; None for any other."""
+def _read_images(content: Any, folder: Path | None, *, whole: bool) -> dict[bytes, list[Any]]:
+    """Return the bytes of images, each with those that have them: of files in `folder`, if `whole` also of data URIs."""
+    files = dict[Path, bytes]()
+    found: dict[bytes, list[Any]] = {}
+    for image in content.get("images", []):
+        data = read_image(image, folder, files)
+        if data is not None and (whole or not image["uri"].startswith("data:")):
+            found.setdefault(data, []).append(image)
+    return found
+
+
+def _put_into_view(content: Any, images: list[Any], data: bytes, place: dict[str, int]) -> None:
+    """Let images be a view of a buffer, which holds their bytes at a place."""
+    views = content.setdefault("bufferViews", [])
+    views.append(place | {"byteLength": len(data)})
+    for image in images:
+        image.setdefault("mimeType", guess_type(image["uri"], data))
+        del image["uri"]
+        image["bufferView"] = len(views) - 1
+
+
+def read_image(image: Any, folder: Path | None, files: dict[Path, bytes]) -> bytes | None:
+    """Return the bytes of an image that its URI holds or names in `folder`; None for any other.
+
+    files : what was read before
+    """
     uri = image.get("uri")
     if uri is None:
         return None
@@ -220,7 +243,9 @@ def read_image(image: Any, folder: Path | None) -> bytes | None:
         except (binascii.Error, ValueError):
             return None
     path = find_beside(folder, folder, uri)
-    return None if path is None else path.read_bytes()
+    if path is not None and path not in files:
+        files[path] = budget().read_beside(path)
+    return None if path is None else files[path]
 
 
 def guess_type(uri: str, data: bytes) -> str:

@@ -1,6 +1,7 @@
 """The nodes of a glTF document, as a scene. Section numbers are those of the glTF 2.0 specification."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -85,6 +86,7 @@ def _collect_metadata(source: Document, accessors: Accessors) -> dict[str, Any]:
             if not content[key]:
                 del content[key]
     images: list[dict[str, Any]] = []
+    files = dict[Path, bytes]()
     data: list[bytes | None] = []
     for image in content.get("images", []):
         kept = dict(image)
@@ -92,7 +94,7 @@ def _collect_metadata(source: Document, accessors: Accessors) -> dict[str, Any]:
             data.append(bytes(accessors.view_bytes(get_count(kept, "bufferView"))))
             del kept["bufferView"]
         else:
-            found = read_image(kept, source.folder)
+            found = read_image(kept, source.folder, files)
             data.append(found)
             if found is not None:
                 kind = guess_type(kept.pop("uri"), found)

@@ -319,9 +319,13 @@ class _Writer:
 
     def _add_images(self) -> None:
         """Write the images of which a scene keeps the bytes."""
+        views: dict[bytes, int] = {}
         for image, data in zip(self._content.get("images", []), self._images, strict=False):
             if data is not None:
-                image["bufferView"] = self._view(data)
+                own = bytes(data)
+                if own not in views:
+                    views[own] = self._view(own)
+                image["bufferView"] = views[own]
 
     def _array(
         self,

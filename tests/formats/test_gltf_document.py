@@ -3,6 +3,7 @@
 import base64
 import io
 import json
+import tracemalloc
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gpu_xform import chain, load_mesh, load_scene, rotate_y, scale, translate
+from gpu_xform import FileLimits, MeshError, chain, load_mesh, load_scene, rotate_y, save_mesh, scale, translate
 from gpu_xform.cli import main
 from gpu_xform.formats.registry import transform_document
 from tests.formats.test_gltf_meshes import add_cube, add_skinned_cube, local, meshopt_cube
@@ -271,6 +272,38 @@ def test_files_beside_a_document_come_into_it(tmp_path: Path) -> None:
         (picture, far, _) = parse_images(target)
         assert far == {"uri": "https://example.org/far.png"}
         assert "jpeg" in json.dumps(picture)
+
+
+def test_an_image_that_is_named_often_is_read_and_written_once(tmp_path: Path) -> None:
+    """Before, 570 kB that name themselves 30,000 times took 17 GB, in memory as in the file that was written."""
+    picture = b"\x89PNG" + bytes(100_000)
+    (tmp_path / "a.png").write_bytes(picture)
+    content = document()
+    content["images"] = [{"uri": f"{'./' * (i % 50)}a.png", "name": str(i)} for i in range(500)]
+    content["images"] += [{"uri": data_uri(b"third")}, {"uri": data_uri(b"third")}]
+    source = tmp_path / "a.gltf"
+    source.write_bytes(as_text(data_uri(BINARY[:36]), data_uri(BINARY[36:]), content=content))
+    expected = [picture] * 500 + [b"third"] * 2
+    load_mesh(source)
+    tracemalloc.start()
+    try:
+        scene = load_scene(source)
+        assert list(scene.metadata["gltf"]["image_bytes"]) == expected
+        for kind in ("glb", "gltf"):
+            transform(source, tmp_path / f"out.{kind}", "--translate", "1,0,0")
+            save_mesh(scene, tmp_path / f"saved.{kind}")
+        assert tracemalloc.get_traced_memory()[1] < 10e6
+    finally:
+        tracemalloc.stop()
+    for target in (tmp_path / f"{name}.{kind}" for name in ("out", "saved") for kind in ("glb", "gltf")):
+        assert target.stat().st_size < 300_000
+        assert list(load_scene(target).metadata["gltf"]["image_bytes"]) == expected
+        images = parse_images(target)
+        assert [image.get("name") for image in images] == [*map(str, range(500)), None, None]
+        assert {image.get("mimeType") for image in images[:500]} == {"image/png"}
+    with pytest.raises(MeshError, match=r"'a\.png': .*FileLimits\(unpacked_bytes=100003\)"):
+        load_scene(source, limits=FileLimits(unpacked_bytes=100_003))
+    assert load_scene(source, limits=FileLimits(unpacked_bytes=100_004)).metadata == scene.metadata
 
 
 def parse_images(path: Path) -> Any:
