@@ -136,18 +136,25 @@ class Buffer:
     def map_read(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the first `n_bytes` as an array, valid inside the block only."""
         with self._work(f"read {n_bytes:,} bytes back"):
-            if self.can_map:
-                with self._lend_for_reading(n_bytes) as view:
-                    yield view
-            else:
-                staging = Buffer(self.context, n_bytes, READBACK, label="readback")
-                try:
-                    with self.context.encode_commands(self, staging, label="readback") as encoder:
-                        encoder.copy_buffer(self, staging, n_bytes)
-                    with staging._lend_for_reading(n_bytes) as view:
-                        yield view
-                finally:
-                    staging.release()
+            lend = self._lend_for_reading if self.can_map else self._lend_copy
+            with lend(n_bytes) as view:
+                yield view
+
+    @contextlib.contextmanager
+    def _lend_copy(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
+        """Lend a copy that the host can map.
+
+        A block of its own within that of `_work`: the objects of wgpu end before Ctrl+C is let through, which would be
+        lost in their destructors.
+        """
+        staging = Buffer(self.context, n_bytes, READBACK, label="readback")
+        try:
+            with self.context.encode_commands(self, staging, label="readback") as encoder:
+                encoder.copy_buffer(self, staging, n_bytes)
+            with staging._lend_for_reading(n_bytes) as view:
+                yield view
+        finally:
+            staging.release()
 
     @contextlib.contextmanager
     def _work(self, action: str) -> Iterator[None]:

@@ -180,6 +180,7 @@ class CommandEncoder:
             commands = self.handle.finish()
         self.context.handle.queue.submit([commands])
         self.context.n_submissions += 1
+        del self._handle  # here, where Ctrl+C waits: what a destructor raises is lost
 
 
 class GpuContext:

@@ -1,5 +1,6 @@
 """Exceptions that pass by a buffer: Ctrl+C, and any other, at every place; the device goes on as if there were none."""
 
+import gc
 import os
 import signal
 import threading
@@ -8,8 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+import wgpu
 
 import gpu_xform as gx
+from gpu_xform._core import interrupts
 from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import GpuDevice
 from tests.support.interruptions import count_lines, interrupt_at, require_healthy, sample_lines
@@ -124,3 +127,30 @@ def test_ctrl_c_while_a_device_opens_opens_it_or_is_raised() -> None:
         run_interrupted(lambda: gx.Device().close(), delay_s)
     with gx.Device() as opened:
         assert np.array_equal(gx.transform_points(SMALL, np.eye(4), device=opened), SMALL)
+
+
+def test_no_object_of_wgpu_dies_where_ctrl_c_would_be_lost(
+    any_device: GpuDevice, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Python prints what is raised in a destructor, and goes on: the next Ctrl+C would be the first to be heard."""
+    image = np.ones((20, 30), np.float32)
+
+    def work() -> None:
+        gx.transform_points(LARGE, MATRIX, device=any_device)
+        gx.transform_points(LARGE, STACK, index=INDICES, device=any_device)
+        gx.bounds(SMALL, device=any_device)
+        gx.convolve(image, np.ones((3, 3)), device=any_device)
+
+    work()
+    gc.collect()
+    died: list[str] = []
+    delete = wgpu.GPUObjectBase.__del__
+
+    def delete_and_note(wgpu_object: wgpu.GPUObjectBase) -> None:
+        if not interrupts._is_deferring:
+            died.append(repr(wgpu_object))
+        delete(wgpu_object)
+
+    monkeypatch.setattr(wgpu.GPUObjectBase, "__del__", delete_and_note)
+    work()
+    assert died == []
