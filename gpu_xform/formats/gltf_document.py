@@ -208,7 +208,7 @@ def _data_uri(kind: str, data: bytes | memoryview) -> str:
 
 
 def _read_images(content: Any, folder: Path | None, *, whole: bool) -> dict[bytes, list[Any]]:
-    """Return the bytes of images, each with those that have them: of files in `folder`, if `whole` also of data URIs."""
+    """Return the bytes of images, each with those that have them: of files in `folder`, if `whole` of data URIs too."""
     files = dict[Path, bytes]()
     found: dict[bytes, list[Any]] = {}
     for image in content.get("images", []):
