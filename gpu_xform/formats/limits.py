@@ -48,7 +48,7 @@ class FileLimits:
         Nodes within one another.
     unpacked_bytes : int, optional
         Bytes that compressed content unpacks to, and that files beside the file have which are read with it: `.mtl` of
-        OBJ, buffers and images of glTF, the models of URDF; those that VRML includes are not counted.
+        OBJ, buffers and images of glTF, the models of URDF, what VRML includes.
     cpu_s : float, optional
         Seconds that a processor may work on it; with `isolated=True`, where it is 60 by default, and for the process
         in which Open CASCADE reads a STEP file, 600 and another 600 per megabyte by default. They count from when the

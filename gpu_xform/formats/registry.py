@@ -473,7 +473,11 @@ def _identify(source: PathOrFile, file_type: str | None, known: Collection[str])
             raise prefix_error(
                 MeshError("it is xacro, from which URDF is made: xacro FILE -o robot.urdf"), name or _UNNAMED
             )
-        got = f"{kind!r}{did_you_mean(kind, sorted(known), MIN_FILE_TYPE_SIMILARITY)}" if kind else "no suffix"
+        got = (
+            f"{kind!r}{did_you_mean(kind, sorted(known), MIN_FILE_TYPE_SIMILARITY)}"
+            if kind
+            else "no suffix and no file type"
+        )
         error = MeshError(f"the type must be one of {', '.join(sorted(known))}, got {got}")
         raise prefix_error(error, name or _UNNAMED)
     return name or _UNNAMED, kind

@@ -122,8 +122,7 @@ class _Inlines:
     def parse(self, path: Path) -> tuple[list[PlacedNode], bool]:
         """Return the nodes at the top of a file, and whether it is of VRML 1.0."""
         if path not in self.parsed:
-            data = path.read_bytes()
-            budget().allow_bytes(len(data))
+            data = budget().read_beside(path)
             with prefix_errors(path.name):
                 if is_lfs_pointer(data):
                     raise MeshError(POINTER_WORDS)

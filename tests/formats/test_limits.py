@@ -295,6 +295,11 @@ def write_with_files_beside(folder: Path, kind: str) -> tuple[Path, int]:
         document = json.loads(gltf())
         document["buffers"] = [{"uri": name, "byteLength": 36} for name in ("a.bin", "b.bin", "a.bin")]
         data = json.dumps(document).encode()
+    elif kind == "wrl":
+        contents = {
+            f"{name}.wrl": f"#VRML V2.0 utf8\nShape {{ geometry {name} {{ }} }}".encode() for name in ("Box", "Cone")
+        }
+        data = b'#VRML V2.0 utf8\nInline { url "Box.wrl" } Inline { url "Cone.wrl" } Inline { url "./Box.wrl" }'
     else:
         contents = {"a.obj": CUBE, "b.obj": CUBE + b"# another\n"}
         shown = "".join(f'<visual><geometry><mesh filename="{name}.obj"/></geometry></visual>' for name in "aba")
@@ -306,14 +311,13 @@ def write_with_files_beside(folder: Path, kind: str) -> tuple[Path, int]:
     return path, sum(map(len, contents.values()))
 
 
-@pytest.mark.parametrize("kind", ["gltf", "obj", "urdf"])
+@pytest.mark.parametrize("kind", ["gltf", "obj", "urdf", "wrl"])
 def test_files_beside_a_file_are_counted_once_each_before_they_are_read(kind: str, tmp_path: Path) -> None:
     path, n_bytes = write_with_files_beside(tmp_path, kind)
     whole = gx.load_mesh(path)
     assert gx.load_mesh(path, limits=gx.FileLimits(unpacked_bytes=n_bytes)) == whole
-    words = (
-        rf"model\.{kind}: .*'b\.\w+': .*more than the {n_bytes - 1} bytes .*FileLimits\(unpacked_bytes={n_bytes - 1}\)"
-    )
+    limit = rf"FileLimits\(unpacked_bytes={n_bytes - 1}\)"
+    words = rf"model\.{kind}: .*'(b|Cone)\.\w+': .*more than the {n_bytes - 1} bytes .*{limit}"
     with pytest.raises(MeshError, match=words):
         gx.load_mesh(path, limits=gx.FileLimits(unpacked_bytes=n_bytes - 1))
 

@@ -97,7 +97,11 @@ def test_the_file_type_can_be_an_argument(tmp_path: Path, kind: str) -> None:
 
 
 def test_unknown_types_name_the_known_ones(tmp_path: Path) -> None:
-    for source, kind, got in (("a.xyz", None, "'xyz'"), ("a", None, "no suffix"), ("a.obj", "iges", "'iges'")):
+    for source, kind, got in (
+        ("a.xyz", None, "'xyz'"),
+        ("a", None, "no suffix and no file type"),
+        ("a.obj", "iges", "'iges'"),
+    ):
         (tmp_path / source).touch()
         with pytest.raises(MeshError) as caught:
             load_mesh(tmp_path / source, file_type=kind)
