@@ -194,7 +194,10 @@ class PointBuffer:
         return self._store.device_points()
 
     def close(self) -> None:
-        """Give the device's memory back, for every buffer that shares it. Closing twice does nothing."""
+        """Give the device's memory back, for every buffer that shares it. Closing twice does nothing.
+
+        What nobody refers to any more is given back as well, but only by the next work on a device.
+        """
         self._store.release()
 
     def __enter__(self) -> Self:

@@ -17,6 +17,7 @@ from .._core.interrupts import defer_interrupts
 from ..errors import DeviceError
 from .binding import wgpu
 from .context import GpuContext
+from .deletion_queue import flush, own
 
 Usage = wgpu.BufferUsage
 STORAGE: int = Usage.STORAGE | Usage.COPY_SRC | Usage.COPY_DST
@@ -55,12 +56,13 @@ class Buffer:
         if self._host_mappable:
             usage |= MAPPED
         with defer_interrupts(), context.translate_errors(f"allocate {n_bytes:,} bytes", label):
+            flush()
             self.handle: wgpu.GPUBuffer = context.handle.create_buffer(label=label, size=n_bytes, usage=usage)
+            own(self, self.handle)
         self._released = False
         self._is_mapped = False  # by `wait_mapped`, for whoever reads or unmaps it
         self._is_lent = False  # to a block, which unmaps it
         self._n_submissions_at_write = context.n_submissions
-        context.buffers.add(self)
 
     def upload(self, array: npt.NDArray[Any]) -> None:
         """Copy `array` (C-ordered) to the buffer's start."""
@@ -136,25 +138,18 @@ class Buffer:
     def map_read(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
         """Lend the first `n_bytes` as an array, valid inside the block only."""
         with self._work(f"read {n_bytes:,} bytes back"):
-            lend = self._lend_for_reading if self.can_map else self._lend_copy
-            with lend(n_bytes) as view:
-                yield view
-
-    @contextlib.contextmanager
-    def _lend_copy(self, n_bytes: int) -> Iterator[npt.NDArray[np.uint8]]:
-        """Lend a copy that the host can map.
-
-        A block of its own within that of `_work`: the objects of wgpu end before Ctrl+C is let through, which would be
-        lost in their destructors.
-        """
-        staging = Buffer(self.context, n_bytes, READBACK, label="readback")
-        try:
-            with self.context.encode_commands(self, staging, label="readback") as encoder:
-                encoder.copy_buffer(self, staging, n_bytes)
-            with staging._lend_for_reading(n_bytes) as view:
-                yield view
-        finally:
-            staging.release()
+            if self.can_map:
+                with self._lend_for_reading(n_bytes) as view:
+                    yield view
+            else:
+                staging = Buffer(self.context, n_bytes, READBACK, label="readback")
+                try:
+                    with self.context.encode_commands(self, staging, label="readback") as encoder:
+                        encoder.copy_buffer(self, staging, n_bytes)
+                    with staging._lend_for_reading(n_bytes) as view:
+                        yield view
+                finally:
+                    staging.release()
 
     @contextlib.contextmanager
     def _work(self, action: str) -> Iterator[None]:

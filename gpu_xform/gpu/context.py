@@ -17,6 +17,7 @@ from ..device import Adapter, Limits
 from ..errors import DeviceError
 from .adapters import describe_adapter, find_adapter, lend_runtime_dir
 from .binding import wgpu
+from .deletion_queue import flush
 from .errors import DeviceLostError, translate_wgpu_errors
 
 # Memory that the host can map is as good as the device's own on these kinds. On discrete adapters a copy over the bus
@@ -205,7 +206,6 @@ class GpuContext:
         self.is_closed = False
         self.is_lost = False
         self.n_submissions = 0
-        self.buffers: weakref.WeakSet[Submittable] = weakref.WeakSet()  # all that are alive, for the debug tools
         self.observers: list[DispatchObserver] = []
         _contexts.add(self)
 
@@ -236,6 +236,7 @@ class GpuContext:
             encoder.submit()
             for observer in self.observers:
                 observer.end_submission()
+            flush()
 
     def require_usable(self) -> None:
         """Raise `DeviceError` if the device is closed, or if this process is a fork of the one that opened it."""
@@ -262,11 +263,12 @@ class GpuContext:
 
     def close(self) -> None:
         """Free the device. Closing twice does nothing."""
-        with self.lock:
+        with defer_interrupts(), self.lock:
             if not self.is_closed:
                 self.is_closed = True
                 if not is_fork():
                     self.handle.destroy()
+                    flush()
 
     def __repr__(self) -> str:
         return f"Device({self.adapter.name!r}, {self.adapter.backend}, {self.adapter.driver})"

@@ -19,6 +19,7 @@ import numpy.typing as npt
 from ..errors import ArgumentError
 from .buffers import READBACK, Buffer
 from .context import CommandEncoder, DispatchObserver
+from .deletion_queue import list_living
 from .device import GpuDevice
 
 
@@ -81,7 +82,7 @@ class _Capture(DispatchObserver):
 
 
 def _newest(device: GpuDevice) -> dict[str, Buffer]:
-    alive = [buffer for buffer in device.context.buffers if isinstance(buffer, Buffer) and not buffer.is_released]
+    alive = [each for each in list_living(Buffer) if each.context is device.context and not each.is_released]
     return {buffer.label: buffer for buffer in sorted(alive, key=lambda each: each.id)}
 
 

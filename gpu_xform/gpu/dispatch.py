@@ -4,10 +4,12 @@ import contextlib
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
+from .._core.interrupts import defer_interrupts
 from ..errors import ShaderError
 from .binding import wgpu
 from .buffers import Buffer
 from .context import CommandEncoder, GpuContext
+from .deletion_queue import own
 from .shaders import ComputePipeline, Pipeline, RenderPipeline
 from .textures import Texture
 
@@ -25,14 +27,22 @@ class Binding(NamedTuple):
 Bindable: TypeAlias = Buffer | Binding | Texture
 
 
+class BindGroup:
+    """What the variables of a pipeline's WGSL are bound to."""
+
+    def __init__(self, handle: wgpu.GPUBindGroup) -> None:
+        self.handle = handle
+        own(self, handle)
+
+
 class BindGroupCache:
     """The bind groups of one device."""
 
     def __init__(self, context: GpuContext) -> None:
         self._context = context
-        self._groups: dict[tuple[Any, ...], wgpu.GPUBindGroup] = {}
+        self._groups: dict[tuple[Any, ...], BindGroup] = {}
 
-    def bind(self, pipeline: Pipeline, /, **bindings: Bindable) -> wgpu.GPUBindGroup:
+    def bind(self, pipeline: Pipeline, /, **bindings: Bindable) -> BindGroup:
         """Bind buffers, parts of buffers, and textures to the variables of a pipeline's WGSL, by name.
 
         A group of what is all persistent is kept and given again. Raises `ShaderError` if the names are not those of
@@ -61,18 +71,17 @@ class BindGroupCache:
     def __len__(self) -> int:
         return len(self._groups)
 
-    def _create(self, pipeline: Pipeline, parts: Mapping[str, Binding | Texture]) -> wgpu.GPUBindGroup:
+    def _create(self, pipeline: Pipeline, parts: Mapping[str, Binding | Texture]) -> BindGroup:
         if parts.keys() != pipeline.bindings.keys():
             expected = ", ".join(pipeline.bindings)
             raise ShaderError(f"the bindings of {pipeline.label} must be {expected}, got {', '.join(parts) or 'none'}")
         labels = [_owner(part).label for part in parts.values()]
-        with self._context.translate_errors("bind the buffers", pipeline.label, *labels):
-            return self._context.handle.create_bind_group(
-                label=pipeline.label,
-                layout=pipeline.handle.get_bind_group_layout(0),
-                entries=[
-                    {"binding": pipeline.bindings[name], "resource": _resource(part)} for name, part in parts.items()
-                ],
+        entries = [{"binding": pipeline.bindings[name], "resource": _resource(part)} for name, part in parts.items()]
+        with defer_interrupts(), self._context.translate_errors("bind the buffers", pipeline.label, *labels):
+            return BindGroup(
+                self._context.handle.create_bind_group(
+                    label=pipeline.label, layout=pipeline.handle.get_bind_group_layout(0), entries=entries
+                )
             )
 
 
@@ -95,7 +104,7 @@ def _resource(part: Binding | Texture) -> Any:
 def dispatch(
     encoder: CommandEncoder,
     pipeline: ComputePipeline,
-    bindings: wgpu.GPUBindGroup,
+    bindings: BindGroup,
     *n_workgroups: int | Buffer,
 ) -> None:
     """Encode one dispatch.
@@ -103,7 +112,7 @@ def dispatch(
     n_workgroups : up to three numbers, or the one buffer that begins with three
     """
     compute = encoder.begin_compute_pass(pipeline.handle)
-    compute.set_bind_group(0, bindings)
+    compute.set_bind_group(0, bindings.handle)
     if isinstance(n_workgroups[0], Buffer):
         compute.dispatch_workgroups_indirect(n_workgroups[0].handle, 0)
     else:
@@ -138,7 +147,7 @@ def begin_render_pass(
     target: Texture,
     extent: tuple[int, int],
     pipeline: RenderPipeline,
-    bindings: wgpu.GPUBindGroup,
+    bindings: BindGroup,
     *,
     clear_color: tuple[float, float, float, float] | None = None,
 ) -> Iterator[RenderPass]:
@@ -151,6 +160,6 @@ def begin_render_pass(
     if extent != target.extent:
         render.set_viewport(0.0, 0.0, *map(float, extent), 0.0, 1.0)
     render.set_pipeline(pipeline.handle)
-    render.set_bind_group(0, bindings)
+    render.set_bind_group(0, bindings.handle)
     yield RenderPass(render)
     encoder.end_render_pass(render, pipeline.label)

@@ -13,6 +13,7 @@ from typing import Any
 from ..errors import ShaderError
 from .binding import wgpu
 from .context import GpuContext
+from .deletion_queue import own
 from .errors import raise_if_lost
 from .wgsl import Sources, installed_sources
 
@@ -113,7 +114,9 @@ class Pipelines:
         except wgpu.GPUError as error:
             raise_if_lost(error, f"compile {row.file}")
             raise ShaderError(f"{row.file} with {dict(constants)} is refused: {error}") from error
-        return ComputePipeline(handle, label, self._sources.source(stage, number_type).bindings)
+        pipeline = ComputePipeline(handle, label, self._sources.source(stage, number_type).bindings)
+        own(pipeline, handle, module)
+        return pipeline
 
     def render(
         self, stage: str, texture_format: str, write: ColorWrite = ColorWrite.REPLACE, /, **constants: float
@@ -147,7 +150,9 @@ class Pipelines:
         except wgpu.GPUError as error:
             raise_if_lost(error, f"compile {row.file}")
             raise ShaderError(f"{row.file} with {dict(constants)} is refused: {error}") from error
-        return RenderPipeline(handle, stage, self._sources.source(stage).bindings)
+        pipeline = RenderPipeline(handle, stage, self._sources.source(stage).bindings)
+        own(pipeline, handle, module)
+        return pipeline
 
     @property
     def may_change(self) -> bool:

@@ -11,6 +11,7 @@ from .._core.interrupts import defer_interrupts
 from ..errors import DeviceError
 from .binding import wgpu
 from .context import GpuContext
+from .deletion_queue import flush, own
 
 Usage = wgpu.TextureUsage
 RENDER_TARGET: int = Usage.RENDER_ATTACHMENT | Usage.TEXTURE_BINDING | Usage.COPY_SRC | Usage.COPY_DST
@@ -46,10 +47,12 @@ class Texture:
         self.id = next(_ids)
         width, height = extent
         with defer_interrupts(), context.translate_errors(f"allocate {width} x {height} texels", label):
+            flush()
             self.handle: wgpu.GPUTexture = context.handle.create_texture(
                 label=label, size=(width, height, 1), format=format, usage=usage
             )
             self.view: wgpu.GPUTextureView = self.handle.create_view(label=label)
+            own(self, self.handle, self.view)
         self._released = False
 
     def upload(self, texels: npt.NDArray[Any]) -> None:

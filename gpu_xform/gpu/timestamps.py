@@ -92,6 +92,7 @@ class DeviceTimer(DispatchTimer):
                 read.append(view.view(np.uint64).copy())
             ticks.release()
             readback.release()
+        self._query_sets = []  # here, where Ctrl+C waits: what a destructor raises is lost
         all_ticks = np.concatenate(read)
         elapsed = (all_ticks - all_ticks[:1]) * nanoseconds_per_tick(self._context)
         pairs = elapsed.reshape(-1, 2).tolist()

@@ -1,7 +1,6 @@
 """Leapfrog on the device: kicks and drifts, each one dispatch, between two copies of the points' state."""
 
-import weakref
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +15,6 @@ from ..gpu.device import GpuDevice
 from ..gpu.dispatch import Bindable, Binding, dispatch
 from ..gpu.layouts import OBSTACLE, SLOT_PACKET, as_bytes
 from ..gpu.shaders import ComputePipeline
-from ..gpu.textures import Texture
 from .conditions import FrameConditions
 from .grid import Grid, find_grid
 from .incidence import MAX_PACKETS, Slots, pack_fans, pack_slots
@@ -50,7 +48,6 @@ class Leapfrog:
         self._fans = pack_fans(system.triangles, n_points)
         self._require_room()
         self._buffers: list[Buffer] = []
-        weakref.finalize(self, _release, self._buffers)
         springs = self._slots.springs.reshape(-1, 4)
         self._springs = create_table(device, len(springs), "rgba32uint", "springs")
         self._springs.upload(springs)
@@ -61,7 +58,6 @@ class Leapfrog:
         self._pin_buffer: Buffer | None = None
         self._state = PointState(device, n_points)
         self._textures = [self._springs, *self._state.textures]
-        weakref.finalize(self, _release, self._textures)
         self._grid = find_grid(self._slots, n_points, MAX_STRIP_ROWS.get(device.adapter.kind, MAX_STRIP_ROWS_OF_GPU))
         self._grid_state: _GridState | None = None
 
@@ -388,8 +384,3 @@ def _fill(n: int, dtype: np.dtype[np.void], structs: npt.NDArray[np.void]) -> np
     filled = np.zeros(n, dtype)
     filled[: len(structs)] = structs
     return as_bytes(filled)
-
-
-def _release(memory: Sequence[Buffer | Texture]) -> None:
-    for part in memory:
-        part.release()

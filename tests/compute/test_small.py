@@ -11,6 +11,7 @@ from gpu_xform.compute.kernels import few
 from gpu_xform.device import Limits
 from gpu_xform.errors import ArgumentError, DeviceError
 from gpu_xform.gpu.device import GpuDevice
+from tests.support.device_memory import list_buffers
 from tests.support.reference_transform import AFFINE, PROJECTIVE
 from tests.support.types import Array
 
@@ -53,7 +54,7 @@ def test_it_has_the_bytes_of_the_long_way_at_every_turn(
 def test_whoever_finds_its_memory_mapped_may_unmap_it(device: GpuDevice, short_calls: list[int]) -> None:
     points = np.random.default_rng(4).normal(size=(9, 3)).astype(np.float32)
     expected = gx.transform_points(points, AFFINE, device=device)
-    for buffer in device.context.buffers:
+    for buffer in list_buffers(device.context):
         buffer.require_submittable(device.context)
     assert gx.transform_points(points, AFFINE, device=device).tobytes() == expected.tobytes()
     for kept in device.kept_ready.values():

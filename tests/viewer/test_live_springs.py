@@ -11,11 +11,11 @@ from rendercanvas.offscreen import OffscreenRenderCanvas
 
 import gpu_xform as gx
 from gpu_xform.drawing.layer import Style
-from gpu_xform.gpu.buffers import Buffer
 from gpu_xform.gpu.device import require_gpu_device
 from gpu_xform.viewer import live_springs
 from gpu_xform.viewer.canvas import connect
 from gpu_xform.viewer.session import Session
+from tests.support.device_memory import count_bytes
 from tests.support.spring_models import make_cloth
 from tests.support.types import Array, Pixels
 from tests.support.xvfb import Screen, require_windows
@@ -283,7 +283,7 @@ def test_a_long_drag_does_not_grow_memory() -> None:
             window.pointer("move", start + np.array([k % 7, k % 5]))
             window.run(2)
             window.pointer("up", start)
-        return sum(b.n_bytes for b in context.buffers if isinstance(b, Buffer) and not b.is_released)
+        return count_bytes(context)
 
     settled = [drag(8) for _ in range(4)]
     assert settled[-1] <= settled[1]

@@ -5,7 +5,6 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from ..._core.interrupts import defer_interrupts
 from ..._core.types import Float64Array
 from ...device import Device
 from ...errors import ArgumentError, DeviceError
@@ -68,10 +67,9 @@ class GpuStore:
     def reduce(self, matrix: Float64Array | None, epilogue: Epilogue) -> Reduction:
         """Reduce the points, each through `matrix` first, if there is one."""
         self.require_open()
-        parts = []
-        for chunk, source in self.parts:
-            with defer_interrupts():  # what destructors raise is lost
-                parts.append(reduce_points(self.plan, source, chunk.stop - chunk.start, matrix, epilogue))
+        parts = [
+            reduce_points(self.plan, source, part.stop - part.start, matrix, epilogue) for part, source in self.parts
+        ]
         whole = parts[0]
         for part in parts[1:]:
             whole = whole.merged(part)
@@ -95,7 +93,6 @@ class GpuStore:
 
     def release(self) -> None:
         """Give the memory back."""
-        with defer_interrupts():  # what destructors raise is lost
-            self._released = True
-            while self.parts:
-                self.parts.pop()[1].release()
+        self._released = True
+        for _, buffer in self.parts:
+            buffer.release()
