@@ -1,5 +1,6 @@
 """Standard output: encodings, closed pipes, interrupts."""
 
+import contextlib
 import io
 import os
 import signal
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import BinaryIO
 
 import numpy as np
 import pytest
@@ -43,8 +45,30 @@ def test_a_closed_pipe_ends_quietly(typed: list[str]) -> None:
             stderr=subprocess.PIPE,
             check=False,
             env=buffered,
+            timeout=60,
         )
     assert (result.returncode, result.stderr) == (141, b"")
+
+
+def open_for(process: subprocess.Popen[bytes], pipe: Path, seconds: float = 60.0) -> BinaryIO:
+    """Open a named pipe to write as soon as a process has opened it to read; fail if it does not."""
+    end_s = time.monotonic() + seconds
+    while process.poll() is None and time.monotonic() < end_s:
+        with contextlib.suppress(OSError):  # nobody reads it: without O_NONBLOCK, that would be waited for without end
+            return os.fdopen(os.open(pipe, os.O_WRONLY | os.O_NONBLOCK), "wb")
+        time.sleep(0.01)
+    process.kill()
+    pytest.fail(f"the command ended or waited before it opened {pipe}: {process.communicate()}")
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs a named pipe")
+def test_a_command_that_does_not_start_is_not_waited_for() -> None:
+    os.mkfifo("pipe.obj")
+    with subprocess.Popen([sys.executable, "-c", "raise SystemExit(3)"], stderr=subprocess.PIPE) as process:
+        with pytest.raises(pytest.fail.Exception, match=r"before it opened pipe\.obj"):
+            open_for(process, Path("pipe.obj"))
+        assert process.returncode == 3
 
 
 @pytest.mark.slow
@@ -58,7 +82,7 @@ def test_an_interrupt_ends_in_one_line(command: str) -> None:
     os.mkfifo(pipe)
     before = sorted(Path().iterdir())
     process = subprocess.Popen([sys.executable, "-m", "gpu_xform", *command.split()], stderr=subprocess.PIPE)
-    with pipe.open("wb"):  # opens when the command opens it to read, and waits
+    with open_for(process, pipe):  # so that the command waits for what is in it
         process.send_signal(signal.SIGINT)
         _, complaint = process.communicate(timeout=20)
     assert (process.returncode, complaint) == (130, b"gpu-xform: interrupted\n")
