@@ -1,6 +1,7 @@
 """The deletion queue: what nobody uses any more is freed by the next work of the device, and not before."""
 
 import weakref
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -13,23 +14,29 @@ from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.gpu.textures import Texture
 from tests.support.device_memory import list_buffers
 
-
-def test_a_buffer_that_is_dropped_is_freed_by_the_next_work(device: GpuDevice) -> None:
-    buffer = Buffer(device.context, 1024, label="dropped")
-    dropped = weakref.ref(buffer.handle)
-    assert buffer in list_buffers(device.context)
-    del buffer
-    assert dropped() is not None
-    assert not [each for each in list_buffers(device.context) if each.label == "dropped"]
-    gx.transform_points(np.zeros((5000, 3), np.float32), gx.scale(2), device=device)
-    assert dropped() is None
+SMALL = np.ones((7, 3), np.float32)
 
 
-def test_a_buffer_that_is_dropped_is_freed_before_the_next_is_allocated(device: GpuDevice) -> None:
-    dropped = weakref.ref(Buffer(device.context, 1024, label="dropped").handle)
-    assert dropped() is not None
-    Buffer(device.context, 16, label="next").release()
-    assert dropped() is None
+WORK: dict[str, Callable[[GpuDevice], object]] = {
+    "a submission": lambda device: gx.transform_points(SMALL, gx.scale(2), device=device),
+    "a buffer": lambda device: Buffer(device.context, 16, label="next"),
+    "a texture": lambda device: Texture(device.context, (4, 4), "rgba8unorm", label="next"),
+    "the end": lambda device: device.close(),
+}
+
+
+@pytest.mark.parametrize("name", WORK)
+def test_what_is_dropped_is_freed_by_the_next_work(name: str) -> None:
+    with GpuDevice() as device:
+        gx.transform_points(SMALL, gx.scale(2), device=device)  # the next allocates nothing
+        buffer = Buffer(device.context, 1024, label="dropped")
+        dropped = weakref.ref(buffer.handle)
+        assert buffer in list_buffers(device.context)
+        del buffer
+        assert dropped() is not None
+        assert not [each for each in list_buffers(device.context) if each.label == "dropped"]
+        WORK[name](device)
+        assert dropped() is None
 
 
 def test_memory_is_given_back_though_a_kept_bind_group_names_it(device: GpuDevice) -> None:

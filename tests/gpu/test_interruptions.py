@@ -149,7 +149,8 @@ def test_no_object_of_wgpu_dies_where_ctrl_c_would_be_lost(
         for operation in OPERATIONS.values():
             operation(any_device)
         gx.transform_points(LARGE, STACK, index=INDICES, device=any_device)
-        gx.PointBuffer(SMALL, device=any_device).bounds()
+        with any_device.time_dispatches():
+            gx.PointBuffer(SMALL, device=any_device).bounds()
         simulate(any_device)
         any_device.resource_cache.trim()  # the mesh of the pictures is gone
         any_device.resource_cache.clear()
