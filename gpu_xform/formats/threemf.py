@@ -99,7 +99,7 @@ def _read_package(entries: dict[str, zipfile.ZipInfo], container: zipfile.ZipFil
         name = by_lower_case.get(part.lower())
         if name is None:
             raise MeshError(f"the container has no part {quote(part)}")
-        return container.read(entries[name])
+        return _unpack(container, entries[name])
 
     root = _find_model(by_lower_case, open_part)
     waiting, seen = [root], {root}
@@ -110,6 +110,16 @@ def _read_package(entries: dict[str, zipfile.ZipInfo], container: zipfile.ZipFil
         seen.update(new)
         waiting.extend(new)
     return package
+
+
+def _unpack(container: zipfile.ZipFile, entry: zipfile.ZipInfo) -> bytes:
+    """Return the content of a part; raise MeshError for a method of compression that OPC does not allow."""
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise MeshError(f"part {quote(entry.filename)} is compressed by method {entry.compress_type}, not by DEFLATE")
+    with container.open(entry) as file:
+        # With a size, for without one all is unpacked before it is cut to the size that the container declares. One
+        # byte more, so that the end is met and the checksum compared.
+        return file.read(entry.file_size + 1)
 
 
 def _find_model(by_lower_case: dict[str, str], open_part: Any) -> str:

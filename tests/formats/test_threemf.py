@@ -1,5 +1,7 @@
 import io
 import sys
+import tracemalloc
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -193,3 +195,24 @@ def test_no_document_type_is_taken(tmp_path: Path) -> None:
         bomb = MODEL.replace("<model ", f"<!DOCTYPE model [{declared}]><model ", 1).replace('x="1"', 'x="&e;"')
         with pytest.raises(MeshError, match=r"part '3D/3dmodel\.model' (declares a document type|is not XML)"):
             load(bomb)
+
+
+@pytest.mark.parametrize("method", [zipfile.ZIP_BZIP2, zipfile.ZIP_LZMA])
+def test_parts_are_stored_or_deflated(method: int) -> None:
+    # Other methods, which OPC does not allow, raise errors of their own, or take gigabytes by a damaged size.
+    with pytest.raises(MeshError, match=rf"part '_rels/\.rels' is compressed by method {method}, not by DEFLATE"):
+        load_scene(io.BytesIO(container(MODEL, compression=method)), file_type="3mf")
+    assert len(load_scene(io.BytesIO(container(MODEL, compression=zipfile.ZIP_STORED)), file_type="3mf")) == 3
+
+
+def test_no_more_is_unpacked_than_a_container_declares() -> None:
+    data = bytearray(container(MODEL + " " * 50_000_000))
+    entry = data.rindex(b"PK\1\2")  # of the model, the last part
+    data[entry + 24 : entry + 28] = (100).to_bytes(4, "little")
+    tracemalloc.start()
+    try:
+        with pytest.raises(MeshError, match=r"not a ZIP container: Bad CRC-32 for file '3D/3dmodel\.model'"):
+            load_scene(io.BytesIO(data), file_type="3mf")
+        assert tracemalloc.get_traced_memory()[1] < 5e6
+    finally:
+        tracemalloc.stop()
