@@ -85,16 +85,20 @@ def build_attributes(
     members : (t, 3), the member of the group for each corner, -1 for none
     """
     n = len(members)
-    names = np.array([name or "" for name in group_of_triangle])
+    codes: dict[str, int] = {}
+    code_of_triangle = np.array([codes.setdefault(name or "", len(codes)) for name in group_of_triangle], np.int64)
+    by_code = np.split(
+        np.argsort(code_of_triangle, kind="stable"), np.cumsum(np.bincount(code_of_triangle, minlength=len(codes)))[:-1]
+    )
     colors, has_color = np.full((n, 3, 4), 255, np.uint8), np.zeros((n, 3), bool)
     texcoords = np.full((n, 3, 2), np.nan)
     materials = np.full(n, -1, np.int32)
     labels: dict[str, int] = {}
-    for name in np.unique(names).tolist():
+    for name in sorted(codes):
         group = groups.get(name)
         if group is None:
             continue
-        of_group = np.flatnonzero(names == name)
+        of_group = by_code[codes[name]]
         chosen = members[of_group]
         for table, target, is_set in ((group.colors, colors, has_color), (group.texcoords, texcoords, None)):
             if table is not None:
@@ -104,9 +108,11 @@ def build_attributes(
                 if is_set is not None:
                     is_set[of_group[rows], corners] = True
         if group.names:
-            numbers = np.array([labels.setdefault(text, len(labels)) for text in group.names] + [-1])
             first = chosen[:, 0]
-            materials[of_group] = numbers[np.where((first >= 0) & (first < len(group.names)), first, -1)]
+            is_named = (first >= 0) & (first < len(group.names))
+            used, place = np.unique(first[is_named], return_inverse=True)
+            numbers = np.array([labels.setdefault(group.names[i], len(labels)) for i in used.tolist()], np.int32)
+            materials[of_group[is_named]] = numbers[place]
     corner: dict[str, Any] = {}
     face: dict[str, Any] = {}
     if has_color.any():

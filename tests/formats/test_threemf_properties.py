@@ -2,6 +2,7 @@
 
 import io
 import re
+import tracemalloc
 import warnings
 import zipfile
 
@@ -56,6 +57,10 @@ def test_base_materials_have_names_and_colors() -> None:
     names = mesh.attributes.labels["material"]
     assert [names[i] for i in mesh.attributes.face["material"]] == ["wood", "steel"]
     assert mesh.attributes.face["color"].tolist() == [[0x40, 0x50, 0x60], [0x10, 0x20, 0x30]]
+    # An object has the names that it uses: all of a large group for each of many objects are gigabytes.
+    attributes = read(package(BASE, 'pid="6" p1="1"')).attributes
+    assert attributes.labels["material"] == ("wood",)
+    assert attributes.face["material"].tolist() == [0, -1]
 
 
 def test_composites_and_several_properties() -> None:
@@ -130,3 +135,20 @@ def test_items_with_colors_of_corners_and_of_faces_are_drawn_in_both() -> None:
     mesh = read(container(text))
     assert mesh.attributes.corner["color"].tolist() == [G] * 3 + [B] * 3 + [R, G, B] + [B] * 3
     assert "color" not in mesh.attributes.face
+
+
+def test_a_long_name_of_a_group_takes_its_own_memory_alone() -> None:
+    name = 50_000 * "a"
+    model = package(
+        COLORS,
+        'pid="5" p1="0"',
+        f'pid="{name}"',
+        more="<triangles>{}</triangles>".format(1000 * '<triangle v1="0" v2="1" v3="2" pid="5" p1="1"/>'),
+    )
+    tracemalloc.start()
+    try:
+        mesh = read(model)
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+    assert mesh.attributes.face["color"][:3].tolist() == [R, [255] * 4, G]
