@@ -16,7 +16,8 @@ from .limits import budget
 DEFAULT_METRES = 1e-3  # of a file that names no unit, which the library takes to be in millimetres
 _MAX_DEPTH = 256
 _MAX_UNIT_STEPS = 8  # units that are defined by one another
-_START = re.compile(rb"\s*(?:/\*.*?\*/\s*)*ISO-10303-21\s*;", re.DOTALL)
+_COMMENT = re.compile(rb"/\*.*?\*/", re.DOTALL)
+_START = re.compile(rb"\s*ISO-10303-21\s*;")
 _PREFIXES = {
     name.encode("ascii"): 10.0**exponent
     for names, exponents in (
@@ -25,14 +26,15 @@ _PREFIXES = {
     )
     for name, exponent in zip(names.split(), exponents, strict=True)
 }
-_TEXT = rb"'(?:[^']|'')*'"
-_UNIT = re.compile(rb"#\s*(\d+)\s*=\s*\(([^;]*?\bLENGTH_UNIT\s*\(\s*\)[^;]*?)\)\s*;")
-_CONTEXT_UNITS = re.compile(rb"\bGLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^)]*)\)")
+# No pattern looks for an end beyond where the next match may begin: a file without ends would take its square of time.
+_TEXT = rb"'(?:[^']|'')*+'"
+_UNIT_OR_MEASURE = re.compile(rb";\s*#\s*(\d+)\s*=\s*((?:\(|(?:LENGTH_)?MEASURE_WITH_UNIT\b)[^;]*+)")
+_LENGTH_UNIT = re.compile(rb"\bLENGTH_UNIT\s*\(\s*\)")
+_CONTEXT_UNITS = re.compile(rb"\bGLOBAL_UNIT_ASSIGNED_CONTEXT\s*\(\s*\(([^()]*+)\)")
 _SI = re.compile(rb"\bSI_UNIT\s*\(\s*(?:\.(\w+)\.|\$|\*)\s*,\s*\.METRE\.\s*\)")
 _CONVERSION = re.compile(rb"\bCONVERSION_BASED_UNIT\s*\(\s*(" + _TEXT + rb")\s*,\s*#\s*(\d+)")
 _MEASURE = re.compile(
-    rb"#\s*(\d+)\s*=\s*((?:\([^;]*?\b)?(?:LENGTH_)?MEASURE_WITH_UNIT\s*"
-    rb"\(\s*(?:\w*MEASURE\s*\(\s*)?([-+.\dEe]+)\s*\)?\s*,\s*#\s*(\d+)[^;]*);"
+    rb"\b(?:LENGTH_)?MEASURE_WITH_UNIT\s*\(\s*(?:\w*MEASURE\s*\(\s*)?([-+.\dEe]+)\s*+\)?\s*,\s*#\s*(\d+)"
 )
 _USAGE = re.compile(
     rb"\bNEXT_ASSEMBLY_USAGE_OCCURRENCE\s*\(\s*(?:" + _TEXT + rb"|\$)\s*,\s*(?:" + _TEXT + rb"|\$)\s*,\s*"
@@ -70,14 +72,21 @@ def read_text(data: bytes) -> StepText:
 
     Raises MeshError for what is no such text, and for assemblies within themselves or beyond the limits.
     """
+    end = data.rfind(b"*/") + 2  # what begins behind it has no end, which would be looked for each time
+    if -1 < data.find(b"/*") < end:
+        data = _COMMENT.sub(b"", data[:end]) + data[end:]
     if not _START.match(data):
         raise MeshError("it is not STEP: it does not begin with ISO-10303-21;")
-    if b"/*" in data:
-        data = re.sub(rb"/\*.*?\*/", b"", data, flags=re.DOTALL)
-    _count_parts(data)
-    data, units = _read_units(data)
+    try:
+        _count_parts(data)
+        data, units = _read_units(data)
+        size = _measure(data)
+    except MeshError:
+        raise
+    except ValueError:  # of more digits than Python converts
+        raise MeshError("a number of an entity is too long") from None
     unit, metres = units[0] if units else (None, DEFAULT_METRES)
-    return StepText(data, unit, metres, tuple(name for name, _ in units[1:]), _measure(data))
+    return StepText(data, unit, metres, tuple(name for name, _ in units[1:]), size)
 
 
 def _count_parts(data: bytes) -> None:
@@ -91,20 +100,19 @@ def _count_parts(data: bytes) -> None:
     budget().spell_nodes(n_usages + 1)
     within = {child for counts in children.values() for child in counts}
     depths, sizes = dict[int, int](), dict[int, int]()
-    for root in children:
-        for part in _list_children_first(root, children):
-            counts = children.get(part, Counter())
-            depths[part] = 1 + max((depths[child] for child in counts), default=-1)
-            sizes[part] = 1 + sum(count * sizes[child] for child, count in counts.items())
+    for part in _list_children_first(children):
+        counts = children.get(part, Counter())
+        depths[part] = 1 + max((depths[child] for child in counts), default=-1)
+        sizes[part] = 1 + sum(count * sizes[child] for child, count in counts.items())
     if children:
         budget().require_depth(max(depths.values()), _MAX_DEPTH)
         budget().take_nodes(sum(sizes[part] for part in children if part not in within), "its assembly")
 
 
-def _list_children_first(root: int, children: dict[int, Counter[int]]) -> Iterator[int]:
-    """Yield the parts of an assembly, each after all that it is made of; raise MeshError if one is part of itself."""
+def _list_children_first(children: dict[int, Counter[int]]) -> Iterator[int]:
+    """Yield the parts of assemblies, each after all that it is made of; raise MeshError if one is part of itself."""
     done, open_ = set[int](), set[int]()
-    waiting = [(root, False)]
+    waiting = [(part, False) for part in children]
     while waiting:
         part, is_left = waiting.pop()
         if is_left:
@@ -117,6 +125,10 @@ def _list_children_first(root: int, children: dict[int, Counter[int]]) -> Iterat
             open_.add(part)
             waiting.append((part, True))
             waiting += [(child, False) for child in children.get(part, ())]
+
+
+_Definition = tuple[re.Match[bytes] | None, re.Match[bytes] | None]
+"""What defines a unit of length: an SI unit, or a conversion from another unit."""
 
 
 @dataclass(frozen=True)
@@ -135,29 +147,35 @@ def _read_units(data: bytes) -> tuple[bytes, list[tuple[str, float]]]:
     The library takes a unit to be a millimetre, without a word, if it is defined by another that is not an SI unit, as
     a foot of twelve inches. Such a definition is written anew, in the text that is returned.
     """
-    definitions = {int(match[1]): match[2] for match in _UNIT.finditer(data)}
-    try:
-        measures = {
-            int(match[1]): _Measure(float(match[3]), int(match[4]), match.span(2), match[2].startswith(b"LENGTH"))
-            for match in _MEASURE.finditer(data)
-        }
-    except ValueError:
-        raise MeshError("a measure must be a number") from None
+    definitions = dict[int, _Definition]()
+    measures = dict[int, _Measure]()
+    for match in _UNIT_OR_MEASURE.finditer(data):
+        text = match[2]
+        if text.startswith(b"(") and _LENGTH_UNIT.search(text):
+            definitions[int(match[1])] = _SI.search(text), _CONVERSION.search(text)
+        if found := _MEASURE.search(text):
+            try:
+                value = float(found[1])
+            except ValueError:
+                raise MeshError("a measure must be a number") from None
+            measures[int(match[1])] = _Measure(value, int(found[2]), match.span(2), text.startswith(b"LENGTH"))
     used = [int(n) for match in _CONTEXT_UNITS.finditer(data) for n in _REFERENCE.findall(match[1])]
-    found = dict[str, float]()
+    named = dict[str, float]()
     edits = dict[tuple[int, int], bytes]()
     for number in dict.fromkeys(used):
         if number in definitions:
             name, metres, edit = _define(number, definitions, measures)
-            found.setdefault(name, metres)
+            named.setdefault(name, metres)
             edits |= edit
-    for (start, end), text in sorted(edits.items(), reverse=True):
-        data = data[:start] + text + data[end:]
-    return data, list(found.items())
+    pieces, last = list[bytes](), 0
+    for (start, end), written in sorted(edits.items()):
+        pieces += data[last:start], written
+        last = end
+    return b"".join([*pieces, data[last:]]), list(named.items())
 
 
 def _define(
-    number: int, definitions: dict[int, bytes], measures: dict[int, _Measure]
+    number: int, definitions: dict[int, _Definition], measures: dict[int, _Measure]
 ) -> tuple[str, float, dict[tuple[int, int], bytes]]:
     """Return the name of a unit of length, its metres, and what to write instead of its definition.
 
@@ -166,8 +184,8 @@ def _define(
     name, factor, first = "", 1.0, number
     steps: list[_Measure] = []
     while len(steps) < _MAX_UNIT_STEPS:
-        text = definitions.get(number, b"")
-        if si := _SI.search(text):
+        si, conversion = definitions.get(number, (None, None))
+        if si:
             prefix = si[1].upper() if si[1] else b""
             if prefix and prefix not in _PREFIXES:
                 break
@@ -177,7 +195,6 @@ def _define(
                 return name or own, metres, {}
             written = f"LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE({_write_real(factor)}),#{number})"
             return name or own, metres, {steps[0].span: written.encode("ascii")}
-        conversion = _CONVERSION.search(text)
         if conversion is None or int(conversion[2]) not in measures:
             break
         name = name or conversion[1][1:-1].decode("ascii", "replace").strip().lower()

@@ -1,8 +1,12 @@
 """What the text of a STEP file says of itself: units by their definitions, sizes, and what is refused."""
 
+import contextlib
+import time
+
 import pytest
 
 from gpu_xform.errors import MeshError
+from gpu_xform.formats.limits import FileLimits, spend
 from gpu_xform.formats.step_text import read_text
 from tests.support import step_files
 
@@ -110,3 +114,53 @@ def test_a_ball_has_the_size_of_its_radius() -> None:
     file = step_files.StepFile()
     file.product("ball", file.ball(7))
     assert read_text(file.text).size == 7.0
+
+
+_HEAD = b"ISO-10303-21;\n"
+_UNITS = (
+    b"#1=(LENGTH_UNIT()"
+    + b"\n" * 200_000
+    + b" SI_UNIT(.MILLI.,.METRE.));#2=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(2.),#1);"
+)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"/**/" * 26,
+        _HEAD + b"/* " * 100_000,
+        _HEAD + b"#1=( " * 100_000,
+        _HEAD + b"#1=(MEASURE" * 50_000,
+        _HEAD + b"#1=MEASURE_WITH_UNIT(1" + b" " * 100_000,
+        _HEAD + b"GLOBAL_UNIT_ASSIGNED_CONTEXT((" * 30_000,
+        _HEAD + b"".join(b"#9=NEXT_ASSEMBLY_USAGE_OCCURRENCE($,$,$,#%d,#%d);" % (i, i + 1) for i in range(10_000)),
+        _HEAD
+        + _UNITS
+        + b"".join(b"#%d=(LENGTH_UNIT()CONVERSION_BASED_UNIT('',#2));" % i for i in range(3, 9003))
+        + b"GLOBAL_UNIT_ASSIGNED_CONTEXT(("
+        + b",".join(b"#%d" % i for i in range(3, 9003))
+        + b"));",
+    ],
+    ids=["no header", "comments", "instances", "measures", "blanks", "contexts", "assemblies", "units of one"],
+)
+def test_no_time_grows_with_the_square_of_the_length(text: bytes) -> None:
+    start = time.process_time()
+    with contextlib.suppress(MeshError):
+        read_text(text)
+    assert time.process_time() - start < 1
+
+
+def test_numbers_of_more_digits_than_python_converts_are_errors() -> None:
+    with pytest.raises(MeshError, match="a number of an entity is too long"):
+        read_text(_HEAD + b"#1=VERTEX_POINT('',#" + b"1" * 5000 + b");")
+
+
+def test_an_assembly_below_several_is_walked_once() -> None:
+    usages = b"".join(
+        b"#9=NEXT_ASSEMBLY_USAGE_OCCURRENCE($,$,$,#%d,#%d);" % pair for pair in [(1, 3), (2, 3), (3, 4), (3, 4), (4, 5)]
+    )
+    with spend(100, FileLimits(nodes=12)) as budget:  # of 1 and 2, each with one 3, two 4 and two 5
+        read_text(_HEAD + usages)
+    assert budget.taken() == (12, 0)
+    with spend(100, FileLimits(nodes=11)), pytest.raises(MeshError, match="more than 11 nodes"):
+        read_text(_HEAD + usages)
