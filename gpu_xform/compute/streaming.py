@@ -7,6 +7,7 @@ import json
 import os
 from collections.abc import Callable, Iterator
 from functools import partial
+from pathlib import Path
 from typing import Literal, TypeAlias, get_args
 
 import numpy as np
@@ -98,7 +99,8 @@ def transform_file(
         "auto" turns normals (extra bytes NormalX or nx and so on in LAS, nx, ny, nz in PLY) by the inverse transpose,
         with their lengths kept, and vectors of waveforms by the linear part; "keep" leaves them.
     resume : bool
-        Go on after the last whole part of an interrupted run of the same work, on the same kind of device.
+        Go on after the last whole part of an interrupted run of the same work, on the same kind of device; without
+        one, begin. A file that becomes itself needs one: if the run has ended, the points would move again.
     skip_bad_chunks : bool
         Leave a chunk that cannot be decompressed as it was, with a warning, from LAZ into LAZ and from Zarr into Zarr.
     workers : int, optional
@@ -144,6 +146,8 @@ def transform_file(
     if find_type(destination) != "zarr" and find_target(destination, "destination").is_stream and resume:
         raise ArgumentError.expecting("resume", "not be set for a stream", repr(os.fspath(destination)))
     grid = _as_triple(scale, "scale"), _as_triple(offset, "offset")
+    if resume:
+        _require_unfinished_in_place(source, destination)
     opened = open_source(source)
 
     def run(resume: bool) -> None:
@@ -178,6 +182,19 @@ def transform_file(
         run(resume and isinstance(error, OtherWorkError))
     finally:
         opened.close()
+
+
+def _require_unfinished_in_place(source: StrPath, destination: StrPath) -> None:
+    """Raise ArgumentError for a file that becomes itself and of which no run has left a part.
+
+    A run that ended has moved its points, and left nothing that says so: they would move again.
+    """
+    target = Path(os.path.realpath(destination))
+    if target != Path(os.path.realpath(source)):
+        return
+    if not any(target.with_name(target.name + suffix).exists() for suffix in (".partial", ".partial.work")):
+        got = f"{os.fspath(destination)!r}, which is its own source: without resume, its points move again"
+        raise ArgumentError.expecting("resume", "have an unfinished run to go on with", got)
 
 
 def count_columns(source: StrPath) -> int | None:

@@ -106,6 +106,26 @@ def test_an_interrupted_run_leaves_nothing_that_looks_finished_and_is_resumed(tm
     assert names(tmp_path) == ["in.npy", "out.npy"]
 
 
+def test_a_file_that_becomes_itself_is_not_resumed_once_it_is_done(tmp_path: Path) -> None:
+    points = some_points(950, np.float32)
+    path, link = saved(tmp_path / "in.npy", points), tmp_path / "link.npy"
+    link.symlink_to(path)
+    with pytest.raises(StopError):
+        gx.transform_file(path, path, AFFINE, progress=interrupt_after(4))
+    gx.transform_file(path, path, AFFINE, resume=True)
+    moved = gx.transform_points(points, AFFINE)
+    for source, destination in ((path, path), (link, path), (path, link)):
+        with pytest.raises(gx.ArgumentError) as caught:
+            gx.transform_file(source, destination, AFFINE, resume=True)
+        assert str(caught.value) == (
+            f"resume must have an unfinished run to go on with, got {str(destination)!r}, which is its own source: "
+            "without resume, its points move again"
+        )
+        assert np.array_equal(np.load(path), moved)
+    gx.transform_file(path, path, AFFINE)
+    assert np.array_equal(np.load(path), gx.transform_points(moved, AFFINE))
+
+
 @pytest.mark.slow
 def test_a_killed_process_is_resumed(tmp_path: Path, process_device: Device) -> None:
     points = some_points(950, np.float32)

@@ -39,10 +39,12 @@ Without transforms, the file is converted.
 Points of any size go from .las, .laz, .copc.laz, .zarr, .npy and .ply (binary,
 without faces) to .las, .laz and .zarr, from .las, .laz and .zarr to .npy and
 .ply as well, and from .npy to .npy and .ply to .ply; .las and .laz that fit in
-memory to model files as well. An interrupted run leaves
-its results beside OUT, in OUT.partial, and --resume continues from there. LAS
-needs the extra las, Zarr the extra zarr, several processes the extra dask:
-pip install 'gpu_xform[las]'.
+memory to model files as well. LAS needs the extra las, Zarr the extra zarr,
+several processes the extra dask: pip install 'gpu_xform[las]'.
+
+An interrupted run leaves its results beside OUT, in OUT.partial and
+OUT.partial.work, and --resume continues from there. Without them it begins,
+unless OUT is MODEL itself: a run that ended has moved its points already.
 
 If there are several inputs, OUT holds {model}, which stands for the name of
 each without folder and type, {suffix} for its type, {parent} for the name of
