@@ -102,13 +102,13 @@ def _read_package(entries: dict[str, zipfile.ZipInfo], container: zipfile.ZipFil
         return _unpack(container, entries[name])
 
     root = _find_model(by_lower_case, open_part)
-    waiting, seen = [root], {root}
+    waiting, seen = [root], {root.lower()}
     while waiting:
         part = waiting.pop()
         found = _read_part(part, open_part(part), package, is_root=part == root)
-        new = sorted(found - seen)
+        new = sorted(found.keys() - seen)
         seen.update(new)
-        waiting.extend(new)
+        waiting.extend(found[key] for key in new)
     return package
 
 
@@ -131,9 +131,9 @@ def _find_model(by_lower_case: dict[str, str], open_part: Any) -> str:
     return "3D/3dmodel.model"
 
 
-def _read_part(part: str, content: bytes, package: _Package, *, is_root: bool) -> set[str]:
-    """Add the objects of a part, and of the first part the build; return the other parts that it names."""
-    named: set[str] = set()
+def _read_part(part: str, content: bytes, package: _Package, *, is_root: bool) -> dict[str, str]:
+    """Add the objects of a part, and of the first part the build; return the parts that it names, by lower case."""
+    named: dict[str, str] = {}
     groups: dict[str, Group] = {}
     for element in _parse(part, content, "model", "object", "build", "metadata", "texture2d", "slicestack", *GROUPS):
         tag = _local_name(element)
@@ -203,12 +203,12 @@ def _local_name(element: Any) -> str:
     return element.tag.rpartition("}")[2] if isinstance(element.tag, str) else ""
 
 
-def _name_object(element: Any, part: str, named: set[str]) -> _Key:
+def _name_object(element: Any, part: str, named: dict[str, str]) -> _Key:
     """Return the object that a component or an item means, which may be in another part ("production extension")."""
     path = next((value for key, value in element.attrib.items() if key.rpartition("}")[2] == "path"), None)
     if path is not None:
         part = path.strip("/")
-        named.add(part)
+        named.setdefault(part.lower(), part)
     return part.lower(), str(element.get("objectid"))
 
 
@@ -229,8 +229,9 @@ def _read_transform(element: Any, part: str) -> Float64Array:
 
 def _require_known_extensions(model: Any) -> None:
     """Raise MeshError for an extension that the file says it cannot be read without (2.3.1), if it is unknown."""
+    namespaces = model.nsmap  # which lxml makes anew
     for prefix in (model.get("requiredextensions") or "").split():
-        name = model.nsmap.get(prefix) or prefix
+        name = namespaces.get(prefix) or prefix
         if not name.startswith(_KNOWN_EXTENSIONS):
             raise MeshError(f"it requires the extension {quote(name)}, which cannot be read")
 

@@ -51,12 +51,18 @@ def read_group(element: Any, known: dict[str, Group]) -> Group:
 
 def _mix(base: Group, chosen: Sequence[int], parts: Sequence[Sequence[float]]) -> npt.NDArray[np.uint8] | None:
     """Return the means of base materials, weighted by their parts."""
-    if base.colors is None or not chosen or not 0 <= min(chosen) <= max(chosen) < len(base.colors):
+    if base.colors is None or not parts or not chosen or not 0 <= min(chosen) <= max(chosen) < len(base.colors):
         return None
-    weights = np.array([[*row, *[0.0] * len(chosen)][: len(chosen)] for row in parts]).reshape(-1, len(chosen))
-    totals = weights.sum(axis=1, keepdims=True)
-    weights = np.where(totals > 0, weights / np.where(totals > 0, totals, 1.0), 1.0 / len(chosen))
-    return np.rint(np.clip(weights @ base.colors[chosen], 0, 255)).astype(np.uint8)
+    colors = base.colors[chosen].astype(np.float64)
+    rows = [row[: len(chosen)] for row in parts]  # what is missing is 0, and not filled up: the rest may be long
+    row_of_weight = np.repeat(np.arange(len(rows)), [len(row) for row in rows])
+    weights = np.array([weight for row in rows for weight in row])
+    weighted = weights[:, None] * colors[[place for row in rows for place in range(len(row))]]
+    totals, *sums = (np.bincount(row_of_weight, each, len(rows)) for each in (weights, *weighted.T))
+    has_parts = totals > 0
+    means = np.stack(sums, axis=1) / np.where(has_parts, totals, 1.0)[:, None]
+    means[~has_parts] = colors.mean(axis=0)
+    return np.rint(np.clip(means, 0, 255)).astype(np.uint8)
 
 
 def _combine(element: Any, members: Sequence[Any], known: dict[str, Group]) -> Group:
@@ -64,15 +70,16 @@ def _combine(element: Any, members: Sequence[Any], known: dict[str, Group]) -> G
     groups = [known.get(name, Group()) for name in (element.get("pids") or "").split()]
     rows = [[int(number) for number in _parse_floats(member.get("pindices"))] for member in members]
     found: dict[str, Any] = {}
-    for column, group in enumerate(groups):
-        chosen = np.array([row[column] if column < len(row) else 0 for row in rows], np.int64)
-        for name in ("colors", "texcoords"):
+    for name in ("colors", "texcoords"):
+        for column, group in enumerate(groups):
             table = getattr(group, name)
-            if name in found or table is None or not len(table) or not len(chosen):
+            if table is None or not len(table) or not rows:
                 continue
+            chosen = np.array([row[column] if column < len(row) else 0 for row in rows], np.int64)
             found[name] = table[np.where((chosen >= 0) & (chosen < len(table)), chosen, 0)]
             if name == "colors" and group.names:
                 found["names"] = tuple(group.names[i] if 0 <= i < len(group.names) else "" for i in chosen)
+            break
     return Group(**found)
 
 

@@ -216,3 +216,25 @@ def test_no_more_is_unpacked_than_a_container_declares() -> None:
         assert tracemalloc.get_traced_memory()[1] < 5e6
     finally:
         tracemalloc.stop()
+
+
+def test_a_part_is_read_once_however_its_path_is_spelled(monkeypatch: pytest.MonkeyPatch) -> None:
+    head = MODEL[: MODEL.index("<resources>")].replace("<model ", '<model xmlns:p="urn:production" ')
+    spelled = ("/3D/Objects/a.model", "3d/objects/a.model", "/3D/OBJECTS/A.model", "/3D/Objects/a.MODEL/")
+    items = "".join(f'<item p:path="{path}" objectid="1"/>' for path in spelled)
+    opened: list[str] = []
+    read = zipfile.ZipFile.open
+
+    def count(container: zipfile.ZipFile, entry: zipfile.ZipInfo, *rest: Any, **named: Any) -> Any:
+        opened.append(entry.filename)
+        return read(container, entry, *rest, **named)
+
+    made = package(
+        f"{head}<build>{items}</build></model>",
+        a=f'{head}<resources><object id="1">{MESH}</object></resources></model>',
+    )
+    monkeypatch.setattr(zipfile.ZipFile, "open", count)
+    scene = load_scene(made, file_type="3mf")
+    assert opened == ["_rels/.rels", "3D/3dmodel.model", "3D/Objects/a.model"]
+    assert len({id(node.models[0].model) for node in scene}) == 1
+    assert len(scene) == 4

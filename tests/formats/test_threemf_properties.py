@@ -2,6 +2,7 @@
 
 import io
 import re
+import time
 import tracemalloc
 import warnings
 import zipfile
@@ -152,3 +153,56 @@ def test_a_long_name_of_a_group_takes_its_own_memory_alone() -> None:
     finally:
         tracemalloc.stop()
     assert mesh.attributes.face["color"][:3].tolist() == [R, [255] * 4, G]
+
+
+def test_composites_are_weighted_means_of_their_materials() -> None:
+    generator = np.random.default_rng(3)
+    palette = generator.integers(0, 256, (9, 4))
+    chosen = generator.integers(0, 9, 6)
+    rows = [generator.random(n).round(3) * (n != 4) for n in (1, 2, 3, 4, 6, 8, 0)]
+    bases = "".join(f'<base name="x" displaycolor="#{bytes(color.tolist()).hex()}"/>' for color in palette)
+    composites = "".join(f'<m:composite values="{" ".join(map(str, row.tolist()))}"/>' for row in rows)
+    group = f"""<basematerials id="6">{bases}</basematerials><m:compositematerials id="7" matid="6"
+        matindices="{" ".join(map(str, chosen.tolist()))}">{composites}</m:compositematerials>"""
+    triangles = "".join(f'<triangle v1="0" v2="1" v3="2" pid="7" p1="{i}"/>' for i in range(len(rows)))
+    mesh = read(package(group, more=f"<triangles>{triangles}</triangles>"))
+    weights = np.zeros((len(rows), 6))
+    for weight, row in zip(weights, rows, strict=True):
+        weight[: len(row)] = row[:6]
+    weights[weights.sum(axis=1) == 0] = 1
+    means = weights @ palette[chosen] / weights.sum(axis=1, keepdims=True)
+    assert mesh.attributes.face["color"][2:].tolist() == np.rint(means).astype(int).tolist()
+
+
+COMPOSITES, COMPOSITE = '<m:compositematerials id="7" matid="6" matindices="{}">', '<m:composite values="1"/>'
+MULTIPLE, MULTI = '<m:multiproperties id="7" pids="{}">', '<m:multi pindices="0"/>'
+
+
+@pytest.mark.parametrize(
+    "resources",
+    [
+        f"{BASE}{COMPOSITES.format(40_000 * '0 ')}{1000 * COMPOSITE}</m:compositematerials>",
+        f"{MULTIPLE.format(10_000 * '5 ')}{10_000 * MULTI}</m:multiproperties>",
+    ],
+    ids=["composites", "multiproperties"],
+)
+def test_members_that_share_a_long_list_are_not_filled_up_to_it(resources: str) -> None:
+    model = package(COLORS + resources)
+    start = time.process_time()
+    tracemalloc.start()
+    try:
+        assert read(model).n_faces == 2
+        assert tracemalloc.get_traced_memory()[1] < 20e6
+    finally:
+        tracemalloc.stop()
+    assert time.process_time() - start < 2
+
+
+def test_many_namespaces_are_looked_up_once_for_all_required_extensions() -> None:
+    with zipfile.ZipFile(io.BytesIO(package(COLORS))) as parts:
+        text = parts.read("3D/3dmodel.model").decode()
+    namespaces = "".join(f' xmlns:a{i}="{MATERIAL}"' for i in range(4000))
+    model = container(text.replace("<model", f'<model{namespaces} requiredextensions="{10_000 * "a1 "}"'))
+    start = time.process_time()
+    assert read(model).n_faces == 2
+    assert time.process_time() - start < 1
