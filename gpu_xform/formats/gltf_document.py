@@ -36,6 +36,8 @@ _READ = {
     *("KHR_mesh_quantization", "EXT_mesh_gpu_instancing", "KHR_node_visibility", "KHR_draco_mesh_compression", MESHOPT),
     *("KHR_xmp_json_ld", "KHR_node_selectability", "KHR_node_hoverability"),
 }
+# Objects and arrays within one another, as extras may hold them: what copies them calls itself as often.
+_MAX_DEPTH = 100
 _OF_LOOKS = ("KHR_materials_", "KHR_texture_", "KHR_lights_", "EXT_texture_", "MSFT_texture_", "EXT_lights_")
 
 
@@ -65,6 +67,7 @@ def read_document(data: bytes, folder: Path | None = None, binary: memoryview | 
         content = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise MeshError(f"the JSON is malformed: {error}") from None
+    _require_shallow(content)
 
     def read() -> Document:
         _require_known_extensions(content)
@@ -253,6 +256,17 @@ def guess_type(uri: str, data: bytes) -> str:
     if uri.startswith("data:"):
         return uri[5:].partition(",")[0].partition(";")[0] or "image/png"
     return _MIME_TYPES.get(Path(unquote(uri)).suffix.lower(), "image/jpeg" if data[:2] == b"\xff\xd8" else "image/png")
+
+
+def _require_shallow(content: Any) -> None:
+    """Raise MeshError for JSON whose objects and arrays are too deep within one another."""
+    level: list[Any] = [[content]]
+    for _ in range(_MAX_DEPTH + 1):
+        held = (each.values() if isinstance(each, dict) else each for each in level)
+        level = [value for values in held for value in values if isinstance(value, dict | list)]
+        if not level:
+            return
+    raise MeshError(f"the JSON is more than {_MAX_DEPTH} objects and arrays deep")
 
 
 def _require_known_extensions(content: Any) -> None:

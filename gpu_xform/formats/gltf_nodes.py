@@ -89,7 +89,7 @@ def _collect_metadata(source: Document, accessors: Accessors) -> dict[str, Any]:
     files = dict[Path, bytes]()
     data: list[bytes | None] = []
     for image in content.get("images", []):
-        kept = dict(image)
+        kept = {**image}  # unlike `dict`, a TypeError for all else
         if "bufferView" in kept:
             data.append(bytes(accessors.view_bytes(get_count(kept, "bufferView"))))
             del kept["bufferView"]

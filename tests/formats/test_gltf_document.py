@@ -326,6 +326,48 @@ def test_standard_streams_and_errors(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert not (tmp_path / "b.glb").exists()
 
 
+@pytest.mark.parametrize(
+    ("images", "message"),
+    [
+        (["abc"], r"'images\[0\]' must be an object, got 'abc'"),
+        (["ab"], r"'images\[0\]' must be an object, got 'ab'"),
+        ([{}, []], r"'images\[1\]' must be an object, got an array"),
+        ("a", "'images' must be an array, got 'a'"),
+        ({"a": {}}, "'images' must be an array, got an object"),
+    ],
+)
+def test_images_that_are_no_objects_are_refused(tmp_path: Path, images: Any, message: str) -> None:
+    source = tmp_path / "a.gltf"
+    source.write_bytes(as_text(data_uri(BINARY), content=document() | {"images": images}))
+    for read in (load_scene, transform_itself):
+        with pytest.raises(MeshError, match=rf"a\.gltf.*: the JSON is not glTF: {message}$"):
+            read(source)
+
+
+@pytest.mark.parametrize("place", ["", "nodes.0.", "meshes.0.", "meshes.0.primitives.0.", "materials.0.", "images.0."])
+@pytest.mark.parametrize(("start", "end"), [('{"a":', "}"), ("[", "]")], ids=["objects", "arrays"])
+def test_extras_have_a_depth(tmp_path: Path, place: str, start: str, end: str) -> None:
+    """Python would end the copying of deep ones by a RecursionError."""
+    content = document() | {"materials": [{}], "images": [{}]}
+    change("meshes.0.primitives.0.material", 0)(content)
+    change(f"{place}extras", "deep")(content)
+    deepest = 99 - place.count(".")
+    source = tmp_path / "a.gltf"
+    for depth in (deepest, deepest + 1, 600, 20_000):
+        deep = f"{start * depth}0{end * depth}".encode()
+        source.write_bytes(as_text(data_uri(BINARY), content=content).replace(b'"deep"', deep))
+        for read in (load_mesh, load_scene, transform_itself):
+            if depth == deepest:
+                read(source)
+                continue
+            with pytest.raises(MeshError, match=r"the JSON is (more than 100 objects and arrays deep$|malformed: max)"):
+                read(source)
+
+
+def transform_itself(path: Path) -> None:
+    transform_document(path, path.with_name("b.glb"), MATRIX, source_type="gltf", target_type="glb")
+
+
 def test_projections_become_one_mesh(tmp_path: Path) -> None:
     source, target = assembly(tmp_path), tmp_path / "flat.glb"
     transform(source, target, "--perspective-from-eye", "99", "--project")
