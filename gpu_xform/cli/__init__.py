@@ -1,9 +1,9 @@
 """The command `gpu-xform`: parse the options, call the library, report each failure in one line and an exit code.
 
-Reading order: exit_codes, argv, paths, streams, stage_times, files, matrix_table, image_files, path_templates,
-argument_types, options, completions, model_paths, layer_option, camera_options, arguments_from_options, read_layers,
-option_errors, scan_rows, outputs, outcome, references, web_pages, contact_sheet, reports, make_pictures, commands,
-parser.
+Reading order: exit_codes, argv, paths, streams, stage_times, file_limits, files, matrix_table, image_files,
+path_templates, argument_types, options, completions, model_paths, layer_option, camera_options, arguments_from_options,
+read_layers, option_errors, scan_rows, outputs, outcome, references, web_pages, contact_sheet, reports, make_pictures,
+commands, parser.
 """
 
 import sys
@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 from .._core.interrupts import describe_interrupt
 from .exit_codes import FAILURES, PIPE_CLOSED, exit_code_for, format_error
+from .file_limits import use_typed_limits
 from .parser import parse
 from .stage_times import report_stages
 from .streams import discard_stdout, flush_stdout, print_stderr, print_warnings
@@ -44,11 +45,5 @@ def _run(argv: Sequence[str]) -> int:
         options = parse(argv)
     except SystemExit as stop:  # argparse has printed help, the version, or what is wrong
         return int(stop.code or 0)
-    limits, isolated = getattr(options, "file_limits", None), getattr(options, "isolated", False)
-    with report_stages(getattr(options, "verbose", False)):
-        if limits is None and not isolated:
-            return int(options.run(options))
-        from ..formats.limits import NO_LIMITS, use_limits
-
-        with use_limits(limits or NO_LIMITS, isolated=isolated):
-            return int(options.run(options))
+    with report_stages(getattr(options, "verbose", False)), use_typed_limits(options):
+        return int(options.run(options))

@@ -17,6 +17,7 @@ from ..imaging.colors import COLOR_CYCLE
 from . import files
 from .argument_types.styles import AXES
 from .arguments_from_options import collect_style_arguments, compose_transforms
+from .file_limits import use_typed_limits
 from .path_templates import Template
 from .paths import expand_globs
 from .streams import name_file_in_errors
@@ -36,7 +37,8 @@ def read_layers(
     """
     layers = _read_styled(options, paths, world_from_model, size)
     for extra in options.extra_layers:
-        layers += _read_styled(extra, expand_globs(extra.models), compose_transforms(extra))
+        with use_typed_limits(extra):
+            layers += _read_styled(extra, expand_globs(extra.models), compose_transforms(extra))
     has_colors = any(name in each for each in (options, *options.extra_layers) for name in COLORS)
     return layers if has_colors or size or not options.legend or len(layers) < 2 else _color_apart(layers)
 

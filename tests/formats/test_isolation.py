@@ -342,6 +342,19 @@ def test_the_command_reads_in_isolation(working_folder: Path, capsys: pytest.Cap
     assert "isolated must be set for limits of cpu_s and memory_bytes" in message
 
 
+def test_a_layer_of_the_command_is_read_in_isolation(
+    working_folder: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (working_folder / "scan.ply").write_bytes(PLY)
+    (working_folder / "other.ply").write_bytes(PLY)
+    monkeypatch.setattr(isolation, "_COMMAND", "import os; os._exit(3)")
+    command = ["render", "scan.ply", "-o", "x.png", "--resolution", "9,9", "--layer"]
+    message = error_of([*command, "other.ply --isolated"], capsys)
+    assert "other.ply: the process that read it ended with 3" in message
+    assert "scan.ply: the process" in error_of([*command, "other.ply", "--isolated"], capsys)
+    assert main([*command, "other.ply"]) == 0
+
+
 def test_limits_that_only_a_process_keeps_need_one() -> None:
     for limits in (gx.FileLimits(cpu_s=1), gx.FileLimits(memory_bytes=1 << 30)):
         for load, kind in ((gx.load_mesh, "ply"), (gx.load_scene, "glb"), (gx.load_scene, "ply")):

@@ -357,6 +357,17 @@ def test_the_command_takes_limits(working_folder: Path, capsys: pytest.CaptureFi
     assert np.all(not (working_folder / "x.ply").exists())
 
 
+def test_a_layer_of_the_command_has_limits_of_its_own(working_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (working_folder / "cube.obj").write_bytes(CUBE)
+    (working_folder / "small.obj").write_bytes(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    refused = "cube.obj: it has 8 points, more than FileLimits(points=7) allows"
+    command = ["render", "-o", "x.png", "--resolution", "9,9"]
+    assert refused in error_of([*command, "small.obj", "--layer", "cube.obj --file-limits points=7"], capsys)
+    assert main([*command, "cube.obj", "--layer", "small.obj --file-limits points=7"]) == 0
+    assert main([*command, "small.obj", "--layer", "cube.obj --file-limits points=8", "--file-limits", "points=3"]) == 0
+    assert refused in error_of([*command, "small.obj", "--layer", "cube.obj", "--file-limits", "points=7"], capsys)
+
+
 NAMES = "points=N, faces=N, face_corners=N, nodes=N, depth=N, unpacked_bytes=N, cpu_s=N, memory_bytes=N"
 
 
