@@ -5,6 +5,7 @@ Section numbers are those of the glTF 2.0 specification.
 
 from collections.abc import Sequence
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 import numpy.typing as npt
@@ -34,15 +35,12 @@ class Accessors:
         self._unpacked: dict[int, tuple[bytes, int]] = {}
         self._replaced: dict[int, npt.NDArray[Any]] = {}
         self._rows: dict[int, npt.NDArray[Any]] = {}  # of accessors that primitives share: views, which take no memory
-        self.n_bytes = sum(map(len, buffers))
+        self._floats = WeakValueDictionary[int, npt.NDArray[Any]]()  # that somebody holds
+        self.n_bytes = sum(len(buffer) for buffer in {id(buffer): buffer for buffer in buffers}.values())
 
     def components(self, i: int, *types: str) -> npt.NDArray[Any]:
         """Return accessor i as it is stored, one row per element: (count, components). `types` are those allowed."""
-        accessor = self._accessors[i]
-        kind = accessor["type"]
-        if (types and kind not in types) or kind not in N_COMPONENTS:
-            expected = " or ".join(types or N_COMPONENTS)
-            raise MeshError(f"accessor {i} must be of type {expected}, got {quote(repr(kind))}")
+        accessor, kind = self._accessors[i], self._require_type(i, types)
         if i in self._replaced:
             return self._replaced[i]
         if i in self._rows:
@@ -59,11 +57,13 @@ class Accessors:
         return self._overwritten(rows, accessor["sparse"], kind, f"accessor {i}") if "sparse" in accessor else rows
 
     def floats(self, i: int, *types: str) -> Float64Array:
-        """Return accessor i as float64; integers that stand for fractions become those (3.6.2.2)."""
-        rows = self.components(i, *types)
-        values = rows.astype(np.float64)
-        if self.is_normalized(i) and rows.dtype.kind in "iu":
-            values = np.maximum(values / np.iinfo(rows.dtype).max, -1.0)
+        """Return accessor i as float64, read-only; integers that stand for fractions become those (3.6.2.2)."""
+        self._require_type(i, types)
+        values = self._floats.get(i)
+        if values is None:
+            values = self._as_floats(i, self.components(i))
+            values.flags.writeable = False
+            self._floats[i] = values
         return values
 
     def indices(self, i: int) -> npt.NDArray[np.uint32]:
@@ -73,9 +73,9 @@ class Accessors:
             raise MeshError(f"accessor {i} holds indices, which must be unsigned integers, got {rows.dtype.name}")
         return rows[:, 0].astype(np.uint32)
 
-    def matrices(self, i: int) -> Float64Array:
-        """Return accessor i as matrices (count, 4, 4), which the file holds column by column."""
-        return self.floats(i, "MAT4").reshape(-1, 4, 4).transpose(0, 2, 1)
+    def matrices(self, i: int, n: int) -> Float64Array:
+        """Return the first n of accessor i as matrices (n, 4, 4), which the file holds column by column."""
+        return self._as_floats(i, self.components(i, "MAT4")[:n]).reshape(-1, 4, 4).transpose(0, 2, 1)
 
     def count(self, i: int) -> int:
         """Return the number of elements of accessor i."""
@@ -92,6 +92,7 @@ class Accessors:
         if rows.shape != (count, width):
             raise MeshError(f"accessor {i} declares {count} rows of {width}, its content has shape {rows.shape}")
         self._replaced[i] = rows
+        self._floats.pop(i, None)
 
     def is_normalized(self, i: int) -> bool:
         """Tell whether the integers of accessor i stand for fractions."""
@@ -100,6 +101,22 @@ class Accessors:
     def view_bytes(self, v: int) -> memoryview:
         """Return the content of buffer view v, unpacked if it is compressed (3.6.1)."""
         return memoryview(self._view(v)[0])
+
+    def _require_type(self, i: int, types: Sequence[str]) -> str:
+        """Return the type of accessor i, which must be one of `types`, or any there is."""
+        kind: str = self._accessors[i]["type"]
+        if (types and kind not in types) or kind not in N_COMPONENTS:
+            expected = " or ".join(types or N_COMPONENTS)
+            raise MeshError(f"accessor {i} must be of type {expected}, got {quote(repr(kind))}")
+        return kind
+
+    def _as_floats(self, i: int, rows: npt.NDArray[Any]) -> Float64Array:
+        """Return rows of accessor i as float64, a new array."""
+        values = rows.astype(np.float64)
+        if self.is_normalized(i) and rows.dtype.kind in "iu":
+            values /= np.iinfo(rows.dtype).max
+            np.maximum(values, -1.0, out=values)
+        return values
 
     def _read(self, holder: Any, count: int, dtype: np.dtype[Any], kind: str, name: str) -> npt.NDArray[Any]:
         """Return `count` elements of the buffer view that `holder` names, from its byteOffset."""

@@ -1,7 +1,8 @@
 """The animations of a glTF document (3.11). Section numbers are those of the glTF 2.0 specification."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, cast
+from dataclasses import replace
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -12,9 +13,27 @@ from ._text import quote
 from ._warn import warn
 from .gltf_accessors import Accessors, get_count
 from .gltf_placements import make_names, read_placement
+from .limits import budget
 
 _TYPES = {"translation": ("VEC3", 3), "rotation": ("VEC4", 4), "scale": ("VEC3", 3), "weights": ("SCALAR", 1)}
 _INTERPOLATIONS = ("STEP", "LINEAR", "CUBICSPLINE")
+
+
+class _Source(NamedTuple):
+    """Where the keyframes of a property are."""
+
+    path: str
+    input: int
+    output: int
+    interpolation: str
+
+    @classmethod
+    def of(cls, path: str, sampler: Any) -> "_Source":
+        """Return that of a sampler."""
+        interpolation = sampler.get("interpolation", "LINEAR")
+        if interpolation not in _INTERPOLATIONS:
+            raise MeshError(f"its interpolation must be one of {', '.join(_INTERPOLATIONS)}, got {interpolation!r}")
+        return cls(path, get_count(sampler, "input"), get_count(sampler, "output"), interpolation)
 
 
 def read_animations(
@@ -26,6 +45,7 @@ def read_animations(
     shown : the nodes that the scene holds, by name
     """
     animations = document.get("animations", [])
+    keyframes = dict[_Source, Channel]()  # what several nodes share
     found = []
     for i, name in enumerate(make_names([animation.get("name") for animation in animations], "animation")):
         channels: dict[tuple[str, str], Channel] = {}
@@ -46,22 +66,27 @@ def read_animations(
                         raise MeshError(f"node {node} has a matrix, not the property that moves")
                     placements[names[node]] = read_placement(document["nodes"][node])
                 sampler = animations[i]["samplers"][get_count(channel, "sampler")]
-                channels[names[node], path] = _read_channel(names[node], path, sampler, accessors)
+                source = _Source.of(path, sampler)
+                if source not in keyframes:
+                    keyframes[source] = _read_channel(names[node], source, accessors)
+                channels[names[node], path] = replace(keyframes[source], node=names[node])
             except (ArgumentError, ArgumentTypeError, MeshError) as error:
+                if budget().is_spent:
+                    raise
                 warn(f"animation {name!r} misses its channel {c}, which cannot be read: {error}")
         if channels:
             found.append(SceneAnimation(name, tuple(channels.values()), placements))
     return found
 
 
-def _read_channel(node: str, path: str, sampler: Any, accessors: Accessors) -> Channel:
+def _read_channel(node: str, source: _Source, accessors: Accessors) -> Channel:
     """Return the keyframes of a property of a node."""
-    times = accessors.floats(get_count(sampler, "input"), "SCALAR")[:, 0]
+    path, interpolation = source.path, source.interpolation
     kind, width = _TYPES[path]
-    values = accessors.floats(get_count(sampler, "output"), kind)
-    interpolation = sampler.get("interpolation", "LINEAR")
-    if interpolation not in _INTERPOLATIONS:
-        raise MeshError(f"its interpolation must be one of {', '.join(_INTERPOLATIONS)}, got {interpolation!r}")
+    n_values = accessors.count(source.input) + width * accessors.count(source.output)
+    budget().take_values(n_values, "the keyframes of its animations")
+    times = accessors.floats(source.input, "SCALAR")[:, 0]
+    values = accessors.floats(source.output, kind)
     if len(times) == 0 or not np.isfinite(times).all() or (np.diff(times) <= 0.0).any():
         raise MeshError("its times must ascend")
     if not np.isfinite(values).all():

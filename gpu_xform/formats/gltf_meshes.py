@@ -153,10 +153,10 @@ def _read_target(target: Any, n_points: int, accessors: Accessors, name: str) ->
     """Return what a morph target adds to the points; one of normals alone adds nothing (3.7.2.2)."""
     if "POSITION" not in target:
         return np.broadcast_to(np.zeros(1), (n_points, 3))
-    moved = accessors.floats(get_count(target, "POSITION"), "VEC3")
-    if len(moved) != n_points:
-        raise MeshError(f"{name} moves {len(moved)} points, the mesh has {n_points}")
-    return moved
+    i = get_count(target, "POSITION")
+    if accessors.count(i) != n_points:
+        raise MeshError(f"{name} moves {accessors.count(i)} points, the mesh has {n_points}")
+    return accessors.floats(i, "VEC3")
 
 
 def _read_influences(attributes: Any, n_points: int, accessors: Accessors, owner: str) -> Influences | None:
@@ -167,17 +167,17 @@ def _read_influences(attributes: Any, n_points: int, accessors: Accessors, owner
         name = len(joints)
         if f"WEIGHTS_{name}" not in attributes:
             raise MeshError(f"{owner}: JOINTS_{name} needs WEIGHTS_{name}")
-        rows = accessors.components(get_count(attributes, f"JOINTS_{name}"), "VEC4")
-        factors = accessors.floats(get_count(attributes, f"WEIGHTS_{name}"), "VEC4")
-        if rows.dtype.kind != "u":
-            raise MeshError(f"{owner}: JOINTS_{name} must be unsigned integers, got {rows.dtype.name}")
-        if len(rows) != n_points or len(factors) != n_points:
+        i, w = get_count(attributes, f"JOINTS_{name}"), get_count(attributes, f"WEIGHTS_{name}")
+        if accessors.count(i) != n_points or accessors.count(w) != n_points:
             raise MeshError(
-                f"{owner}: JOINTS_{name} and WEIGHTS_{name} have {len(rows)} and {len(factors)} rows "
+                f"{owner}: JOINTS_{name} and WEIGHTS_{name} have {accessors.count(i)} and {accessors.count(w)} rows "
                 f"for {n_points} points"
             )
+        rows = accessors.components(i, "VEC4")
+        if rows.dtype.kind != "u":
+            raise MeshError(f"{owner}: JOINTS_{name} must be unsigned integers, got {rows.dtype.name}")
         joints.append(rows.astype(np.int64))
-        weights.append(factors)
+        weights.append(accessors.floats(w, "VEC4"))
     if not joints:
         return None
     return Influences(np.concatenate(joints, axis=1), np.concatenate(weights, axis=1))

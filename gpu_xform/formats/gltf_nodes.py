@@ -210,10 +210,12 @@ class _Models:
                 raise MeshError(f"skin {i} must list its joints by numbers of at least 0, got {quote(repr(joints))}")
             matrices = np.broadcast_to(np.eye(4), (len(joints), 4, 4))
             if "inverseBindMatrices" in skin:
-                matrices = self._accessors.matrices(get_count(skin, "inverseBindMatrices"))
-                if len(matrices) < len(joints):
-                    raise MeshError(f"skin {i} has {len(matrices)} matrices for {len(joints)} joints")
-            self._skins[i] = Skin(tuple(self._names[joint] for joint in joints), matrices[: len(joints)])
+                bound = get_count(skin, "inverseBindMatrices")
+                if self._accessors.count(bound) < len(joints):
+                    raise MeshError(f"skin {i} has {self._accessors.count(bound)} matrices for {len(joints)} joints")
+                budget().take_values(matrices.size, f"skin {i}")
+                matrices = self._accessors.matrices(bound, len(joints))
+            self._skins[i] = Skin(tuple(self._names[joint] for joint in joints), matrices)
         return self._skins[i]
 
 

@@ -123,7 +123,7 @@ def _build(answer: dict[str, Any], memory: int, build: Callable[[Any], Model]) -
     n_bytes = os.fstat(memory).st_size
     shared = mmap.mmap(memory, n_bytes, access=mmap.ACCESS_READ) if n_bytes else b""
     try:
-        return build(_decode(answer["model"], shared))
+        return build(_decode(answer["model"], shared, {}))
     except MeshError:
         raise
     except Exception as error:  # whatever a child that a file has taken over may answer
@@ -220,13 +220,12 @@ def _build_scene(parts: Any) -> Scene:
     return scene
 
 
-def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int]) -> Any:
-    """Return a value as JSON holds it; `append` puts an array into the shared memory, and returns where."""
+def _encode(value: Any, append: Callable[[npt.NDArray[Any]], list[Any]]) -> Any:
+    """Return a value as JSON holds it; `append` puts an array into the shared memory, and returns where, and what."""
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in _KINDS:
             raise MeshError(f"an attribute of dtype {value.dtype} cannot be carried out of isolation")
-        array = np.ascontiguousarray(value)
-        return {"array": [append(array), list(array.shape), array.dtype.str]}
+        return {"array": append(value)}
     if isinstance(value, RaggedArray):
         return {"ragged": [_encode(value.values, append), _encode(value.offsets, append)]}
     if isinstance(value, bytes | bytearray | memoryview):
@@ -244,10 +243,10 @@ def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int]) -> Any:
     raise MeshError(f"{type(value).__name__} cannot be carried out of isolation")
 
 
-def _decode(value: Any, shared: Any) -> Any:
-    """Return what `_encode` was given, with arrays copied out of the shared memory."""
+def _decode(value: Any, shared: Any, copied: dict[tuple[Any, ...], npt.NDArray[Any]]) -> Any:
+    """Return what `_encode` was given, with arrays copied out of the shared memory, each once, and read-only."""
     if isinstance(value, list):
-        return [_decode(each, shared) for each in value]
+        return [_decode(each, shared, copied) for each in value]
     if not isinstance(value, dict):
         return value
     ((kind, content),) = value.items()
@@ -261,15 +260,19 @@ def _decode(value: Any, shared: Any) -> Any:
                 return np.empty(shape, dtype)
             if start + math.prod(shape) * dtype.itemsize > len(shared):
                 raise ValueError("an array is outside of the shared memory")
-            return np.ndarray(shape, dtype, shared, start).copy()
+            place = start, *shape, dtype
+            if place not in copied:
+                copied[place] = np.ndarray(shape, dtype, shared, start).copy()
+                copied[place].flags.writeable = False
+            return copied[place]
         case "ragged":
-            return RaggedArray(*(_decode(each, shared) for each in content))
+            return RaggedArray(*(_decode(each, shared, copied) for each in content))
         case "bytes":
-            return _decode(content, shared).tobytes()
+            return _decode(content, shared, copied).tobytes()
         case "map":
-            return {_decode(key, shared): _decode(each, shared) for key, each in content}
+            return {_decode(key, shared, copied): _decode(each, shared, copied) for key, each in content}
         case "tuple":
-            return tuple(_decode(each, shared) for each in content)
+            return tuple(_decode(each, shared, copied) for each in content)
     raise ValueError(f"unknown content {kind!r}")
 
 
@@ -312,9 +315,13 @@ def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any
     folder = None if request["folder"] is None else Path(request["folder"])
     model = read(data, request["kind"], folder, request["tolerance"], limits, request["is_scene"])
     memory, end = request["memory"], 0
+    placed: dict[int, tuple[npt.NDArray[Any], list[Any]]] = {}  # what several parts of the model share is there once
 
-    def append(array: npt.NDArray[Any]) -> int:
+    def append(value: npt.NDArray[Any]) -> list[Any]:
         nonlocal end
+        if id(value) in placed:
+            return placed[id(value)][1]
+        array = np.ascontiguousarray(value)
         start = -(-end // _ALIGNMENT_BYTES) * _ALIGNMENT_BYTES
         rest, end = array.reshape(-1).view(np.uint8).data, start
         try:
@@ -325,6 +332,7 @@ def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any
             if error.errno not in (errno.EFBIG, errno.ENOSPC):
                 raise
             raise MemoryError from None  # the limit of the size of files is that of memory
-        return start
+        placed[id(value)] = value, [start, list(array.shape), array.dtype.str]
+        return placed[id(value)][1]
 
     return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append)

@@ -100,6 +100,7 @@ class Budget:
         self.limits = limits
         self._n_bytes = n_bytes
         self._numbers = 0
+        self._values = 0
         self._nodes = 0
         self._spelled_nodes = 0
         self._unpacked = 0
@@ -166,6 +167,16 @@ class Budget:
             self.is_spent = True
             place, name = _describe_place(where), _name("nodes", self.limits.nodes)
             raise MeshError(f"{place}: expands to more than {self._most_nodes:,} nodes, the limit {name}")
+
+    def take_values(self, n_values: int, where: str) -> None:
+        """Count numbers that are about to be allocated beside those of points: matrices and keyframes; or raise."""
+        self._values += n_values
+        points = self.limits.points
+        most = max(FREE_NUMBERS + NUMBERS_PER_BYTE * self._n_bytes, NUMBERS_PER_POINT * (points or 0))
+        if self._values > most:
+            self.is_spent = True
+            name = _name("points", points)
+            raise MeshError(f"{where}: expands to more than {most:,} numbers beside its points, the limit {name}")
 
     def taken(self) -> tuple[int, int]:
         """Return how many nodes and numbers were counted so far."""

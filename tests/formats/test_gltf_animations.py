@@ -1,6 +1,7 @@
 """Animations of glTF nodes, against SciPy's interpolation."""
 
 import io
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from gpu_xform import Scene, load_scene, samples
 from gpu_xform.animation import animate
-from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshWarning
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError, MeshWarning
 from tests.support.gltf_files import Builder
 
 CUBE = samples.cube().to_trimesh()
@@ -151,3 +152,44 @@ def test_keyframes_that_contradict_themselves_are_named() -> None:
     matrix = np.eye(4).ravel().tolist()
     with pytest.warns(MeshWarning, match="node 0 has a matrix, not the property that moves"):
         scene_of(animated(("translation", MOVES, "LINEAR"), matrix=matrix))
+
+
+def animated_nodes(n_nodes: int, n_times: int, n_samplers: int) -> bytes:
+    """Return a file of nodes that the samplers of one animation move in turn, each with accessors of its own."""
+    builder = Builder()
+    builder.mesh({"attributes": {"POSITION": builder.array(CUBE.vertices)}, "mode": 0})
+    builder.node(mesh=0)
+    times, values = builder.array(np.arange(n_times)), builder.array(np.ones((n_times, 3)))
+    accessors = builder.content["accessors"]
+    samplers = []
+    for _ in range(n_samplers):
+        samplers.append({"input": len(accessors), "output": len(accessors) + 1})
+        accessors += [accessors[times], accessors[values]]
+    channels = [
+        {"sampler": i % n_samplers, "target": {"node": builder.node(), "path": "scale"}} for i in range(n_nodes)
+    ]
+    builder.content["animations"] = [{"samplers": samplers, "channels": channels}]
+    return builder.pack()
+
+
+@pytest.mark.parametrize("isolated", [False, True])
+def test_channels_share_the_keyframes_of_their_sampler(isolated: bool) -> None:
+    scene = load_scene(io.BytesIO(animated_nodes(6, 9, 2)), file_type="glb", isolated=isolated)
+    channels = scene.animations["animation 0"].channels
+    assert [channel.node for channel in channels] == [f"node {i + 1}" for i in range(6)]
+    for of_one in (channels[::2], channels[1::2]):
+        assert {id(channel.times) for channel in of_one} == {id(of_one[0].times)}
+        assert {id(channel.values) for channel in of_one} == {id(of_one[0].values)}
+        assert np.array_equal(of_one[0].values, np.ones((9, 3)))
+    assert channels[0].values is not channels[1].values
+
+
+def test_keyframes_are_counted_before_they_are_read() -> None:
+    data = animated_nodes(400, 40_000, 400)  # 512 MB
+    tracemalloc.start()
+    try:
+        with pytest.raises(MeshError, match=r"the keyframes of its animations: expands to more than [\d,]+ numbers"):
+            load_scene(io.BytesIO(data), file_type="glb")
+        assert tracemalloc.get_traced_memory()[1] < 100e6
+    finally:
+        tracemalloc.stop()

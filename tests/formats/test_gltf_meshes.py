@@ -2,6 +2,8 @@
 
 import io
 import sys
+import tracemalloc
+from collections.abc import Callable
 from typing import Any
 
 import DracoPy
@@ -432,6 +434,62 @@ def test_zeros_beyond_all_measure_are_refused() -> None:
         MeshError, match=r"expands to more than [\d,]+ points of 16 numbers, the limit FileLimits\(points=\.\.\.\)"
     ):
         mesh_of(builder)
+
+
+def peak_memory(read: Callable[[], Any]) -> int:
+    """Return how many bytes a reader holds at most."""
+    tracemalloc.start()
+    try:
+        read()
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_of_matrices_only_those_of_joints_are_read() -> None:
+    builder = Builder()
+    influences = {"JOINTS_0": builder.array(np.zeros((8, 4)), "|u1"), "WEIGHTS_0": builder.array(np.eye(8, 4))}
+    cube = add_cube(builder)
+    builder.mesh({**cube, "attributes": cube["attributes"] | influences})
+    builder.content["accessors"].append({"componentType": 5126, "count": 2_000_000, "type": "MAT4"})
+    matrices = len(builder.content["accessors"]) - 1
+    builder.content["skins"] = [{"joints": [0], "inverseBindMatrices": matrices}] * 4  # 256 MB each
+    for skin in range(4):
+        builder.node(mesh=0, skin=skin)
+    assert peak_memory(lambda: np.testing.assert_array_equal(mesh_of(builder).positions, np.zeros((32, 3)))) < 10e6
+    builder.content["skins"] = [{"joints": [0] * 2_000_001, "inverseBindMatrices": matrices}]
+    builder.content["nodes"] = [{"mesh": 0, "skin": 0}]
+    with pytest.raises(MeshError, match="skin 0 has 2000000 matrices for 2000001 joints"):
+        mesh_of(builder)
+
+
+@pytest.mark.parametrize("sparse", [False, True])
+@pytest.mark.parametrize("name", ["JOINTS_0", "WEIGHTS_0", "POSITION"])
+def test_counts_are_compared_before_zeros_are_written_out(name: str, sparse: bool) -> None:
+    builder = Builder()
+    cube = add_cube(builder)
+    influences = {"JOINTS_0": builder.array(np.zeros((8, 4)), "|u1"), "WEIGHTS_0": builder.array(np.eye(8, 4))}
+    kind = "VEC3" if name == "POSITION" else "VEC4"
+    zeros: dict[str, Any] = {"componentType": 5121, "count": 2**23, "type": kind, "normalized": name != "JOINTS_0"}
+    if sparse:
+        view = builder.view(bytes(4))
+        places = {"bufferView": view, "componentType": 5121}
+        zeros["sparse"] = {"count": 0, "indices": places, "values": {"bufferView": view}}
+    builder.content["accessors"].append(zeros)
+    wrong = {name: len(builder.content["accessors"]) - 1}
+    if name == "POSITION":
+        builder.mesh({**cube, "targets": [wrong]})
+        message = "morph target 0 moves 8388608 points, the mesh has 8"
+    else:
+        builder.mesh({**cube, "attributes": cube["attributes"] | influences | wrong})
+        message = r"JOINTS_0 and WEIGHTS_0 have (8 and 8388608|8388608 and 8) rows for 8 points"
+    builder.node(mesh=0)
+
+    def read() -> None:
+        with pytest.raises(MeshError, match=message):
+            mesh_of(builder)
+
+    assert peak_memory(read) < 1e6
 
 
 def test_last_rows_within_rounding_are_taken_for_what_they_mean() -> None:
