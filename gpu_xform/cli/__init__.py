@@ -1,6 +1,6 @@
 """The command `gpu-xform`: parse the options, call the library, report each failure in one line and an exit code.
 
-Reading order: exit_codes, argv, paths, streams, stage_times, file_limits, files, matrix_table, image_files,
+Reading order: exit_codes, argv, paths, streams, stage_times, reading_options, files, matrix_table, image_files,
 path_templates, argument_types, options, completions, model_paths, layer_option, camera_options, arguments_from_options,
 read_layers, option_errors, scan_rows, outputs, outcome, references, web_pages, contact_sheet, reports, make_pictures,
 commands, parser.
@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 from .._core.interrupts import describe_interrupt
 from .exit_codes import FAILURES, PIPE_CLOSED, exit_code_for, format_error
-from .file_limits import use_typed_limits
 from .parser import parse
+from .reading_options import use_typed_limits
 from .stage_times import report_stages
 from .streams import discard_stdout, flush_stdout, print_stderr, print_warnings
 

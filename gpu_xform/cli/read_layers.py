@@ -17,9 +17,9 @@ from ..imaging.colors import COLOR_CYCLE
 from . import files
 from .argument_types.styles import AXES
 from .arguments_from_options import collect_style_arguments, compose_transforms
-from .file_limits import use_typed_limits
 from .path_templates import Template
 from .paths import expand_globs
+from .reading_options import use_typed_limits
 from .streams import name_file_in_errors
 
 if TYPE_CHECKING:

@@ -20,6 +20,7 @@ from .. import options as groups
 from ..argument_types import paths
 from ..exit_codes import FAILURES, exit_code_for, format_error
 from ..paths import STDIO, expand_globs, file_type, is_stream
+from ..reading_options import require_no_reading_options
 from ..scan_rows import describe_scan
 from ..streams import print_stderr, print_stdout
 
@@ -59,7 +60,7 @@ def run(options: argparse.Namespace) -> int:
     found, errors = [], []
     for path in expand_globs(options.models):
         try:
-            found.append(_describe(path, options.file_type, options.tolerance))
+            found.append(_describe(options, path))
         except FAILURES as error:
             errors.append(error)
             print_stderr(format_error(error, "" if str(error).startswith(f"{path}: ") else path))
@@ -68,19 +69,20 @@ def run(options: argparse.Namespace) -> int:
     return exit_code_for(errors[0]) if errors else 0
 
 
-def _describe(path: str, declared_type: str | None, tolerance: float | None) -> dict[str, Any]:
+def _describe(options: argparse.Namespace, path: str) -> dict[str, Any]:
     """Return what a file holds, as JSON has it."""
     from ...formats import load_scene
     from ...formats.gltf import merge_scene
 
-    kind = file_type(path, declared_type)
+    kind = file_type(path, options.file_type)
     if kind != "zarr" and path != STDIO and Path(path).is_dir():
         raise ArgumentError(f"{path}: a folder; {Path(path, '*')} stands for the files in it")
     if kind in SCAN_TYPES:
+        require_no_reading_options(options, path)
         return _summarize_scan(path, kind)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", MeshWarning)
-        scene = load_scene(files.open_source(path), file_type=kind, tolerance=tolerance)
+        scene = load_scene(files.open_source(path), file_type=kind, tolerance=options.tolerance)
         is_one = len(scene) == 1 and not scene.metadata
         mesh = next(iter(scene)).models[0].model if is_one and _is_mesh(scene) else merge_scene(scene)
     sizes, counts = np.unique(np.diff(mesh.offsets), return_counts=True)

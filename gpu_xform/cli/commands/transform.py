@@ -20,6 +20,7 @@ from ..argument_types import numbers, paths, vectors
 from ..arguments_from_options import choose_device, compose_transforms
 from ..path_templates import BRACES, PLACEHOLDERS
 from ..paths import STDIO, expand_globs, file_type, is_stream, require_target, require_type
+from ..reading_options import require_no_reading_options
 from ..stage_times import report_stage
 from ..streams import name_file_in_errors, print_stderr, raise_warnings
 
@@ -264,12 +265,6 @@ def _require_no_scan_options(options: argparse.Namespace) -> None:
             )
 
 
-def _require_no_model_options(options: argparse.Namespace) -> None:
-    for name in ("file_limits", "isolated", "pose", "tolerance"):
-        if getattr(options, name, None):
-            raise ArgumentError(f"--{name.replace('_', '-')} is for models, got {options.input}")
-
-
 def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: str) -> None:
     from ...compute.transform import project_points, transform_points
     from ...formats.registry import DOCUMENT_TYPES, transform_document
@@ -345,7 +340,7 @@ def _stream(options: argparse.Namespace, matrix: Float64Array) -> None:
     from ..._core import progress
     from ...compute.streaming import count_columns, transform_file
 
-    _require_no_model_options(options)
+    require_no_reading_options(options, options.input)
     has_workers = options.workers is not None or options.scheduler is not None
     if has_workers and options.adapter is not None:
         raise ArgumentError("--adapter is for one process; workers have a device each")
@@ -384,7 +379,7 @@ def _transform_whole_array(options: argparse.Namespace, matrix: Float64Array) ->
     from ...compute._arrays import as_point_array
     from ...compute.transform import project_points, transform_points
 
-    _require_no_model_options(options)
+    require_no_reading_options(options, options.input)
     array = files.read_array(options.input)
     try:
         points = as_point_array(array)

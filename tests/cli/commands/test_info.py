@@ -164,3 +164,16 @@ def test_a_scan_that_is_none_is_named_once(capsys: pytest.CaptureFixture[str]) -
     assert capsys.readouterr().err.count("no.las") == 1
     assert main(["info", "-", "--file-type", "las"]) != 0
     assert "not through a pipe" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("path", ["tile.laz", "a.zarr"])
+@pytest.mark.parametrize("option", ["--file-limits points=10", "--isolated", "--tolerance 1"])
+def test_options_of_models_are_refused_for_scans(path: str, option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    make_las(Path("tile.laz"), 40)
+    np.save("a.npy", np.ones((40, 3)))
+    transform_file("a.npy", "a.zarr", np.eye(4))
+    flag = option.split()[0]
+    assert f"error: {path}: {flag} is for models, which are read whole\n" in error_of(
+        ["info", path, *option.split()], capsys
+    )
+    assert main(["info", path]) == 0
