@@ -1,6 +1,7 @@
 """Image files of every kind that Pillow reads and writes, or PNG through standard streams."""
 
 import io
+import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -8,7 +9,7 @@ from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from ..errors import ArgumentError
 from . import files
 from .paths import STDIO, file_type, require_type
-from .streams import get_binary_stream
+from .streams import get_binary_stream, print_stderr
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -33,12 +34,19 @@ def read_image(path: str) -> "Image":
     data = get_binary_stream("stdin").read() if path == STDIO else Path(path).read_bytes()
     if is_lfs_pointer(data):
         raise ArgumentError(f"{path}: {POINTER_WORDS}")
-    try:
-        stored = Image.open(io.BytesIO(data))
-        stored.load()
-    except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
-        raise ArgumentError(f"{path}: expected an image that Pillow reads: {error}") from None
-    image: Image.Image = ImageOps.exif_transpose(stored)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warnings.simplefilter("ignore", Image.DecompressionBombWarning)  # twice as many pixels are an error
+        try:
+            stored = Image.open(io.BytesIO(data))
+            stored.load()
+            image: Image.Image = ImageOps.exif_transpose(stored)
+        except Image.UnidentifiedImageError:
+            raise ArgumentError(f"{path}: it is not a picture that Pillow reads") from None
+        except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
+            raise ArgumentError(f"{path}: expected a picture that Pillow reads: {error}") from None
+    for warning in caught:
+        print_stderr(f"gpu-xform: warning: {path}: {' '.join(str(warning.message).split())}\n")
     if image.has_transparency_data and image.mode not in ("LA", "RGBA"):
         return image.convert("RGBA")
     return image.convert({"1": "L", "P": "RGB"}.get(image.mode, image.mode))

@@ -2,6 +2,8 @@
 
 import io
 import re
+import struct
+import zlib
 from pathlib import Path
 from typing import get_args
 
@@ -18,6 +20,7 @@ from gpu_xform.compute.convolution.filters import NAMED_KERNELS
 from tests.support.cli import error_of, run_in_process
 from tests.support.types import Array
 
+PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 RNG = np.random.default_rng(5)
 RGB = RNG.integers(0, 256, (30, 40, 3), np.uint8)
 GREY = np.ascontiguousarray(RGB[..., 0])
@@ -128,7 +131,7 @@ def test_standard_streams_carry_png() -> None:
         ("rgb.png out.png --box 101", "rgb.png: kernel must reach at most 29 rows beyond an image of 30"),
         ("rgb.png out.obj --box 3", "out.obj: the type must be one of bmp, jpeg, .*, got obj"),
         ("rgba.png out.jpg --box 3", "out.jpg: cannot write mode RGBA as JPEG"),
-        ("model.obj out.png --box 3", "model.obj: expected an image that Pillow reads"),
+        ("model.obj out.png --box 3", "model.obj: it is not a picture that Pillow reads\n$"),
         ("none.png out.png --box 3", "none.png: No such file or directory"),
         ("rgb.png folder/out.png --box 3", "folder/out.png: No such file or directory"),
     ],
@@ -140,6 +143,27 @@ def test_what_is_wrong_is_said_in_one_line_and_nothing_is_written(
     error = error_of(["convolve", *arguments.split()], capsys)
     assert re.search(message, error), error
     assert sorted(Path().iterdir()) == before
+
+
+def test_a_picture_may_have_twice_as_many_pixels_as_pillow_warns_of(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", GREY.size // 2)
+    assert main(["convolve", "grey.png", "out.png", "--box", "3"]) == 0
+    assert capsys.readouterr() == ("", "")
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", GREY.size // 2 - 1)
+    message = error_of(["convolve", "grey.png", "out.png", "--box", "3"], capsys)
+    assert "grey.png: expected a picture that Pillow reads: Image size (1200 pixels) exceeds limit of 1198" in message
+
+
+def test_what_pillow_warns_of_is_one_line_that_names_the_file(capsys: pytest.CaptureFixture[str]) -> None:
+    chunk = b"acTL" + bytes(8)  # of an animation of no frames
+    data, end = Path("grey.png").read_bytes(), len(PNG_SIGNATURE) + 25
+    animated = data[:end] + struct.pack(">I", 8) + chunk + struct.pack(">I", zlib.crc32(chunk)) + data[end:]
+    Path("animated.png").write_bytes(animated)
+    assert np.array_equal(convolved("animated.png", "--box", "3"), convolved("grey.png", "--box", "3"))
+    warning = "gpu-xform: warning: animated.png: Invalid APNG, will use default PNG image if possible\n"
+    assert capsys.readouterr() == ("", warning)
 
 
 def test_the_choices_are_those_of_the_library() -> None:
