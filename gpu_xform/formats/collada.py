@@ -12,12 +12,13 @@ from ._text import quote
 from ._warn import warn
 from ._xml import parse_xml
 from .collada_geometries import Group, first_child, read_groups
-from .collada_materials import read_color
+from .collada_materials import find_effect, read_color
 from .collada_nodes import Shape, place_shapes
 from .collada_placing import Part, place_parts
 from .limits import budget
 
 _MAX_NAMED = 4
+_TRIANGLE_NUMBERS = 12  # with three points; a part with less counts as one
 
 
 def read(data: bytes) -> Mesh:
@@ -32,7 +33,9 @@ def read(data: bytes) -> Mesh:
     n_shown = np.bincount(placed.shape_numbers, minlength=len(placed.shapes))
     for shape, n_places in zip(placed.shapes, n_shown.tolist(), strict=True):
         shapes.append(library.list_parts(shape))
-        budget().take_numbers(n_places * sum(part.n_numbers for part, _ in shapes[-1]), "its nodes")
+        budget().take_numbers(
+            n_places * sum(max(part.n_numbers, _TRIANGLE_NUMBERS) for part, _ in shapes[-1]), "its nodes"
+        )
     if not any(shapes):
         raise MeshError("it shows no triangles" + (f", read without {library.lost[0]}" if library.lost else ""))
     if library.lost:
@@ -59,6 +62,7 @@ class _Library:
         self._effects = _collect(root, "library_effects", "effect")
         self._groups: dict[str, list[Group]] = {}
         self._colors: dict[str, npt.NDArray[np.uint8] | None] = {}
+        self._effect_colors: dict[Any, npt.NDArray[np.uint8] | MeshError] = {}
         self.lost = lost  # what is left out, in words
 
     def list_parts(self, shape: Shape) -> list[Part]:
@@ -80,11 +84,23 @@ class _Library:
     def _read_color(self, url: str) -> npt.NDArray[np.uint8] | None:
         if url not in self._colors:
             try:
-                self._colors[url] = read_color(_look_up(self._materials, url), self._effects)
+                self._colors[url] = self._read_effect(find_effect(_look_up(self._materials, url), self._effects))
             except MeshError as error:
                 self.lost.append(f"material {quote(url)} ({error})")
                 self._colors[url] = None
         return self._colors[url]
+
+    def _read_effect(self, effect: Any) -> npt.NDArray[np.uint8]:
+        """Return the colour of an effect, which is read once for all materials that share it."""
+        if effect not in self._effect_colors:
+            try:
+                self._effect_colors[effect] = read_color(effect)
+            except MeshError as error:
+                self._effect_colors[effect] = error
+        found = self._effect_colors[effect]
+        if isinstance(found, MeshError):
+            raise found
+        return found
 
 
 def _collect(root: Any, library: str, tag: str) -> dict[str | None, Any]:

@@ -19,6 +19,8 @@ _KINDS = ("triangles", "tristrips", "trifans", "polylist", "polygons")
 # Corners are one point where their positions, normals and texture coordinates are equal in so many parts of a unit.
 _PARTS_PER_UNIT = {"VERTEX": 1e8, "TEXCOORD": 1e4, "NORMAL": 1e2}
 _MAX_KEYS = 2**62
+# What inputs are read, and how many numbers are in a row of each, if that matters.
+_SEMANTICS: dict[str, tuple[int, ...]] = {"VERTEX": (3,), "NORMAL": (3,), "TEXCOORD": (), "COLOR": (3, 4)}
 
 
 @dataclass(frozen=True)
@@ -87,6 +89,7 @@ class _Tables:
         self._elements = elements
         self._read: dict[str, Float64Array] = {}
         self._row_numbers: dict[tuple[str, str], tuple[IndexArray, int]] = {}
+        self._is_finite: dict[str, npt.NDArray[np.bool_]] = {}
 
     def read(self, name: str) -> Float64Array:
         """Return a row of floats per item; NaNs are 0."""
@@ -103,12 +106,22 @@ class _Tables:
             self._read[name] = values.reshape(-1, width)
         return self._read[name]
 
+    def is_finite(self, name: str) -> npt.NDArray[np.bool_]:
+        """Return for each row of a table whether all its numbers are finite."""
+        if name not in self._is_finite:
+            self._is_finite[name] = np.all(np.isfinite(self.read(name)), axis=1)
+        return self._is_finite[name]
+
     def number_rows(self, name: str, kind: str) -> tuple[IndexArray, int]:
         """Return a number per row of a table, the same for rows that are equal, and how many numbers there are."""
         if (name, kind) not in self._row_numbers:
             table = self.read(name)[:, :3]
             numbers, n_numbers = np.zeros(len(table), np.int64), 1
-            for column in np.round(table * _PARTS_PER_UNIT[kind]).T:
+            with np.errstate(over="ignore"):
+                rounded = np.round(table * _PARTS_PER_UNIT[kind])
+            is_finite = np.isfinite(rounded)
+            rounded[~is_finite] = np.ldexp(table[~is_finite], -1030)  # fractions, which nothing that is rounded equals
+            for column in rounded.T:
                 found, inverse = np.unique(column, return_inverse=True)
                 numbers = numbers * len(found) + inverse
                 found, numbers = np.unique(numbers, return_inverse=True)
@@ -126,15 +139,16 @@ def read_groups(geometry: Any) -> list[Group]:
     if mesh is None:
         raise MeshError("it is no mesh")
     tables = _Tables({source.get("id"): source for source in mesh.iterchildren("{*}source")})
-    vertices: dict[str, list[tuple[str, str]]] = {}
+    vertices: dict[str, dict[str, str]] = {}
     for element in mesh.iterchildren("{*}vertices"):
         inputs = [(each.get("semantic"), (each.get("source") or "")[1:]) for each in element.iterchildren("{*}input")]
-        vertices[element.get("id")] = [("VERTEX" if kind == "POSITION" else kind, name) for kind, name in inputs]
+        named = [("VERTEX" if kind == "POSITION" else kind, name) for kind, name in reversed(inputs)]
+        vertices[element.get("id")] = {kind: name for kind, name in named if kind in _SEMANTICS}
     groups = (_read_group(each, tables, vertices) for each in mesh.iterchildren(*(f"{{*}}{kind}" for kind in _KINDS)))
     return [group for group in groups if group is not None]
 
 
-def _read_group(element: Any, tables: _Tables, vertices: dict[str, list[tuple[str, str]]]) -> Group | None:
+def _read_group(element: Any, tables: _Tables, vertices: dict[str, dict[str, str]]) -> Group | None:
     """Return the triangles of an element; None if it has none."""
     kind = element.tag.rpartition("}")[2]
     inputs: dict[str, tuple[str, int]] = {}  # the first of each kind: its table, and its column of the indices
@@ -143,7 +157,8 @@ def _read_group(element: Any, tables: _Tables, vertices: dict[str, list[tuple[st
         semantic, name = each.get("semantic"), (each.get("source") or "")[1:]
         column = _parse_offset(each.get("offset"))
         width = max(width, column + 1)
-        for what, table in vertices.get(name, ()) if semantic == "VERTEX" and name in vertices else ((semantic, name),):
+        own = vertices[name] if semantic == "VERTEX" and name in vertices else {semantic: name}
+        for what, table in own.items():
             inputs.setdefault(what, (table, column))
     indices, sizes = _read_indices(element, kind, width)
     corners = _list_triangles(sizes // (1 if kind == "polylist" else width), kind)
@@ -152,7 +167,7 @@ def _read_group(element: Any, tables: _Tables, vertices: dict[str, list[tuple[st
     if "VERTEX" not in inputs:
         raise MeshError(f"its {kind} have no positions")
     columns: dict[str, tuple[str, IndexArray]] = {}
-    for what, n_values in (("VERTEX", (3,)), ("NORMAL", (3,)), ("TEXCOORD", ()), ("COLOR", (3, 4))):
+    for what, n_values in _SEMANTICS.items():
         if what in inputs:
             name, column = inputs[what]
             table = tables.read(name)
@@ -164,9 +179,8 @@ def _read_group(element: Any, tables: _Tables, vertices: dict[str, list[tuple[st
             if what in ("VERTEX", "NORMAL") and table.shape[1] not in n_values:
                 raise MeshError(f"source {quote(name)} must have rows of 3 numbers, has {table.shape[1]}")
     name, rows = columns["VERTEX"]
-    infinite = np.flatnonzero(~np.isfinite(tables.read(name)).all(axis=1))
-    if len(infinite):
-        is_kept = np.repeat(~np.isin(rows, infinite).reshape(-1, 3).any(axis=1), 3)
+    is_kept = np.repeat(tables.is_finite(name)[rows].reshape(-1, 3).all(axis=1), 3)
+    if not is_kept.all():
         columns = {what: (name, rows[is_kept]) for what, (name, rows) in columns.items()}
     return Group(element.get("material"), tables, columns) if len(columns["VERTEX"][1]) else None
 

@@ -13,17 +13,21 @@ _SHADERS = ("phong", "lambert", "blinn", "constant")
 _WHITE = (1.0, 1.0, 1.0, 1.0)
 
 
-def read_color(material: Any, effects: dict[str | None, Any]) -> npt.NDArray[np.uint8]:
-    """Return the diffuse colour of a material, white for a texture, with the alpha of what makes it transparent: (4,).
-
-    effects : the effects of the file
-    Raises MeshError for what is damaged.
-    """
+def find_effect(material: Any, effects: dict[str | None, Any]) -> Any:
+    """Return the effect of a material, of those of the file; raise MeshError if it is not there."""
     instance = first_child(material, "instance_effect")
     url = "" if instance is None else instance.get("url") or ""
     effect = effects.get(url[1:]) if url.startswith("#") else None
     if effect is None:
         raise MeshError(f"there is no effect {quote(url)}")
+    return effect
+
+
+def read_color(effect: Any) -> npt.NDArray[np.uint8]:
+    """Return the diffuse colour of an effect, white for a texture, with the alpha of what makes it transparent: (4,).
+
+    Raises MeshError for what is damaged.
+    """
     profile = first_child(effect, "profile_COMMON")
     technique = None if profile is None else first_child(profile, "technique")
     if technique is None:

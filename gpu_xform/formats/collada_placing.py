@@ -22,11 +22,7 @@ class _Blocks:
     first_points: IndexArray
     first_faces: IndexArray
     matrices: IndexArray
-
-    def list_places(self, n_parts: int) -> list[IndexArray]:
-        """Return the places of each part."""
-        order = np.argsort(self.parts, kind="stable")
-        return np.split(order, np.cumsum(np.bincount(self.parts, minlength=n_parts))[:-1])
+    triangles: list[tuple[Triangles, IndexArray]]  # with the places of each, in whatever colour
 
 
 def place_parts(
@@ -40,21 +36,28 @@ def place_parts(
     Raises MeshError if a coordinate overflows.
     """
     parts = [part for shape in shapes for part in shape]
+    unique = {id(part): part for part, _ in parts}  # they often differ only in their colours
+    numbers_of = {key: number for number, key in enumerate(unique)}
+    of_parts = np.array([numbers_of[id(part)] for part, _ in parts], np.int64)
     counts = np.array([len(shape) for shape in shapes], np.int64)
     shown = _list_ranges((np.cumsum(counts) - counts)[shape_numbers], counts[shape_numbers])
-    n_points = np.array([len(part.positions) for part, _ in parts], np.int64)[shown]
-    n_faces = np.array([len(part.corners) for part, _ in parts], np.int64)[shown]
+    shown_triangles = of_parts[shown]
+    n_points = np.array([len(part.positions) for part in unique.values()], np.int64)[shown_triangles]
+    n_faces = np.array([len(part.corners) for part in unique.values()], np.int64)[shown_triangles]
+    order = np.argsort(shown_triangles, kind="stable")
+    ends = np.cumsum(np.bincount(shown_triangles, minlength=len(unique)))
     blocks = _Blocks(
         shown,
         n_faces,
         np.cumsum(n_points) - n_points,
         np.cumsum(n_faces) - n_faces,
         np.repeat(matrix_numbers, counts[shape_numbers]),
+        list(zip(unique.values(), np.split(order, ends[:-1]), strict=True)),
     )
     is_mirrored = np.linalg.slogdet(matrices)[0] < 0.0
     positions = np.empty((int(n_points.sum()), 3))
     corners = np.empty((int(n_faces.sum()), 3), np.int64)
-    for (part, _), places in zip(parts, blocks.list_places(len(parts)), strict=True):
+    for part, places in blocks.triangles:
         numbers, first_points = blocks.matrices[places], blocks.first_points[places, None]
         with np.errstate(over="ignore", invalid="ignore"):
             moved = part.positions @ matrices[numbers, :3, :3].transpose(0, 2, 1)
@@ -72,22 +75,21 @@ def _join_colors(
 
     What has none is white.
     """
-    has_materials = any(color is not None for _, color in parts)
+    is_of_material = np.array([color is not None for _, color in parts])
     has_points = any(color is None and part.colors is not None for part, color in parts)
     tables: dict[str, npt.NDArray[np.uint8]] = {}
-    if has_materials:
+    if is_of_material.any():
         white = np.full(4, 255, np.uint8)
         colors = np.array([white if color is None else color for _, color in parts])
         tables["face"] = np.repeat(colors[blocks.parts], blocks.n_faces, axis=0)
     if has_points:
         tables["point"] = np.full((n_points, 4), 255, np.uint8)
-        for (part, color), places in zip(parts, blocks.list_places(len(parts)), strict=True):
-            if color is None and part.colors is not None:
-                rows = blocks.first_points[places, None] + np.arange(len(part.positions))
-                tables["point"][rows] = part.colors
+        for part, places in blocks.triangles:
+            if part.colors is not None:
+                own = places[~is_of_material[blocks.parts[places]]]
+                tables["point"][blocks.first_points[own, None] + np.arange(len(part.positions))] = part.colors
     if len(tables) == 2:
-        is_of_material = np.array([color is not None for _, color in parts])[blocks.parts]
-        chosen = np.repeat(is_of_material, blocks.n_faces)[:, None, None]
+        chosen = np.repeat(is_of_material[blocks.parts], blocks.n_faces)[:, None, None]
         colors = np.where(chosen, tables["face"][:, None], tables["point"][corners])
         tables = {"corner": colors.reshape(-1, 4)}
     return {what: {"color": colors} for what, colors in tables.items()}

@@ -192,6 +192,50 @@ def many_lights(n: int) -> str:
     )
 
 
+def groups_of_a_long_source(n: int) -> str:
+    return many_groups(n).replace(' count="9">0 0 0', ">0 0 0").replace("20 30<", f"20 30 {'inf 0 0 ' * 50_000}<")
+
+
+def groups_of_many_inputs(n: int) -> str:
+    inputs = "".join(f'<input semantic="{i}" source="#p"/>' for i in range(10_000))
+    return many_groups(n).replace("</vertices>", f"{inputs}</vertices>")
+
+
+def materials_of_one_effect(n: int) -> str:
+    text = TRIANGLE_DAE.replace('<technique sid="common">', "<newparam/>" * 10_000 + '<technique sid="common">')
+    text = text.replace("<color>1 0.2 0.4 1</color>", '<param ref="a"/>')
+    materials = "".join(f'<material id="m{i}"><instance_effect url="#e"/></material>' for i in range(n))
+    bound = "".join(f'<instance_material symbol="{i}" target="#m{i}"/>' for i in range(n))
+    text = text.replace("</library_materials>", f"{materials}</library_materials>")
+    return text.replace("<instance_material", f"{bound}<instance_material")
+
+
+def shapes_of_many_groups(n: int) -> str:
+    bound = [f"<bind_material><technique_common>{_bind(str(i))}</technique_common></bind_material>" for i in range(n)]
+    shapes = "".join(f'<instance_geometry url="#g">{each}</instance_geometry>' for each in bound)
+    return many_groups(2000).replace("</node>", f"{shapes}</node>")
+
+
+def _bind(symbol: str) -> str:
+    return f'<instance_material symbol="{symbol}" target="#m"/>'
+
+
+@pytest.mark.parametrize(
+    ("make", "n", "n_faces"),
+    [
+        (groups_of_a_long_source, 5000, 5001),
+        (groups_of_many_inputs, 2500, 2501),
+        (materials_of_one_effect, 2000, 1),
+        (shapes_of_many_groups, 80, 81 * 2001),
+    ],
+)
+def test_what_groups_and_materials_share_is_read_once(make: Callable[[int], str], n: int, n_faces: int) -> None:
+    text = make(n)
+    begin = time.process_time()
+    assert read(text).n_faces == n_faces
+    assert time.process_time() - begin < 1.2
+
+
 @pytest.mark.parametrize(
     ("make", "n", "n_faces"), [(many_nodes, 3000, 3001), (many_groups, 2000, 2001), (many_lights, 20_000, 1)]
 )

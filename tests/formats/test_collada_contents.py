@@ -235,3 +235,49 @@ def test_a_node_within_itself_and_a_skin_are_named() -> None:
         read(PLAIN.replace("<instance_geometry", '<instance_node url="#n"/><instance_geometry'))
     with pytest.warns(MeshWarning, match="it is read without skins$"):
         read(PLAIN.replace("<instance_geometry", '<instance_controller url="#k"/><instance_geometry'))
+
+
+def test_materials_share_an_effect_that_is_wrong() -> None:
+    text = PLAIN.replace("1 0.2 0.4 1", "1 b").replace(
+        "</library_materials>", '<material id="w"><instance_effect url="#e"/></material></library_materials>'
+    )
+    text = text.replace(
+        '<instance_material symbol="s"', '<instance_material symbol="t" target="#w"/><instance_material symbol="s"'
+    )
+    with pytest.warns(MeshWarning, match=r"material '#w' \(its diffuse.*'1 b'\), material '#m' \(its diffuse.*'1 b'\)"):
+        read(text)
+
+
+def test_instances_have_colors_of_their_own() -> None:
+    """Of a geometry with coloured points, shown in its material, without one, and mirrored in another material."""
+    bound = PLAIN[PLAIN.index("<bind_material>") : PLAIN.index("</instance_geometry>")]
+    other = bound.replace("#m", "#w")
+    shown = (
+        f'<instance_geometry url="#g">{bound}</instance_geometry><instance_geometry url="#g"/>'
+        f'<node><scale>-1 2 1</scale><instance_geometry url="#g">{other}</instance_geometry></node></node>'
+    )
+    group = faces("triangles", "<p>0 0 1 1 2 2</p>", ("VERTEX", "v"), ("COLOR", "c"))
+    colors = source("c", [[1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    text = with_mesh(source("p", SQUARE) + colors + group, material=True)
+    text = text[: text.index("<instance_geometry")] + shown + text[text.index("</visual_scene>") :]
+    effect = TRIANGLE_DAE[TRIANGLE_DAE.index("<effect") : TRIANGLE_DAE.index("</library_effects>")]
+    text = text.replace("<effect", effect.replace('"e"', '"f"').replace("1 0.2 0.4 1", "0 0 1 1") + "<effect", 1)
+    text = text.replace(
+        "</library_materials>", '<material id="w"><instance_effect url="#f"/></material></library_materials>'
+    )
+    mesh = read(text)
+    red, white = [255, 0, 0, 255], [255, 51, 102, 255]
+    points = [red, [0, 255, 0, 255], [0, 0, 255, 255]]
+    assert np.asarray(mesh.attributes.corner["color"]).tolist() == [white] * 3 + points + [[0, 0, 255, 255]] * 3
+    square = [[0, 0, 0], [1, 0, 0], [1, 1, 0]]
+    np.testing.assert_array_equal(mesh.positions, [*square, *square, [0, 0, 0], [-1, 0, 0], [-1, 2, 0]])
+    np.testing.assert_array_equal(mesh.indices, [0, 1, 2, 3, 4, 5, 6, 8, 7])
+
+
+def test_coordinates_near_the_largest_numbers_are_points_of_their_own() -> None:
+    """They overflow where they are rounded: NumPy warned, and they would have become one point."""
+    rows = [["1e308", 0, 0], ["1.5e308", 0, 0], ["-1e308", 0, 0], ["1e300", 0, 0], ["1e308", 0, 0]]
+    group = faces("triangles", "<p>0 1 2 0 3 4</p>", ("VERTEX", "v"))
+    mesh = read(with_mesh(source("p", rows) + group))
+    assert mesh.positions[:, 0].tolist() == [1e308, 1.5e308, -1e308, 1e300]
+    assert mesh.indices.tolist() == [0, 1, 2, 0, 3, 0]
