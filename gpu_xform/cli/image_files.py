@@ -29,7 +29,7 @@ JPEG_QUALITY = 95  # of 100: less would show more than a gentle filter does
 
 def read_image(path: str) -> "Image":
     """Read the image in `path`, upright, with colours instead of a palette, and with alpha if it is transparent."""
-    from PIL import Image, ImageOps
+    from PIL import Image, ImageOps, UnidentifiedImageError
 
     data = get_binary_stream("stdin").read() if path == STDIO else Path(path).read_bytes()
     if is_lfs_pointer(data):
@@ -41,7 +41,7 @@ def read_image(path: str) -> "Image":
             stored = Image.open(io.BytesIO(data))
             stored.load()
             image: Image.Image = ImageOps.exif_transpose(stored)
-        except Image.UnidentifiedImageError:
+        except UnidentifiedImageError:
             raise ArgumentError(f"{path}: it is not a picture that Pillow reads") from None
         except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
             raise ArgumentError(f"{path}: expected a picture that Pillow reads: {error}") from None

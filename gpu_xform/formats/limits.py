@@ -34,8 +34,8 @@ FREE_CHUNKS, BYTES_PER_CHUNK = 1 << 11, 1 << 10
 class FileLimits:
     """What a model file may hold; what exceeds a limit is a `MeshError` that names it.
 
-    By default each is None: a file may hold what its bytes spell out, and expand to 4 million numbers, 16 per point, and
-    to 4 more per byte.
+    By default each is None: a file may hold what its bytes spell out, and expand to 4 million numbers, 16 per point,
+    and to 4 more per byte.
 
     Parameters
     ----------
