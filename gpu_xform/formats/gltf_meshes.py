@@ -4,6 +4,7 @@ Section numbers are those of the glTF 2.0 specification.
 """
 
 import json
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,7 +13,7 @@ import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError, MissingExtraError
-from ..geometry.attributes import Attributes
+from ..geometry.attributes import Attributes, freeze_value
 from ..geometry.deformable_mesh import Influences
 from ..geometry.mesh import Mesh, count_corners, take_over
 from .gltf_accessors import Accessors, get_count
@@ -41,14 +42,15 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
     Raises MeshError if buffers, views, accessors and primitives disagree with one another.
     """
     found: list[list[Primitive]] = []
-    materials = document.get("materials", [])
+    materials = freeze_value(document.get("materials", []))  # which many primitives may share
     names = make_names([material.get("name") for material in materials], "material")
     for i, mesh in enumerate(document.get("meshes", [])):
         shared: dict[str, list[Primitive]] = {}
+        said = freeze_value({name: value for name, value in mesh.items() if name not in ("primitives", "weights")})
         for p, part in enumerate(mesh["primitives"]):
             if "POSITION" not in part["attributes"]:  # nothing to show, unless an extension says where (3.7.2.1)
                 continue
-            budget().take_numbers(_count_numbers(part, accessors), f"mesh {i}")
+            budget().take_numbers(_count_numbers(part, accessors) + len(said), f"mesh {i}")
             primitive = _read_primitive(part, accessors, f"mesh {i}")
             is_empty = primitive.mesh.n_faces == 0 and get_count(part, "mode", _TRIANGLES) != _POINTS
             if is_empty or not primitive.mesh.n_points:
@@ -56,7 +58,7 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
             material = get_count(part, "material") if "material" in part else None
             described = None if material is None else (names[material], materials[material])
             key = _make_key(part) if primitive.mesh.n_faces else str(p)
-            shared.setdefault(key, []).append(replace(primitive, mesh=_describe(primitive.mesh, mesh, part, described)))
+            shared.setdefault(key, []).append(replace(primitive, mesh=_describe(primitive.mesh, said, part, described)))
         found.append([_join(primitives) for primitives in shared.values()])
     return found
 
@@ -131,14 +133,14 @@ def _read_primitive(part: Any, accessors: Accessors, owner: str) -> Primitive:
     return Primitive(Mesh(positions, attributes={"point": table} if table else None), targets, influences)
 
 
-def _describe(mesh: Mesh, owner: Any, part: Any, material: tuple[str, Any] | None) -> Mesh:
-    """Return a mesh with its material, and with what the file says of it and of the mesh that it is a part of."""
-    metadata = {name: value for name, value in owner.items() if name not in ("primitives", "weights")}
+def _describe(mesh: Mesh, said: Mapping[str, Any], part: Any, material: tuple[str, Any] | None) -> Mesh:
+    """Return a mesh with its material, and with what the file says of it and, in `said`, of what it is a part of."""
+    metadata = said
     own = {name: part[name] for name in ("extras", "extensions") if name in part}
     if _DRACO in own.get("extensions", {}):
         own["extensions"] = {name: value for name, value in own["extensions"].items() if name != _DRACO}
     if own := {name: value for name, value in own.items() if value}:
-        metadata["primitive"] = own
+        metadata = {**said, "primitive": own}
     if material is None and not metadata:
         return mesh
     attributes = mesh.attributes

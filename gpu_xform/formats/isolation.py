@@ -22,7 +22,7 @@ import numpy.typing as npt
 
 from .._core.limited_process import begin_limited, describe_end, limit_work, run_limited
 from ..errors import ArgumentError, MeshError, MeshWarning, MissingExtraError
-from ..geometry.attributes import Attributes, RaggedArray
+from ..geometry.attributes import Attributes, FrozenDict, FrozenTuple, RaggedArray, freeze_value
 from ..geometry.deformable_mesh import DeformableMesh, Influences, Skin
 from ..geometry.joints import Joint, Mimic
 from ..geometry.mesh import Mesh
@@ -123,7 +123,7 @@ def _build(answer: dict[str, Any], memory: int, build: Callable[[Any], Model]) -
     n_bytes = os.fstat(memory).st_size
     shared = mmap.mmap(memory, n_bytes, access=mmap.ACCESS_READ) if n_bytes else b""
     try:
-        return build(_decode(answer["model"], shared, {}))
+        return build(_decode(answer["model"], shared, []))
     except MeshError:
         raise
     except Exception as error:  # whatever a child that a file has taken over may answer
@@ -220,36 +220,67 @@ def _build_scene(parts: Any) -> Scene:
     return scene
 
 
-def _encode(value: Any, append: Callable[[npt.NDArray[Any]], list[Any]]) -> Any:
-    """Return a value as JSON holds it; `append` puts an array into the shared memory, and returns where, and what."""
+def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int], known: dict[int, tuple[Any, int]]) -> Any:
+    """Return a value as JSON holds it; `append` puts an array into the shared memory, and returns where.
+
+    known : what was encoded, and its number, by its identity: what several parts of the model share is there once
+    """
+    if not isinstance(value, FrozenDict | tuple | np.ndarray | bytes | bytearray | memoryview):
+        return _encode_once(value, append, known)
+    if id(value) in known:
+        return {"again": known[id(value)][1]}
+    made = _encode_once(value, append, known)
+    known[id(value)] = value, len(known)
+    return {"frozen": made} if isinstance(value, FrozenDict | FrozenTuple) else made
+
+
+def _encode_once(value: Any, append: Callable[[npt.NDArray[Any]], int], known: dict[int, tuple[Any, int]]) -> Any:
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in _KINDS:
             raise MeshError(f"an attribute of dtype {value.dtype} cannot be carried out of isolation")
-        return {"array": append(value)}
+        array = np.ascontiguousarray(value)
+        return {"array": [append(array), list(array.shape), array.dtype.str]}
     if isinstance(value, RaggedArray):
-        return {"ragged": [_encode(value.values, append), _encode(value.offsets, append)]}
+        return {"ragged": [_encode(value.values, append, known), _encode(value.offsets, append, known)]}
     if isinstance(value, bytes | bytearray | memoryview):
-        return {"bytes": _encode(np.frombuffer(value, np.uint8), append)}
+        return {"bytes": _encode_once(np.frombuffer(value, np.uint8), append, known)}
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, Mapping):
-        return {"map": [[_encode(key, append), _encode(each, append)] for key, each in value.items()]}
+        return {"map": [[_encode(key, append, known), _encode(each, append, known)] for key, each in value.items()]}
     if isinstance(value, tuple):
-        return {"tuple": [_encode(each, append) for each in value]}
+        return {"tuple": [_encode(each, append, known) for each in value]}
     if isinstance(value, list):
-        return [_encode(each, append) for each in value]
+        return [_encode(each, append, known) for each in value]
     if value is None or isinstance(value, bool | int | float | str):
         return value
     raise MeshError(f"{type(value).__name__} cannot be carried out of isolation")
 
 
-def _decode(value: Any, shared: Any, copied: dict[tuple[Any, ...], npt.NDArray[Any]]) -> Any:
-    """Return what `_encode` was given, with arrays copied out of the shared memory, each once, and read-only."""
+def _decode(value: Any, shared: Any, known: list[Any]) -> Any:
+    """Return what `_encode` was given, with arrays copied out of the shared memory, each once, and read-only.
+
+    known : what was decoded and cannot change, by its number
+    """
     if isinstance(value, list):
-        return [_decode(each, shared, copied) for each in value]
+        return [_decode(each, shared, known) for each in value]
     if not isinstance(value, dict):
         return value
     ((kind, content),) = value.items()
+    match kind:
+        case "again":
+            return known[content]
+        case "frozen":
+            ((kind, content),) = content.items()
+            made = freeze_value(_decode_once(kind, content, shared, known))
+        case _:
+            made = _decode_once(kind, content, shared, known)
+    if isinstance(made, FrozenDict | tuple | np.ndarray | bytes):
+        known.append(made)
+    return made
+
+
+def _decode_once(kind: str, content: Any, shared: Any, known: list[Any]) -> Any:
     match kind:
         case "array":
             start, shape, text = content
@@ -260,19 +291,18 @@ def _decode(value: Any, shared: Any, copied: dict[tuple[Any, ...], npt.NDArray[A
                 return np.empty(shape, dtype)
             if start + math.prod(shape) * dtype.itemsize > len(shared):
                 raise ValueError("an array is outside of the shared memory")
-            place = start, *shape, dtype
-            if place not in copied:
-                copied[place] = np.ndarray(shape, dtype, shared, start).copy()
-                copied[place].flags.writeable = False
-            return copied[place]
+            array = np.ndarray(shape, dtype, shared, start).copy()
+            array.flags.writeable = False
+            return array
         case "ragged":
-            return RaggedArray(*(_decode(each, shared, copied) for each in content))
+            return RaggedArray(*(_decode(each, shared, known) for each in content))
         case "bytes":
-            return _decode(content, shared, copied).tobytes()
+            ((kind, content),) = content.items()
+            return _decode_once(kind, content, shared, known).tobytes()
         case "map":
-            return {_decode(key, shared, copied): _decode(each, shared, copied) for key, each in content}
+            return {_decode(key, shared, known): _decode(each, shared, known) for key, each in content}
         case "tuple":
-            return tuple(_decode(each, shared, copied) for each in content)
+            return tuple(_decode(each, shared, known) for each in content)
     raise ValueError(f"unknown content {kind!r}")
 
 
@@ -315,13 +345,9 @@ def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any
     folder = None if request["folder"] is None else Path(request["folder"])
     model = read(data, request["kind"], folder, request["tolerance"], limits, request["is_scene"])
     memory, end = request["memory"], 0
-    placed: dict[int, tuple[npt.NDArray[Any], list[Any]]] = {}  # what several parts of the model share is there once
 
-    def append(value: npt.NDArray[Any]) -> list[Any]:
+    def append(array: npt.NDArray[Any]) -> int:
         nonlocal end
-        if id(value) in placed:
-            return placed[id(value)][1]
-        array = np.ascontiguousarray(value)
         start = -(-end // _ALIGNMENT_BYTES) * _ALIGNMENT_BYTES
         rest, end = array.reshape(-1).view(np.uint8).data, start
         try:
@@ -332,7 +358,6 @@ def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any
             if error.errno not in (errno.EFBIG, errno.ENOSPC):
                 raise
             raise MemoryError from None  # the limit of the size of files is that of memory
-        placed[id(value)] = value, [start, list(array.shape), array.dtype.str]
-        return placed[id(value)][1]
+        return start
 
-    return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append)
+    return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append, {})

@@ -304,12 +304,48 @@ def sign_of_determinant(matrix: Float64Array) -> float:
         return -1.0 if np.linalg.slogdet(matrix)[0] < 0 else 1.0
 
 
+class FrozenDict(Mapping[Any, Any]):
+    """A mapping of `freeze_value`, which need not be frozen again."""
+
+    __hash__ = None  # type: ignore[assignment]
+    __slots__ = ("_items",)
+
+    def __init__(self, items: dict[Any, Any]) -> None:
+        self._items = items
+
+    def __getitem__(self, key: Any) -> Any:
+        return self._items[key]
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._items)
+
+    def __len__(self) -> int:
+        return len(self._items)
+
+    def __eq__(self, other: object) -> bool:
+        return self is other or self._items == other
+
+    def __repr__(self) -> str:
+        return repr(self._items)
+
+
+class FrozenTuple(tuple[Any, ...]):
+    """A tuple of `freeze_value`, which need not be frozen again."""
+
+    __slots__ = ()
+
+
 def freeze_value(value: Any) -> Any:
-    """Return plain data that cannot be written to: mappings, tuples for lists, and read-only arrays, at any depth."""
+    """Return plain data that cannot be written to: mappings, tuples for lists, and read-only arrays, at any depth.
+
+    What it has returned once it returns as it is: many meshes may share it.
+    """
+    if isinstance(value, FrozenDict | FrozenTuple):
+        return value
     if isinstance(value, Mapping):
-        return MappingProxyType({key: freeze_value(item) for key, item in value.items()})
+        return FrozenDict({key: freeze_value(item) for key, item in value.items()})
     if isinstance(value, list | tuple):
-        return tuple(map(freeze_value, value))
+        return FrozenTuple(map(freeze_value, value)) if value else ()
     return _as_read_only(value, "value") if isinstance(value, np.ndarray) else value
 
 

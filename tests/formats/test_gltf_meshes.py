@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from gpu_xform import Mesh, Scene, load_mesh, load_scene, rotate_z, samples, scale, translate
 from gpu_xform.errors import MeshError, MissingExtraError
 from gpu_xform.geometry.deformable_mesh import DeformableMesh
-from tests.support.gltf_files import Builder
+from tests.support.gltf_files import Builder, document, pack
 
 CUBE = samples.cube().to_trimesh()
 POINTS = np.asarray(CUBE.vertices, np.float32)
@@ -511,6 +511,35 @@ def test_points_stand_beside_triangles() -> None:
     builder.node(mesh=0)
     assert np.array_equal(mesh_of(builder).positions, [*POINTS, (9, 9, 9), (8, 8, 8)])
     assert [layer.model.n_faces for layer in scene_of(builder).layers()] == [12, 0]
+
+
+def many_parts(n: int, **said: Any) -> Any:
+    """Return a document of a mesh that says something, of so many primitives that say something else each."""
+    content = document()
+    parts = [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0, "extras": i + 1} for i in range(n)]
+    content["meshes"] = [{"name": "all", "primitives": parts, **said}]
+    content["materials"] = [{"name": "blue", "extras": [[1], {"a": [2]}]}]
+    return content
+
+
+@pytest.mark.parametrize("isolated", [False, True])
+def test_parts_share_what_their_mesh_and_their_material_say(isolated: bool) -> None:
+    data = pack(many_parts(3, extras=[[3], {"b": [4]}]))
+    scene = load_scene(io.BytesIO(data), file_type="glb", isolated=isolated)
+    meshes = [shown.model for shown in scene["node 0"].models]
+    assert [mesh.metadata["gltf"] for mesh in meshes] == [
+        {"name": "all", "extras": ((3,), {"b": (4,)}), "primitive": {"extras": i + 1}} for i in range(3)
+    ]
+    assert len({id(mesh.metadata["gltf"]["extras"]) for mesh in meshes}) == 1
+    assert len({id(mesh.attributes.material["blue"]) for mesh in meshes}) == 1
+    assert meshes[0].attributes.material == {"blue": {"name": "blue", "extras": ((1,), {"a": (2,)})}}
+
+
+def test_words_of_a_mesh_are_counted_for_each_of_its_parts() -> None:
+    """Of 170 kB, 700 parts would hold 10,000 words each."""
+    data = pack(many_parts(700, **{f"{i}": 0 for i in range(10_000)}))
+    with pytest.raises(MeshError, match=r"mesh 0: expands to more than .* the limit FileLimits\(points="):
+        load_mesh(io.BytesIO(data), file_type="glb")
 
 
 def test_primitives_without_positions_show_nothing() -> None:

@@ -144,12 +144,12 @@ def assert_same(value: Any, expected: Any) -> None:
 def test_all_of_a_scene_goes_through_the_shared_memory() -> None:
     scene, memory = make_scene(), bytearray()
 
-    def append(array: Array) -> list[Any]:
+    def append(array: Array) -> int:
         memory.extend(bytes(-len(memory) % 16) + array.tobytes())
-        return [len(memory) - array.nbytes, list(array.shape), array.dtype.str]
+        return len(memory) - array.nbytes
 
-    sent = json.loads(json.dumps(isolation._encode(isolation._describe_scene(scene), append)))
-    built = isolation._build_scene(isolation._decode(sent, memory, {}))
+    sent = json.loads(json.dumps(isolation._encode(isolation._describe_scene(scene), append, {})))
+    built = isolation._build_scene(isolation._decode(sent, memory, []))
     assert_same(isolation._describe_scene(built), isolation._describe_scene(scene))
     assert built["hand"].models[1].model is built["arm"].models[0].model
 

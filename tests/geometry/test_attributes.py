@@ -70,6 +70,19 @@ def test_an_array_that_is_closed_to_writing_is_not_copied() -> None:
     assert again.attributes.point["normal"] is mesh.attributes.point["normal"]
 
 
+def test_what_is_frozen_is_not_frozen_again() -> None:
+    given = {"layers": [{"depth": 1}, [], [2, [3]]], "name": "wood"}
+    mesh = Mesh(POINTS, FACES, attributes={"material": {"a": given}}, metadata=given)
+    assert mesh.metadata == given | {"layers": ({"depth": 1}, (), (2, (3,)))} == mesh.attributes.material["a"]
+    assert repr(mesh.metadata) == "{'layers': ({'depth': 1}, (), (2, (3,))), 'name': 'wood'}"
+    again = mesh.with_attributes(mesh.attributes, keep=True, metadata={"within": mesh.metadata, **mesh.metadata})
+    assert again.metadata["within"] is mesh.metadata
+    assert again.metadata["layers"] is mesh.metadata["layers"]
+    assert again.attributes.material["a"] is mesh.attributes.material["a"]
+    given["layers"][0]["depth"] = 7  # type: ignore[index]
+    assert again.metadata["layers"][0]["depth"] == 1
+
+
 @pytest.mark.parametrize("protocol", range(pickle.HIGHEST_PROTOCOL + 1))
 def test_copies_and_pickles_have_the_same_attributes(protocol: int) -> None:
     mesh = attributed()
