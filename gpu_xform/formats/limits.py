@@ -25,6 +25,9 @@ FREE_BYTES = 1 << 20
 # How dense words and nodes may be in a text, as each takes time to parse: what holds data has longer ones.
 FREE_PARTS, BYTES_PER_PART = 1 << 16, 4
 FREE_SPELLED_NODES, BYTES_PER_NODE, PARTS_PER_NODE = 1 << 13, 16, 16
+# How dense elements and attributes may be in XML, by the bytes that it is compressed to: the most regular meshes, grids
+# and voxels, have 3.9 bytes per vertex or triangle.
+FREE_ELEMENTS, BYTES_PER_ELEMENT, ATTRIBUTES_PER_ELEMENT = 1 << 16, 3, 6
 # How small chunks may be that are decompressed one by one, as each takes time however little it holds.
 FREE_CHUNKS, BYTES_PER_CHUNK = 1 << 11, 1 << 10
 
@@ -104,6 +107,7 @@ class Budget:
         self._values = 0
         self._nodes = 0
         self._spelled_nodes = 0
+        self._elements = 0
         self._unpacked = 0
         self.is_spent = False  # which an error has said
         self._most_numbers = self._most_nodes = 0
@@ -139,6 +143,17 @@ class Budget:
                 if allowed > most:
                     bound = f"{PARTS_PER_NODE} for each of the nodes that {_name('nodes', limit)} allows"
                 raise MeshError(f"it is made of {count:,} {what}, more than {bound}")
+
+    def take_elements(self, n_elements: int, n_attributes: int) -> None:
+        """Count elements of compressed XML; raise MeshError for more than a file of its size has that holds data."""
+        self._elements += max(n_elements, n_attributes // ATTRIBUTES_PER_ELEMENT)
+        limit = self.limits.nodes
+        most = max(FREE_ELEMENTS + self._n_bytes // BYTES_PER_ELEMENT, PARTS_PER_NODE * (limit or 0))
+        if self._elements > most:
+            raise MeshError(
+                f"it is made of more than {most:,} elements of {ATTRIBUTES_PER_ELEMENT} attributes, "
+                f"the limit {_name('nodes', limit)}"
+            )
 
     def require_chunks(self, n_chunks: int) -> None:
         """Raise MeshError for more compressed chunks than a file of its size has that holds data."""

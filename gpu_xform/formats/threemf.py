@@ -18,11 +18,12 @@ from ..geometry.scene import Scene
 from ._text import quote
 from .gltf import merge_scene
 from .gltf_placements import make_names
-from .limits import budget
+from .limits import BYTES_PER_NODE, NODES_PER_NODE, budget
 from .threemf_properties import GROUPS, Group, build_attributes, read_group
 
 _MAX_BYTES = 1 << 30
 _MAX_RATIO = 40  # 3MF's XML shrinks to a tenth or less; bombs to a thousandth
+_MAX_ALLOWED_RATIO = 3  # of what it unpacks to, which copies of its objects are counted by
 _MAX_DEPTH = 256
 _MILLIMETRES = {"micron": 1e-3, "millimeter": 1.0, "centimeter": 10.0, "inch": 25.4, "foot": 304.8, "meter": 1000.0}
 # Extensions that may be required: what they add is read, or leaves the triangles of each object as they are.
@@ -35,8 +36,8 @@ _MODEL_RELATIONSHIP = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dmo
 _Key = tuple[str, str]
 """An object's part and id."""
 
-_Placed = tuple[_Key, Float64Array, str | None, int | None, tuple[_Key, ...]]
-"""An object in its parent: its matrix, its name, the index of the parent, and the objects that it is in."""
+_Placed = tuple[_Key, Float64Array, str | None, int | None, int]
+"""An object in its parent: its matrix, its name, the index of the parent, and how many objects it is in."""
 
 
 @dataclass
@@ -58,6 +59,12 @@ class _Package:
     metadata: dict[str, str] = field(default_factory=dict)
     n_textures: int = 0
     n_slice_stacks: int = 0
+    n_places: int = 0  # objects, components and items that it spells out
+
+    def spell(self, n_places: int) -> None:
+        """Count objects, components or items before they are read; raise MeshError for too many for its size."""
+        self.n_places += n_places
+        budget().require_parts(0, self.n_places)
 
 
 def read(data: bytes) -> Mesh:
@@ -81,8 +88,11 @@ def read_scene(data: bytes) -> Scene:
             if unpacked > _MAX_BYTES:
                 raise MeshError(f"unpacks to {unpacked} bytes, more than the {_MAX_BYTES} that are allowed")
             budget().take_bytes(unpacked, _MAX_RATIO, "the container")
-            budget().allow_bytes(unpacked)
             package = _read_package({entry.filename.strip("/"): entry for entry in container.infolist()}, container)
+            # Before more bytes are allowed: components may show as many nodes as a file of its size spells out.
+            shown = max(package.n_places, min(NODES_PER_NODE * package.n_places, len(data) // BYTES_PER_NODE))
+            budget().spell_nodes(-(-shown // NODES_PER_NODE))
+            budget().allow_bytes(min(unpacked, _MAX_ALLOWED_RATIO * len(data)))
     except MeshError:
         raise
     except (zipfile.BadZipFile, ValueError, NotImplementedError, EOFError, OSError, RuntimeError, zlib.error) as error:
@@ -148,6 +158,7 @@ def _read_part(part: str, content: bytes, package: _Package, *, is_root: bool) -
             package.n_slice_stacks += 1
         elif tag == "object":
             identifier = element.get("id")
+            package.spell(1 + sum(len(child) for child in element if _local_name(child) == "components"))
             mesh = next((child for child in element if _local_name(child) == "mesh"), None)
             components = [
                 (_name_object(child, part, named), _read_transform(child, part))
@@ -165,6 +176,7 @@ def _read_part(part: str, content: bytes, package: _Package, *, is_root: bool) -
                 for group in child:
                     del group[:]  # while no child of it is an object of Python, which would make it slow
         elif tag == "build" and is_root:
+            package.spell(len(element))
             for item in element:
                 if _local_name(item) == "item":
                     key = _name_object(item, part, named)
@@ -183,6 +195,7 @@ def _parse(part: str, content: bytes, *tags: str) -> Iterator[Any]:
         from lxml import etree
     except ImportError:
         raise MissingExtraError("3MF needs lxml: pip install 'gpu_xform[3mf]'") from None
+    budget().take_elements(content.count(b"<") - content.count(b"</"), content.count(b"="))
     # Undefined prefixes, which samples of the format itself have, are forgiven, and no other error.
     options = {"resolve_entities": False, "no_network": True, "load_dtd": False, "recover": True}
     context = etree.iterparse(BytesIO(content), tag=[f"{{*}}{tag}" for tag in tags], **options)
@@ -305,23 +318,23 @@ def _build_scene(package: _Package) -> Scene:
     to_millimetres = np.diag([*[_MILLIMETRES[package.unit]] * 3, 1.0])
     placed: list[_Placed] = []
     waiting: list[_Placed] = [
-        (key, to_millimetres @ matrix, name, None, ()) for key, matrix, name in reversed(package.items)
+        (key, to_millimetres @ matrix, name, None, 0) for key, matrix, name in reversed(package.items)
     ]
-    n_components = sum(len(found.components) for found in package.objects.values())
-    budget().spell_nodes(len(package.items) + n_components)
+    above: dict[_Key, None] = {}  # the objects that the one at hand is in, from the outermost on
     while waiting:
-        key, matrix, name, parent, above = waiting.pop()
+        key, matrix, name, parent, depth = waiting.pop()
+        while len(above) > depth:
+            above.popitem()
         if key not in package.objects:
             raise MeshError(f"there is no object {quote(key[1])} in part {quote(key[0])}")
         if key in above:
             raise MeshError(f"object {quote(key[1])} is a component of itself")
-        budget().require_depth(len(above), _MAX_DEPTH)
+        budget().require_depth(depth, _MAX_DEPTH)
         budget().take_nodes(1, "its components")
         found = package.objects[key]
-        waiting += [
-            (component, local, None, len(placed), (*above, key)) for component, local in reversed(found.components)
-        ]
-        placed.append((key, matrix, name or found.name, parent, above))
+        waiting += [(component, local, None, len(placed), depth + 1) for component, local in reversed(found.components)]
+        placed.append((key, matrix, name or found.name, parent, depth))
+        above[key] = None
     names = make_names([name for _, _, name, _, _ in placed], "item")
     scene = Scene(metadata={"3mf": _describe(package)})
     nodes: list[Node] = []

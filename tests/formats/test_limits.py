@@ -5,6 +5,7 @@ import contextlib
 import gzip
 import io
 import json
+import string
 import time
 import tracemalloc
 import zipfile
@@ -25,14 +26,16 @@ TRIANGLE_3MF = (
     '<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>'
     '<triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh>'
 )
+ATTRIBUTES = "".join(f' {name}=""' for name in string.ascii_letters)
+NUMBERS_XML = f"<!--{' '.join(map(str, range(25_000)))}-->"  # so that a file is larger
 FACE_97 = "Shape{geometry IndexedFaceSet{coord Coordinate{point[0 0 0 1 0 0 0 1 0]} coordIndex[0 1 2]}}"
 
 
-def threemf(resources: str, item: str) -> bytes:
+def threemf(resources: str, item: str, *, level: int | None = None) -> bytes:
     namespace = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
     model = f'<model xmlns="{namespace}"><resources>{resources}</resources><build>{item}</build></model>'
     file = io.BytesIO()
-    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as container:
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED, compresslevel=level) as container:
         container.writestr("3D/3dmodel.model", model)
     return file.getvalue()
 
@@ -77,6 +80,29 @@ BOMBS: dict[str, tuple[str, Callable[[], bytes], str]] = {
         "nodes",
     ),
     "an archive": ("3mf", lambda: threemf(" " * 10_000_000, ""), "unpacked_bytes"),
+    "components of a few items": (
+        "3mf",
+        lambda: threemf(
+            f'<object id="0">{TRIANGLE_3MF}</object><object id="1"><components>'
+            + 6000 * '<component objectid="0"/>'
+            + "</components></object>",
+            8 * '<item objectid="1"/>',
+        ),
+        "nodes",
+    ),
+    "items": (
+        "3mf",
+        lambda: threemf(f'<object id="0">{TRIANGLE_3MF}</object>', 20_000 * '<item objectid="0"/>'),
+        "nodes",
+    ),
+    "objects": ("3mf", lambda: threemf(15_000 * "<object/>", ""), "nodes"),
+    "empty elements": ("3mf", lambda: threemf(200_000 * "<a/>", ""), "nodes"),
+    "vertices": (
+        "3mf",
+        lambda: threemf(f"<object><mesh><vertices>{70_000 * '<vertex/>'}</vertices></mesh></object>", ""),
+        "nodes",
+    ),
+    "attributes": ("3mf", lambda: threemf(12_000 * f"<a{ATTRIBUTES}/>", NUMBERS_XML), "nodes"),
     "USE": (
         "wrl",
         lambda: vrml(
@@ -207,6 +233,23 @@ def test_what_a_file_holds_itself_is_not_refused() -> None:
         assert gx.load_mesh(io.BytesIO(file.getvalue()), file_type=kind).n_faces == sphere.n_faces
     forest = "".join(f"Transform{{translation {i} 0 0 children USE A}}\n" for i in range(5000))
     assert gx.load_mesh(io.BytesIO(vrml(f"DEF A {FACE_97}\n{forest}")), file_type="wrl").n_faces == 5001
+
+
+def test_the_most_regular_mesh_that_is_compressed_best_is_not_refused() -> None:
+    corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    sides = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6)]
+    sides += [(0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
+    cells = [(2 * x, 2 * y, 2 * z) for x in range(18) for y in range(18) for z in range(18)]
+    vertices = "".join(f'<vertex x="{x + i}" y="{y + j}" z="{z + k}"/>' for x, y, z in cells for i, j, k in corners)
+    triangles = "".join(
+        f'<triangle v1="{8 * cell + i}" v2="{8 * cell + j}" v3="{8 * cell + k}"/>'
+        for cell in range(len(cells))
+        for i, j, k in sides
+    )
+    mesh = f"<mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>"
+    data = threemf(f'<object id="1">{mesh}</object>', '<item objectid="1"/>', level=9)
+    assert len(data) < 4 * 20 * 18**3
+    assert gx.load_mesh(io.BytesIO(data), file_type="3mf").n_faces == 12 * 18**3
 
 
 CUBE = b"".join(b"v %d %d %d\n" % (x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)) + b"f 1 2 4 3\nf 5 6 8\n"

@@ -172,6 +172,14 @@ def test_what_contradicts_itself_is_refused(old: str, new: str, message: str) ->
     assert message in str(caught.value)
 
 
+def test_components_that_meet_again_above_are_refused() -> None:
+    among = '<object id="3"><components><component objectid="1"/><component objectid="{}"/></components></object>'
+    model = MODEL.replace('<component objectid="1"/>', '<component objectid="3"/>')
+    with pytest.raises(MeshError, match="object '2' is a component of itself"):
+        load(model.replace("</resources>", f"{among.format(2)}</resources>"))
+    assert len(load(model.replace("</resources>", f"{among.format(1)}</resources>"))) == 5
+
+
 def test_components_that_multiply_are_refused() -> None:
     head, tail = MODEL[: MODEL.index('<object id="2"')], MODEL[MODEL.index("</resources>") :]
     doubled = "".join(
