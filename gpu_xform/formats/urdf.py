@@ -23,14 +23,14 @@ from ._xml import parse_xml
 from .gltf import merge_scene
 from .gltf_placements import make_names
 from .limits import budget
-from .urdf_files import PACKAGE_SCHEMES, find_model
+from .urdf_files import PACKAGE_SCHEMES, ModelFinder
 from .vrml_shapes import Polygons, make_box, make_cylinder, make_sphere
 
 ReadModel = Callable[[bytes, str, Path], Mesh | None]
 
 _MAX_DEPTH = 1024
 _MAX_NAMED = 4
-_PRIMITIVE_DISCOUNT = 2  # some thousands of spheres, each of its own size
+_MADE_DISCOUNT = 2  # thousands of spheres, each of its own size, and models in scales and colours
 _Z_FROM_Y = matrices.rotate_x(90, degrees=True)  # the primitives of VRML stand along y, those of URDF along z
 _WHITE = (255, 255, 255, 255)  # of what has no colour, so that `fill="file"` draws all
 _LIMITED = ("revolute", "prismatic")
@@ -165,7 +165,8 @@ def _sort_links(links: list[str], parents: dict[str, str]) -> list[str]:
         level = [child for link in level for child in children.get(link, ())]
         depth += 1
     if len(order) < len(links):
-        raise MeshError(f"link {quote(next(link for link in links if link not in order))} is a part of itself")
+        reached = set(order)
+        raise MeshError(f"link {quote(next(link for link in links if link not in reached))} is a part of itself")
     return order
 
 
@@ -195,7 +196,7 @@ class _Visuals:
     """What links show; files and shapes that are alike are one mesh."""
 
     def __init__(self, robot: Any, folder: Path | None, read_model: ReadModel) -> None:
-        self._folder = folder
+        self._finder = None if folder is None else ModelFinder(folder)
         self._read_model = read_model
         self._colors = {
             element.get("name"): color
@@ -258,7 +259,7 @@ class _Visuals:
         key = shape.tag, sizes, color
         if key not in self._made:
             made = _MAKERS[shape.tag](sizes)
-            budget().take_numbers((made.positions.size + len(made.indices)) // _PRIMITIVE_DISCOUNT, shape.sourceline)
+            budget().take_numbers((made.positions.size + len(made.indices)) // _MADE_DISCOUNT, shape.sourceline)
             self._made[key] = _paint(made, color)
         return self._made[key]
 
@@ -267,19 +268,22 @@ class _Visuals:
         if not name:
             raise MeshError(f"{owner}: a mesh has no file name")
         scale = tuple(_read_numbers(shape, "scale", (1.0, 1.0, 1.0), owner))
-        path = find_model(name, self._folder)
+        path = None if self._finder is None else self._finder.find(name)
         if path is None:
             self._lost[f"{quote_end(name)}, which was not found"] += 1
             self._lacks_package |= name.startswith(PACKAGE_SCHEMES)
             return None
         key = path, scale, color
         if key not in self._made:
-            if path not in self._files:
+            is_another = path in self._files
+            if not is_another:
                 self._files[path] = self._read_file(path)
             mesh = self._files[path]
             if mesh is None:
                 self._lost[f"{quote_end(name)}, of a type that cannot be read"] += 1
                 return None
+            if is_another:
+                budget().take_numbers((mesh.positions.size + len(mesh.indices)) // _MADE_DISCOUNT, shape.sourceline)
             with prefix_errors(owner):
                 moved = mesh if scale == (1.0, 1.0, 1.0) else mesh.transformed(np.diag([*scale, 1.0]))
             self._made[key] = moved if _has_colors(moved) else _paint(moved, color)

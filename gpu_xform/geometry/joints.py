@@ -72,22 +72,21 @@ def resolve_mimics(joints: Mapping[str, Joint]) -> dict[str, Mimic]:
     Raises ArgumentError for a joint that follows one which no number moves, or follows itself.
     """
     found: dict[str, Mimic] = {}
-    for name, joint in joints.items():
-        if joint.mimic is None:
-            continue
-        multiplier, offset, seen, last = 1.0, 0.0, {name}, joint
-        while last.mimic is not None:
-            offset += multiplier * last.mimic.offset
-            multiplier *= last.mimic.multiplier
-            above = last.mimic.joint
-            if above in seen:
+    for name in joints:
+        chain: dict[str, Mimic] = {}  # what is not known yet, from the joint upwards
+        above = name
+        while above not in found and (mimic := joints[above].mimic) is not None:
+            chain[above] = mimic
+            if mimic.joint in chain:
                 raise ArgumentError(f"joint {name!r} follows itself")
-            if above not in joints or joints[above].kind not in MOVED_BY_A_NUMBER:
-                raise ArgumentError(f"joint {last.name!r} follows {above!r}, which is no joint that a number moves")
-            seen.add(above)
-            last = joints[above]
-        found[name] = Mimic(last.name, multiplier, offset)
-    return found
+            if mimic.joint not in joints or joints[mimic.joint].kind not in MOVED_BY_A_NUMBER:
+                raise ArgumentError(f"joint {above!r} follows {mimic.joint!r}, which is no joint that a number moves")
+            above = mimic.joint
+        last, multiplier, offset = found.get(above, Mimic(above, 1.0, 0.0))
+        for follower, mimic in reversed(chain.items()):
+            multiplier, offset = mimic.multiplier * multiplier, mimic.multiplier * offset + mimic.offset
+            found[follower] = Mimic(last, multiplier, offset)
+    return {name: found[name] for name in joints if name in found}
 
 
 def place_nodes(joints: Mapping[str, Joint], values: Mapping[str, Any]) -> dict[str, Float64Array]:

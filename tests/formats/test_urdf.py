@@ -234,6 +234,41 @@ def test_thousands_of_spheres_are_counted_as_they_are_made() -> None:
     assert len(read(f'<robot><link name="a">{sphere.format(5) * 40}</link></robot>')) == 1
 
 
+def test_models_in_many_scales_and_colors_are_counted_as_they_are_made(robot: Path) -> None:
+    """Before, 3,000 scales of a model took 1.7 GB until they were refused."""
+    mesh = '<mesh filename="meshes/tetra.stl" scale="1 1 {}"/>'
+    color = '<mesh filename="meshes/tetra.stl"/></geometry><material name=""><color rgba="0 0 0.{} 1"/></material>'
+    for geometry, end in ((mesh, "</geometry>"), (color, "")):
+        visuals = [f"<visual><geometry>{geometry.format(number)}{end}</visual>" for number in range(10, 50)]
+        robot.write_text(f'<robot><link name="a">{"".join(visuals)}</link></robot>', "utf-8")
+        with pytest.raises(MeshError, match=r"line 1: expands to more than 20 points of 16 numbers"):
+            load_scene(robot, limits=FileLimits(points=20))
+        robot.write_text(f'<robot><link name="a">{visuals[0] * 40}</link></robot>', "utf-8")
+        assert len(load_scene(robot, limits=FileLimits(points=20))["a"].models) == 40
+
+
+def test_paths_of_missing_files_are_not_resolved(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before, a megabyte of names with many folders took 7 s, as each folder of each was looked at in each place."""
+    resolve = Path.resolve
+    resolved: list[Path] = []
+
+    def count(path: Path, strict: bool = False) -> Path:
+        resolved.append(path)
+        return resolve(path, strict)
+
+    monkeypatch.setattr(Path, "resolve", count)
+    counts = []
+    for n in (1, 30):
+        names = [f'<mesh filename="package://p{i}/{"a/" * 50}b.stl"/>' for i in range(n)]
+        visuals = "".join(f"<visual><geometry>{name}</geometry></visual>" for name in names)
+        robot.write_text(f'<robot><link name="a">{visuals}</link></robot>', "utf-8")
+        resolved.clear()
+        with pytest.warns(MeshWarning, match="which was not found"):
+            load_scene(robot)
+        counts.append(len(resolved))
+    assert counts[0] == counts[1]
+
+
 def test_names_that_no_system_has_are_not_looked_for(tmp_path: Path) -> None:
     """Before, a name of a megabyte took two minutes, for each of its parts was looked for with all before it."""
     path = tmp_path / "robot.urdf"

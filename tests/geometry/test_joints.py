@@ -1,6 +1,7 @@
 """Joints of scenes, which numbers move: against rotations of SciPy, in double precision."""
 
 import math
+import time
 from typing import Any
 
 import numpy as np
@@ -69,6 +70,23 @@ def test_chains_of_followers_are_resolved() -> None:
         np.testing.assert_allclose(posed[joint.node].transform, joint.matrix(value), atol=1e-13)
     with pytest.raises(ArgumentError, match=r"poses\['c'\] must not be given.*the joint follows 'a'"):
         scene.posed({"c": 0.1})
+
+
+def test_each_joint_of_long_chains_is_followed_once() -> None:
+    """Before, 8,000 joints took 9 s. They form a tree, in any order; the numbers are such that sums are exact."""
+    random = np.random.default_rng(3)
+    steps = random.choice([1, 1, 2], 6000).tolist()
+    mimics = {k: Mimic(str(max(k - steps[k], 0)), 1.0, float(k)) for k in range(1, 6000)}
+    order = random.permutation(6000).tolist()
+    joints = {str(k): Joint(str(k), "continuous", str(k), np.eye(4), AXIS, mimic=mimics.get(k)) for k in order}
+    begin = time.process_time()
+    found = resolve_mimics(joints)
+    assert time.process_time() - begin < 0.5
+    expected = {"0": 0.0}
+    for k, mimic in mimics.items():
+        expected[str(k)] = k + expected[mimic.joint]
+    assert found == {name: Mimic("0", 1.0, expected[name]) for name in joints if name != "0"}
+    assert list(found) == [name for name in joints if name != "0"]
 
 
 def test_followers_of_themselves_or_of_nothing_are_refused() -> None:
