@@ -33,6 +33,8 @@ class Accessors:
         self._views = document.get("bufferViews", [])
         self._buffers = buffers
         self._unpacked: dict[int, tuple[bytes, int]] = {}
+        self._copies: dict[tuple[int, int, int], bytes] = {}
+        self._n_copied = 0
         self._replaced: dict[int, npt.NDArray[Any]] = {}
         self._rows: dict[int, npt.NDArray[Any]] = {}  # of accessors that primitives share: views, which take no memory
         self._floats = WeakValueDictionary[int, npt.NDArray[Any]]()  # that somebody holds
@@ -117,6 +119,22 @@ class Accessors:
             values /= np.iinfo(rows.dtype).max
             np.maximum(values, -1.0, out=values)
         return values
+
+    def copy_view(self, v: int) -> bytes:
+        """Return the content of buffer view v, one object for all views of one place.
+
+        Raises MeshError if such places overlap, so that they have more bytes than the buffers.
+        """
+        data, _ = self._view(v)
+        if isinstance(data, bytes):  # unpacked, once
+            return data
+        place = id(data.obj), get_count(self._views[v], "byteOffset", 0), len(data)
+        if place not in self._copies:
+            self._n_copied += len(data)
+            if self._n_copied > self.n_bytes:
+                raise MeshError(f"its images overlap: they have {self._n_copied} bytes, its buffers {self.n_bytes}")
+            self._copies[place] = bytes(data)
+        return self._copies[place]
 
     def _read(self, holder: Any, count: int, dtype: np.dtype[Any], kind: str, name: str) -> npt.NDArray[Any]:
         """Return `count` elements of the buffer view that `holder` names, from its byteOffset."""

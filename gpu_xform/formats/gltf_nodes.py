@@ -91,7 +91,7 @@ def _collect_metadata(source: Document, accessors: Accessors) -> dict[str, Any]:
     for image in content.get("images", []):
         kept = {**image}  # unlike `dict`, a TypeError for all else
         if "bufferView" in kept:
-            data.append(bytes(accessors.view_bytes(get_count(kept, "bufferView"))))
+            data.append(accessors.copy_view(get_count(kept, "bufferView")))
             del kept["bufferView"]
         else:
             found = read_image(kept, source.folder, files)
