@@ -53,10 +53,11 @@ def read(data: bytes) -> Mesh:
     """
     header = read_las_header(BytesIO(data))
     require_points_counted(header)
-    import_laspy()
-    n_bytes = header.n_points * header.record_bytes
-    budget().take_bytes(n_bytes, max(_MAX_RATIO, _FREE_BYTES // max(len(data), 1)), "the points")
-    positions, columns = _split_records(_read_records(data, header), parse_laspy_header(BytesIO(data)), header)
+    laspy_header = parse_laspy_header(BytesIO(data))
+    scaled = [each for each in laspy_header.point_format.dimensions if each.is_scaled]  # which become float64
+    n_bytes = header.record_bytes + sum(8 * each.num_elements for each in scaled)
+    budget().take_bytes(header.n_points * n_bytes, max(_MAX_RATIO, _FREE_BYTES // max(len(data), 1)), "the points")
+    positions, columns = _split_records(_read_records(data, header), laspy_header, header)
     if all(name in columns for name in _WAVE_VECTOR):  # which no model's matrix would turn
         warn(f"the vectors of waveforms are left out: {', '.join(_WAVE_VECTOR)}")
         for name in _WAVE_VECTOR:

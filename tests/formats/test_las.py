@@ -62,6 +62,23 @@ def test_few_bytes_cannot_unpack_to_gigabytes(tmp_path: Path) -> None:
         load_mesh(path, limits=gx.FileLimits(points=1000))
 
 
+@pytest.mark.parametrize("scaled", [True, False])
+def test_numbers_that_a_scale_makes_float64_count_as_such(tmp_path: Path, scaled: bool) -> None:
+    """Before, 41 kB of bytes with scales took 469 MB."""
+    header = laspy.LasHeader(point_format=6, version="1.4")
+    scales = {"scales": np.full(3, 0.5), "offsets": np.zeros(3)} if scaled else {}
+    header.add_extra_dim(laspy.ExtraBytesParams(name="bytes", type="3u1", **scales))
+    scan = laspy.LasData(header)
+    scan.x = np.zeros(1_000)
+    scan.write(tmp_path / "in.laz")
+    n_bytes = 1_000 * (30 + 3 + (3 * 8 if scaled else 0))
+    path = tmp_path / "in.laz"
+    column = np.asarray(load_mesh(path, limits=gx.FileLimits(unpacked_bytes=n_bytes)).attributes.point["bytes"])
+    assert (column.dtype, column.shape) == (np.dtype("f8" if scaled else "u1"), (1_000, 3))
+    with pytest.raises(gx.MeshError, match=f"the points: unpacks to more than the {n_bytes - 1:,} bytes"):
+        load_mesh(path, limits=gx.FileLimits(unpacked_bytes=n_bytes - 1))
+
+
 def test_few_bytes_cannot_hold_chunks_without_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     make_las(tmp_path / "in.las", 60_000, 6, normals=False)  # two chunks
     laspy.read(tmp_path / "in.las").write(tmp_path / "in.laz")
