@@ -114,7 +114,7 @@ class FileSink:
 
         If the block raises, the file stays if it holds at least one part.
         """
-        with self.name_destination():
+        with name_in_refusals(str(self._partial) if self._partial.is_dir() else self._destination):
             self._file = self._open_locked()
         with self._close_named():
             held = os.fstat(self._file.fileno()).st_size

@@ -163,8 +163,9 @@ class OtherWorkError(ArgumentError):
     def of(cls, partial: object) -> "OtherWorkError":
         """Return the error about an unfinished result at a path."""
         return cls(
-            f"resume: {str(partial)!r} belongs to other work, or was computed by another device or by workers, which "
-            f"round otherwise; run without resume to replace it"
+            f"{str(partial)!r} belongs to other work, or was computed by another device or by workers, which round "
+            f"otherwise; run without resume to replace it",
+            argument="resume",
         )
 
 

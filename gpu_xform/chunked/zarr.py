@@ -209,7 +209,7 @@ class ZarrSink:
             if resume and before and before != work:  # without a folder: it was renamed, and its process killed
                 raise OtherWorkError.of(self._partial)
             try:
-                with name_in_refusals(self._destination):
+                with name_in_refusals(str(self._partial) if self._partial.is_file() else self._destination):
                     if not (resume and before == work and self._partial.exists()):
                         journal = []
                         if self._partial.exists():

@@ -49,6 +49,18 @@ def choose_device(options: Namespace) -> "Device":
     return device
 
 
+def choose_drawing_device(options: Namespace) -> "Device":
+    """Return the device of `choose_device`; raise `ArgumentError` if it is the host, which draws no pictures."""
+    from ..device import ADAPTER_VARIABLE
+    from ..host import HostDevice
+
+    device = choose_device(options)
+    if isinstance(device, HostDevice):
+        source = ADAPTER_VARIABLE if options.adapter is None else "--adapter"
+        raise ArgumentError(f"{source}: the host device draws no pictures: that takes a graphics adapter")
+    return device
+
+
 def collect_style_arguments(options: Namespace) -> dict[str, Any]:
     """Return the keywords of `Layer` that were typed; files are not read."""
     return {name: getattr(options, name) for name in STYLE_NAMES if name in options}

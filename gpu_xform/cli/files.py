@@ -2,16 +2,16 @@
 
 import contextlib
 import csv
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 import numpy as np
 import numpy.typing as npt
 
 from .._core import npy
 from .._core.atomic_files import atomic_write
-from .._core.error_context import prefix_errors
+from .._core.error_context import prefix_error, prefix_errors
 from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
     from ..geometry.scene import Scene
+
+Model = TypeVar("Model")
 
 
 def read_mesh(
@@ -38,7 +40,7 @@ def read_mesh(
         with name_file_in_errors(path):
             return merge_scene(posed)
     with report_stage(f"read {path}") as details:
-        mesh = load_mesh(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
+        mesh = load_model(load_mesh, path, declared_type, tolerance)
         details.append(f"{mesh.n_points:,} points, {mesh.n_faces:,} faces")
     return mesh
 
@@ -50,7 +52,7 @@ def read_scene(
     from ..formats import load_scene
 
     with report_stage(f"read {path}") as details:
-        scene = load_scene(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
+        scene = load_model(load_scene, path, declared_type, tolerance)
         details.append(f"{len(scene):,} nodes")
     if pose is None:
         return scene
@@ -58,6 +60,16 @@ def read_scene(
         raise ArgumentError(f"--pose is for robots, {path} has no joints")
     with prefix_errors("--pose"):
         return scene.posed(pose)
+
+
+def load_model(
+    load: Callable[..., Model], path: str, declared_type: str | None, tolerance: float | None = None
+) -> Model:
+    """Return what `load_mesh` or `load_scene` makes of `path`; an error about isolation names its option."""
+    try:
+        return load(open_source(path), file_type=file_type(path, declared_type), tolerance=tolerance)
+    except ArgumentError as error:
+        raise (prefix_error(error, "--isolated") if error.argument == "isolated" else error) from error.__cause__
 
 
 def write_mesh(mesh: Mesh, path: str, file_type: str) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from .._core.types import Float64Array
 from . import exit_codes, files, references
 from .argument_types.paths import PAGE_TYPES
-from .arguments_from_options import choose_device, collect_picture_arguments, compose_transforms
+from .arguments_from_options import choose_drawing_device, collect_picture_arguments, compose_transforms
 from .contact_sheet import SheetOfModels
 from .exit_codes import MISMATCH
 from .option_errors import name_options_in_errors
@@ -44,7 +44,7 @@ def make_pictures(options: argparse.Namespace, pictures: Sequence[PlannedPicture
     sheet = None
     if options.sheet is not None:
         sheet = SheetOfModels(options, [picture.models[0] for picture in pictures])
-    open_device = _keep(lambda: choose_device(options))  # once for all pictures, when the first is read
+    open_device = _keep(lambda: choose_drawing_device(options))  # once for all pictures, when the first is read
     make = functools.partial(_make_picture, options, compose_transforms(options), open_device, sheet)
     for path in unused:
         print_stderr(f"gpu-xform: warning: {path}: no model has this reference\n")

@@ -4,7 +4,7 @@ import contextlib
 from argparse import Namespace
 from collections.abc import Iterator, Sequence
 
-from .._core.error_context import prefix_error
+from .._core.error_context import has_prefix, prefix_error
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from .paths import describe_files
 
@@ -64,14 +64,14 @@ def name_options_in_errors(options: Namespace, paths: Sequence[str]) -> Iterator
     try:
         yield
     except MeshError as error:
-        if options.extra_layers or not paths:
+        if options.extra_layers or not paths or any(has_prefix(error, path) for path in paths):
             raise
         raise prefix_error(error, describe_files(paths)) from error.__cause__
     except (ArgumentError, ArgumentTypeError) as error:
         flag = OPTIONS_OF_ARGUMENTS.get(error.argument or "")
         if error.argument == "max_substeps":
             flag = ", ".join(name for name in MATERIAL if getattr(options, name[2:].replace("-", "_")) is not None)
-        named = prefix_error(error, flag) if flag else error
+        named = prefix_error(error, flag) if flag and not has_prefix(error, flag) else error
         if subject and error.argument is not None and (not flag or flag in _OF_MODELS):
             named = prefix_error(named, subject)
         raise named from error.__cause__

@@ -83,14 +83,16 @@ class FileLimits:
             value = getattr(self, each.name)
             if value is None:
                 continue
+            is_whole = each.name != "cpu_s"
+            expected = f"be a positive {'whole ' * is_whole}number"
             try:
-                number = float(value) if each.name == "cpu_s" else operator.index(value)
+                number = operator.index(value) if is_whole else float(value)
             except OverflowError:
                 number = float("inf")
             except (TypeError, ValueError):
-                raise ArgumentTypeError.expecting(each.name, "be a number", repr(value)) from None
+                raise ArgumentTypeError.expecting(each.name, expected, repr(value)) from None
             if isinstance(value, bool) or not 0 < number < float("inf"):
-                raise ArgumentError.expecting(each.name, "be a positive number", repr(value))
+                raise ArgumentError.expecting(each.name, expected, repr(value))
             object.__setattr__(self, each.name, number)
 
 

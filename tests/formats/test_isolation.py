@@ -335,11 +335,26 @@ def test_the_command_reads_in_isolation(working_folder: Path, capsys: pytest.Cap
     message = error_of(["transform", "scan.ply", "y.ply", "--isolated", "--file-limits", "points=3"], capsys)
     assert "scan.ply: it has 4 points, more than FileLimits(points=3) allows" in message
     gx.save_mesh(gx.samples.cube(), "cube.glb")
-    assert "cube.glb: --isolated reads meshes, and glTF that" in error_of(
-        ["transform", "cube.glb", "x.glb", "--isolated"], capsys
+    for options, flag in (
+        (["--isolated"], "--isolated"),
+        (["--file-limits", "cpu_s=1"], "--file-limits of cpu_s and memory_bytes"),
+        (["--file-limits", "memory_bytes=1e9"], "--file-limits of cpu_s and memory_bytes"),
+    ):
+        message = error_of(["transform", "cube.glb", "x.glb", *options], capsys)
+        assert f"cube.glb: {flag} is for meshes, and glTF that becomes glTF is copied" in message
+
+
+@pytest.mark.parametrize(
+    "command", ["info cube.glb", "render cube.glb -o x.png", "transform cube.glb x.ply", "simulate cube.glb -o x.gif"]
+)
+@pytest.mark.usefixtures("working_folder")
+def test_limits_without_isolation_are_told_of_by_its_option(command: str, capsys: pytest.CaptureFixture[str]) -> None:
+    gx.save_mesh(gx.samples.cube(), "cube.glb")
+    message = error_of([*command.split(), "--file-limits", "cpu_s=1"], capsys)
+    path = "cube.glb: " * command.startswith("info")
+    assert message == (
+        f"gpu-xform: error: {path}--isolated: isolated must be set for limits of cpu_s and memory_bytes\n"
     )
-    message = error_of(["info", "cube.glb", "--file-limits", "cpu_s=1"], capsys)
-    assert "isolated must be set for limits of cpu_s and memory_bytes" in message
 
 
 def test_a_layer_of_the_command_is_read_in_isolation(

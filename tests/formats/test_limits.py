@@ -5,6 +5,7 @@ import contextlib
 import gzip
 import io
 import json
+import re
 import string
 import time
 import tracemalloc
@@ -386,7 +387,9 @@ def test_a_file_beside_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     ],
 )
 def test_what_is_no_limit_is_refused(given: dict[str, Any], error: type[Exception]) -> None:
-    with pytest.raises(error, match=f"{next(iter(given))} must be a"):
+    ((name, value),) = given.items()
+    kind = "number" if name == "cpu_s" else "whole number"
+    with pytest.raises(error, match=re.escape(f"{name} must be a positive {kind}, got {value!r}")):
         gx.FileLimits(**given)
     with pytest.raises(ArgumentTypeError, match="limits must be FileLimits"):
         gx.load_mesh(io.BytesIO(CUBE), file_type="obj", limits=given)  # type: ignore[arg-type]
@@ -394,9 +397,15 @@ def test_what_is_no_limit_is_refused(given: dict[str, Any], error: type[Exceptio
 
 def test_the_command_takes_limits(working_folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (working_folder / "cube.obj").write_bytes(CUBE)
-    for command in (["info", "cube.obj"], ["transform", "cube.obj", "x.ply"], ["render", "cube.obj", "-o", "x.png"]):
-        message = error_of([*command, "--file-limits", "points=7,faces=3"], capsys)
-        assert "cube.obj: it has 8 points, more than FileLimits(points=7) allows" in message
+    for command in (
+        "info {}",
+        "transform {} x.ply",
+        "render {} -o x.png",
+        "animate {} -o x.gif",
+        "simulate {} -o x.gif",
+    ):
+        message = error_of([*command.format("cube.obj").split(), "--file-limits", "points=7,faces=3"], capsys)
+        assert message == "gpu-xform: error: cube.obj: it has 8 points, more than FileLimits(points=7) allows\n"
     assert np.all(not (working_folder / "x.ply").exists())
 
 
@@ -420,7 +429,7 @@ NAMES = "points=N, faces=N, face_corners=N, nodes=N, depth=N, unpacked_bytes=N, 
         ("bogus=1", f"expected {NAMES}, separated by commas, got 'bogus'"),
         ("points=7,bogus=1,faces=3", f"expected {NAMES}, separated by commas, got 'bogus'"),
         ("point=7", f"expected {NAMES}, separated by commas, got 'point'; did you mean 'points'?"),
-        ("points=7,", f"expected {NAMES}, separated by commas, got ''"),
+        ("points=7,", f"expected {NAMES}, separated by commas, got 'points=7,'"),
         ("7", f"expected {NAMES}, separated by commas, got '7'"),
         ("points=7,faces", "expected a whole number for faces, got ''"),
         ("points=7,faces=many", "expected a whole number for faces, got 'many'"),
@@ -428,7 +437,7 @@ NAMES = "points=N, faces=N, face_corners=N, nodes=N, depth=N, unpacked_bytes=N, 
         ("points=inf", "expected a whole number for points, got 'inf'"),
         ("cpu_s=x", "expected a number for cpu_s, got 'x'"),
         ("faces=3,points=7,faces=3", "expected faces once, got 'faces=3,points=7,faces=3'"),
-        ("points=-7", "points must be a positive number, got -7"),
+        ("points=-7", "points must be a positive whole number, got -7"),
     ],
 )
 def test_the_command_names_what_is_wrong_with_a_limit(

@@ -27,7 +27,9 @@ def parse_file_limits(text: str) -> "FileLimits":
         name, _, number = word.partition("=")
         if name not in known:
             expected = ", ".join(f"{each}=N" for each in known)
-            raise ValueError(f"expected {expected}, separated by commas, got {quote(name)}{did_you_mean(name, known)}")
+            raise ValueError(
+                f"expected {expected}, separated by commas, got {quote(name or text)}{did_you_mean(name, known)}"
+            )
         if name in given:
             raise ValueError(f"expected {name} once, got {quote(text)}")
         is_whole = name != "cpu_s"

@@ -11,7 +11,7 @@ from .. import options as groups
 from ..argument_types import numbers, vectors
 from ..argument_types.paths import PAGE_TYPES, parse_file_path
 from ..arguments_from_options import (
-    choose_device,
+    choose_drawing_device,
     collect_picture_arguments,
     compose_transforms,
     require_drawing_options,
@@ -129,7 +129,7 @@ def run(options: argparse.Namespace) -> int:
     is_aimed = options.camera_direction is not None or options.camera_position is not None
     if options.matrices is None and options.axis is None and not is_aimed:
         options.camera_direction = front_direction(options.up)
-    arguments = collect_picture_arguments(options, layers, choose_device(options))
+    arguments = collect_picture_arguments(options, layers, choose_drawing_device(options))
     arguments |= {"fps": options.fps, "rasterizer": options.rasterizer}
     with name_options_in_errors(options, paths):
         if options.matrices is None:
@@ -185,7 +185,9 @@ def _play(options: argparse.Namespace, paths: Sequence[str]) -> int:
     style = read_style(options, path, "a file of several models, as --animation plays it") | {
         "transform": compose_transforms(options)
     }
-    arguments = collect_picture_arguments(options, as_layers(scene, cast("Style", style)), choose_device(options))
+    arguments = collect_picture_arguments(
+        options, as_layers(scene, cast("Style", style)), choose_drawing_device(options)
+    )
     with name_options_in_errors(options, paths):
         clip = scene.animations[options.animation]
         made = animation.animate(scene, clip, fps=options.fps, **style, **arguments)

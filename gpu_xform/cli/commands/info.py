@@ -82,7 +82,7 @@ def _describe(options: argparse.Namespace, path: str) -> dict[str, Any]:
         return _summarize_scan(path, kind)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", MeshWarning)
-        scene = load_scene(files.open_source(path), file_type=kind, tolerance=options.tolerance)
+        scene = files.load_model(load_scene, path, options.file_type, options.tolerance)
         is_one = len(scene) == 1 and not scene.metadata
         mesh = next(iter(scene)).models[0].model if is_one and _is_mesh(scene) else merge_scene(scene)
     sizes, counts = np.unique(np.diff(mesh.offsets), return_counts=True)

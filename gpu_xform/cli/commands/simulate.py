@@ -15,7 +15,7 @@ from .. import files
 from .. import options as groups
 from ..argument_types import models, numbers, paths, vectors
 from ..arguments_from_options import (
-    choose_device,
+    choose_drawing_device,
     collect_picture_arguments,
     compose_transforms,
     require_drawing_options,
@@ -228,14 +228,13 @@ def run(options: argparse.Namespace) -> int:
     from ...animation.encoders.registry import make_writer
     from ...drawing.layer import Layer
     from ...geometry.scene import Scene
-    from ...gpu.device import require_gpu_device
 
     with name_options_in_errors(options, () if options.model in (*SAMPLES, HAIR) else [options.model]):
         make_writer(options.output)  # raises for an unknown format, before there is work
         style = read_style(options, options.model, "simulate, whose points move")
         make = _prepare_hair if options.model == HAIR else _prepare_cloth
         _require_options(options, CLOTH_OPTIONS if options.model == HAIR else HAIR_OPTIONS)
-        device = require_gpu_device(choose_device(options))  # which draws the frames: say so before they are made
+        device = choose_drawing_device(options)  # which draws the frames: say so before they are made
         simulation = make(options, style, device)
         label = f"{options.model}: simulation"
         with report_stage(f"simulated {options.model}"), show_progress(label, " frames") as progress:

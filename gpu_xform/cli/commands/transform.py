@@ -24,6 +24,14 @@ from ..reading_options import require_no_reading_options
 from ..stage_times import report_stage
 from ..streams import name_file_in_errors, print_stderr, raise_warnings
 
+# The options behind arguments of `transform_file`.
+SCAN_OPTIONS = {
+    "offset": "--las-offset",
+    "resume": "--resume",
+    "scale": "--las-scale",
+    "scheduler": "--scheduler",
+    "workers": "--workers",
+}
 AFFINE_LAST_ROW = (0.0, 0.0, 0.0, 1.0)
 MAX_UNUSED = 8  # names of a table that are told
 
@@ -271,9 +279,11 @@ def _transform_mesh(options: argparse.Namespace, matrix: Float64Array, target: s
 
     source = file_type(options.input, options.file_type)
     if {source, target} <= set(DOCUMENT_TYPES) and not options.project and options.pose is None:
-        if options.isolated:
+        limits = options.file_limits
+        if options.isolated or (limits is not None and (limits.cpu_s or limits.memory_bytes)):
+            flag = "--isolated" if options.isolated else "--file-limits of cpu_s and memory_bytes"
             raise ArgumentError(
-                f"{options.input}: --isolated reads meshes, and glTF that becomes glTF is copied with all that it holds"
+                f"{options.input}: {flag} is for meshes, and glTF that becomes glTF is copied with all that it holds"
             )
         with name_file_in_errors(options.output):
             transform_document(
@@ -369,8 +379,11 @@ def _stream(options: argparse.Namespace, matrix: Float64Array) -> None:
                 progress=move,
                 device=device,
             )
+    except (ArgumentError, ArgumentTypeError) as error:
+        flag = SCAN_OPTIONS.get(error.argument or "")
+        raise (prefix_error(error, flag) if flag else error) from error.__cause__
     except (KeyboardInterrupt, OSError) as error:
-        if Path(os.path.realpath(options.output) + ".partial").exists():
+        if Path(os.path.realpath(options.output) + ".partial.work").exists():
             error.add_note("the same command with --resume continues")
         raise
 

@@ -5,7 +5,7 @@ import argparse
 from ...viewer.key_bindings import HELP
 from .. import options as groups
 from ..arguments_from_options import (
-    choose_device,
+    choose_drawing_device,
     collect_picture_arguments,
     compose_transforms,
     require_drawing_options,
@@ -54,6 +54,6 @@ def run(options: argparse.Namespace) -> int:
             layers,
             up=options.up if options.camera_view_up is None else None,
             rasterizer=options.rasterizer,
-            **collect_picture_arguments(options, layers, choose_device(options)),
+            **collect_picture_arguments(options, layers, choose_drawing_device(options)),
         )
     return 0

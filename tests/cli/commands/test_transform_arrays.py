@@ -92,6 +92,35 @@ def test_a_full_disk_says_how_to_go_on(
     assert Path("out.npy.partial").exists() == bool(hint)
 
 
+def test_errors_about_scans_name_the_options(capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("in.npy", np.ones((9, 3)))
+    message = error_of(["transform", "in.npy", "out.npy", "--las-scale", "1"], capsys)
+    assert message == "gpu-xform: error: --las-scale: scale is for .las and .laz files, got 'out.npy'\n"
+    message = error_of(["transform", "in.npy", "out.npy", "--las-offset", "1,2,3"], capsys)
+    assert message == "gpu-xform: error: --las-offset: offset is for .las and .laz files, got 'out.npy'\n"
+    Path("out.npy.partial").write_bytes(bytes(999))
+    Path("out.npy.partial.work").write_text("another\n")
+    message = error_of(["transform", "in.npy", "out.npy", "--resume"], capsys)
+    partial = str(Path("out.npy.partial").absolute())
+    assert message.startswith(f"gpu-xform: error: --resume: {partial!r} belongs to other work, or was computed")
+
+
+@pytest.mark.parametrize("output", ["out.npy", "out.zarr"])
+def test_what_stands_in_the_place_of_the_unfinished_result_is_named(
+    output: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    np.save("in.npy", np.ones((9, 3)))
+    place = Path(f"{output}.partial").absolute()
+    if output == "out.npy":
+        place.mkdir()
+    else:
+        place.write_bytes(b"a file")
+    message = error_of(["transform", "in.npy", output], capsys)
+    reason = "Is a directory" if output == "out.npy" else "Not a directory"
+    assert message == f"gpu-xform: error: {place}: {reason}\n"
+    assert place.exists()
+
+
 def test_models_are_not_resumed(capsys: pytest.CaptureFixture[str]) -> None:
     gx.save_mesh(gx.samples.cube(), "cube.obj")
     assert "--resume is for .npy files" in error_of(["transform", "cube.obj", "out.obj", "--resume"], capsys)
@@ -121,5 +150,7 @@ def test_the_host_transforms_without_a_driver(by_variable: bool) -> None:
     assert np.load("out.npy").tobytes() == gx.transform_points(points, move, device=host).tobytes()
     assert np.array_equal(gx.load_mesh("moved.obj").positions, np.add(gx.samples.house().positions, [1, 2, 3]))
     run = run_in_process("render", "house.obj", "-o", "house.png", *chosen, env=os.environ | environment)
-    assert b"the host device draws no pictures" in run.stderr
+    source = "GPU_XFORM_ADAPTER" if by_variable else "--adapter"
+    words = "the host device draws no pictures: that takes a graphics adapter"
+    assert (run.returncode, run.stderr.decode()) == (2, f"gpu-xform: error: {source}: {words}\n")
     assert not Path("house.png").exists()
