@@ -11,6 +11,7 @@ import numpy.typing as npt
 from .._core.types import Float64Array
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
+from ..geometry.mesh_copies import place_copies
 from ._warn import warn
 from .limits import budget
 
@@ -20,15 +21,8 @@ _MAX_NAMED = 4
 
 
 def concatenate_placed(placed: Iterable[tuple[Mesh, Float64Array]]) -> Mesh:
-    """Return meshes as one, each where its matrix (4, 4) puts it; one that is often at a place is moved there once."""
-    moved: dict[tuple[int, bytes], Mesh] = {}
-    parts = []
-    for mesh, matrix in placed:
-        key = id(mesh), matrix.tobytes()
-        if key not in moved:
-            moved[key] = mesh.transformed(matrix)
-        parts.append(moved[key])
-    return concatenate(parts)
+    """Return meshes as one, with a copy of each wherever one of its matrices (k, 4, 4) puts it."""
+    return concatenate([place_copies(mesh, matrices) for mesh, matrices in placed])
 
 
 def concatenate(meshes: Sequence[Mesh]) -> Mesh:

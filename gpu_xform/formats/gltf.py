@@ -2,12 +2,15 @@
 
 from functools import partial
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from ..errors import ArgumentError, MeshError
+from ..geometry.deformable_mesh import DeformableMesh
+from ..geometry.instances import find_visible
 from ..geometry.mesh import Mesh, count_corners
+from ..geometry.nodes import Node
 from ..geometry.scene import Scene
 from ._concatenate import concatenate_placed
 from .gltf_accessors import Accessors
@@ -16,6 +19,10 @@ from .gltf_meshes import read_meshes
 from .gltf_nodes import build_scene, list_unheld
 from .gltf_write import make_document
 from .limits import budget
+
+# Numbers that take as long to make as it takes to pose a mesh of no points by each joint of a point.
+_NUMBERS_PER_INFLUENCE = 1 << 8
+_NUMBERS_PER_MATRIX = 16
 
 
 def read_scene(data: bytes, folder: Path | None = None) -> Scene:
@@ -63,16 +70,34 @@ def make_scene(document: Document, *, whole: bool = True) -> Scene:
 
 def merge_scene(scene: Scene) -> Mesh:
     """Return all that a scene of meshes shows as one mesh in the world."""
+    for node in find_visible(scene):
+        for shown in node.models:
+            _count(node, shown.model)
     try:
         placed = [(layer.model, layer.transform) for layer in scene.layers() if isinstance(layer.model, Mesh)]
     except ArgumentError as error:  # a world matrix that overflows
         raise MeshError(str(error)) from None
     if not placed:
         raise MeshError("it shows no triangles, no lines and no points")
-    sizes = np.array([mesh.positions.size + count_corners(mesh) for mesh, _ in placed])
-    n_numbers = int(sizes @ [len(matrices) for _, matrices in placed])
-    budget().take_numbers(n_numbers, "its nodes")
-    merged = concatenate_placed((mesh, matrix) for mesh, matrices in placed for matrix in matrices)
+    merged = concatenate_placed(placed)
     holds = [f"{len(scene)} nodes"] if len(scene) > 1 else []
     holds += [f"animation {name!r}" for name in scene.animations]
     return merged.with_attributes(merged.attributes, metadata={"gltf": {"holds": holds}} if holds else None)
+
+
+def _count(node: Node, model: Any) -> None:
+    """Count the points and corners of a model's copies where a node shows it, and what is made to place them."""
+    mesh = model.mesh if isinstance(model, DeformableMesh) else model
+    if not isinstance(mesh, Mesh):
+        return
+    size, n_copies, n_values = mesh.positions.size, 1, 0
+    if isinstance(model, DeformableMesh):
+        n_values += size * int(np.count_nonzero(model.weights if node.weights is None else node.weights))
+        if model.skin is not None and model.influences is not None:
+            n_values += model.influences.weights.shape[1] * (size + _NUMBERS_PER_INFLUENCE)
+            n_values += len(model.skin.joints) * _NUMBERS_PER_MATRIX
+    if node.instances is not None:
+        n_copies = len(node.instances)
+        n_values += n_copies * _NUMBERS_PER_MATRIX
+    budget().take_numbers(n_copies * (size + count_corners(mesh)), "its nodes")
+    budget().take_values(n_values, f"node {node.name!r}")

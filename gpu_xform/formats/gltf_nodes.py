@@ -1,6 +1,6 @@
 """The nodes of a glTF document, as a scene. Section numbers are those of the glTF 2.0 specification."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +10,7 @@ from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
 from ..geometry.deformable_mesh import DeformableMesh, Skin
 from ..geometry.mesh import Mesh
+from ..geometry.nodes import as_read_only, share_instances
 from ..geometry.scene import Scene
 from ..geometry.scene_animation import rotation_from_quaternion
 from ._text import quote
@@ -32,6 +33,7 @@ _UNPACKED = frozenset(
     }
 )
 _INSTANCING = "EXT_mesh_gpu_instancing"
+_NUMBERS_PER_MATRIX = 16
 _INSTANCE_TYPES = {"TRANSLATION": "VEC3", "ROTATION": "VEC4", "SCALE": "VEC3"}
 
 
@@ -55,6 +57,7 @@ def build_scene(
     animations = read_animations(document, names, shown, accessors) if whole else ()
     found = Scene(animations=animations, metadata=_collect_metadata(source, accessors) if whole else None)
     models = _Models(document, names, primitives, accessors)
+    instances: dict[tuple[tuple[str, int], ...], Float64Array] = {}
     for i in order:
         above = parents[i]
         try:
@@ -69,7 +72,7 @@ def build_scene(
             if "weights" in nodes[i]:
                 node.weights = nodes[i]["weights"]
             if _INSTANCING in extensions:
-                node.instances = _read_instances(extensions[_INSTANCING], accessors)
+                share_instances(node, _read_instances(extensions[_INSTANCING], accessors, instances))
             for model in models.of(nodes[i]):
                 node.show(model)
         except (ArgumentError, ArgumentTypeError, MeshError) as error:
@@ -219,20 +222,27 @@ class _Models:
         return self._skins[i]
 
 
-def _read_instances(extension: Any, accessors: Accessors) -> Float64Array:
-    """Return the matrices (k, 4, 4) of EXT_mesh_gpu_instancing."""
+def _read_instances(
+    extension: Any, accessors: Accessors, found: dict[tuple[tuple[str, int], ...], Float64Array]
+) -> Float64Array:
+    """Return the matrices (k, 4, 4) of EXT_mesh_gpu_instancing, those `found` before for the same accessors."""
     attributes = extension["attributes"]
-    given = {
-        name: accessors.floats(get_count(attributes, name), kind)
-        for name, kind in _INSTANCE_TYPES.items()
-        if name in attributes
-    }
-    counts = {len(rows) for rows in given.values()}
+    named = {name: get_count(attributes, name) for name in _INSTANCE_TYPES if name in attributes}
+    key = tuple(named.items())
+    if key not in found:
+        found[key] = as_read_only(_make_instances(named, accessors))
+    return found[key]
+
+
+def _make_instances(named: Mapping[str, int], accessors: Accessors) -> Float64Array:
+    counts = {accessors.count(i) for i in named.values()}
     if len(counts) != 1:
         raise MeshError(f"{_INSTANCING} must give one number of instances, got {sorted(counts)}")
     count = counts.pop()
     if count > accessors.n_bytes:
         raise MeshError(f"{_INSTANCING} places {count} copies, its buffers have {accessors.n_bytes} bytes")
+    budget().take_values(_NUMBERS_PER_MATRIX * count, _INSTANCING)
+    given = {name: accessors.floats(i, _INSTANCE_TYPES[name]) for name, i in named.items()}
     if not all(np.isfinite(rows).all() for rows in given.values()):
         raise MeshError(f"{_INSTANCING} must hold finite numbers")
     matrices = np.tile(np.eye(4), (count, 1, 1))
@@ -240,7 +250,7 @@ def _read_instances(extension: Any, accessors: Accessors) -> Float64Array:
         lengths = np.linalg.norm(given["ROTATION"], axis=1, keepdims=True)
         if not lengths.all():
             raise MeshError(f"{_INSTANCING}: the rotation of copy {int(np.argmin(lengths))} is zero")
-        matrices[:, :3, :3] = [rotation_from_quaternion(row) for row in given["ROTATION"] / lengths]
+        matrices[:, :3, :3] = rotation_from_quaternion(given["ROTATION"] / lengths)
     if "SCALE" in given:
         matrices[:, :3, :3] *= given["SCALE"][:, np.newaxis]
     if "TRANSLATION" in given:

@@ -21,11 +21,13 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.limited_process import begin_limited, describe_end, limit_work, run_limited
+from .._core.types import Float64Array
 from ..errors import ArgumentError, MeshError, MeshWarning, MissingExtraError
 from ..geometry.attributes import Attributes, FrozenDict, FrozenTuple, RaggedArray, freeze_value
 from ..geometry.deformable_mesh import DeformableMesh, Influences, Skin
 from ..geometry.joints import Joint, Mimic
 from ..geometry.mesh import Mesh
+from ..geometry.nodes import share_instances
 from ..geometry.scene import Scene
 from ..geometry.scene_animation import Channel, Placement, SceneAnimation
 from ._warn import warn
@@ -212,9 +214,16 @@ def _build_scene(parts: Any) -> Scene:
         for name, channels, placements in animations
     ]
     scene = Scene(animations=built, metadata=metadata, joints=map(_build_joint, joints))
+    checked: dict[int, Float64Array] = {}
     for name, parent, transform, is_visible, own_metadata, instances, weights, shown in nodes:
         node = scene.add(name=name, parent=parent, transform=transform)
-        node.visible, node.metadata, node.instances, node.weights = is_visible, own_metadata, instances, weights
+        node.visible, node.metadata, node.weights = is_visible, own_metadata, weights
+        if id(instances) in checked:
+            share_instances(node, checked[id(instances)])
+        else:
+            node.instances = instances
+            if node.instances is not None:
+                checked[id(instances)] = node.instances
         for model, style in shown:
             node.show(models[model], **style)
     return scene

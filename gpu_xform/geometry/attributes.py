@@ -245,22 +245,26 @@ def transform_attributes(attributes: Attributes, linear: Float64Array) -> Attrib
     if not any(moving) or np.array_equal(linear, np.eye(3)):
         return attributes
     changed = [
-        {**table, **{name: _move(name, table[name], linear) for name in names}}
+        {**table, **{name: move_column(name, table[name], linear) for name in names}}
         for table, names in zip(attributes._tables(), moving, strict=True)
     ]
     return Attributes(*changed, labels=attributes.labels, material=attributes.material)
 
 
-def _move(name: str, column: Column, linear: Float64Array) -> Column:
-    """Return a column of normals or tangents, moved, in its own type; a column of another shape stays."""
+def move_column(name: str, column: Column, linear: Float64Array) -> Any:
+    """Return a column of normals or tangents, moved, in its own type; a column of another shape stays.
+
+    By matrices (..., 3, 3), columns (..., n, c).
+    """
     if isinstance(column, RaggedArray) or column.ndim != 2 or column.dtype.kind not in "iuf":
         return column
     if name == "normal" and column.shape[1] == 3:
         moved = transform_normals(column.astype(np.float64), linear)
     elif name == "tangent" and column.shape[1] in (3, 4):
-        moved = column.astype(np.float64)
-        moved[:, :3] = moved[:, :3] @ linear.T
-        moved[:, 3:] *= sign_of_determinant(linear)  # the bitangent's side, which mirrors swap
+        moved = np.empty((*linear.shape[:-2], *column.shape))
+        moved[...] = column
+        moved[..., :3] = column[:, :3].astype(np.float64) @ np.swapaxes(linear, -1, -2)
+        moved[..., 3:] *= _signs_of_determinants(linear)  # the bitangent's side, which mirrors swap
     else:
         return column
     if column.dtype.kind in "iu":
@@ -272,10 +276,14 @@ def _move(name: str, column: Column, linear: Float64Array) -> Column:
 def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Array:
     """Return normals (n, 3) moved by the inverse transpose of `linear`, as long as they were.
 
+    By matrices (..., 3, 3), normals (..., n, 3).
+
     The matrix of cofactors, which is the determinant times the inverse transpose, gives the direction; it is there for
     singular matrices as well. A normal that it makes zero becomes zero.
     """
-    (a, b, c), (d, e, f), (g, h, i) = (linear / (np.abs(linear).max() or 1.0)).tolist()
+    largest = np.abs(linear).max(axis=(-2, -1), keepdims=True)
+    scaled = linear / np.where(largest == 0.0, 1.0, largest)
+    (a, b, c), (d, e, f), (g, h, i) = scaled.tolist() if linear.ndim == 2 else np.moveaxis(scaled, 0, -1)
     cofactors = np.array(  # by hand, for `np.cross` takes as long as a hundred normals
         [
             [e * i - f * h, f * g - d * i, d * h - e * g],
@@ -283,12 +291,20 @@ def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Arr
             [b * f - c * e, c * d - a * f, a * e - b * d],
         ]
     )
-    sign = sign_of_determinant(linear)
-    moved = normals @ (sign * cofactors).T
-    lengths = np.linalg.norm(moved, axis=1)
+    transposed = cofactors.T if linear.ndim == 2 else np.moveaxis(cofactors, -1, 0).swapaxes(-1, -2)
+    moved: Float64Array = normals @ (_signs_of_determinants(linear) * transposed)
+    lengths = np.linalg.norm(moved, axis=-1)
     lengths[lengths == 0] = 1.0
-    moved *= (np.linalg.norm(normals, axis=1) / lengths)[:, np.newaxis]
+    moved *= (np.linalg.norm(normals, axis=1) / lengths)[..., np.newaxis]
     return moved
+
+
+def _signs_of_determinants(linear: Float64Array) -> Any:
+    """Return those of matrices (..., 3, 3), as something to multiply (..., n, c) by."""
+    if linear.ndim == 2:
+        return sign_of_determinant(linear)
+    with np.errstate(divide="ignore"):
+        return np.where(np.linalg.slogdet(linear)[0] < 0.0, -1.0, 1.0)[..., np.newaxis, np.newaxis]
 
 
 def sign_of_determinant(matrix: Float64Array) -> float:

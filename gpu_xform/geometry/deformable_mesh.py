@@ -49,6 +49,9 @@ class DeformableMesh:
     Normals and tangents turn with a skin. Morph weights other than 0 leave them out, because they would be wrong.
     """
 
+    # Of the class, so that scenes pickled before there was such have it.
+    _posed: tuple[tuple[Float64Array, Float64Array | None], Mesh] | None = None  # the last one, and its mesh
+
     def __init__(
         self,
         mesh: Mesh,
@@ -62,7 +65,6 @@ class DeformableMesh:
         self.weights = as_vector(weights, "weights", len(self.targets))
         self.skin = skin
         self.influences = influences
-        self._last: tuple[bytes, Mesh] | None = None
         if influences is not None and skin is not None and influences.joints.size:
             most = int(influences.joints.max())
             if most >= len(skin.joints):
@@ -72,13 +74,13 @@ class DeformableMesh:
         """Return the mesh deformed: in the world if it has a skin, else in its node.
 
         weights : (t,), one per target; its own by default
-        world_from_joint : (j, 4, 4), where the joints of the skin are
+        world_from_joint : (j, 4, 4), where the joints of the skin are; nobody writes into it any more
         """
         factors = self.weights if weights is None else as_vector(weights, "weights", len(self.targets))
-        key = factors.tobytes() + (b"" if world_from_joint is None else world_from_joint.tobytes())
-        if self._last is None or self._last[0] != key:
-            self._last = key, self._deformed(factors, world_from_joint)
-        return self._last[1]
+        pose = factors, world_from_joint
+        if self._posed is None or not all(map(_are_same, self._posed[0], pose)):
+            self._posed = pose, self._deformed(*pose)
+        return self._posed[1]
 
     def _with_directions(self, world_from_mesh: Float64Array | None) -> Mesh:
         """Return the mesh with its normals and tangents as a skin turns them, without them after a morph alone."""
@@ -116,6 +118,11 @@ class DeformableMesh:
         parts = [f"{len(self.targets)} morph targets"] if self.targets else []
         parts += [f"{len(self.skin.joints)} joints"] if self.skin is not None else []
         return f"<DeformableMesh: {self.mesh.n_points} points, {self.mesh.n_faces} faces, {', '.join(parts)}>"
+
+
+def _are_same(a: Float64Array | None, b: Float64Array | None) -> bool:
+    """Tell whether two arrays are one, or the same to the bit."""
+    return a is b or (a is not None and b is not None and a.tobytes() == b.tobytes())
 
 
 def skin_points(points: Float64Array, world_from_mesh: Float64Array, influences: Influences) -> Float64Array:

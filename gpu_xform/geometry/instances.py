@@ -1,6 +1,6 @@
 """What a scene draws: each model with its style, once, and the matrices of all its instances."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -31,43 +31,55 @@ class Instances(NamedTuple):
 def gather_instances(nodes: Sequence[Node]) -> list[Instances]:
     """Return what visible nodes show, grouped by model and style; every node comes after its parent."""
     worlds: dict[str | None, Float64Array] = {None: np.eye(4)}
-    hidden: set[str | None] = set()
     found: dict[Any, tuple[Shown, list[Float64Array], list[str]]] = {}
+    skins: dict[int, Float64Array] = {}
     with np.errstate(over="ignore", invalid="ignore"):
         for node in nodes:
             worlds[node.name] = worlds[node.parent] @ node.transform
-            if node.parent in hidden or not node.visible:
-                hidden.add(node.name)
-        for node in nodes:
-            if node.name in hidden:
-                continue
+        for node in find_visible(nodes):
             for shown in node.models:
-                placed, copies = _place(shown, node, worlds)
+                placed, copies = _place(shown, node, worlds, skins)
                 _, places, names = found.setdefault(_make_key(placed), (placed, [], []))
-                places += [require_finite_world(copy_matrix, node) for copy_matrix in copies]
-                names += [node.name] * (len(places) - len(names))
+                places.append(require_finite_world(copies, node))
+                names += [node.name] * len(copies)
     return [
-        Instances(names[0], shown.model, shown.style, np.stack(places), tuple(names))
+        Instances(names[0], shown.model, shown.style, np.concatenate(places), tuple(names))
         for shown, places, names in found.values()
-        if places
+        if names
     ]
 
 
-def _place(shown: Shown, node: Node, worlds: Mapping[str | None, Float64Array]) -> tuple[Shown, list[Float64Array]]:
-    """Return what a node shows as a mesh that is not deformed any more, and where its copies are in the world."""
+def find_visible(nodes: Iterable[Node]) -> Iterator[Node]:
+    """Yield the nodes that are visible, and in none that is not; every node comes after its parent."""
+    hidden: set[str | None] = set()
+    for node in nodes:
+        if node.parent in hidden or not node.visible:
+            hidden.add(node.name)
+        else:
+            yield node
+
+
+def _place(
+    shown: Shown, node: Node, worlds: Mapping[str | None, Float64Array], skins: dict[int, Float64Array]
+) -> tuple[Shown, Float64Array]:
+    """Return what a node shows as a mesh that is not deformed any more, and where its copies are in the world.
+
+    skins : the matrices of their joints, by `id`, of those that were met before
+    """
     world, model = worlds[node.name], shown.model
     if isinstance(model, DeformableMesh):
         skin = model.skin
-        missing = [] if skin is None else [name for name in skin.joints if name not in worlds]
-        if missing:
-            raise ArgumentError.expecting("skin", "have its joints in the scene", repr(missing[0]))
-        joints = None if skin is None else np.stack([worlds[name] for name in skin.joints])
+        if skin is not None and id(skin) not in skins:
+            missing = [name for name in skin.joints if name not in worlds]
+            if missing:
+                raise ArgumentError.expecting("skin", "have its joints in the scene", repr(missing[0]))
+            skins[id(skin)] = np.stack([worlds[name] for name in skin.joints])
         with prefix_errors(f"node {node.name!r}"):
-            shown = shown._replace(model=model.posed(node.weights, joints))
+            shown = shown._replace(model=model.posed(node.weights, None if skin is None else skins[id(skin)]))
         if skin is not None:
             # The joints have put it into the world, whatever the matrix of its node (glTF 2.0, 3.7.3.3).
             world = np.eye(4)
-    return shown, [world] if node.instances is None else list(world @ node.instances)
+    return shown, world[np.newaxis] if node.instances is None else world @ node.instances
 
 
 def _make_key(shown: Shown) -> tuple[Any, ...]:

@@ -298,10 +298,7 @@ class Mesh(Pictured):
         -------
         Mesh
         """
-        sizes = np.diff(self.offsets)
-        starts = np.repeat(self.offsets[:-1], sizes)
-        order = np.arange(len(starts)) - starts
-        order = starts + (np.repeat(sizes, sizes) - order) % np.repeat(sizes, sizes)
+        order = order_reversed(self.offsets)
         mesh = Mesh.__new__(Mesh)
         mesh._positions = self._positions
         offsets = None if self._faces.size else self.offsets
@@ -424,6 +421,15 @@ def take_over(
     mesh._set(positions, _list_faces(*faces) if isinstance(faces, tuple) else _flatten_faces(faces), is_own=True)
     mesh._set_attributes(attributes, metadata)
     return mesh
+
+
+def order_reversed(offsets: IndexArray) -> IndexArray:
+    """Return the corners of faces in the order of `Mesh.reversed`."""
+    sizes = np.diff(offsets)
+    starts = np.repeat(offsets[:-1], sizes)
+    order = np.arange(len(starts)) - starts
+    reversed_order: IndexArray = starts + (np.repeat(sizes, sizes) - order) % np.repeat(sizes, sizes)
+    return reversed_order
 
 
 def count_corners(mesh: Mesh) -> int:

@@ -200,6 +200,11 @@ def as_read_only(array: Float64Array) -> Float64Array:
     return array
 
 
+def share_instances(node: Node, matrices: Float64Array) -> None:
+    """Give a node the matrices (k, 4, 4) that others have, finite and read-only ones, which are not copied."""
+    node._instances = matrices
+
+
 def as_weights(weights: npt.ArrayLike, argument: str) -> Float64Array:
     """Return (t,) morph weights, read-only."""
     factors = as_real_array(weights, argument)

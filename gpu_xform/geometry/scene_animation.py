@@ -126,10 +126,15 @@ def compose_placement(translation: Float64Array, rotation: Float64Array, scale: 
 
 
 def rotation_from_quaternion(quaternion: Float64Array) -> Float64Array:
-    """Return the rotation (3, 3) of a unit quaternion (x, y, z, w): I + 2 w K + 2 K^2, where K v = (x, y, z) x v."""
-    x, y, z, w = quaternion
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    rotation: Float64Array = np.eye(3) + 2.0 * w * cross + 2.0 * cross @ cross
+    """Return the rotation (..., 3, 3) of unit quaternions (..., 4) of x, y, z, w.
+
+    It is I + 2 w K + 2 K^2, where K v = (x, y, z) x v.
+    """
+    x, y, z, w = np.moveaxis(quaternion, -1, 0)
+    cross = np.zeros((*quaternion.shape[:-1], 3, 3))
+    cross[..., 2, 1], cross[..., 0, 2], cross[..., 1, 0] = x, y, z
+    cross -= np.swapaxes(cross, -1, -2).copy()
+    rotation: Float64Array = np.eye(3) + 2.0 * w[..., np.newaxis, np.newaxis] * cross + 2.0 * cross @ cross
     return rotation
 
 

@@ -1,9 +1,12 @@
 """Skins, morph targets and packed arrays of glTF, against sums written out in NumPy, and against the encoders."""
 
 import io
+import json
 import sys
+import time
 import tracemalloc
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import DracoPy
@@ -252,6 +255,80 @@ def test_instances_stand_where_their_properties_say() -> None:
         assert layer.transform.shape == (6, 4, 4)
 
 
+def instanced(accessor: int) -> dict[str, Any]:
+    return {"extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": accessor}}}}
+
+
+@pytest.mark.parametrize("isolated", [False, True])
+def test_nodes_share_the_copies_of_the_same_accessors(isolated: bool) -> None:
+    builder = Builder()
+    builder.mesh(add_cube(builder))
+    moves = [builder.array(np.full((3, 3), k)) for k in range(2)]
+    for k in (0, 0, 1, 0):
+        builder.node(mesh=0, **instanced(moves[k]))
+    scene = load_scene(io.BytesIO(builder.pack()), file_type="glb", isolated=isolated)
+    first, *others = [node.instances for node in scene]
+    assert [each is first for each in others] == [True, False, True]
+    assert first is not None
+    assert not first.flags.writeable
+    (layer,) = scene.layers()
+    assert layer.transform[:, 0, 3].tolist() == [0.0] * 6 + [1.0] * 3 + [0.0] * 3
+    assert layer.nodes == tuple(f"node {k}" for k in range(4) for _ in range(3))
+
+
+def test_copies_that_nothing_shows_are_counted_before_they_are_made() -> None:
+    builder = Builder()
+    builder.mesh(add_cube(builder))
+    builder.node(mesh=0)
+    moves = builder.array(np.ones((50_000, 3)), "|i1", normalized=True)
+    accessors = builder.content["accessors"]
+    for _ in range(100):
+        accessors.append(accessors[moves])
+        builder.node(**instanced(len(accessors) - 1))
+
+    def read() -> None:
+        with pytest.raises(MeshError, match=r"EXT_mesh_gpu_instancing: expands to more than [\d,]+ numbers beside"):
+            mesh_of(builder)
+
+    assert peak_memory(read) < 100e6  # of 640
+
+
+def test_copies_that_share_their_matrices_are_counted_before_they_are_placed() -> None:
+    builder = Builder()
+    builder.mesh({"attributes": {"POSITION": builder.array([(1, 2, 3)])}, "mode": 0})
+    moves = builder.array(np.ones((50_000, 3)), "|i1", normalized=True)
+    for _ in range(24):
+        builder.node(mesh=0, **instanced(moves))
+    with pytest.raises(MeshError, match=r"node 'node \d+': expands to more than [\d,]+ numbers beside its points"):
+        mesh_of(builder)
+
+
+def test_a_file_that_holds_many_copies_is_read_soon() -> None:
+    builder = Builder()
+    builder.mesh({"attributes": {"POSITION": builder.array([(0, 0, 0), (1, 0, 0), (0, 1, 0)])}})
+    turns = np.random.default_rng(0).integers(1, 127, (200_000, 4))
+    attributes = {"ROTATION": builder.array(turns, "|i1", normalized=True)}
+    builder.node(mesh=0, extensions={"EXT_mesh_gpu_instancing": {"attributes": attributes}})
+    start = time.process_time()
+    points = mesh_of(builder).positions.reshape(-1, 3, 3)
+    assert time.process_time() - start < 2  # 6 s copy by copy
+    expected = Rotation.from_quat(turns).as_matrix()
+    np.testing.assert_allclose(points[:, 1:].transpose(0, 2, 1), expected[:, :, :2], atol=1e-12)
+
+
+def test_a_file_that_several_buffers_name_counts_once(tmp_path: Path) -> None:
+    (tmp_path / "many.bin").write_bytes(bytes(36))
+    content = {
+        "asset": {"version": "2.0"},
+        "buffers": [{"uri": "many.bin", "byteLength": 36}] * 100,
+        "accessors": [{"componentType": 5120, "type": "VEC3", "count": 37}],
+        "nodes": [instanced(0)],
+    }
+    (tmp_path / "many.gltf").write_text(json.dumps(content))
+    with pytest.raises(MeshError, match="places 37 copies, its buffers have 36 bytes"):
+        load_scene(tmp_path / "many.gltf")
+
+
 def test_nodes_that_are_not_visible_show_nothing() -> None:
     builder = Builder()
     builder.mesh(add_cube(builder))
@@ -460,6 +537,62 @@ def test_of_matrices_only_those_of_joints_are_read() -> None:
     builder.content["skins"] = [{"joints": [0] * 2_000_001, "inverseBindMatrices": matrices}]
     builder.content["nodes"] = [{"mesh": 0, "skin": 0}]
     with pytest.raises(MeshError, match="skin 0 has 2000000 matrices for 2000001 joints"):
+        mesh_of(builder)
+
+
+def test_joints_of_a_skin_are_gathered_once_and_a_pose_is_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    builder = Builder()
+    add_skinned_cube(builder, 1)
+    for _ in range(3):
+        builder.content["scenes"][0]["nodes"].append(builder.node(mesh=0, skin=0))
+    scene = scene_of(builder)
+    given_: list[Any] = []
+    made: list[Any] = []
+    posed, deformed = DeformableMesh.posed, DeformableMesh._deformed
+
+    def pose(mesh: DeformableMesh, weights: Any, joints: Any) -> Mesh:
+        given_.append(joints)
+        return posed(mesh, weights, joints)
+
+    def deform(mesh: DeformableMesh, weights: Any, joints: Any) -> Mesh:
+        made.append(joints)
+        return deformed(mesh, weights, joints)
+
+    monkeypatch.setattr(DeformableMesh, "posed", pose)
+    monkeypatch.setattr(DeformableMesh, "_deformed", deform)
+    (layer,) = scene.layers()
+    assert len(layer.transform) == len(given_) == 4
+    assert {id(joints) for joints in given_} == {id(given_[0])}
+    assert len(made) == 1
+    (again,) = scene.layers()
+    assert again.model is layer.model
+    (moved,) = scene.posed({"joint 1": np.eye(4)}).layers()
+    assert moved.model is not layer.model
+
+
+@pytest.mark.parametrize("kind", ["skins", "joints", "weights", "targets"])
+def test_poses_are_counted_before_they_are_made(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    builder = Builder()
+    n_points, n_targets = {"weights": (40_000, 1), "targets": (100, 300)}.get(kind, (3, 0))
+    builder.content["accessors"] = [{"componentType": 5126, "type": "VEC3", "count": n_points}]
+    attributes = {"POSITION": 0}
+    if not n_targets:
+        attributes["JOINTS_0"] = builder.array(np.zeros((3, 4)), "|u1")
+        attributes["WEIGHTS_0"] = builder.array(np.ones((3, 4)))
+    builder.mesh({"attributes": attributes, "targets": [{"POSITION": 0}] * n_targets, "mode": 0})
+    if n_targets:
+        for i in range(500):
+            builder.node(mesh=0, weights=[i + 1] * n_targets)
+        name = "its nodes" if kind == "weights" else r"node 'node \d+'"
+    else:
+        builder.content["skins"] = [{"joints": [0] * 200_000}] if kind == "joints" else [{"joints": [0]}] * 8000
+        for i in range(10 if kind == "joints" else 8000):
+            builder.node(mesh=0, skin=0 if kind == "joints" else i)
+        name = r"node 'node \d+'"
+    monkeypatch.setattr(DeformableMesh, "posed", None)
+    with pytest.raises(
+        MeshError, match=rf"{name}: expands to more than [\d,]+ (numbers beside its points|points of 16 numbers)"
+    ):
         mesh_of(builder)
 
 
