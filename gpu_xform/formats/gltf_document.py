@@ -7,7 +7,7 @@ import base64
 import binascii
 import copy
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, BinaryIO, TypeVar
@@ -71,7 +71,7 @@ def read_document(data: bytes, folder: Path | None = None, binary: memoryview | 
 
     def read() -> Document:
         _require_known_extensions(content)
-        files = dict[str, bytes]()
+        files = dict[str | Path, bytes]()
         buffers = [
             _read_buffer(buffer, i, folder, binary if i == 0 else None, files)
             for i, buffer in enumerate(content.get("buffers", []))
@@ -141,23 +141,22 @@ def write_glb(document: Document, file: BinaryIO) -> None:
         content = copy.deepcopy(document.content)
         binary = bytearray()
         starts = []
-        for buffer in document.buffers:
+        buffers = _merge_buffers(content, document.buffers)
+        for buffer in buffers:
             starts.append(len(binary))
             binary += buffer
             binary += b"\0" * (-len(binary) % 4)
-        n_bytes = content["buffers"][0]["byteLength"] if document.buffers else 0
-        for view in content.get("bufferViews", []):
-            for holder in (view, view.get("extensions", {}).get(MESHOPT)):
-                if holder is not None:
-                    start = holder.get("byteOffset", 0) + starts[holder["buffer"]]
-                    holder["buffer"] = 0
-                    if start:
-                        holder["byteOffset"] = start
+        n_bytes = content["buffers"][0]["byteLength"] if buffers else 0
+        for held in _list_slices(content):
+            start = held.get("byteOffset", 0) + starts[held["buffer"]]
+            held["buffer"] = 0
+            if start:
+                held["byteOffset"] = start
         for data, images in _read_images(content, document.folder, whole=True).items():
             start = len(binary)
             binary += data + b"\0" * (-len(data) % 4)
             _put_into_view(content, images, data, {"buffer": 0, "byteOffset": start})
-        if len(document.buffers) == 1:
+        if len(buffers) == 1:
             content["buffers"][0].pop("uri", None)
             if len(binary) >= n_bytes + 4:
                 content["buffers"][0]["byteLength"] = len(binary)
@@ -179,7 +178,8 @@ def write_gltf(document: Document, file: BinaryIO) -> None:
 
     def pack() -> bytes:
         content = copy.deepcopy(document.content)
-        for buffer, data in zip(content.get("buffers", []), document.buffers, strict=True):
+        merged = _merge_buffers(content, document.buffers)
+        for buffer, data in zip(content.get("buffers", []), merged, strict=True):
             if len(data) or "uri" in buffer:
                 buffer["uri"] = _data_uri("application/octet-stream", data)
         for data, images in _read_images(content, document.folder, whole=False).items():
@@ -196,6 +196,35 @@ def write_gltf(document: Document, file: BinaryIO) -> None:
 
 
 WRITERS: dict[str, Callable[[Document, BinaryIO], None]] = {"glb": write_glb, "gltf": write_gltf}
+
+
+def _list_slices(content: Any) -> Iterator[Any]:
+    """Yield what names a buffer in a document."""
+    for view in content.get("bufferViews", []):
+        yield view
+        if (packed := view.get("extensions", {}).get(MESHOPT)) is not None:
+            yield packed
+
+
+def _merge_buffers(content: Any, buffers: Sequence[bytes | memoryview]) -> list[bytes | memoryview]:
+    """Return the buffers, of those that are the same object one, and let `content` name it: many may name one file."""
+    numbers: dict[int, int] = {}
+    merged: list[bytes | memoryview] = []
+    described: list[Any] = []
+    places = []
+    for buffer, data in zip(content.get("buffers", []), buffers, strict=True):
+        number = numbers.setdefault(id(data), len(merged)) if len(data) else len(merged)  # no bytes stand for others
+        if number == len(merged):
+            merged.append(data)
+            described.append(buffer)
+        kept = described[number]
+        kept["byteLength"] = max(kept["byteLength"], buffer["byteLength"])
+        places.append(number)
+    if len(merged) < len(places):
+        content["buffers"] = described
+        for held in _list_slices(content):
+            held["buffer"] = places[held["buffer"]]
+    return merged
 
 
 def _dump(content: Any) -> bytes:
@@ -282,17 +311,17 @@ def _require_known_extensions(content: Any) -> None:
 
 
 def _read_buffer(
-    buffer: Any, i: int, folder: Path | None, binary: memoryview | None, files: dict[str, bytes]
+    buffer: Any, i: int, folder: Path | None, binary: memoryview | None, files: dict[str | Path, bytes]
 ) -> bytes | memoryview:
     """Return the content of buffer i (3.6.1).
 
-    files : what was read before, by its URI: several buffers may name one file
+    files : what was read before, by its URI and by its path: several buffers may name one file
     """
     content: bytes | memoryview
     if "uri" in buffer:
         uri = buffer["uri"]
         if uri not in files:
-            files[uri] = _fetch(uri, folder)
+            files[uri] = _fetch(uri, folder, files)
         content = files[uri]
     elif buffer.get("extensions", {}).get(MESHOPT, {}).get("fallback") is True:
         return b""  # stands for what compressed buffer views unpack to
@@ -306,7 +335,7 @@ def _read_buffer(
     return content
 
 
-def _fetch(uri: str, folder: Path | None) -> bytes:
+def _fetch(uri: str, folder: Path | None, files: dict[str | Path, bytes]) -> bytes:
     """Return what a URI holds, or the file in `folder` that it names; no other file is opened."""
     if uri.startswith("data:"):
         kind, _, text = uri.partition(",")
@@ -321,10 +350,11 @@ def _fetch(uri: str, folder: Path | None) -> bytes:
     path = find_beside(folder, folder, uri)
     if path is None:
         raise MeshError(f"its buffer must be a file beside it, got {quote(uri)}")
-    data = budget().read_beside(path)
-    if is_lfs_pointer(data):
+    if path not in files:
+        files[path] = budget().read_beside(path)
+    if is_lfs_pointer(files[path]):
         raise MeshError(f"its buffer {quote(uri)} is {POINTER_WORDS}")
-    return data
+    return files[path]
 
 
 def _split_chunks(data: bytes) -> tuple[bytes, memoryview]:
