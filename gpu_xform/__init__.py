@@ -175,7 +175,10 @@ else:
         """Import a public name, which is an attribute from then on."""
         if name not in _MODULES:
             raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-        module = import_module(f".{_MODULES[name]}", __name__)
+        from ._core.interrupts import defer_interrupts
+
+        with defer_interrupts():  # NumPy, half imported, would stay broken
+            module = import_module(f".{_MODULES[name]}", __name__)
         value = module if name == _MODULES[name] else getattr(module, name)
         globals()[name] = value
         return value

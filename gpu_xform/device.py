@@ -8,6 +8,7 @@ from importlib import import_module
 from types import TracebackType
 from typing import Any, Self, SupportsIndex
 
+from ._core.interrupts import defer_interrupts
 from ._core.public import public
 from .errors import ArgumentError, ArgumentTypeError
 
@@ -184,7 +185,8 @@ def _find_class(adapter: str | None) -> Any:
         raise ArgumentTypeError.expecting("adapter", "be a text", type(adapter).__name__)
     name = adapter if adapter is not None else os.environ.get(ADAPTER_VARIABLE)
     module, attribute = _CLASSES.get(str(name).casefold(), _GPU_CLASS)
-    return getattr(import_module(module), attribute)
+    with defer_interrupts():
+        return getattr(import_module(module), attribute)
 
 
 _default: Device | None = None

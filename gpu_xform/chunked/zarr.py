@@ -16,6 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.file_locks import is_at, refuse_second_run, try_lock
+from .._core.interrupts import defer_interrupts
 from .._core.targets import require_path
 from .._core.types import StrPath
 from ..errors import ArgumentError, ArgumentTypeError, MissingExtraError
@@ -37,7 +38,8 @@ _FREE_CHUNK_BYTES = 1 << 26  # of an array that will grow, and has fewer points 
 def import_zarr() -> Any:
     """Return zarr; raise MissingExtraError without it."""
     try:
-        import zarr
+        with defer_interrupts():
+            import zarr
     except ImportError:
         raise MissingExtraError("Zarr needs zarr: pip install 'gpu_xform[zarr]'") from None
     return zarr

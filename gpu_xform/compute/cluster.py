@@ -28,7 +28,8 @@ CONNECT_S = 5
 def import_distributed() -> Any:
     """Return distributed; raise MissingExtraError without it."""
     try:
-        import distributed
+        with defer_interrupts():
+            import distributed
     except ImportError:
         raise MissingExtraError("workers need Dask: pip install 'gpu_xform[dask]'") from None
     return distributed

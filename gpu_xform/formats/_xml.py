@@ -3,6 +3,7 @@
 import re
 from typing import Any
 
+from .._core.interrupts import defer_interrupts
 from ..errors import MeshError, MissingExtraError
 
 # XML has a document type before its first element alone. One that no such pattern sees, as of a text in UTF-7, is seen
@@ -16,7 +17,8 @@ def parse_xml(data: bytes, format_name: str) -> Any:
     Raises MeshError for what is no XML, or declares a document type; MissingExtraError without the extra `robots`.
     """
     try:
-        from lxml import etree
+        with defer_interrupts():
+            from lxml import etree
     except ImportError:
         raise MissingExtraError(f"{format_name} needs lxml: pip install 'gpu_xform[robots]'") from None
     if _DOCUMENT_TYPE.match(data.replace(b"\0", b"")):  # of UTF-16, too

@@ -10,6 +10,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 import numpy.typing as npt
 
+from .._core.interrupts import defer_interrupts
 from .._core.types import Float64Array
 from ..errors import MeshError, MissingExtraError
 from ._text import quote
@@ -202,7 +203,8 @@ def get_count(holder: Any, key: str, default: int | None = None) -> int:
 def _unpack(packed: Any, data: memoryview) -> bytes:
     """Return what a buffer view of EXT_meshopt_compression stands for."""
     try:
-        import meshopt
+        with defer_interrupts():
+            import meshopt
     except ImportError:
         raise MissingExtraError(f"{MESHOPT} needs meshopt: pip install 'gpu_xform[gltf]'") from None
     count, stride = get_count(packed, "count"), get_count(packed, "byteStride")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core.interrupts import defer_interrupts
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError, MissingExtraError
 from ..geometry.attributes import Attributes, freeze_value
@@ -188,7 +189,8 @@ def _read_influences(attributes: Any, n_points: int, accessors: Accessors, owner
 def _unpack(part: Any, accessors: Accessors, owner: str) -> int:
     """Put the arrays of a primitive packed by Draco in place of its accessors, and return its mode of drawing."""
     try:
-        import DracoPy
+        with defer_interrupts():
+            import DracoPy
     except ImportError:
         if accessors.has_content(get_count(part["attributes"], "POSITION")):  # the file has both
             return get_count(part, "mode", _TRIANGLES)

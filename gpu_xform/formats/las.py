@@ -8,6 +8,7 @@ from typing import Any, BinaryIO
 import numpy as np
 import numpy.typing as npt
 
+from .._core.interrupts import defer_interrupts
 from .._core.types import Float64Array
 from ..errors import MeshError, MissingExtraError
 from ..geometry.attributes import Attributes
@@ -29,7 +30,8 @@ _FREE_BYTES = 1 << 26
 def import_laspy() -> Any:
     """Return laspy; raise MissingExtraError without it."""
     try:
-        import laspy
+        with defer_interrupts():
+            import laspy
     except ImportError:
         raise MissingExtraError("LAS needs laspy: pip install 'gpu_xform[las]'") from None
     return laspy

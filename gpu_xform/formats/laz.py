@@ -12,6 +12,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from .._core.interrupts import defer_interrupts
 from ..errors import MeshError, MissingExtraError
 from .las_header import LAZ_VLR, POINT_BYTES, UNCLOSED_WORDS, LasHeader, is_padding
 
@@ -40,7 +41,8 @@ _CHANNEL_BYTE, _CHANNEL_BITS = 15, 0x30
 def import_lazrs() -> Any:
     """Return lazrs; raise MissingExtraError without it."""
     try:
-        import lazrs
+        with defer_interrupts():
+            import lazrs
     except ImportError:
         raise MissingExtraError("LAZ needs lazrs: pip install 'gpu_xform[las]'") from None
     return lazrs

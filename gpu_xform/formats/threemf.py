@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from .._core.interrupts import defer_interrupts
 from .._core.types import Float64Array
 from ..errors import ArgumentError, MeshError, MissingExtraError
 from ..geometry.attributes import Attributes
@@ -192,7 +193,8 @@ def _read_part(part: str, content: bytes, package: _Package, *, is_root: bool) -
 def _parse(part: str, content: bytes, *tags: str) -> Iterator[Any]:
     """Yield the elements of these names, each when it ends; no other file is opened."""
     try:
-        from lxml import etree
+        with defer_interrupts():
+            from lxml import etree
     except ImportError:
         raise MissingExtraError("3MF needs lxml: pip install 'gpu_xform[3mf]'") from None
     budget().take_elements(content.count(b"<") - content.count(b"</"), content.count(b"="))

@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_square_matrix, describe_first_non_finite, require_affine, require_room
+from .._core.interrupts import defer_interrupts
 from .._core.masked import drop_hidden_rows, require_whole
 from .._core.pictured import Pictured
 from .._core.public import public
@@ -350,7 +351,8 @@ class Mesh(Pictured):
         -------
         trimesh.Trimesh
         """
-        import trimesh
+        with defer_interrupts():
+            import trimesh
 
         corners, faces = triangulate(self._positions, self.offsets, self.indices)
         colors: dict[str, Any] = {}

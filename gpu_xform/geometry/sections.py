@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._core.interrupts import defer_interrupts
 from .._core.types import BoolArray, Float64Array, IndexArray
 from .edges import merge_coincident_points
 from .mesh import Mesh
@@ -251,7 +252,8 @@ def _is_inside(point: Float64Array, polygon: Float64Array) -> bool:
 
 def triangulate_area(rings: Sequence[Float64Array]) -> tuple[Float64Array, IndexArray]:
     """Return points (p, 2) and triangles (t, 3) of a polygon, the first ring, with holes, the others."""
-    from mapbox_earcut import triangulate_float64
+    with defer_interrupts():
+        from mapbox_earcut import triangulate_float64
 
     points = np.ascontiguousarray(np.concatenate(rings))
     corners = triangulate_float64(points, np.cumsum([len(ring) for ring in rings]).astype(np.uint32))

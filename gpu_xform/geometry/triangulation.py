@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from .._core.interrupts import defer_interrupts
 from .._core.types import Float64Array, IndexArray
 
 # Of its polygon's area: a fan triangle this small may be reversed by rounding alone.
@@ -133,7 +134,8 @@ def _make_fan(k: int) -> IndexArray:
 
 def _clip_ears(flat: Float64Array) -> tuple[IndexArray, IndexArray]:
     """Return triangles (t, 3) of the corners 0..k-1 of plane polygons (2, k, f), and the polygon of each (t,)."""
-    from mapbox_earcut import triangulate_float64
+    with defer_interrupts():
+        from mapbox_earcut import triangulate_float64
 
     polygons = np.ascontiguousarray(flat.transpose(2, 1, 0))
     ring = np.array([flat.shape[1]], np.uint32)

@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from .._core.interrupts import defer_interrupts
 from ..errors import ArgumentTypeError
 from .deformable_mesh import DeformableMesh
 from .foreign_meshes import mesh_of_other_library
@@ -34,7 +35,8 @@ def add_nodes_of_trimesh(scene: Any, source: Any) -> None:
 
 def to_trimesh_scene(scene: Any) -> Any:
     """Return a `trimesh.Scene` of the visible models of a scene; a mesh that several nodes show is one geometry."""
-    import trimesh
+    with defer_interrupts():
+        import trimesh
 
     found = trimesh.Scene()
     graph: Any = found.graph

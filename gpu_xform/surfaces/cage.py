@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from .._core.interrupts import defer_interrupts
 from .._core.masked import require_whole
 from .._core.types import Float64Array, IndexArray
 from ..errors import ArgumentError
@@ -92,8 +93,9 @@ def require_manifold(cage: Cage, name: str) -> None:
 
 def _count_fans(cage: Cage) -> IndexArray:
     """Return how many fans of faces, each joined by edges, there are around each point: (n,)."""
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
+    with defer_interrupts():
+        from scipy.sparse import coo_array
+        from scipy.sparse.csgraph import connected_components
 
     # The two corners of an edge's one face meet those of its other face, at the same points.
     order = np.argsort(cage.edge, kind="stable")

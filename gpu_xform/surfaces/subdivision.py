@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.arguments import as_int, as_real_array
+from .._core.interrupts import defer_interrupts
 from .._core.public import public
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array
@@ -184,7 +185,8 @@ def subdivide(
 def _require_scipy() -> None:
     """Raise MissingExtraError unless SciPy can be imported."""
     try:
-        import scipy.sparse  # noqa: F401
+        with defer_interrupts():
+            import scipy.sparse  # noqa: F401
     except ImportError as error:
         raise MissingExtraError("subdivide needs SciPy: pip install 'gpu_xform[surfaces]'") from error
 

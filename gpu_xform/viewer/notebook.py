@@ -5,6 +5,7 @@ import sys
 from base64 import b64encode
 from typing import Any
 
+from .._core.interrupts import defer_interrupts
 from ..errors import MissingExtraError
 from ..imaging.image import to_pillow
 from .canvas import MAX_FPS, connect
@@ -23,8 +24,9 @@ def is_in_notebook() -> bool:
 def show_in_notebook(session: Session, size: tuple[int, int]) -> None:
     """Show a widget of `size` = (width, height) logical pixels; raise `MissingExtraError` if the extra is missing."""
     try:
-        from IPython import display
-        from rendercanvas import anywidget as backend
+        with defer_interrupts():
+            from IPython import display
+            from rendercanvas import anywidget as backend
     except ImportError as error:
         raise MissingExtraError(
             f"a view in a notebook needs rendercanvas and anywidget: pip install 'gpu_xform[notebook]' ({error})"

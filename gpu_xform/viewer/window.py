@@ -13,6 +13,7 @@ from typing import Any, Unpack
 import numpy.typing as npt
 
 from .._core.arguments import as_unit_vector
+from .._core.interrupts import defer_interrupts
 from .._core.public import public
 from .._core.types import StrPath
 from ..annotation.options import AnnotationOptions, AxesLike, LegendLike
@@ -143,8 +144,9 @@ def _import_backend() -> Any:
     else:
         raise DisplayError("view blocks, and an event loop runs here already, as in a notebook: call it from a script")
     try:
-        import glfw
-        from rendercanvas import glfw as backend
+        with defer_interrupts():
+            import glfw
+            from rendercanvas import glfw as backend
     except ImportError as error:
         raise MissingExtraError(
             f"a window needs rendercanvas and glfw: pip install 'gpu_xform[viewer]' ({error})"

@@ -1,4 +1,4 @@
-"""Ctrl+C is held back while objects of wgpu are made, and not for longer."""
+"""Ctrl+C is held back while modules are imported and objects of wgpu are made, and not for longer."""
 
 import signal
 import threading
@@ -14,6 +14,7 @@ from gpu_xform._core.interrupts import Terminated, defer_interrupts, raise_termi
 from gpu_xform.gpu.context import CommandEncoder, Submittable
 from gpu_xform.gpu.device import GpuDevice
 from gpu_xform.raster import rasterizer
+from tests.support.python_run import python_output
 
 
 @pytest.fixture(autouse=True)
@@ -157,3 +158,39 @@ def test_both_handlers_are_set_again_where_both_signals_came() -> None:
         assert signal.getsignal(signal.SIGTERM) is raise_terminated
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+INTERRUPT_IMPORT = """
+    import signal, sys
+    import gpu_xform as gx
+
+    class Interrupt:
+        def find_spec(self, name, path=None, target=None):
+            if name == {module!r}:
+                sys.meta_path.remove(self)
+                signal.raise_signal(signal.SIGINT)
+
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    {before}
+    sys.meta_path.insert(0, Interrupt())
+    for _ in range(2):
+        try:
+            print({call})
+        except KeyboardInterrupt:
+            print("interrupted", {module!r} in sys.modules)
+"""
+
+
+@pytest.mark.parametrize(
+    ("module", "before", "call", "result"),
+    [
+        ("numpy.linalg", "", "gx.inverse(gx.scale(2))[0, 0]", "0.5"),
+        ("numpy.exceptions", "", "gx.samples.cube().bounds[1][0]", "1.0"),
+        ("wgpu.backends.wgpu_native", "", "len(gx.adapters()) > 0", "True"),
+        ("trimesh.base", "cube = gx.samples.cube()", "len(cube.to_trimesh().faces)", "12"),
+    ],
+)
+def test_a_module_is_imported_whole_before_an_interrupt(module: str, before: str, call: str, result: str) -> None:
+    """Before, NumPy stayed half imported: each later call raised `cannot load module more than once per process`."""
+    code = INTERRUPT_IMPORT.format(module=module, before=before, call=call)
+    assert python_output(code).splitlines() == ["interrupted True", result]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
+from ..._core.interrupts import defer_interrupts
 from ...errors import ArgumentError, MissingExtraError, SizeWarning
 from ...imaging.image import Pixels
 from .frames import FrameSequence
@@ -65,7 +66,8 @@ def write_webm(file: BinaryIO, sequence: FrameSequence) -> None:
 def require_av() -> ModuleType:
     """Return PyAV, or raise `MissingExtraError`."""
     try:
-        import av
+        with defer_interrupts():
+            import av
     except ImportError:
         raise MissingExtraError("MP4 and WebM need PyAV: pip install 'gpu_xform[video]'") from None
     return av

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._core.interrupts import defer_interrupts
 from ...errors import DeviceWarning, GpuXformError
 
 # Fewer points take NumPy less time than numba takes to start its threads, and much less than to import it: through
@@ -80,7 +81,8 @@ def as_constant(array: Array) -> Array:
 @cache
 def _import_loops() -> ModuleType | None:
     try:
-        from . import loops
+        with defer_interrupts():
+            from . import loops
     except ModuleNotFoundError as error:
         if error.name != "numba":
             raise

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._core.interrupts import defer_interrupts
 from ...host import count_threads
 from ..kernels.convolution_job import ConvolutionJob, copy_extended
 from . import convolution_vectorized as vectorized
@@ -118,7 +119,8 @@ def _run_vectorized(job: ConvolutionJob, rows: Array, columns: Array, passes: li
 @cache
 def _import_loops() -> ModuleType | None:
     try:
-        from . import convolution_loops
+        with defer_interrupts():
+            from . import convolution_loops
     except ModuleNotFoundError as error:
         if error.name != "numba":
             raise

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..._core.interrupts import defer_interrupts
 from ...compute.host.choose import run_compiled
 from ...compute.host.store import HostStore
 from ...gpu.layouts import OBSTACLE
@@ -133,7 +134,8 @@ def _list_obstacles(obstacles: npt.NDArray[np.void]) -> npt.NDArray[Any]:
 @cache
 def _import_loops() -> ModuleType | None:
     try:
-        from . import loops
+        with defer_interrupts():
+            from . import loops
     except ModuleNotFoundError as error:
         if error.name != "numba":
             raise
