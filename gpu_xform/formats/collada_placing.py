@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
+from ..geometry.attributes import are_mirroring
 from ..geometry.mesh import Mesh
 from .collada_geometries import Triangles
 
@@ -54,7 +55,7 @@ def place_parts(
         np.repeat(matrix_numbers, counts[shape_numbers]),
         list(zip(unique.values(), np.split(order, ends[:-1]), strict=True)),
     )
-    is_mirrored = np.linalg.slogdet(matrices)[0] < 0.0
+    is_mirrored = are_mirroring(matrices)
     positions = np.empty((int(n_points.sum()), 3))
     corners = np.empty((int(n_faces.sum()), 3), np.int64)
     for part, places in blocks.triangles:

@@ -70,7 +70,7 @@ def read_scene(data: bytes, folder: Path | None = None, *, read_model: ReadModel
         joint = by_node.get(link)
         place = np.eye(4)
         if joint is not None:
-            place = joint.matrix(mimics[joint.name].offset) if joint.name in mimics else joint.origin
+            place = _place_follower(joint, mimics[joint.name]) if joint.name in mimics else joint.origin
         node = scene.add(name=link, parent=parents.get(link), transform=place)
         for _, mesh, origin in parts:
             if np.array_equal(origin, np.eye(4)):
@@ -122,6 +122,7 @@ def _read_joints(robot: Any, links: dict[str, Any]) -> list[tuple[Joint, str]]:
         if kind not in JOINT_KINDS:
             raise MeshError(f"{owner}: the type must be one of {', '.join(JOINT_KINDS)}, got {quote(str(kind))}")
         axis = _read_numbers(element.find("axis"), "xyz", (1.0, 0.0, 0.0), owner)
+        axis = np.ldexp(axis, -math.frexp(np.abs(axis).max())[1])  # whose length neither overflows nor underflows
         length = math.hypot(*axis)
         if not length and kind not in ("fixed", "floating"):
             raise MeshError(f"{owner}: the axis has no direction")
@@ -175,6 +176,17 @@ def _resolve(by_node: dict[str, Joint]) -> dict[str, Mimic]:
         return resolve_mimics({joint.name: joint for joint in by_node.values()})
     except ArgumentError as error:
         raise MeshError(str(error)) from None
+
+
+def _place_follower(joint: Joint, mimic: Mimic) -> Float64Array:
+    """Return the matrix of a joint that follows one which is at 0."""
+    place = np.full((4, 4), np.inf)
+    if math.isfinite(mimic.offset):
+        with np.errstate(over="ignore", invalid="ignore"):
+            place = joint.matrix(mimic.offset)
+    if not np.isfinite(place).all():
+        raise MeshError(f"joint {quote(joint.name)}: its place is not finite, {mimic.offset:g} along or about its axis")
+    return place
 
 
 _Part = tuple[str | None, Mesh, Float64Array]

@@ -316,8 +316,15 @@ def sign_of_determinant(matrix: Float64Array) -> float:
             determinant = a * (e * i - f * h) + b * (f * g - d * i) + c * (d * h - e * g)
             if abs(determinant) > 1e-12 * largest**3:  # far more than it is rounded by
                 return -1.0 if determinant < 0.0 else 1.0
-    with np.errstate(divide="ignore"):  # the logarithm of what has underflowed to 0
-        return -1.0 if np.linalg.slogdet(matrix)[0] < 0 else 1.0
+    return -1.0 if bool(are_mirroring(matrix)) else 1.0
+
+
+def are_mirroring(matrices: Float64Array) -> npt.NDArray[np.bool_]:
+    """Return whether each of (..., s, s) matrices mirrors, s <= 4."""
+    is_large = np.abs(matrices).max(axis=(-2, -1), keepdims=True) > 1e300  # elimination may multiply it by 8
+    with np.errstate(divide="ignore", invalid="ignore"):  # the logarithm of 0, and matrices that are not finite
+        signs = np.linalg.slogdet(np.where(is_large, matrices / 16.0, matrices))[0]
+    return np.asarray(signs < 0.0)
 
 
 class FrozenDict(Mapping[Any, Any]):

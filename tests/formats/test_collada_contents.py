@@ -281,3 +281,15 @@ def test_coordinates_near_the_largest_numbers_are_points_of_their_own() -> None:
     mesh = read(with_mesh(source("p", rows) + group))
     assert mesh.positions[:, 0].tolist() == [1e308, 1.5e308, -1e308, 1e300]
     assert mesh.indices.tolist() == [0, 1, 2, 0, 3, 0]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_matrices_near_the_largest_numbers_mirror_by_their_sign(sign: int) -> None:
+    """Elimination overflows in them: NumPy warned."""
+    rows = ["1 1 -1 0", "-1 1 1 0", f"{sign} {-sign} {sign} 0"]
+    matrix = " ".join(rows).replace("1", "1e308") + " 0 0 0 1"
+    text = PLAIN.replace("0 0 0 10 0 0 0 20 30", "0 0 0 1 0 0 0 0.5 0.25")
+    mesh = read(text.replace('<node id="n">', f'<node id="n"><matrix>{matrix}</matrix>'))
+    assert mesh.indices.tolist() == ([0, 1, 2] if sign > 0 else [0, 2, 1])
+    expected = np.array([row.split() for row in rows], np.float64)[:, :3] @ [[0, 1, 0], [0, 0, 0.5], [0, 0, 0.25]]
+    np.testing.assert_allclose(mesh.positions, 1e308 * expected.T)

@@ -394,3 +394,27 @@ def test_nodes_are_counted_before_their_shapes_are_made(monkeypatch: pytest.Monk
     with pytest.raises(MeshError, match="expands to more than 10 nodes"):
         load_mesh(io.BytesIO(text.encode()), file_type="urdf", limits=FileLimits(nodes=10))
     assert len(made) == 11
+
+
+_BOXES = ARM.replace("<mesh", "<box").replace("filename", 'size="1 1 1" f')
+
+
+@pytest.mark.parametrize("size", ["1.7e308", "5e-324", "3"])
+def test_the_length_of_an_axis_neither_overflows_nor_underflows(size: str) -> None:
+    scene = read(_BOXES.replace('<axis xyz="0 3 4"/>', f'<axis xyz="{size} 0 -{size}"/>'))
+    np.testing.assert_allclose(scene.joints["shoulder"].axis, [2**-0.5, 0.0, -(2**-0.5)], rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('offset="0.25"', 'offset="1e308"'),
+        ('<origin xyz="0.2 0 0"/><axis xyz="1 0 0"/>', '<origin xyz="1.7e308 0 0"/><axis xyz="1 0 0"/>'),
+    ],
+)
+def test_a_follower_beyond_the_largest_numbers_is_refused(old: str, new: str) -> None:
+    text = _BOXES.replace(old, new)
+    text = text.replace('"finger" type="continuous"', '"finger" type="prismatic"').replace('r="0.5"', 'r="1e10"')
+    text = text.replace('offset="0.25"', 'offset="1.7e308"')
+    with pytest.raises(MeshError, match=r"joint '(finger|tip_joint)': its place is not finite"):
+        read(text)
