@@ -18,7 +18,7 @@ from .gltf_document import Document, read_document, understand, write_gltf
 from .gltf_meshes import read_meshes
 from .gltf_nodes import build_scene, list_unheld
 from .gltf_write import make_document
-from .limits import budget
+from .limits import Budget, budget
 
 # Numbers that take as long to make as it takes to pose a mesh of no points by each joint of a point.
 _NUMBERS_PER_INFLUENCE = 1 << 8
@@ -70,9 +70,10 @@ def make_scene(document: Document, *, whole: bool = True) -> Scene:
 
 def merge_scene(scene: Scene) -> Mesh:
     """Return all that a scene of meshes shows as one mesh in the world."""
+    file = budget()  # a new one each time where no file is read by its name or type
     for node in find_visible(scene):
         for shown in node.models:
-            _count(node, shown.model)
+            _count(node, shown.model, file)
     try:
         placed = [(layer.model, layer.transform) for layer in scene.layers() if isinstance(layer.model, Mesh)]
     except ArgumentError as error:  # a world matrix that overflows
@@ -85,7 +86,7 @@ def merge_scene(scene: Scene) -> Mesh:
     return merged.with_attributes(merged.attributes, metadata={"gltf": {"holds": holds}} if holds else None)
 
 
-def _count(node: Node, model: Any) -> None:
+def _count(node: Node, model: Any, file: Budget) -> None:
     """Count the points and corners of a model's copies where a node shows it, and what is made to place them."""
     mesh = model.mesh if isinstance(model, DeformableMesh) else model
     if not isinstance(mesh, Mesh):
@@ -99,5 +100,5 @@ def _count(node: Node, model: Any) -> None:
     if node.instances is not None:
         n_copies = len(node.instances)
         n_values += n_copies * _NUMBERS_PER_MATRIX
-    budget().take_numbers(n_copies * (size + count_corners(mesh)), "its nodes")
-    budget().take_values(n_values, f"node {node.name!r}")
+    file.take_numbers(n_copies * (size + count_corners(mesh)), "its nodes")
+    file.take_values(n_values, f"node {node.name!r}")

@@ -144,24 +144,41 @@ def _build_mesh(parts: Any) -> Mesh:
     return Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata or None)
 
 
-def _describe_deformable(model: DeformableMesh) -> list[Any]:
+class _Parts:
+    """Meshes and skins, each described once, however many models have it."""
+
+    def __init__(self) -> None:
+        self.described: list[Any] = []
+        self._places: dict[int, int] = {}
+
+    def place(self, part: Mesh | Skin) -> int:
+        """Return the place of a part, which lives as long as its scene."""
+        if id(part) not in self._places:
+            self._places[id(part)] = len(self.described)
+            self.described.append(
+                _describe_mesh(part) if isinstance(part, Mesh) else [list(part.joints), part.joint_from_mesh]
+            )
+        return self._places[id(part)]
+
+
+def _describe_deformable(model: DeformableMesh, meshes: _Parts, skins: _Parts) -> list[Any]:
     skin, influences = model.skin, model.influences
     return [
-        _describe_mesh(model.mesh),
+        meshes.place(model.mesh),
         list(model.targets),
         model.weights,
-        None if skin is None else [list(skin.joints), skin.joint_from_mesh],
+        None if skin is None else skins.place(skin),
         None if influences is None else [influences.joints, influences.weights],
     ]
 
 
-def _build_deformable(parts: Any) -> DeformableMesh:
+def _build_deformable(parts: Any, meshes: list[Mesh], skins: list[Skin]) -> DeformableMesh:
     mesh, targets, weights, skin, influences = parts
     return DeformableMesh(
-        _build_mesh(mesh),
+        meshes[mesh],
         targets,
         weights,
-        None if skin is None else Skin(tuple(map(str, skin[0])), skin[1]),
+        None if skin is None else skins[skin],
         None if influences is None else Influences(*influences),
     )
 
@@ -187,14 +204,15 @@ def _describe_scene(scene: Scene) -> list[Any]:
         ]
         for animation in scene.animations.values()
     ]
+    meshes, skins = _Parts(), _Parts()
     described = [
-        ["deformable", _describe_deformable(model)]
+        ["deformable", _describe_deformable(model, meshes, skins)]
         if isinstance(model, DeformableMesh)
-        else ["mesh", _describe_mesh(model)]
+        else ["mesh", meshes.place(model)]
         for model in models.values()
     ]
     joints = [[getattr(joint, attribute.name) for attribute in fields(Joint)] for joint in scene.joints.values()]
-    return [nodes, described, animations, scene.metadata, joints]
+    return [nodes, described, animations, scene.metadata, joints, meshes.described, skins.described]
 
 
 def _build_joint(parts: Any) -> Joint:
@@ -203,8 +221,12 @@ def _build_joint(parts: Any) -> Joint:
 
 
 def _build_scene(parts: Any) -> Scene:
-    nodes, described, animations, metadata, joints = parts
-    models = [(_build_deformable if kind == "deformable" else _build_mesh)(parts) for kind, parts in described]
+    nodes, described, animations, metadata, joints, described_meshes, described_skins = parts
+    meshes = [_build_mesh(parts) for parts in described_meshes]
+    skins = [Skin(tuple(map(str, names)), matrices) for names, matrices in described_skins]
+    models = [
+        _build_deformable(parts, meshes, skins) if kind == "deformable" else meshes[parts] for kind, parts in described
+    ]
     built = [
         SceneAnimation(
             str(name),

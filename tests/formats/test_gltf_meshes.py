@@ -21,6 +21,7 @@ from scipy.spatial.transform import Rotation
 
 from gpu_xform import Mesh, Scene, load_mesh, load_scene, rotate_z, samples, scale, translate
 from gpu_xform.errors import MeshError, MissingExtraError
+from gpu_xform.formats.gltf import merge_scene
 from gpu_xform.geometry.deformable_mesh import DeformableMesh
 from tests.support.gltf_files import Builder, document, pack
 
@@ -568,6 +569,31 @@ def test_joints_of_a_skin_are_gathered_once_and_a_pose_is_made_once(monkeypatch:
     assert again.model is layer.model
     (moved,) = scene.posed({"joint 1": np.eye(4)}).layers()
     assert moved.model is not layer.model
+
+
+@pytest.mark.parametrize("isolated", [False, True])
+def test_nodes_share_meshes_and_skins(isolated: bool) -> None:
+    builder = Builder()
+    add_skinned_cube(builder, 1)
+    builder.content["meshes"].append(builder.content["meshes"][0])
+    builder.content["skins"].append(builder.content["skins"][0])
+    for mesh, skin in ((0, 1), (1, 0), (0, 0)):
+        builder.content["scenes"][0]["nodes"].append(builder.node(mesh=mesh, skin=skin))
+    scene = load_scene(io.BytesIO(builder.pack()), file_type="glb", isolated=isolated)
+    first, other_skin, other_mesh, again = [shown.model for node in scene for shown in node.models]
+    assert again is first
+    assert other_skin.mesh is first.mesh
+    assert other_mesh.skin is first.skin
+    assert other_skin.skin is not first.skin
+
+
+def test_nodes_of_a_scene_that_is_not_read_are_counted_together() -> None:
+    scene = Scene()
+    mesh = Mesh(np.zeros((1_000_000, 3)))
+    for _ in range(4):
+        scene.add(mesh)
+    with pytest.raises(MeshError, match="its nodes: expands to more than"):
+        merge_scene(scene)
 
 
 @pytest.mark.parametrize("kind", ["skins", "joints", "weights", "targets"])
