@@ -216,6 +216,7 @@ class _Visuals:
             if (color := _read_color(element)) is not None
         }
         self._files: dict[Path, Mesh | None] = {}
+        self._colored = set[Path]()  # the files that have colours of their own
         self._made: dict[Any, Mesh] = {}
         self._lost: Counter[str] = Counter()
         self._lacks_package = False
@@ -289,7 +290,9 @@ class _Visuals:
         if key not in self._made:
             is_another = path in self._files
             if not is_another:
-                self._files[path] = self._read_file(path)
+                self._files[path] = read = self._read_file(path)
+                if read is not None and _has_colors(read):
+                    self._colored.add(path)
             mesh = self._files[path]
             if mesh is None:
                 self._lost[f"{quote_end(name)}, of a type that cannot be read"] += 1
@@ -298,7 +301,7 @@ class _Visuals:
                 budget().take_numbers((mesh.positions.size + len(mesh.indices)) // _MADE_DISCOUNT, shape.sourceline)
             with prefix_errors(owner):
                 moved = mesh if scale == (1.0, 1.0, 1.0) else mesh.transformed(np.diag([*scale, 1.0]))
-            self._made[key] = moved if _has_colors(moved) else _paint(moved, color)
+            self._made[key] = moved if path in self._colored else _paint(moved, color)
         return self._made[key]
 
     def _read_file(self, path: Path) -> Mesh | None:
