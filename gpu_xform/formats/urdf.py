@@ -215,6 +215,7 @@ class _Visuals:
             for element in robot.iter("material")
             if (color := _read_color(element)) is not None
         }
+        self._paths: dict[str, Path | None] = {}  # of the names of files
         self._files: dict[Path, Mesh | None] = {}
         self._colored = set[Path]()  # the files that have colours of their own
         self._made: dict[Any, Mesh] = {}
@@ -281,7 +282,9 @@ class _Visuals:
         if not name:
             raise MeshError(f"{owner}: a mesh has no file name")
         scale = tuple(_read_numbers(shape, "scale", (1.0, 1.0, 1.0), owner))
-        path = None if self._finder is None else self._finder.find(name)
+        if name not in self._paths:
+            self._paths[name] = None if self._finder is None else self._finder.find(name)
+        path = self._paths[name]
         if path is None:
             self._lost[f"{quote_end(name)}, which was not found"] += 1
             self._lacks_package |= name.startswith(PACKAGE_SCHEMES)
@@ -352,6 +355,8 @@ def _read_color(material: Any) -> tuple[int, ...] | None:
 def _read_origin(element: Any, owner: str) -> Float64Array:
     """Return the matrix of an <origin>: turned about the fixed axes x, y and z by roll, pitch and yaw, then moved."""
     origin = element.find("origin")
+    if origin is None:
+        return np.eye(4)
     roll, pitch, yaw = _read_numbers(origin, "rpy", (0.0, 0.0, 0.0), owner)
     turned = matrices.rotate_z(yaw) @ matrices.rotate_y(pitch) @ matrices.rotate_x(roll)
     moved: Float64Array = matrices.translate(*_read_numbers(origin, "xyz", (0.0, 0.0, 0.0), owner)) @ turned

@@ -13,6 +13,7 @@ from gpu_xform import FileLimits, Mesh, Scene, load_mesh, load_scene, save_mesh
 from gpu_xform.cli import main
 from gpu_xform.errors import MeshError, MeshWarning, MissingExtraError
 from gpu_xform.formats import urdf
+from gpu_xform.formats.urdf_files import ModelFinder
 from tests.support.urdf_files import ARM, TETRAHEDRON, TRIANGLE_DAE
 
 
@@ -282,6 +283,22 @@ def test_paths_of_missing_files_are_not_resolved(robot: Path, monkeypatch: pytes
             load_scene(robot)
         counts.append(len(resolved))
     assert counts[0] == counts[1]
+
+
+def test_a_path_is_looked_up_once(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    find, names = ModelFinder.find, []
+
+    def look(finder: ModelFinder, name: str) -> Path | None:
+        names.append(name)
+        return find(finder, name)
+
+    monkeypatch.setattr(ModelFinder, "find", look)
+    visual = '<visual><geometry><mesh filename="{}.stl"/></geometry></visual>'
+    visuals = visual.format("meshes/tetra") * 5 + visual.format("none") * 5
+    robot.write_text(f'<robot><link name="a">{visuals}</link></robot>', "utf-8")
+    with pytest.warns(MeshWarning, match="'none.stl', which was not found"):
+        assert len(load_scene(robot)["a"].models) == 5
+    assert names == ["meshes/tetra.stl", "none.stl"]
 
 
 def test_names_that_no_system_has_are_not_looked_for(tmp_path: Path) -> None:
