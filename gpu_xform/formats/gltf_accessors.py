@@ -14,6 +14,7 @@ from .._core.interrupts import defer_interrupts
 from .._core.types import Float64Array
 from ..errors import MeshError, MissingExtraError
 from ._text import quote
+from .gltf_draco import DracoMesh
 from .limits import budget
 
 DTYPES = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
@@ -36,6 +37,8 @@ class Accessors:
         self._unpacked: dict[int, tuple[bytes, int]] = {}
         self._copies: dict[tuple[int, int, int], bytes] = {}
         self._n_copied = 0
+        self.draco: dict[int, DracoMesh] = {}
+        """The streams of Draco that were unpacked, by their buffer views: several primitives may name one."""
         self._replaced: dict[int, npt.NDArray[Any]] = {}
         self._rows: dict[int, npt.NDArray[Any]] = {}  # of accessors that primitives share: views, which take no memory
         self._floats = WeakValueDictionary[int, npt.NDArray[Any]]()  # that somebody holds

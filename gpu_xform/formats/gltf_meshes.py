@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._core.interrupts import defer_interrupts
 from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError, MissingExtraError
 from ..geometry.attributes import Attributes, freeze_value
@@ -19,6 +18,7 @@ from ..geometry.deformable_mesh import Influences
 from ..geometry.mesh import Mesh, count_corners, take_over
 from .gltf_accessors import Accessors, get_count
 from .gltf_attributes import read_attributes
+from .gltf_draco import DracoCounts, decode_draco
 from .gltf_placements import make_names
 from .limits import budget
 
@@ -188,29 +188,39 @@ def _read_influences(attributes: Any, n_points: int, accessors: Accessors, owner
 
 def _unpack(part: Any, accessors: Accessors, owner: str) -> int:
     """Put the arrays of a primitive packed by Draco in place of its accessors, and return its mode of drawing."""
-    try:
-        with defer_interrupts():
-            import DracoPy
-    except ImportError:
-        if accessors.has_content(get_count(part["attributes"], "POSITION")):  # the file has both
-            return get_count(part, "mode", _TRIANGLES)
-        raise MissingExtraError(f"{_DRACO} needs DracoPy: pip install 'gpu_xform[gltf]'") from None
-    packed = part["extensions"][_DRACO]
-    data = bytes(accessors.view_bytes(get_count(packed, "bufferView")))
-    try:
-        mesh = DracoPy.decode(data)
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever damaged content brings the library to
-        raise MeshError(f"{owner}: {_DRACO}: {error}") from None
-    by_id = {attribute["unique_id"]: attribute["data"] for attribute in mesh.attributes}
+    packed, positions = part["extensions"][_DRACO], get_count(part["attributes"], "POSITION")
+    view = get_count(packed, "bufferView")
+    if view not in accessors.draco:
+        data = bytes(accessors.view_bytes(view))
+        try:
+            accessors.draco[view] = decode_draco(data, lambda counts: _require_declared(counts, part, accessors))
+        except ImportError:
+            if accessors.has_content(positions):  # the file has both
+                return get_count(part, "mode", _TRIANGLES)
+            raise MissingExtraError(f"{_DRACO} needs DracoPy: pip install 'gpu_xform[gltf]'") from None
+        except MeshError as error:
+            raise MeshError(f"{owner}: {_DRACO}: {error}") from None
+    mesh = accessors.draco[view]
     for name, unique_id in packed["attributes"].items():
-        if unique_id not in by_id:
+        if unique_id not in mesh.columns:
             raise MeshError(f"{owner}: {_DRACO} has no attribute {unique_id} for {name}")
-        accessors.replace(get_count(part["attributes"], name), by_id[unique_id])
+        accessors.replace(get_count(part["attributes"], name), mesh.columns[unique_id])
     if "indices" in part:
-        accessors.replace(get_count(part, "indices"), np.asarray(mesh.faces, np.uint32).reshape(-1, 1))
+        accessors.replace(get_count(part, "indices"), mesh.corners)
     return _TRIANGLES
+
+
+def _require_declared(counts: DracoCounts, part: Any, accessors: Accessors) -> None:
+    """Raise MeshError for a stream of more than the accessors of its primitive declare, which have been counted."""
+    positions = get_count(part["attributes"], "POSITION")
+    for i, n_rows in (
+        (positions, counts.n_points),
+        (get_count(part, "indices") if "indices" in part else positions, 3 * counts.n_faces),
+    ):
+        if n_rows > accessors.count(i):
+            raise MeshError(f"accessor {i} declares {accessors.count(i)} rows, its content has {n_rows}")
+    if counts.n_seams > len(part["attributes"]):
+        raise MeshError(f"the primitive has {len(part['attributes'])} attributes, its content {counts.n_seams}")
 
 
 def _assemble_faces(corners: npt.NDArray[Any], mode: int, owner: str) -> npt.NDArray[Any]:
