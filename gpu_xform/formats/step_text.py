@@ -3,6 +3,7 @@
 The library that makes triangles of it always answers in metres, and takes a tolerance that knows nothing of the size.
 """
 
+import math
 import re
 from collections import Counter
 from collections.abc import Iterator
@@ -229,5 +230,9 @@ def _measure(data: bytes) -> float:
         raise MeshError("its points must be three numbers each") from None
     if not np.isfinite(array).all():
         raise MeshError("its points must be finite")
-    diagonal = float(np.linalg.norm(array.max(axis=0) - array.min(axis=0))) if len(array) else 0.0
-    return diagonal or max(radii, default=0.0)
+    with np.errstate(over="ignore"):
+        diagonal = float(np.linalg.norm(array.max(axis=0) - array.min(axis=0))) if len(array) else 0.0
+    size = diagonal or max(radii, default=0.0)
+    if not math.isfinite(size):
+        raise MeshError("its size must be finite")
+    return size

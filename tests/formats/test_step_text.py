@@ -164,3 +164,16 @@ def test_an_assembly_below_several_is_walked_once() -> None:
     assert budget.taken() == (12, 0)
     with spend(100, FileLimits(nodes=11)), pytest.raises(MeshError, match="more than 11 nodes"):
         read_text(_HEAD + usages)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"#1=CARTESIAN_POINT('',(1.7E308,0.,0.));#2=CARTESIAN_POINT('',(-1.7E308,0.,0.));",
+        b"#1=CARTESIAN_POINT('',(1.7E308,1.7E308,0.));#2=CARTESIAN_POINT('',(0.,0.,0.));",
+        b"#1=CIRCLE('',#2,1.E999);",
+    ],
+)
+def test_a_size_beyond_the_largest_numbers_is_refused(text: bytes) -> None:
+    with pytest.raises(MeshError, match="its size must be finite"):
+        read_text(_HEAD + text)
