@@ -27,7 +27,7 @@ FREE_PARTS, BYTES_PER_PART = 1 << 16, 4
 FREE_SPELLED_NODES, BYTES_PER_NODE, PARTS_PER_NODE = 1 << 13, 16, 16
 # How dense elements and attributes may be in XML, by the bytes that it is compressed to: the most regular meshes, grids
 # and voxels, have 3.9 bytes per vertex or triangle.
-FREE_ELEMENTS, BYTES_PER_ELEMENT, ATTRIBUTES_PER_ELEMENT = 1 << 16, 3, 6
+FREE_ELEMENTS, BYTES_PER_ELEMENT, ATTRIBUTES_PER_ELEMENT = 1 << 16, 3, 8
 # How small chunks may be that are decompressed one by one, as each takes time however little it holds.
 FREE_CHUNKS, BYTES_PER_CHUNK = 1 << 11, 1 << 10
 

@@ -4,7 +4,7 @@ A triangle names a group of properties and three of its members; an object names
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,10 +13,18 @@ import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
 from ..geometry.attributes import Attributes
+from .limits import budget
 
 _COLOR = re.compile(r"#([0-9a-fA-F]{6})([0-9a-fA-F]{2})?")
 
-GROUPS = ("basematerials", "colorgroup", "compositematerials", "multiproperties", "texture2dgroup")
+MEMBERS = {
+    "basematerials": ("displaycolor", "name"),
+    "colorgroup": ("color",),
+    "compositematerials": ("values",),
+    "multiproperties": ("pindices",),
+    "texture2dgroup": ("u", "v"),
+}
+"""What is read of the members of a group, by its kind."""
 
 
 @dataclass(frozen=True)
@@ -30,23 +38,31 @@ class Group:
     """(n, 2)"""
 
 
-def read_group(element: Any, known: dict[str, Group]) -> Group:
-    """Return a group, which may refer to `known` ones; members that are malformed are white, or at (0, 0)."""
-    kind = element.tag.rpartition("}")[2]
-    members = [child for child in element if isinstance(child.tag, str)]
+_NO_GROUP = Group()
+
+
+def read_group(
+    kind: str, attributes: Mapping[str, str], members: Sequence[tuple[str | None, ...]], known: dict[str, Group]
+) -> Group:
+    """Return a group, which may refer to `known` ones; members that are malformed are white, or at (0, 0).
+
+    members : what each says, as `MEMBERS` lists it
+    """
     if kind == "basematerials":
-        colors = [_parse_color(member.get("displaycolor")) for member in members]
-        return Group(np.array(colors, np.uint8).reshape(-1, 4), tuple(member.get("name") or "" for member in members))
+        colors = [_parse_color(color) for color, _ in members]
+        return Group(np.array(colors, np.uint8).reshape(-1, 4), tuple(name or "" for _, name in members))
     if kind == "colorgroup":
-        return Group(np.array([_parse_color(member.get("color")) for member in members], np.uint8).reshape(-1, 4))
+        return Group(np.array([_parse_color(color) for (color,) in members], np.uint8).reshape(-1, 4))
     if kind == "texture2dgroup":
-        rows = [[*_parse_floats(f"{member.get('u')} {member.get('v')}"), 0.0, 0.0][:2] for member in members]
+        rows = [[*_parse_floats(f"{u} {v}"), 0.0, 0.0][:2] for u, v in members]
         return Group(texcoords=np.array(rows).reshape(-1, 2))
+    rows = [_parse_floats(text) for (text,) in members]
     if kind == "compositematerials":
-        base = known.get(element.get("matid", ""), Group())
-        chosen = [int(number) for number in _parse_floats(element.get("matindices"))]
-        return Group(_mix(base, chosen, [_parse_floats(member.get("values")) for member in members]))
-    return _combine(element, members, known)
+        base = known.get(attributes.get("matid", ""), _NO_GROUP)
+        return Group(_mix(base, [int(number) for number in _parse_floats(attributes.get("matindices"))], rows))
+    pids = attributes.get("pids", "")
+    budget().take_elements(0, len(pids) // 2)
+    return _combine([known.get(pid, _NO_GROUP) for pid in pids.split()], rows)
 
 
 def _mix(base: Group, chosen: Sequence[int], parts: Sequence[Sequence[float]]) -> npt.NDArray[np.uint8] | None:
@@ -65,17 +81,15 @@ def _mix(base: Group, chosen: Sequence[int], parts: Sequence[Sequence[float]]) -
     return np.rint(np.clip(means, 0, 255)).astype(np.uint8)
 
 
-def _combine(element: Any, members: Sequence[Any], known: dict[str, Group]) -> Group:
+def _combine(groups: Sequence[Group], rows: Sequence[Sequence[float]]) -> Group:
     """Return the members of several groups: of these, the first that has colours and the first that has a texture."""
-    groups = [known.get(name, Group()) for name in (element.get("pids") or "").split()]
-    rows = [[int(number) for number in _parse_floats(member.get("pindices"))] for member in members]
     found: dict[str, Any] = {}
     for name in ("colors", "texcoords"):
         for column, group in enumerate(groups):
             table = getattr(group, name)
             if table is None or not len(table) or not rows:
                 continue
-            chosen = np.array([row[column] if column < len(row) else 0 for row in rows], np.int64)
+            chosen = np.array([int(row[column]) if column < len(row) else 0 for row in rows], np.int64)
             found[name] = table[np.where((chosen >= 0) & (chosen < len(table)), chosen, 0)]
             if name == "colors" and group.names:
                 found["names"] = tuple(group.names[i] if 0 <= i < len(group.names) else "" for i in chosen)
@@ -149,6 +163,7 @@ def _parse_color(text: str | None) -> tuple[int, int, int, int]:
 def _parse_floats(text: str | None) -> list[float]:
     """Return the finite numbers of a text, up to the first word that is none."""
     numbers: list[float] = []
+    budget().take_elements(0, len(text or "") // 2)
     for word in (text or "").split():
         try:
             number = float(word)

@@ -7,6 +7,7 @@ import io
 import json
 import re
 import string
+import sys
 import time
 import tracemalloc
 import zipfile
@@ -28,7 +29,7 @@ TRIANGLE_3MF = (
     '<triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh>'
 )
 ATTRIBUTES = "".join(f' {name}=""' for name in string.ascii_letters)
-NUMBERS_XML = f"<!--{' '.join(map(str, range(25_000)))}-->"  # so that a file is larger
+NUMBERS_XML = f"<!--{' '.join(map(str, range(40_000)))}-->"  # so that a file is larger
 FACE_97 = "Shape{geometry IndexedFaceSet{coord Coordinate{point[0 0 0 1 0 0 0 1 0]} coordIndex[0 1 2]}}"
 
 
@@ -103,7 +104,7 @@ BOMBS: dict[str, tuple[str, Callable[[], bytes], str]] = {
         lambda: threemf(f"<object><mesh><vertices>{70_000 * '<vertex/>'}</vertices></mesh></object>", ""),
         "nodes",
     ),
-    "attributes": ("3mf", lambda: threemf(12_000 * f"<a{ATTRIBUTES}/>", NUMBERS_XML), "nodes"),
+    "attributes": ("3mf", lambda: threemf(18_000 * f"<a{ATTRIBUTES}/>", NUMBERS_XML), "nodes"),
     "USE": (
         "wrl",
         lambda: vrml(
@@ -236,11 +237,12 @@ def test_what_a_file_holds_itself_is_not_refused() -> None:
     assert gx.load_mesh(io.BytesIO(vrml(f"DEF A {FACE_97}\n{forest}")), file_type="wrl").n_faces == 5001
 
 
-def test_the_most_regular_mesh_that_is_compressed_best_is_not_refused() -> None:
+def voxels(n: int) -> bytes:
+    """Return a 3MF of n^3 cubes, the most regular mesh, compressed best."""
     corners = [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)]
     sides = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6)]
     sides += [(0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)]
-    cells = [(2 * x, 2 * y, 2 * z) for x in range(18) for y in range(18) for z in range(18)]
+    cells = [(2 * x, 2 * y, 2 * z) for x in range(n) for y in range(n) for z in range(n)]
     vertices = "".join(f'<vertex x="{x + i}" y="{y + j}" z="{z + k}"/>' for x, y, z in cells for i, j, k in corners)
     triangles = "".join(
         f'<triangle v1="{8 * cell + i}" v2="{8 * cell + j}" v3="{8 * cell + k}"/>'
@@ -248,9 +250,21 @@ def test_the_most_regular_mesh_that_is_compressed_best_is_not_refused() -> None:
         for i, j, k in sides
     )
     mesh = f"<mesh><vertices>{vertices}</vertices><triangles>{triangles}</triangles></mesh>"
-    data = threemf(f'<object id="1">{mesh}</object>', '<item objectid="1"/>', level=9)
+    return threemf(f'<object id="1">{mesh}</object>', '<item objectid="1"/>', level=9)
+
+
+def test_the_most_regular_mesh_that_is_compressed_best_is_not_refused() -> None:
+    data = voxels(18)
     assert len(data) < 4 * 20 * 18**3
     assert gx.load_mesh(io.BytesIO(data), file_type="3mf").n_faces == 12 * 18**3
+
+
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="only Linux limits a process's memory")
+def test_xml_is_read_without_a_tree() -> None:
+    """A tree of it takes 110 MB."""
+    limits = gx.FileLimits(memory_bytes=80_000_000)
+    mesh = gx.load_mesh(io.BytesIO(voxels(18)), file_type="3mf", isolated=True, limits=limits)
+    assert mesh.n_faces == 12 * 18**3
 
 
 CUBE = b"".join(b"v %d %d %d\n" % (x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)) + b"f 1 2 4 3\nf 5 6 8\n"

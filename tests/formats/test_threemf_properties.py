@@ -206,3 +206,18 @@ def test_many_namespaces_are_looked_up_once_for_all_required_extensions() -> Non
     start = time.process_time()
     assert read(model).n_faces == 2
     assert time.process_time() - start < 1
+
+
+@pytest.mark.parametrize(
+    "resources",
+    [
+        f'<m:multiproperties id="7" pids="{540_000 * "5 "}"><m:multi pindices="0"/></m:multiproperties>',
+        f'<m:multiproperties id="7" pids="5"><m:multi pindices="{540_000 * "0 "}"/></m:multiproperties>',
+    ],
+    ids=["groups", "members"],
+)
+def test_lists_of_half_a_million_words_are_refused_before_they_are_split(resources: str) -> None:
+    with pytest.raises(
+        MeshError, match=r"it is made of more than 66,\d+ elements of 8 attributes, the limit FileLimits"
+    ):
+        read(package(COLORS + resources))
