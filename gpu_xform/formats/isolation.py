@@ -5,13 +5,15 @@ the scene is built, and so checked, here.
 """
 
 import errno
+import gc
 import json
 import math
 import mmap
 import os
 import sys
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import asdict, fields, replace
 from functools import partial
 from pathlib import Path
@@ -39,6 +41,7 @@ _N_STANDARD_STREAMS = 3
 _MAX_ANSWER_BYTES = 1 << 28
 _ALIGNMENT_BYTES = 16
 _KINDS = "biuf"
+_PLAIN = frozenset({bool, float, int, str, type(None)})
 
 Model = TypeVar("Model", Mesh, Scene)
 _COMMAND = "from gpu_xform.formats import isolation, registry; isolation.serve(registry.read_bytes, registry.prepare)"
@@ -90,9 +93,22 @@ def _read_in_child(
             raise MeshError(describe_end(ended, "the process that read it", cpu_s, memory_bytes))
         if len(ended.printed) > _MAX_ANSWER_BYTES:
             raise MeshError(f"it takes more than {_MAX_ANSWER_BYTES:,} bytes to describe, beside its arrays")
-        return _build(_parse_answer(ended.printed), memory, build)
+        with _without_collection():
+            return _build(_parse_answer(ended.printed), memory, build)
     finally:
         os.close(memory)
+
+
+@contextmanager
+def _without_collection() -> Iterator[None]:
+    """Collect no garbage in the block, which makes many small objects and no cycles: it would take most of the time."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def _create_memory() -> int:
@@ -256,6 +272,10 @@ def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int], known: dict[i
 
     known : what was encoded, and its number, by its identity: what several parts of the model share is there once
     """
+    if type(value) in _PLAIN:  # first, as most are, and to ask for an abstract type is slow
+        return value
+    if type(value) is list:
+        return [_encode(each, append, known) for each in value]
     if not isinstance(value, FrozenDict | tuple | np.ndarray | bytes | bytearray | memoryview):
         return _encode_once(value, append, known)
     if id(value) in known:
@@ -281,9 +301,7 @@ def _encode_once(value: Any, append: Callable[[npt.NDArray[Any]], int], known: d
         return {"map": [[_encode(key, append, known), _encode(each, append, known)] for key, each in value.items()]}
     if isinstance(value, tuple):
         return {"tuple": [_encode(each, append, known) for each in value]}
-    if isinstance(value, list):
-        return [_encode(each, append, known) for each in value]
-    if value is None or isinstance(value, bool | int | float | str):
+    if isinstance(value, bool | int | float | str):
         return value
     raise MeshError(f"{type(value).__name__} cannot be carried out of isolation")
 
@@ -391,4 +409,5 @@ def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any
             raise MemoryError from None  # the limit of the size of files is that of memory
         return start
 
-    return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append, {})
+    with _without_collection():
+        return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append, {})

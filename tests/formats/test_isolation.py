@@ -1,5 +1,6 @@
 """Files read in a process of their own: the same mesh comes back, or a MeshError, whatever happens in there."""
 
+import gc
 import io
 import json
 import signal
@@ -152,6 +153,25 @@ def test_all_of_a_scene_goes_through_the_shared_memory() -> None:
     built = isolation._build_scene(isolation._decode(sent, memory, []))
     assert_same(isolation._describe_scene(built), isolation._describe_scene(scene))
     assert built["hand"].models[1].model is built["arm"].models[0].model
+
+
+@pytest.mark.parametrize("is_enabled", [True, False])
+def test_no_garbage_is_collected_while_an_answer_is_understood(is_enabled: bool, monkeypatch: Any) -> None:
+    found = []
+
+    def decode(*_: Any) -> Any:
+        found.append(gc.isenabled())
+        raise ValueError("malformed")
+
+    monkeypatch.setattr(isolation, "_decode", decode)
+    was_enabled = gc.isenabled()
+    (gc.enable if is_enabled else gc.disable)()
+    try:
+        with pytest.raises(MeshError, match="malformed"):
+            gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True)
+        assert (found, gc.isenabled()) == ([False], is_enabled)
+    finally:
+        (gc.enable if was_enabled else gc.disable)()
 
 
 def test_a_scene_is_read_in_isolation_as_well(working_folder: Path) -> None:
