@@ -32,36 +32,39 @@ def describe_interrupt(interrupt: KeyboardInterrupt) -> tuple[int, str]:
 # a device.
 _signal = sys.modules.get("_signal", signal)
 
-_is_deferring = False  # by the main thread
+_came: list[int] | None = None  # the signals that came in the outermost block, which the main thread is in
 
 # What raises out of the middle of anything. A program that handles a signal in another way knows what it does.
 _RAISING_HANDLERS = ((signal.SIGINT, signal.default_int_handler), (signal.SIGTERM, raise_terminated))
 
 
 @contextlib.contextmanager
-def defer_interrupts() -> Iterator[None]:
-    """Raise at the end of the block what Ctrl+C or SIGTERM would raise within it.
+def defer_interrupts() -> Iterator[list[int]]:
+    """Raise at the end of the block what Ctrl+C or SIGTERM would raise within it; work that takes long ends early then.
+
+    Yields the signals that have come, a list that grows.
 
     Raised earlier, it could leave a wgpu object half made or a buffer mapped, be lost in a destructor, or leave only
     some files moved. Nothing is deferred in threads other than the main one, which are never interrupted, or if the
     program handles the signals itself.
     """
-    global _is_deferring
+    global _came
     deferred: list[tuple[signal.Signals, Callable[[int, FrameType | None], Any]]] = []
     # In a block within another there is nothing to do: asking for handlers takes as long as many calls of a driver.
-    if not _is_deferring and threading.current_thread() is threading.main_thread():
+    is_main = threading.current_thread() is threading.main_thread()
+    if _came is None and is_main:
         deferred = [(number, handler) for number, handler in _RAISING_HANDLERS if _signal.getsignal(number) is handler]
     if not deferred:
-        yield
+        yield _came if _came is not None and is_main else []
         return
     came: list[int] = []
     try:
         for number, _ in deferred:
             _signal.signal(number, lambda number, _: came.append(number))
-        _is_deferring = True
-        yield
+        _came = came
+        yield came
     finally:
-        _is_deferring = False
+        _came = None
         _restore(deferred)
         for number, handler in deferred:
             if number in came:

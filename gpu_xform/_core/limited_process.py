@@ -13,14 +13,19 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, NamedTuple, NoReturn
+
+from ..errors import ArgumentError
+from .interrupts import defer_interrupts
 
 _LACKS_MEMORY = 112  # the exit code of a process that got no more memory
 _PR_SET_PDEATHSIG = 1  # of linux/prctl.h
 _MAX_WAIT_S = 1e6  # what the system takes
 _WAIT_S = 30.0  # beyond the time of a processor, for a busy machine
 _SAMPLE_S = 0.02  # between two looks at the memory that a process takes
+_END_S = 0.001  # between two looks whether a process that prints no more has ended
 _PIPE_BYTES = 1 << 16
 _SCARCE_BYTES = 64 << 20  # so much a library takes between two looks
 _NOTED_PART = 0.5  # of the limit of memory: arrays that grow double, so what lacks memory has taken that much
@@ -44,31 +49,29 @@ class Ended(NamedTuple):
 
 def run_limited(
     program: str,
-    data: bytes,
+    parts: Sequence[bytes],
     cpu_s: float,
     memory_bytes: int,
     arguments: Sequence[str] = (),
     pass_fds: Sequence[int] = (),
 ) -> Ended:
-    """Run a program that is given data and calls `limit_work`; no process that it began is left."""
-    child = subprocess.Popen(  # noqa: S603 - our own interpreter, with our own program
-        [sys.executable, "-c", program, *arguments],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        pass_fds=pass_fds,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **_SPARING},
-        process_group=0,
-    )
+    """Run a program that is given data and calls `limit_work`; no process that it began is left.
+
+    parts : the data, which are written one after the other, and not copied
+    """
     taken_bytes = 0
 
     def look() -> None:
         nonlocal taken_bytes
         taken_bytes = _read_taken_bytes(child.pid, memory_bytes) or taken_bytes
 
-    with child:
+    # `_talk` heeds interrupts, which are raised when nothing is left; on Windows it can't.
+    deferral: AbstractContextManager[list[int]] = contextlib.nullcontext([])
+    if sys.platform != "win32":
+        deferral = defer_interrupts()
+    with deferral as came, _begin(program, arguments, pass_fds) as child:
         try:
-            printed = _talk(child, data, _wait_s(cpu_s), look)
+            printed = _talk(child, parts, _wait_s(cpu_s), look, came)
             return Ended(child.returncode, printed, False, taken_bytes)
         except subprocess.TimeoutExpired:
             return Ended(0, b"", True, taken_bytes)
@@ -76,26 +79,47 @@ def run_limited(
             _kill(child)
 
 
-def _talk(child: Any, data: bytes, wait_s: float, look: Callable[[], None]) -> bytes:
+def _begin(program: str, arguments: Sequence[str], pass_fds: Sequence[int]) -> "subprocess.Popen[bytes]":
+    """Begin a program; raise ArgumentError where Python is embedded in another program, and no interpreter is known."""
+    needed = f"isolated=True, and STEP, start sys.executable, which is {sys.executable!r}"
+    if not sys.executable:
+        raise ArgumentError(f"{needed}: set it to a Python interpreter")
+    try:
+        return subprocess.Popen(  # noqa: S603 - our own interpreter, with our own program
+            [sys.executable, "-c", program, *arguments],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            pass_fds=pass_fds,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), **_SPARING},
+            process_group=0,
+        )
+    except OSError as error:
+        if error.filename is None:  # no process, or no pipe, is left in the system
+            raise
+        raise ArgumentError(f"{needed}: {error.strerror}") from None
+
+
+def _talk(child: Any, data: Sequence[bytes], wait_s: float, look: Callable[[], None], came: list[int]) -> bytes:
     """Give a process its data, `look` at it again and again, and return what it has printed when it has ended.
 
-    Raises TimeoutExpired if that takes too long. It begins no thread: the process that reads STEP in isolation, which
-    calls this too, may lack the memory for one. A second `communicate` would send no more of the data (CPython, issue
-    141473, until 3.14).
+    It returns at once when an interrupt has come, and raises TimeoutExpired if all that takes too long. It begins no
+    thread: the process that reads STEP in isolation, which calls this too, may lack the memory for one. A second
+    `communicate` would send no more of the data (CPython, issue 141473, until 3.14).
     """
     if sys.platform == "win32":  # no selector takes its pipes
-        printed: bytes = child.communicate(data, wait_s)[0]
+        printed: bytes = child.communicate(b"".join(data), wait_s)[0]
         return printed
     end_s, look_s = time.monotonic() + wait_s, 0.0
-    parts, rest = list[bytes](), memoryview(data)
+    parts, rest = list[bytes](), [memoryview(part) for part in data]
     os.set_blocking(child.stdin.fileno(), False)
     with selectors.DefaultSelector() as selector:
         selector.register(child.stdin, selectors.EVENT_WRITE)
         selector.register(child.stdout, selectors.EVENT_READ)
-        while selector.get_map():
+        while not came:
             has_ended = child.poll() is not None
-            ready = selector.select(0.0 if has_ended else _SAMPLE_S)
-            if has_ended and not ready:  # a process that it has begun keeps its pipes open
+            ready = selector.select(0.0 if has_ended else _SAMPLE_S if selector.get_map() else _END_S)
+            if has_ended and not ready:  # a process that it has begun may keep its pipes open
                 break
             now_s = time.monotonic()
             if now_s > end_s:
@@ -105,7 +129,9 @@ def _talk(child: Any, data: bytes, wait_s: float, look: Callable[[], None]) -> b
                 look_s = now_s
             for key, _ in ready:
                 if key.fileobj is child.stdin:
-                    rest = _write_some(key.fd, rest)
+                    rest[0] = _write_some(key.fd, rest[0])
+                    if not rest[0]:
+                        del rest[0]
                     is_done = not rest
                 else:
                     parts.append(os.read(key.fd, _PIPE_BYTES))
@@ -113,7 +139,6 @@ def _talk(child: Any, data: bytes, wait_s: float, look: Callable[[], None]) -> b
                 if is_done:
                     selector.unregister(key.fileobj)
                     key.fileobj.close()  # type: ignore[union-attr]
-    child.wait(max(end_s - time.monotonic(), 0.0))
     return b"".join(parts)
 
 
@@ -197,22 +222,28 @@ def begin_limited(parent: int) -> None:
         return
     import resource
 
+    signal.signal(signal.SIGCHLD, signal.SIG_DFL)  # ignored, it would lose how a process that this one begins ended
     for kind in (resource.RLIMIT_AS, resource.RLIMIT_CPU):
         _, hard = resource.getrlimit(kind)  # the soft one is that of a process with limits in which this one began
         with contextlib.suppress(OSError, ValueError):  # not of this system
             resource.setrlimit(kind, (hard, hard))
 
 
-def limit_work(work: Callable[[], None], cpu_s: float, memory_bytes: int) -> NoReturn:
-    """Work within limits of memory and time, where the system has them; then end this process."""
+def limit_work(work: Callable[[], bytes], answer: int, cpu_s: float, memory_bytes: int) -> NoReturn:
+    """Work within limits of memory and time, where the system has them; write what comes of it, and end this process.
+
+    answer : a file descriptor; nothing is written after the time, for a caller who does not hear how a process ends
+    """
     begin_s = time.process_time()
     try:
         _limit(cpu_s, memory_bytes)
-        work()
+        rest = memoryview(work())
     except MemoryError:
         os._exit(_LACKS_MEMORY)
     if time.process_time() - begin_s > cpu_s and sys.platform != "win32":  # less than what the timer tells apart
         os.kill(os.getpid(), signal.SIGPROF)
+    while rest:
+        rest = rest[os.write(answer, rest) :]
     os._exit(0)
 
 

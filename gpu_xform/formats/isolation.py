@@ -87,14 +87,19 @@ def _read_in_child(
     }
     try:
         # The first line is the request, what follows the file.
-        text = json.dumps(request).encode() + b"\n" + data
-        ended = run_limited(_COMMAND, text, cpu_s, memory_bytes, pass_fds=[memory])
+        parts = [json.dumps(request).encode() + b"\n", data]
+        ended = run_limited(_COMMAND, parts, cpu_s, memory_bytes, pass_fds=[memory])
         if ended.code or ended.is_late:
             raise MeshError(describe_end(ended, "the process that read it", cpu_s, memory_bytes))
         if len(ended.printed) > _MAX_ANSWER_BYTES:
             raise MeshError(f"it takes more than {_MAX_ANSWER_BYTES:,} bytes to describe, beside its arrays")
+        if not ended.printed:  # its exit code is lost where SIGCHLD is ignored, or another part of the program waits
+            limit = f"FileLimits(cpu_s={cpu_s:g}, memory_bytes={memory_bytes})"
+            raise MeshError(f"the process that read it gave no answer: maybe it hit a limit, {limit}")
         with _without_collection():
             return _build(_parse_answer(ended.printed), memory, build)
+    except MemoryError:
+        raise MeshError("this process lacks memory for it") from None
     finally:
         os.close(memory)
 
@@ -142,7 +147,7 @@ def _build(answer: dict[str, Any], memory: int, build: Callable[[Any], Model]) -
     shared = mmap.mmap(memory, n_bytes, access=mmap.ACCESS_READ) if n_bytes else b""
     try:
         return build(_decode(answer["model"], shared, []))
-    except MeshError:
+    except (MeshError, MemoryError):
         raise
     except Exception as error:  # whatever a child that a file has taken over may answer
         raise MeshError(f"the process that read it gave no model: {type(error).__name__}: {error}") from None
@@ -367,11 +372,11 @@ def serve(read: Callable[..., Mesh | Scene], prepare: Callable[[str], None]) -> 
     prepare(request["kind"])
     limits = request["limits"]
     work = partial(_answer, read, data, request, FileLimits(**limits))
-    limit_work(work, limits["cpu_s"], limits["memory_bytes"])
+    limit_work(work, sys.stdout.fileno(), limits["cpu_s"], limits["memory_bytes"])
 
 
-def _answer(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any], limits: FileLimits) -> None:
-    """Read a file, and print what came of it; raise MemoryError where that takes too much."""
+def _answer(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any], limits: FileLimits) -> bytes:
+    """Read a file, and return what came of it; raise MemoryError where that takes too much."""
     answer: dict[str, Any] = {}
     try:
         with warnings.catch_warnings(record=True) as caught:
@@ -386,14 +391,14 @@ def _answer(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, A
     except Exception as error:  # whatever a damaged file brings a reader to
         answer["error"] = f"it cannot be read: {type(error).__name__}: {error}"
     answer["warnings"] = [str(each.message) for each in caught if issubclass(each.category, MeshWarning)]
-    sys.stdout.write(json.dumps(answer))
-    sys.stdout.flush()
+    return json.dumps(answer).encode()
 
 
 def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:
     folder = None if request["folder"] is None else Path(request["folder"])
     model = read(data, request["kind"], folder, request["tolerance"], limits, request["is_scene"])
     memory, end = request["memory"], 0
+    import resource  # of Linux alone
 
     def append(array: npt.NDArray[Any]) -> int:
         nonlocal end
@@ -406,6 +411,10 @@ def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any
         except OSError as error:
             if error.errno not in (errno.EFBIG, errno.ENOSPC):
                 raise
+            most_bytes = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
+            if error.errno == errno.EFBIG and 0 <= most_bytes < request["limits"]["memory_bytes"]:
+                told = f"its arrays take more than {most_bytes:,} bytes, the limit of the size of files (ulimit -f)"
+                raise MeshError(told) from None
             raise MemoryError from None  # the limit of the size of files is that of memory
         return start
 

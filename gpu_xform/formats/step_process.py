@@ -29,7 +29,7 @@ import cascadio
 
 def work():
     try:
-        glb = cascadio.load(
+        return cascadio.load(
             data,
             tol_linear=float(tolerance),
             tol_angular=float(angle),
@@ -40,10 +40,8 @@ def work():
         if "malloc failed" in str(error):
             raise MemoryError from None
         raise
-    with os.fdopen(answer, "wb") as file:
-        file.write(glb)
 
-limit_work(work, float(cpu_s), int(memory_bytes))
+limit_work(work, answer, float(cpu_s), int(memory_bytes))
 """
 # What the process may take unless `FileLimits` says otherwise: ten times of what files of many balls take, which have
 # the most triangles per byte. An endless loop ends, and memory is left for others.
@@ -64,7 +62,7 @@ def make_glb(data: bytes, tolerance_mm: float) -> bytes:
     memory_bytes = limits.memory_bytes or _FREE_MEMORY_BYTES + _MEMORY_BYTES_PER_BYTE * len(data)
     is_parallel = memory_bytes > _BYTES_PER_THREAD * (os.cpu_count() or 1)
     options = _SAFETY * tolerance_mm, _ANGLE_RAD, cpu_s, memory_bytes, is_parallel, os.getpid()
-    ended = run_limited(_PROGRAM, data, cpu_s, memory_bytes, list(map(repr, options)))
+    ended = run_limited(_PROGRAM, [data], cpu_s, memory_bytes, list(map(repr, options)))
     if ended.code == 1 or not (ended.code or ended.is_late or ended.printed):
         raise MeshError("Open CASCADE cannot read it" + describe_memory(ended, memory_bytes))
     if ended.code or ended.is_late:

@@ -209,7 +209,11 @@ CRASHES = {
         "the process that read it was killed, as a system does that lacks memory",
     ),
     "an exit": ("os._exit(3)", "the process that read it ended with 3"),
-    "no answer": ("os._exit(0)", "the process that read it gave no answer"),
+    "no answer": (
+        "os._exit(0)",
+        r"the process that read it gave no answer: maybe it hit a limit, "
+        r"FileLimits\(cpu_s=1, memory_bytes=100000000\)",
+    ),
     "an array from elsewhere": (
         "print(json.dumps({'model': [{'array': [8, [9, 3], '<f8']}] * 7}), flush=True); os._exit(0)",
         ".*outside of the shared memory",
@@ -275,6 +279,54 @@ def test_few_seconds_of_a_processor_are_kept(cpu_s: float, tmp_path: Path, monke
 def test_what_takes_less_than_a_tick_is_measured() -> None:
     with pytest.raises(MeshError, match=r"more than 1e-06 s of a processor, the limit FileLimits\(cpu_s=...\)"):
         gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=gx.FileLimits(cpu_s=1e-6))
+
+
+def test_limits_are_kept_where_nobody_hears_how_a_process_ended() -> None:
+    """Before, the answer came late, and counted, where SIGCHLD is ignored, as servers do."""
+    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        assert gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True).n_points == 4
+        told = r"gave no answer: maybe it hit a limit, FileLimits\(cpu_s=1e-09, memory_bytes=4294967296\)$"
+        with pytest.raises(MeshError, match=told):
+            gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True, limits=gx.FileLimits(cpu_s=1e-9))
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
+@pytest.mark.parametrize(
+    ("hard_bytes", "result"),
+    [
+        ("resource.getrlimit(resource.RLIMIT_FSIZE)[1]", "True"),
+        ("10240", "<file>: its arrays take more than 10,240 bytes, the limit of the size of files (ulimit -f)"),
+    ],
+)
+def test_a_limit_of_the_size_of_files_is_raised_or_named(hard_bytes: str, result: str) -> None:
+    program = f"""
+        import io, resource
+        import gpu_xform as gx
+        sphere, file = gx.samples.icosphere(4), io.BytesIO()
+        gx.save_mesh(sphere, file, file_type="obj")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (10240, {hard_bytes}))
+        try:
+            read = gx.load_mesh(io.BytesIO(file.getvalue()), file_type="obj", isolated=True)
+            print(read.n_points == sphere.n_points)
+        except gx.MeshError as error:
+            print(error)
+    """
+    assert python_output(program) == f"{result}\n"
+
+
+def test_a_file_is_given_to_its_reader_without_a_copy(monkeypatch: pytest.MonkeyPatch) -> None:
+    given: list[bytes] = []
+
+    def run(_: str, parts: list[bytes], *__: object, **___: object) -> limited_process.Ended:
+        given.extend(parts)
+        raise MemoryError
+
+    monkeypatch.setattr(isolation, "run_limited", run)
+    with pytest.raises(MeshError, match="this process lacks memory for it"):
+        isolation.read_isolated_mesh(PLY, "ply", None, None, gx.FileLimits())
+    assert given[1] is PLY
 
 
 @pytest.mark.parametrize("kind", ["3mf", "dae", "glb", "las", "laz", "npy", "obj", "off", "ply", "stl", "urdf", "wrl"])

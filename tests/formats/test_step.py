@@ -244,7 +244,7 @@ ENDS = {
 @pytest.mark.parametrize("name", ENDS)
 def test_an_end_of_the_process_names_a_limit_only_if_it_was_hit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     code, limits, message = ENDS[name]
-    program, call = step_process._PROGRAM, "        glb = cascadio.load("
+    program, call = step_process._PROGRAM, "        return cascadio.load("
     assert program.count(call) == 1
     monkeypatch.setattr(step_process, "_PROGRAM", program.replace(call, f"        import time\n        {code}\n{call}"))
     monkeypatch.setattr(limited_process, "_WAIT_S", 0.5 if name == "waiting" else 60.0)
@@ -288,8 +288,8 @@ def test_too_little_memory_is_named(memory_bytes: int, isolated: bool) -> None:
 def test_isolation_limits_the_process_of_open_cascade_too(monkeypatch: pytest.MonkeyPatch) -> None:
     given: list[FileLimits] = []
 
-    def run(_: str, data: bytes, *__: object, **___: object) -> limited_process.Ended:
-        given.append(FileLimits(**json.loads(data.split(b"\n")[0])["limits"]))
+    def run(_: str, parts: list[bytes], *__: object, **___: object) -> limited_process.Ended:
+        given.append(FileLimits(**json.loads(parts[0])["limits"]))
         return limited_process.Ended(3, b"", False, 0)
 
     monkeypatch.setattr(isolation, "run_limited", run)

@@ -166,7 +166,7 @@ def test_no_object_of_wgpu_dies_where_ctrl_c_would_be_lost(
     delete = wgpu.GPUObjectBase.__del__
 
     def delete_and_note(wgpu_object: wgpu.GPUObjectBase) -> None:
-        if not interrupts._is_deferring:
+        if interrupts._came is None:
             died.append(repr(wgpu_object))
         delete(wgpu_object)
 
