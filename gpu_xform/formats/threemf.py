@@ -21,7 +21,6 @@ from .threemf_parts import MILLIMETRES, ObjectKey, Package, PartReader, Relation
 
 _MAX_BYTES = 1 << 30
 _MAX_RATIO = 40  # 3MF's XML shrinks to a tenth or less; bombs to a thousandth
-_MAX_ALLOWED_RATIO = 3  # of what it unpacks to, which copies of its objects are counted by
 _MAX_DEPTH = 256
 
 _Placed = tuple[ObjectKey, Float64Array, str | None, int | None, int]
@@ -50,10 +49,9 @@ def read_scene(data: bytes) -> Scene:
                 raise MeshError(f"unpacks to {unpacked} bytes, more than the {_MAX_BYTES} that are allowed")
             budget().take_bytes(unpacked, _MAX_RATIO, "the container")
             package = _read_package({entry.filename.strip("/"): entry for entry in container.infolist()}, container)
-            # Before more bytes are allowed: components may show as many nodes as a file of its size spells out.
+            # Components may show as many nodes as a file of its size spells out, compressed as it is.
             shown = max(package.n_places, min(NODES_PER_NODE * package.n_places, len(data) // BYTES_PER_NODE))
             budget().spell_nodes(-(-shown // NODES_PER_NODE))
-            budget().allow_bytes(min(unpacked, _MAX_ALLOWED_RATIO * len(data)))
     except MeshError:
         raise
     except (zipfile.BadZipFile, ValueError, NotImplementedError, EOFError, OSError, RuntimeError, zlib.error) as error:

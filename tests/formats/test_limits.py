@@ -24,6 +24,7 @@ from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.formats.limits import FREE_NUMBERS, NUMBERS_PER_BYTE
 from tests.support.cli import error_of
 
+POINT_3MF = '<vertex x="0" y="0" z="0"/>'
 TRIANGLE_3MF = (
     '<mesh><vertices><vertex x="0" y="0" z="0"/><vertex x="1" y="0" z="0"/><vertex x="0" y="1" z="0"/></vertices>'
     '<triangles><triangle v1="0" v2="1" v3="2"/></triangles></mesh>'
@@ -96,6 +97,14 @@ BOMBS: dict[str, tuple[str, Callable[[], bytes], str]] = {
         "3mf",
         lambda: threemf(f'<object id="0">{TRIANGLE_3MF}</object>', 20_000 * '<item objectid="0"/>'),
         "nodes",
+    ),
+    "items of a large object": (
+        "3mf",
+        lambda: threemf(
+            f'<object id="0"><mesh><vertices>{30_000 * POINT_3MF}</vertices></mesh></object>',
+            60 * '<item objectid="0"/>',
+        ),
+        "points",
     ),
     "objects": ("3mf", lambda: threemf(15_000 * "<object/>", ""), "nodes"),
     "empty elements": ("3mf", lambda: threemf(200_000 * "<a/>", ""), "nodes"),
