@@ -82,14 +82,16 @@ def test_shapes_that_do_not_go_together_are_named() -> None:
 
 def test_meshes_where_matrices_put_them_are_each_moved_by_itself() -> None:
     mirror, one = gx.scale(-1, 2, 3) @ gx.translate(1, 2, 3), cube()
-    placed = [(cube(), mirror), (torus(5, 4), mirror), (one, mirror), (one, np.eye(4)), (one, mirror)]
-    found, expected = concatenate_placed(placed), concatenate([mesh.transformed(matrix) for mesh, matrix in placed])
+    stacks = [[mirror], [mirror], [mirror, np.eye(4), mirror], [np.eye(4), mirror]]
+    placed = list(zip((cube(), torus(5, 4), one, torus(5, 4)), map(np.array, stacks), strict=True))
+    found = concatenate_placed(placed)
+    expected = concatenate([mesh.transformed(matrix) for mesh, matrices in placed for matrix in matrices])
     assert np.array_equal(found.positions, expected.positions)
     assert np.array_equal(found.indices, expected.indices)
     assert np.array_equal(found.offsets, expected.offsets)
 
 
-def test_a_mesh_that_is_often_at_one_place_is_moved_once(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_copies_of_a_mesh_are_not_moved_one_by_one(monkeypatch: pytest.MonkeyPatch) -> None:
     moved: list[Any] = []
     transformed = Mesh.transformed
 
@@ -99,5 +101,6 @@ def test_a_mesh_that_is_often_at_one_place_is_moved_once(monkeypatch: pytest.Mon
 
     monkeypatch.setattr(Mesh, "transformed", note)
     one, other = cube(), cube()
-    assert concatenate_placed([(one, np.eye(4)), (other, np.eye(4)), (one, np.eye(4))]).n_points == 24
-    assert [id(mesh) for mesh in moved] == [id(one), id(other)]
+    stack = np.tile(np.eye(4), (3, 1, 1))
+    assert concatenate_placed([(one, stack), (other, stack[:1]), (one, stack[:2])]).n_points == 48
+    assert [id(mesh) for mesh in moved] == [id(other)]
