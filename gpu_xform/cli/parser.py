@@ -10,10 +10,11 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .. import __version__
+from .._core.interrupts import INTERRUPTED, TERMINATED
 from ..errors import ArgumentError
 from .argv import OptionParser, attach_values
 from .commands import SUMMARIES
-from .exit_codes import DEVICE_FAILED, MISMATCH, NO_ADAPTER, WRONG_INPUT
+from .exit_codes import DEVICE_FAILED, MISMATCH, NO_ADAPTER, PIPE_CLOSED, WRONG_INPUT
 from .paths import require_path
 from .streams import print_stderr, print_stdout
 
@@ -35,11 +36,14 @@ examples:
   gpu-xform bench
 
 exit codes:
-  0  done
-  {DEVICE_FAILED}  the device failed, or its results are wrong
-  {WRONG_INPUT}  wrong usage or input
-  {NO_ADAPTER}  no graphics adapter: gpu-xform doctor says what to install
-  {MISMATCH}  a picture does not match its reference
+  0    done
+  {DEVICE_FAILED}    the device failed, or its results are wrong
+  {WRONG_INPUT}    wrong usage or input
+  {NO_ADAPTER}    no graphics adapter: gpu-xform doctor says what to install
+  {MISMATCH}    a picture does not match its reference
+  {INTERRUPTED}  interrupted, by Ctrl+C
+  {PIPE_CLOSED}  whoever reads standard output has closed it
+  {TERMINATED}  asked to end, by SIGTERM
 
 gpu-xform COMMAND --help describes the options of a command.
 """

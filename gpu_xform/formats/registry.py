@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import stat
 from collections.abc import Callable, Collection
 from contextlib import suppress
 from functools import partial
@@ -451,24 +450,22 @@ def _get_folder(source: PathOrFile) -> Path | None:
 def _identify(source: PathOrFile, file_type: str | None, known: Collection[str]) -> tuple[str, str]:
     """Return the file's name for messages, and its type, a member of `known`."""
     require_text(file_type, "file_type")
-    path = source if isinstance(source, str | os.PathLike) else getattr(source, "name", None)
+    is_path = isinstance(source, str | os.PathLike)
+    path: Any = source if is_path else getattr(source, "name", None)
     name = os.fspath(path) if isinstance(path, str | os.PathLike) else None
-    if path is source:
+    if is_path:
         require_path(path, "the path of a model file")
     if name is None and not hasattr(source, "read") and not hasattr(source, "write"):
-        raise ArgumentTypeError(
-            f"expected a path or a binary file, got {type(source).__name__}",
-            argument="source",
-            expected="be a path or a binary file",
-        )
+        argument = "target" if known is WRITERS else "source"
+        raise ArgumentTypeError.expecting(argument, "be a path or a binary file", type(source).__name__)
     if name is None and file_type is None:
         raise ArgumentError.expecting("file_type", "be given for a file that has no name")
     kind = (Path(name or "").suffix if file_type is None else file_type).lower().lstrip(".")
+    if known is READERS and is_path and Path(path).is_dir():
+        raise prefix_error(MeshError("it is a folder, not a model file"), name or _UNNAMED)
     if kind not in known:
-        if known is READERS and path is source:
-            mode = Path(source).stat().st_mode  # a file that is missing is the graver mistake
-            if stat.S_ISDIR(mode):
-                raise prefix_error(MeshError("it is a folder, not a model file"), name or _UNNAMED)
+        if known is READERS and is_path:
+            Path(path).stat()  # a file that is missing is the graver mistake
         if known is READERS and kind == "xacro":
             raise prefix_error(
                 MeshError("it is xacro, from which URDF is made: xacro FILE -o robot.urdf"), name or _UNNAMED

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from gpu_xform import __version__, samples, save_mesh
-from gpu_xform.cli import main
+from gpu_xform._core import interrupts
+from gpu_xform.cli import exit_codes, main
 from gpu_xform.cli.argv import attach_values
 from gpu_xform.cli.parser import make_parser, parse
 from gpu_xform.formats.registry import READERS
@@ -81,6 +82,14 @@ def test_help_lists_the_types_that_can_be_read(name: str, capsys: pytest.Capture
     found = re.search(r"--file-type TYPE .*?:(.*?)\n(?:\n|  -)", capsys.readouterr().out, re.DOTALL)
     assert found is not None
     assert re.split(r",\s+|\s+or\s+", found[1].strip()) == sorted(READERS)
+
+
+def test_help_lists_each_exit_code_in_ascending_order(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--help"]) == 0
+    listed = capsys.readouterr().out.partition("exit codes:\n")[2].partition("\n\n")[0]
+    codes = exit_codes.DEVICE_FAILED, exit_codes.WRONG_INPUT, exit_codes.NO_ADAPTER, exit_codes.MISMATCH
+    ends = interrupts.INTERRUPTED, exit_codes.PIPE_CLOSED, interrupts.TERMINATED
+    assert [int(line.split()[0]) for line in listed.splitlines()] == [0, *codes, *ends]
 
 
 def test_help_says_that_a_reference_stands_in_for_a_picture(capsys: pytest.CaptureFixture[str]) -> None:

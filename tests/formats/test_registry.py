@@ -31,9 +31,14 @@ def meshes(draw: st.DrawFn) -> Mesh:
     return Mesh(points, draw(st.lists(st.lists(corner, min_size=2, max_size=9), max_size=9)))
 
 
-def test_a_folder_is_no_model_file(tmp_path: Path) -> None:
-    with pytest.raises(MeshError, match=": it is a folder, not a model file"):
-        load_mesh(tmp_path)
+@pytest.mark.parametrize("name", ["models", "models.obj", "models.glb"])
+def test_a_folder_is_no_model_file(name: str, tmp_path: Path) -> None:
+    folder = tmp_path / name
+    folder.mkdir()
+    for load in (load_mesh, gx.load_scene):
+        with pytest.raises(MeshError) as caught:
+            load(folder)
+        assert str(caught.value) == f"{folder}: it is a folder, not a model file"
 
 
 def through(mesh: Mesh, kind: str) -> Mesh:
@@ -111,8 +116,14 @@ def test_unknown_types_name_the_known_ones(tmp_path: Path) -> None:
         save_mesh(samples.cube(), tmp_path / "a.wrl")
     with pytest.raises(ArgumentError, match="file_type must be given for a file that has no name"):
         load_mesh(io.BytesIO(b"x"))
-    with pytest.raises(ArgumentTypeError, match="expected a path or a binary file, got int"):
-        load_mesh(3)  # type: ignore[arg-type]
+    for value in (3, b"a.obj", None):
+        words = f"^source must be a path or a binary file, got {type(value).__name__}$"
+        for load in (load_mesh, gx.load_scene):
+            with pytest.raises(ArgumentTypeError, match=words) as refused:
+                load(value)  # type: ignore[arg-type]
+            assert (refused.value.argument, refused.value.expected) == ("source", "be a path or a binary file")
+        with pytest.raises(ArgumentTypeError, match=words.replace("source", "target")):
+            save_mesh(samples.cube(), value)  # type: ignore[arg-type]
     with pytest.raises(ArgumentTypeError, match=r"source must be a binary file, its read\(\) gave str"):
         load_mesh(io.StringIO("v 0 0 0"), file_type="obj")  # type: ignore[arg-type]
 
@@ -171,9 +182,8 @@ def test_the_system_speaks_for_itself(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         save_mesh(samples.cube(), tmp_path / "none" / "a.obj")
     (tmp_path / "folder.obj").mkdir()
-    for act in (lambda path: load_mesh(path), lambda path: save_mesh(samples.cube(), path)):
-        with pytest.raises(IsADirectoryError):
-            act(tmp_path / "folder.obj")
+    with pytest.raises(IsADirectoryError):
+        save_mesh(samples.cube(), tmp_path / "folder.obj")
 
 
 def test_a_failed_save_leaves_all_as_it_was(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
