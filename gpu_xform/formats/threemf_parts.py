@@ -252,7 +252,7 @@ def parse_part(content: bytes, reader: _Reader) -> None:
         raise MeshError(f"part {quote(reader.part)} is not XML: {error}") from None
     for entry in parser.feed_error_log:
         if entry.domain_name != "NAMESPACE":
-            raise MeshError(f"part {quote(reader.part)} is not XML: {entry.message}, line {entry.line}")
+            raise MeshError(f"part {quote(reader.part)} is not XML: {entry.message.strip()}, line {entry.line}")
 
 
 def _local_name(name: str) -> str:

@@ -1,4 +1,5 @@
 import io
+import re
 import sys
 import tracemalloc
 import zipfile
@@ -246,3 +247,15 @@ def test_a_part_is_read_once_however_its_path_is_spelled(monkeypatch: pytest.Mon
     assert opened == ["_rels/.rels", "3D/3dmodel.model", "3D/Objects/a.model"]
     assert len({id(node.models[0].model) for node in scene}) == 1
     assert len(scene) == 4
+
+
+def test_a_part_in_ebcdic_is_read_or_refused_in_one_line() -> None:
+    file = io.BytesIO()
+    with zipfile.ZipFile(file, "w") as archive:
+        archive.writestr("3D/3dmodel.model", MODEL.replace("UTF-8", "IBM037").encode("cp037"))
+    message = ""
+    try:
+        assert len(load_scene(io.BytesIO(file.getvalue()), file_type="3mf")) == 3
+    except MeshError as error:  # as libxml2 was built
+        message = str(error)
+    assert re.fullmatch(r"(<file>: part '3D/3dmodel\.model' is not XML: .*, line 1)?", message)
