@@ -205,18 +205,34 @@ def _build_deformable(parts: Any, meshes: list[Mesh], skins: list[Skin]) -> Defo
 
 
 def _describe_scene(scene: Scene) -> list[Any]:
-    """Return the nodes, each before those in it, the models that they show, each once, and the animations."""
+    """Return the nodes, each before those in it, the models that they show, each once, and the animations.
+
+    What all nodes have comes in columns, as a scene has many of them; what few have comes with their numbers.
+    """
     models: dict[int, Any] = {}
     places: dict[int, int] = {}
-    nodes = []
-    for node in scene:
-        shown = []
-        for model, style in node.models:
+    nodes = list(scene)
+    shown: list[list[int]] = []
+    styles: list[list[Any]] = []
+    for i, node in enumerate(nodes):
+        for k, (model, style) in enumerate(node.models):
             places.setdefault(id(model), len(places))
             models[id(model)] = model
-            shown.append([places[id(model)], dict(style)])
-        placed = [node.name, node.parent, node.transform, node.visible]
-        nodes.append([*placed, node.metadata, node.instances, node.weights, shown])
+            if style:
+                styles.append([i, k, dict(style)])
+        shown.append([places[id(model)] for model, _ in node.models])
+    columns = [
+        [node.name for node in nodes],
+        [node.parent for node in nodes],
+        np.array([node.transform for node in nodes]).reshape(-1, 4, 4),
+        [node.visible for node in nodes],
+        shown,
+    ]
+    others = [
+        [i, node.metadata, node.instances, node.weights]
+        for i, node in enumerate(nodes)
+        if node.metadata or node.instances is not None or node.weights is not None
+    ]
     animations = [
         [
             animation.name,
@@ -233,7 +249,7 @@ def _describe_scene(scene: Scene) -> list[Any]:
         for model in models.values()
     ]
     joints = [[getattr(joint, attribute.name) for attribute in fields(Joint)] for joint in scene.joints.values()]
-    return [nodes, described, animations, scene.metadata, joints, meshes.described, skins.described]
+    return [columns, others, styles, described, animations, scene.metadata, joints, meshes.described, skins.described]
 
 
 def _build_joint(parts: Any) -> Joint:
@@ -242,7 +258,7 @@ def _build_joint(parts: Any) -> Joint:
 
 
 def _build_scene(parts: Any) -> Scene:
-    nodes, described, animations, metadata, joints, described_meshes, described_skins = parts
+    columns, others, styles, described, animations, metadata, joints, described_meshes, described_skins = parts
     meshes = [_build_mesh(parts) for parts in described_meshes]
     skins = [Skin(tuple(map(str, names)), matrices) for names, matrices in described_skins]
     models = [
@@ -257,18 +273,24 @@ def _build_scene(parts: Any) -> Scene:
         for name, channels, placements in animations
     ]
     scene = Scene(animations=built, metadata=metadata, joints=map(_build_joint, joints))
-    checked: dict[int, Float64Array] = {}
-    for name, parent, transform, is_visible, own_metadata, instances, weights, shown in nodes:
+    style_of = {(i, k): style for i, k, style in styles}
+    nodes = []
+    for i, (name, parent, transform, is_visible, shown) in enumerate(zip(*columns, strict=True)):
         node = scene.add(name=name, parent=parent, transform=transform)
-        node.visible, node.metadata, node.weights = is_visible, own_metadata, weights
+        node.visible = is_visible
+        for k, model in enumerate(shown):
+            node.show(models[model], **style_of.get((i, k), {}))
+        nodes.append(node)
+    checked: dict[int, Float64Array] = {}
+    for i, own_metadata, instances, weights in others:
+        node = nodes[i]
+        node.metadata, node.weights = own_metadata, weights
         if id(instances) in checked:
             share_instances(node, checked[id(instances)])
         else:
             node.instances = instances
             if node.instances is not None:
                 checked[id(instances)] = node.instances
-        for model, style in shown:
-            node.show(models[model], **style)
     return scene
 
 
@@ -280,7 +302,8 @@ def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int], known: dict[i
     if type(value) in _PLAIN:  # first, as most are, and to ask for an abstract type is slow
         return value
     if type(value) is list:
-        return [_encode(each, append, known) for each in value]
+        is_plain = _PLAIN.issuperset(map(type, value))
+        return value if is_plain else [_encode(each, append, known) for each in value]
     if not isinstance(value, FrozenDict | tuple | np.ndarray | bytes | bytearray | memoryview):
         return _encode_once(value, append, known)
     if id(value) in known:
@@ -317,7 +340,8 @@ def _decode(value: Any, shared: Any, known: list[Any]) -> Any:
     known : what was decoded and cannot change, by its number
     """
     if isinstance(value, list):
-        return [_decode(each, shared, known) for each in value]
+        is_plain = _PLAIN.issuperset(map(type, value))
+        return value if is_plain else [_decode(each, shared, known) for each in value]
     if not isinstance(value, dict):
         return value
     ((kind, content),) = value.items()
