@@ -206,7 +206,7 @@ def describe_memory(ended: Ended, memory_bytes: int) -> str:
     if ended.taken_bytes >= _NOTED_PART * memory_bytes:
         taken = f"{ended.taken_bytes:,} of the {memory_bytes:,} bytes of memory"
         return f" when it had taken {taken} that FileLimits(memory_bytes=...) allows"
-    if memory_bytes < _SCARCE_BYTES and (ended.code or ended.is_late):
+    if memory_bytes < _SCARCE_BYTES:
         return f", maybe for want of memory: FileLimits(memory_bytes=...) allows {memory_bytes:,} bytes"
     return ""
 

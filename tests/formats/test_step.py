@@ -238,6 +238,11 @@ ENDS = {
     ),
     "waiting": ("time.sleep(60)", FileLimits(cpu_s=0.1), "Open CASCADE did not end within 0.7 s"),
     "an error": ("raise RuntimeError", FileLimits(cpu_s=9, memory_bytes=10**8), "Open CASCADE cannot read it"),
+    "nothing for want of memory": (
+        "return b''",
+        FileLimits(memory_bytes=10**7),
+        "Open CASCADE cannot read it, maybe for want of memory: {memory} allows 10,000,000 bytes",
+    ),
 }
 
 
@@ -288,7 +293,8 @@ def test_too_little_memory_is_named(memory_bytes: int, isolated: bool) -> None:
 @linux_only
 def test_limits_are_named_though_sigchld_is_ignored() -> None:
     """Isolation hears how the process of Open CASCADE in it ended: in a server that ignores SIGCHLD it did not."""
-    box, limits = step_files.write_box(1, 2, 3), FileLimits(memory_bytes=500_000, cpu_s=5)
+    # More than the process around it takes, 1 MB, and less than Open CASCADE does, 4.
+    box, limits = step_files.write_box(1, 2, 3), FileLimits(memory_bytes=2_500_000, cpu_s=5)
     before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     try:
         with pytest.raises(MeshError, match=r"Open CASCADE .*FileLimits\(memory_bytes=...\)"):
