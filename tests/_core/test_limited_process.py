@@ -46,6 +46,21 @@ def test_an_end_is_told_though_a_process_is_left_that_holds_the_pipes() -> None:
     assert time.monotonic() - begin < 20
 
 
+def test_it_hears_how_a_process_in_it_ended_though_sigchld_is_ignored() -> None:
+    """Open CASCADE in isolation hit its limit and nobody heard, in a server that ignores SIGCHLD."""
+    program = f"""
+import subprocess, sys
+from gpu_xform._core.limited_process import begin_limited
+begin_limited({os.getpid()})
+print(subprocess.run([sys.executable, "-c", "raise SystemExit(7)"]).returncode)
+"""
+    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        assert run_limited(program, [b""], 20, MUCH).printed == b"7\n"
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
 def test_data_are_written_part_by_part_without_a_copy() -> None:
     data = bytes(50_000_000)
     program = "import sys\nprint(len(sys.stdin.buffer.read()))"

@@ -4,7 +4,6 @@ import io
 import itertools
 import json
 import re
-import signal
 import sys
 import time
 from pathlib import Path
@@ -288,19 +287,6 @@ def test_too_little_memory_is_named(memory_bytes: int, isolated: bool) -> None:
     with pytest.raises(MeshError, match=rf"\b{memory_bytes:,} bytes") as raised:
         load_mesh(io.BytesIO(box), file_type="step", isolated=isolated, limits=limits)
     assert "FileLimits(memory_bytes=...)" in str(raised.value)
-
-
-@linux_only
-def test_limits_are_named_though_sigchld_is_ignored() -> None:
-    """Isolation hears how the process of Open CASCADE in it ended: in a server that ignores SIGCHLD it did not."""
-    # More than the process around it takes, 1 MB, and less than Open CASCADE does, 4.
-    box, limits = step_files.write_box(1, 2, 3), FileLimits(memory_bytes=2_500_000, cpu_s=5)
-    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
-    try:
-        with pytest.raises(MeshError, match=r"Open CASCADE .*FileLimits\(memory_bytes=...\)"):
-            load_mesh(io.BytesIO(box), file_type="step", isolated=True, limits=limits)
-    finally:
-        signal.signal(signal.SIGCHLD, before)
 
 
 @linux_only
