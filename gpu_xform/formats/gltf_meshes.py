@@ -18,11 +18,13 @@ from ..geometry.deformable_mesh import Influences
 from ..geometry.mesh import Mesh, count_corners, take_over
 from .gltf_accessors import Accessors, get_count
 from .gltf_attributes import read_attributes
-from .gltf_draco import DracoCounts, decode_draco
+from .gltf_draco import decode_draco
+from .gltf_draco_counts import DracoCounts
 from .gltf_placements import make_names
 from .limits import budget
 
 _POINTS, _LINES, _LINE_LOOP, _LINE_STRIP, _TRIANGLES, _TRIANGLE_STRIP, _TRIANGLE_FAN = range(7)
+_MOST_COMPONENTS = 4  # of an attribute
 _DRACO = "KHR_draco_mesh_compression"
 
 
@@ -69,7 +71,7 @@ def _count_numbers(part: Any, accessors: Accessors) -> int:
     attributes = part["attributes"]
     n_points = accessors.count(get_count(attributes, "POSITION"))
     n_corners = accessors.count(get_count(part, "indices")) if "indices" in part else n_points
-    width = 3 * (1 + len(part.get("targets", []))) + 4 * (len(attributes) - 1)
+    width = 3 * (1 + len(part.get("targets", []))) + _MOST_COMPONENTS * (len(attributes) - 1)
     return n_points * width + n_corners
 
 
@@ -193,7 +195,11 @@ def _unpack(part: Any, accessors: Accessors, owner: str) -> int:
     if view not in accessors.draco:
         data = bytes(accessors.view_bytes(view))
         try:
-            accessors.draco[view] = decode_draco(data, lambda counts: _require_declared(counts, part, accessors))
+            accessors.draco[view] = decode_draco(
+                data,
+                lambda counts: _require_declared(counts, part, accessors),
+                lambda n_components: _take_components(n_components, part, accessors),
+            )
         except ImportError:
             if accessors.has_content(positions):  # the file has both
                 return get_count(part, "mode", _TRIANGLES)
@@ -221,6 +227,13 @@ def _require_declared(counts: DracoCounts, part: Any, accessors: Accessors) -> N
             raise MeshError(f"accessor {i} declares {accessors.count(i)} rows, its content has {n_rows}")
     if counts.n_seams > len(part["attributes"]):
         raise MeshError(f"the primitive has {len(part['attributes'])} attributes, its content {counts.n_seams}")
+
+
+def _take_components(n_components: int, part: Any, accessors: Accessors) -> None:
+    """Count the numbers of a stream beyond those that `_count_numbers` has counted: of what the file does not name."""
+    n_points = accessors.count(get_count(part["attributes"], "POSITION"))
+    n_more = n_points * (n_components - 3 - _MOST_COMPONENTS * (len(part["attributes"]) - 1))
+    budget().take_numbers(max(n_more, 0), "its content")
 
 
 def _assemble_faces(corners: npt.NDArray[Any], mode: int, owner: str) -> npt.NDArray[Any]:
