@@ -116,8 +116,9 @@ def _read_primitive(part: Any, accessors: Accessors, owner: str) -> Primitive:
         mode = _unpack(part, accessors, owner)
     positions = accessors.floats(get_count(attributes, "POSITION"), "VEC3")
     corners = accessors.indices(get_count(part, "indices")) if "indices" in part else np.arange(len(positions))
+    still = np.broadcast_to(np.zeros(1), (len(positions), 3))
     targets = tuple(
-        _read_target(target, len(positions), accessors, f"{owner}: morph target {t}")
+        _read_target(target, still, accessors, f"{owner}: morph target {t}")
         for t, target in enumerate(part.get("targets", []))
     )
     influences = _read_influences(attributes, len(positions), accessors, owner)
@@ -154,13 +155,13 @@ def _describe(mesh: Mesh, said: Mapping[str, Any], part: Any, material: tuple[st
     return mesh.with_attributes(attributes, metadata={"gltf": metadata} if metadata else None)
 
 
-def _read_target(target: Any, n_points: int, accessors: Accessors, name: str) -> Float64Array:
-    """Return what a morph target adds to the points; one of normals alone adds nothing (3.7.2.2)."""
+def _read_target(target: Any, still: Float64Array, accessors: Accessors, name: str) -> Float64Array:
+    """Return what a morph target adds to the points: `still`, zeros, if it is one of normals alone (3.7.2.2)."""
     if "POSITION" not in target:
-        return np.broadcast_to(np.zeros(1), (n_points, 3))
+        return still
     i = get_count(target, "POSITION")
-    if accessors.count(i) != n_points:
-        raise MeshError(f"{name} moves {accessors.count(i)} points, the mesh has {n_points}")
+    if accessors.count(i) != len(still):
+        raise MeshError(f"{name} moves {accessors.count(i)} points, the mesh has {len(still)}")
     return accessors.floats(i, "VEC3")
 
 

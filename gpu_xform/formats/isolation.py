@@ -38,10 +38,12 @@ from .limits import FileLimits
 DEFAULT_CPU_S = 60.0
 DEFAULT_MEMORY_BYTES = 4 << 30
 _N_STANDARD_STREAMS = 3
+_COLLECTIONS = 20_000, 50, 100  # objects until garbage is collected, and how often the older ones are looked through
 _MAX_ANSWER_BYTES = 1 << 28
-_ALIGNMENT_BYTES = 16
+_FEW_BYTES = 1 << 16  # smaller arrays wait for others, as each write takes its time
 _KINDS = "biuf"
 _PLAIN = frozenset({bool, float, int, str, type(None)})
+_MOST_COPIED = 32  # values of frozen data: so few are sent with each part that has them, in half of the time
 
 Model = TypeVar("Model", Mesh, Scene)
 _COMMAND = "from gpu_xform.formats import isolation, registry; isolation.serve(registry.read_bytes, registry.prepare)"
@@ -154,15 +156,15 @@ def _build(answer: dict[str, Any], memory: int, build: Callable[[Any], Model]) -
 
 
 def _describe_mesh(mesh: Mesh) -> list[Any]:
-    tables = {name: getattr(mesh.attributes, name) for name in ("point", "corner", "face")}
-    attributes = mesh.attributes
-    return [mesh.positions, mesh.offsets, mesh.indices, tables, attributes.labels, attributes.material, mesh.metadata]
+    of = mesh.attributes
+    mappings = of.point, of.corner, of.face, of.labels, of.material, mesh.metadata
+    return [mesh.positions, mesh.offsets, mesh.indices, *(each or None for each in mappings)]
 
 
 def _build_mesh(parts: Any) -> Mesh:
-    positions, offsets, indices, tables, labels, material, metadata = parts
-    attributes = Attributes(**tables, labels=labels, material=material)
-    return Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata or None)
+    positions, offsets, indices, point, corner, face, labels, material, metadata = parts
+    attributes = Attributes(point, corner, face, labels=labels, material=material)
+    return Mesh.from_offsets(positions, offsets, indices, attributes=attributes, metadata=metadata)
 
 
 class _Parts:
@@ -308,9 +310,44 @@ def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int], known: dict[i
         return _encode_once(value, append, known)
     if id(value) in known:
         return {"again": known[id(value)][1]}
-    made = _encode_once(value, append, known)
+    if isinstance(value, FrozenDict | FrozenTuple):
+        is_json = _count_json(value, _MOST_COPIED) <= _MOST_COPIED
+        made = {"json": value} if is_json else {"frozen": _encode_once(value, append, known)}
+    else:
+        made = _encode_once(value, append, known)
     known[id(value)] = value, len(known)
-    return {"frozen": made} if isinstance(value, FrozenDict | FrozenTuple) else made
+    return made
+
+
+def _count_json(value: Any, most: int) -> int:
+    """Return how many values frozen data hold; more than `most` if they are more, or JSON does not hold them as is.
+
+    Keys count as values do, and each eight characters of a text.
+    """
+    if type(value) is str:
+        return 1 + len(value) // 8
+    if type(value) in _PLAIN:
+        return 1
+    if type(value) is FrozenDict and all(type(key) is str for key in value):
+        parts = [part for item in value.items() for part in item]
+    elif isinstance(value, tuple):
+        parts = list(value)
+    else:
+        return most + 1
+    count = 1
+    for part in parts:
+        count += _count_json(part, most)
+        if count > most:
+            break
+    return count
+
+
+def _dump(value: Any) -> str:
+    return json.dumps(value, default=_thaw)
+
+
+def _thaw(value: FrozenDict) -> dict[Any, Any]:
+    return dict(value.items())
 
 
 def _encode_once(value: Any, append: Callable[[npt.NDArray[Any]], int], known: dict[int, tuple[Any, int]]) -> Any:
@@ -348,6 +385,8 @@ def _decode(value: Any, shared: Any, known: list[Any]) -> Any:
     match kind:
         case "again":
             return known[content]
+        case "json":
+            made = freeze_value(content)
         case "frozen":
             ((kind, content),) = content.items()
             made = freeze_value(_decode_once(kind, content, shared, known))
@@ -394,6 +433,9 @@ def serve(read: Callable[..., Mesh | Scene], prepare: Callable[[str], None]) -> 
     begin_limited(request["parent"])
     data = source.read()
     prepare(request["kind"])
+    # Looking for garbage among many small parts, none of which is any, would take a third of the time.
+    gc.freeze()
+    gc.set_threshold(*_COLLECTIONS)
     limits = request["limits"]
     work = partial(_answer, read, data, request, FileLimits(**limits))
     limit_work(work, sys.stdout.fileno(), limits["cpu_s"], limits["memory_bytes"])
@@ -415,32 +457,55 @@ def _answer(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, A
     except Exception as error:  # whatever a damaged file brings a reader to
         answer["error"] = f"it cannot be read: {type(error).__name__}: {error}"
     answer["warnings"] = [str(each.message) for each in caught if issubclass(each.category, MeshWarning)]
-    return json.dumps(answer).encode()
+    return _dump(answer).encode()
 
 
 def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:
     folder = None if request["folder"] is None else Path(request["folder"])
     model = read(data, request["kind"], folder, request["tolerance"], limits, request["is_scene"])
-    memory, end = request["memory"], 0
-    import resource  # of Linux alone
+    arrays = _SharedArrays(request["memory"], request["limits"]["memory_bytes"])
+    described = _describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model)
+    encoded = _encode(described, arrays.append, {})
+    arrays.flush()
+    return encoded
 
-    def append(array: npt.NDArray[Any]) -> int:
-        nonlocal end
-        start = -(-end // _ALIGNMENT_BYTES) * _ALIGNMENT_BYTES
-        rest, end = array.reshape(-1).view(np.uint8).data, start
+
+class _SharedArrays:
+    """Arrays in memory that is shared, one after the other; small ones are written many at a time."""
+
+    def __init__(self, memory: int, memory_bytes: int) -> None:
+        self._memory, self._memory_bytes = memory, memory_bytes
+        self._end = 0
+        self._waiting = bytearray()
+
+    def append(self, array: npt.NDArray[Any]) -> int:
+        """Return where the array is when all is written."""
+        start = self._end
+        self._end += array.nbytes
+        if array.nbytes < _FEW_BYTES:
+            self._waiting += array.tobytes()
+        if array.nbytes >= _FEW_BYTES or len(self._waiting) >= _FEW_BYTES:
+            self.flush()
+        if array.nbytes >= _FEW_BYTES:
+            self._write(array.reshape(-1).view(np.uint8).data)
+        return start
+
+    def flush(self) -> None:
+        """Write what waits for more."""
+        self._write(memoryview(self._waiting))
+        self._waiting = bytearray()
+
+    def _write(self, rest: memoryview) -> None:
+        import resource  # of Linux alone
+
         try:
-            while len(rest):
-                n_written = os.pwrite(memory, rest, end)
-                rest, end = rest[n_written:], end + n_written
+            while rest:
+                rest = rest[os.write(self._memory, rest) :]
         except OSError as error:
             if error.errno not in (errno.EFBIG, errno.ENOSPC):
                 raise
             most_bytes = resource.getrlimit(resource.RLIMIT_FSIZE)[0]
-            if error.errno == errno.EFBIG and 0 <= most_bytes < request["limits"]["memory_bytes"]:
+            if error.errno == errno.EFBIG and 0 <= most_bytes < self._memory_bytes:
                 told = f"its arrays take more than {most_bytes:,} bytes, the limit of the size of files (ulimit -f)"
                 raise MeshError(told) from None
             raise MemoryError from None  # the limit of the size of files is that of memory
-        return start
-
-    with _without_collection():
-        return _encode(_describe_scene(model) if isinstance(model, Scene) else _describe_mesh(model), append, {})

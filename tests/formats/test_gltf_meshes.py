@@ -231,6 +231,21 @@ def test_targets_of_another_length_are_refused() -> None:
         mesh_of(builder)
 
 
+def test_targets_that_move_no_point_share_their_zeros() -> None:
+    """A megabyte can spell 320,000 of them: as arrays of their own they took 3.5 s in isolation."""
+    builder = Builder()
+    builder.mesh(add_cube(builder) | {"targets": [{}, {"POSITION": builder.array(POINTS)}, {}]}, weights=[5, 2, 7])
+    builder.node(mesh=0)
+    model = scene_of(builder)["node 0"].models[0].model
+    assert isinstance(model, DeformableMesh)
+    first, moving, last = model.targets
+    assert first is last
+    assert first.shape == (8, 3)
+    assert not first.any()
+    assert np.array_equal(moving, POINTS)
+    assert np.array_equal(mesh_of(builder).positions, 3.0 * POINTS)
+
+
 def test_instances_stand_where_their_properties_say() -> None:
     rng = np.random.default_rng(0)
     moves, turns, sizes = rng.normal(size=(5, 3)), Rotation.random(5, rng=rng).as_quat(), rng.random((5, 3)) + 0.5
@@ -678,21 +693,21 @@ def many_parts(n: int, **said: Any) -> Any:
     content = document()
     parts = [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0, "extras": i + 1} for i in range(n)]
     content["meshes"] = [{"name": "all", "primitives": parts, **said}]
-    content["materials"] = [{"name": "blue", "extras": [[1], {"a": [2]}]}]
+    content["materials"] = [{"name": "blue", "extras": [[1] * 50, {"a": [2]}]}]
     return content
 
 
 @pytest.mark.parametrize("isolated", [False, True])
 def test_parts_share_what_their_mesh_and_their_material_say(isolated: bool) -> None:
-    data = pack(many_parts(3, extras=[[3], {"b": [4]}]))
+    data = pack(many_parts(3, extras=[[3] * 50, {"b": [4]}]))
     scene = load_scene(io.BytesIO(data), file_type="glb", isolated=isolated)
     meshes = [shown.model for shown in scene["node 0"].models]
     assert [mesh.metadata["gltf"] for mesh in meshes] == [
-        {"name": "all", "extras": ((3,), {"b": (4,)}), "primitive": {"extras": i + 1}} for i in range(3)
+        {"name": "all", "extras": ((3,) * 50, {"b": (4,)}), "primitive": {"extras": i + 1}} for i in range(3)
     ]
     assert len({id(mesh.metadata["gltf"]["extras"]) for mesh in meshes}) == 1
     assert len({id(mesh.attributes.material["blue"]) for mesh in meshes}) == 1
-    assert meshes[0].attributes.material == {"blue": {"name": "blue", "extras": ((1,), {"a": (2,)})}}
+    assert meshes[0].attributes.material == {"blue": {"name": "blue", "extras": ((1,) * 50, {"a": (2,)})}}
 
 
 def test_words_of_a_mesh_are_counted_for_each_of_its_parts() -> None:

@@ -20,6 +20,7 @@ from gpu_xform._core import limited_process
 from gpu_xform.cli import main
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.formats import isolation
+from gpu_xform.geometry.attributes import freeze_value
 from gpu_xform.geometry.deformable_mesh import DeformableMesh, Influences, Skin
 from gpu_xform.geometry.scene_animation import Channel, Placement, SceneAnimation
 from tests.fuzz.seeds import list_seeds
@@ -149,10 +150,45 @@ def test_all_of_a_scene_goes_through_the_shared_memory() -> None:
         memory.extend(bytes(-len(memory) % 16) + array.tobytes())
         return len(memory) - array.nbytes
 
-    sent = json.loads(json.dumps(isolation._encode(isolation._describe_scene(scene), append, {})))
+    sent = json.loads(isolation._dump(isolation._encode(isolation._describe_scene(scene), append, {})))
     built = isolation._build_scene(isolation._decode(sent, memory, []))
     assert_same(isolation._describe_scene(built), isolation._describe_scene(scene))
     assert built["hand"].models[1].model is built["arm"].models[0].model
+
+
+def shared_between(*shares: Any) -> dict[str, Any]:
+    return {f"part {i}": {"own": i, "shared": each} for i, each in enumerate(shares)}
+
+
+LONG = freeze_value({"text": "more " * 1000})
+LARGE = freeze_value({"values": list(range(1000))})
+
+
+@pytest.mark.parametrize(
+    ("metadata", "most_bytes"),
+    [
+        ({"plain": [1, -2.5, "a", None, True, [], {}, {"deep": [[{"": 1e999}]]}]}, 150),
+        ({"no JSON": [b"b", np.arange(3)]}, None),
+        ({"numbers for keys": {1: "a", (2, "b"): [None]}}, 300),
+        ({"long": list(range(500))}, 2500),
+        (shared_between(*[LARGE] * 200), 40_000),
+        (shared_between(*[LONG] * 200), 40_000),
+        (shared_between(*[freeze_value({"key " * 1000: 1})] * 200), 40_000),
+        (shared_between(*[{"values": [1, 2, 3]}] * 200), 20_000),
+    ],
+)
+def test_what_a_file_says_is_the_same_after_isolation(metadata: Any, most_bytes: int | None) -> None:
+    """Small parts go as JSON holds them; what is large is sent once."""
+    mesh = gx.Mesh(np.eye(3), metadata=metadata)
+    arrays = bytearray()
+
+    def append(array: Array) -> int:
+        arrays.extend(array.tobytes())
+        return len(arrays) - array.nbytes
+
+    sent = isolation._dump(isolation._encode(mesh.metadata, append, {}))
+    assert most_bytes is None or len(sent) < most_bytes
+    assert repr(isolation._decode(json.loads(sent), bytes(arrays), [])) == repr(mesh.metadata)
 
 
 @pytest.mark.parametrize("is_enabled", [True, False])
@@ -196,7 +232,7 @@ CRASHES = {
     "a crash": ("os.abort()", r"the process that read it crashed \(SIGABRT\)"),
     "much memory": ("x = bytearray(110_000_000)", "reading it takes more than 100,000,000 bytes, {MEMORY}"),
     "a large answer": (
-        "os.pwrite = lambda *_: (_ for _ in ()).throw(OSError(27, 'File too large'))\n    return gx.samples.cube()",
+        "os.write = lambda *_: (_ for _ in ()).throw(OSError(27, 'File too large'))\n    return gx.samples.cube()",
         "reading it takes more than 100,000,000 bytes, {MEMORY}",
     ),
     "a crash for want of memory": (
@@ -470,7 +506,7 @@ def test_what_all_nodes_have_is_carried_in_columns(monkeypatch: pytest.MonkeyPat
         arrays.extend(array.tobytes())
         return len(arrays) - array.nbytes
 
-    sent = json.loads(json.dumps(isolation._encode(isolation._describe_scene(scene), append, {})))
+    sent = json.loads(isolation._dump(isolation._encode(isolation._describe_scene(scene), append, {})))
     assert len(calls) < 2 * 500
     built = isolation._build_scene(isolation._decode(sent, bytes(arrays), []))
     assert_same(isolation._describe_scene(built), isolation._describe_scene(scene))
