@@ -22,6 +22,7 @@ _OPACITIES = ("d", "Tr")
 _IMAGE_STATEMENTS = ("bump", "decal", "disp", "norm", "refl")
 _SWITCH = "map_aat"  # on or off; all others that begin so name an image
 _WORD = re.compile(r"\S+")
+_NAME = re.compile(r'"([^"]+)"(?!\S)|(\S+)')
 _OPTION_WORD = re.compile(r"-\D.*|on|off|[rgbmlz]|sphere|cube_\w+|[-+.\d]+")  # options and their arguments
 _MAX_ARGUMENTS = 3  # of an option: `-s u v w`
 _MAX_OPTION_WORDS = 64  # all options that there are, with all of their arguments
@@ -31,13 +32,13 @@ _MAX_NAMED = 8
 def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes]:
     """Return the content of the `.mtl` files in `folder` or below, by their names; a missing one is a warning.
 
-    names : what stands behind each `mtllib`: a name, which may hold blanks, or several names
+    names : what stands behind each `mtllib`: a name, which may hold blanks and quotation marks, or several names
     """
     found: dict[str, bytes] = {}
     missing: dict[str, None] = {}
     read: set[Path] = set()  # a file that goes by several names is read once
     for words in dict.fromkeys(names) if folder is not None else ():
-        for name in [words] if _find(folder, words) else dict.fromkeys(words.split()):
+        for name in [words] if _find(folder, words) else dict.fromkeys(_split_names(words)):
             path = _find(folder, name)
             if path is None:
                 missing[name] = None
@@ -52,6 +53,11 @@ def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes
         named = ", ".join(islice(missing, _MAX_NAMED))
         warn(f"the materials of {named}{more} are not there: no such file lies beside it")
     return found
+
+
+def _split_names(words: str) -> list[str]:
+    """Return the names that stand between blanks; those that hold blanks stand in quotation marks."""
+    return [quoted or bare for quoted, bare in _NAME.findall(words)]
 
 
 def parse_materials(libraries: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:

@@ -279,6 +279,35 @@ def test_long_image_statements_end_soon_and_in_little_memory(model: Path, body: 
     assert time.process_time() - begin < 0.5
 
 
+@pytest.mark.parametrize(
+    ("statement", "names"),
+    [
+        ('"all paints.mtl"', ["all paints.mtl"]),
+        ('"all paints.mtl" "metals.mtl"', ["all paints.mtl", "metals.mtl"]),
+        ('metals.mtl "all paints.mtl"', ["metals.mtl", "all paints.mtl"]),
+        ('5".mtl', ['5".mtl']),
+        ('5".mtl 6".mtl', ['5".mtl', '6".mtl']),
+        ('"6".mtl', ['"6".mtl']),
+    ],
+)
+@pytest.mark.skipif(sys.platform == "win32", reason="no file has such a name there")
+def test_libraries_may_stand_in_quotation_marks(statement: str, names: list[str], model: Path) -> None:
+    """As some exporters write names with blanks; such a library was said to be missing, as two."""
+    for name in names:
+        (model.parent / name).write_text(f"newmtl {name}\n")
+    model.write_bytes(f"mtllib {statement}\n".encode() + POINTS + FACES)
+    mesh = load_mesh(model)
+    assert list(mesh.metadata["obj"]["libraries"]) == names
+    again = model.parent / "again"
+    again.mkdir()
+    save_mesh(mesh, again / "m.obj")
+    assert load_mesh(again / "m.obj").metadata["obj"]["libraries"] == mesh.metadata["obj"]["libraries"]
+    for name in names:
+        (again / name).unlink()
+    with pytest.warns(MeshWarning, match=f"the materials of {', '.join(names)} are not there"):
+        load_mesh(again / "m.obj")
+
+
 def test_a_library_of_many_names_is_read_once(model: Path) -> None:
     """Before, it was read and parsed once for each."""
     names = "\n".join(f"mtllib {'./' * (i % 100)}m.mtl" for i in range(1000))
