@@ -336,7 +336,7 @@ def _count_json(value: Any, most: int) -> int:
         return most + 1
     count = 1
     for part in parts:
-        count += _count_json(part, most)
+        count += _count_json(part, most - count)
         if count > most:
             break
     return count
