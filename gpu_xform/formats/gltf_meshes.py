@@ -24,7 +24,7 @@ from .gltf_placements import make_names
 from .limits import budget
 
 _POINTS, _LINES, _LINE_LOOP, _LINE_STRIP, _TRIANGLES, _TRIANGLE_STRIP, _TRIANGLE_FAN = range(7)
-_MOST_COMPONENTS = 4  # of an attribute
+_MAX_COMPONENTS = 4  # of an attribute
 _DRACO = "KHR_draco_mesh_compression"
 
 
@@ -71,7 +71,7 @@ def _count_numbers(part: Any, accessors: Accessors) -> int:
     attributes = part["attributes"]
     n_points = accessors.count(get_count(attributes, "POSITION"))
     n_corners = accessors.count(get_count(part, "indices")) if "indices" in part else n_points
-    width = 3 * (1 + len(part.get("targets", []))) + _MOST_COMPONENTS * (len(attributes) - 1)
+    width = 3 * (1 + len(part.get("targets", []))) + _MAX_COMPONENTS * (len(attributes) - 1)
     return n_points * width + n_corners
 
 
@@ -233,7 +233,7 @@ def _require_declared(counts: DracoCounts, part: Any, accessors: Accessors) -> N
 def _take_components(n_components: int, part: Any, accessors: Accessors) -> None:
     """Count the numbers of a stream beyond those that `_count_numbers` has counted: of what the file does not name."""
     n_points = accessors.count(get_count(part["attributes"], "POSITION"))
-    n_more = n_points * (n_components - 3 - _MOST_COMPONENTS * (len(part["attributes"]) - 1))
+    n_more = n_points * (n_components - 3 - _MAX_COMPONENTS * (len(part["attributes"]) - 1))
     budget().take_numbers(max(n_more, 0), "its content")
 
 

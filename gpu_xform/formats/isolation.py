@@ -43,7 +43,7 @@ _MAX_ANSWER_BYTES = 1 << 28
 _FEW_BYTES = 1 << 16  # smaller arrays wait for others, as each write takes its time
 _KINDS = "biuf"
 _PLAIN = frozenset({bool, float, int, str, type(None)})
-_MOST_COPIED = 32  # values of frozen data: so few are sent with each part that has them, in half of the time
+_MAX_COPIED = 32  # values of frozen data: so few are sent with each part that has them, in half of the time
 
 Model = TypeVar("Model", Mesh, Scene)
 _COMMAND = "from gpu_xform.formats import isolation, registry; isolation.serve(registry.read_bytes, registry.prepare)"
@@ -311,7 +311,7 @@ def _encode(value: Any, append: Callable[[npt.NDArray[Any]], int], known: dict[i
     if id(value) in known:
         return {"again": known[id(value)][1]}
     if isinstance(value, FrozenDict | FrozenTuple):
-        is_json = _count_json(value, _MOST_COPIED) <= _MOST_COPIED
+        is_json = _count_json(value, _MAX_COPIED) <= _MAX_COPIED
         made = {"json": value} if is_json else {"frozen": _encode_once(value, append, known)}
     else:
         made = _encode_once(value, append, known)
