@@ -19,6 +19,7 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 
 _KINDS = "biufcSU"  # numbers, truth values and texts
+_HUGE = 2.0**500  # a length whose square is finite
 
 
 @public
@@ -263,14 +264,16 @@ def move_column(name: str, column: Column, linear: Float64Array) -> Any:
     elif name == "tangent" and column.shape[1] in (3, 4):
         moved = np.empty((*linear.shape[:-2], *column.shape))
         moved[...] = column
-        moved[..., :3] = column[:, :3].astype(np.float64) @ np.swapaxes(linear, -1, -2)
+        with np.errstate(over="ignore", invalid="ignore"):  # of components that are not finite, or huge
+            moved[..., :3] = column[:, :3].astype(np.float64) @ np.swapaxes(linear, -1, -2)
         moved[..., 3:] *= _signs_of_determinants(linear)  # the bitangent's side, which mirrors swap
     else:
         return column
     if column.dtype.kind in "iu":
         limits = np.iinfo(column.dtype)
         moved = np.clip(np.rint(moved), limits.min, limits.max)
-    return moved.astype(column.dtype)
+    with np.errstate(over="ignore"):
+        return moved.astype(column.dtype)
 
 
 def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Array:
@@ -292,10 +295,15 @@ def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Arr
         ]
     )
     transposed = cofactors.T if linear.ndim == 2 else np.moveaxis(cofactors, -1, 0).swapaxes(-1, -2)
-    moved: Float64Array = normals @ (_signs_of_determinants(linear) * transposed)
-    lengths = np.linalg.norm(moved, axis=-1)
-    lengths[lengths == 0] = 1.0
-    moved *= (np.linalg.norm(normals, axis=1) / lengths)[..., np.newaxis]
+    with np.errstate(over="ignore", invalid="ignore"):  # of what a file says: components that are not finite, or huge
+        moved: Float64Array = normals @ (_signs_of_determinants(linear) * transposed)
+        lengths = np.linalg.norm(moved, axis=-1)
+        lengths[lengths == 0] = 1.0
+        lengths_before = np.linalg.norm(normals, axis=1)
+        moved *= (lengths_before / lengths)[..., np.newaxis]
+        huge = (lengths_before > _HUGE) & np.isfinite(normals).all(axis=1)  # whose squares are not finite
+        if huge.any():
+            moved[..., huge, :] = transform_normals(normals[huge] / _HUGE, linear) * _HUGE
     return moved
 
 

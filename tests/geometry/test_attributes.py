@@ -182,6 +182,22 @@ def test_normals_survive_tiny_and_singular_matrices() -> None:
     assert np.array_equal(attributed().transformed(gx.scale(-1e-150)).indices, attributed().reversed().indices)
 
 
+@pytest.mark.parametrize("size", [1.0, 1e30, 1e150, 1e200, 1.7e308])
+def test_normals_that_are_huge_or_not_finite_are_moved_without_a_warning(size: float) -> None:
+    matrix = gx.chain(gx.rotate((1, 2, 3), 0.7), gx.scale(3, 1, -0.5))
+    normals = np.array([[0.6, 0.0, 0.8], [0.0, -0.6, 0.8], [0.36, 0.48, -0.8], [0.0, 1.0, 0.0], [0.28, 0.96, 0.0]])
+    expected = Mesh(POINTS, attributes={"point": {"normal": normals}}).transformed(matrix).attributes.point["normal"]
+    given = normals * size
+    given[1, 0], given[3, 1] = np.inf, np.nan
+    moved = Mesh(POINTS, attributes={"point": {"normal": given, "tangent": given}}).transformed(matrix).attributes
+    for rows in (moved.point["normal"], moved.point["tangent"]):
+        assert np.array_equal(np.isfinite(rows).any(axis=1), [True, False, True, False, True])
+    assert np.allclose(moved.point["normal"][[0, 2, 4]] / size, expected[[0, 2, 4]], rtol=1e-14)
+    single = np.full((5, 3), 3e38, np.float32)  # turned, their longest component is beyond float32
+    turned = Mesh(POINTS, attributes={"point": {"normal": single}}).transformed(gx.rotate((1, -1, 0), 0.9553166))
+    assert np.array_equal(np.isinf(turned.attributes.point["normal"]), np.tile([False, False, True], (5, 1)))
+
+
 def test_tangents_move_as_vectors_and_mirrors_swap_their_side() -> None:
     tangents = np.tile([1.0, 0.0, 0.0, 1.0], (5, 1))
     mesh = Mesh(POINTS, FACES, attributes={"point": {"tangent": tangents}})

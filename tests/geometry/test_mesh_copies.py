@@ -59,6 +59,14 @@ def test_copies_are_those_that_are_moved_one_by_one(seed: int) -> None:
         assert copies.attributes.labels == expected.attributes.labels
 
 
+def test_attributes_of_copies_that_are_not_turned_are_those_of_the_mesh() -> None:
+    normals = np.array([[0.1, 0.2, 0.3], [np.inf, 0.0, 1.0], [-0.0, np.nan, 1e300]])
+    mesh = Mesh(np.eye(3), attributes=Attributes(point={"normal": normals}))
+    matrices = random_matrices(np.random.default_rng(0), 5)
+    moved = place_copies(mesh, matrices).attributes.point["normal"]
+    assert moved[:6].tobytes() == np.tile(normals, (2, 1)).tobytes()
+
+
 def test_one_copy_is_the_mesh_moved_with_its_metadata() -> None:
     cube = samples.cube()
     mesh = cube.with_attributes(cube.attributes, metadata={"gltf": {"extras": 1}})
