@@ -18,6 +18,7 @@ from .obj_materials import find_images, parse_materials, read_libraries
 # Statements that hold for the faces behind them, and the attributes per face that they become.
 STATES = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smooth"}
 KEYWORDS = {name: keyword for keyword, name in STATES.items()}
+BESIDE_WIDTHS = 1, 3, 4  # numbers behind coordinates: a weight, or a colour
 _WORDS = {"texcoord": "texture coordinates", "normal": "normals"}
 # Curves and surfaces, and what is read of all that belongs to them.
 SHAPES = frozenset({"bsp", "bzp", "cdc", "cdp", "curv", "curv2", "surf"})
@@ -35,8 +36,10 @@ class Extras:
     texcoord_of_corner: IndexArray | None = None
     """The row of `texcoords` for each corner, -1 for none."""
     normal_of_corner: IndexArray | None = None
+    n_beside_points: int = 0
+    """How many numbers at most stand behind the coordinates of a point."""
     beside_points: Float64Array | None = None
-    """The numbers behind the coordinates of each point."""
+    """These numbers, if so many have a meaning."""
     states: list[tuple[int, bytes, str]] = field(default_factory=list)
     """The faces before a statement, its keyword, and the rest of it."""
     libraries: list[str] = field(default_factory=list)
@@ -57,14 +60,13 @@ class Extras:
 
 def build_attributes(extras: Extras, n_points: int, n_faces: int) -> Attributes:
     """Return the attributes that a file holds, and note what else it does."""
-    point, corner, face, labels = {}, {}, {}, {}
+    point: dict[str, Any] = {}
+    corner, face, labels = {}, {}, {}
     beside = extras.beside_points
-    if beside is not None and beside.shape[1] in (3, 4):
-        point["color"] = beside
-    elif beside is not None and beside.shape[1] == 1:
-        point["weight"] = beside[:, 0]
-    elif beside is not None:
-        extras.left_out.append(f"{beside.shape[1]} numbers behind each point")
+    if beside is not None:
+        point |= {"weight": beside[:, 0]} if beside.shape[1] == 1 else {"color": beside}
+    elif extras.n_beside_points:
+        extras.left_out.append(f"{extras.n_beside_points} numbers behind each point")
     for name, rows, chosen in (
         ("texcoord", extras.texcoords, extras.texcoord_of_corner),
         ("normal", extras.normals, extras.normal_of_corner),

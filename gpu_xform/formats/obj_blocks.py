@@ -8,7 +8,7 @@ import numpy.typing as npt
 from .._core.types import BoolArray, Float64Array, IndexArray
 from ..geometry.mesh import Mesh
 from ._text import parse_numbers
-from .obj_attributes import Extras
+from .obj_attributes import BESIDE_WIDTHS, Extras
 from .obj_statements import IS_LETTER, Indices, add_statement, build_mesh, offsets_of, parse_rows, parse_table
 
 _MAX_INDEX = 2**32 - 1
@@ -63,8 +63,8 @@ def read_regular(data: bytes, tolerance: float | None = None) -> Mesh | None:
     if not ignored.all() or not is_point.any():
         return None
     try:
-        table = _parse_points(data, starts, is_point)
-        if table.shape[1] < 3:
+        table, n_columns = _parse_points(data, starts, is_point)
+        if n_columns < 3:
             return None
         sizes, indices = _parse_all_faces(data, starts, is_point, is_face, has_lines=bool(is_line.any()))
         corners = n_faces = None
@@ -77,7 +77,8 @@ def read_regular(data: bytes, tolerance: float | None = None) -> Mesh | None:
             return None
     except ValueError:
         return None
-    extras = Extras(beside_points=table[:, 3:] if table.shape[1] > 3 else None)
+    n_beside = n_columns - 3
+    extras = Extras(n_beside_points=n_beside, beside_points=table[:, 3:] if n_beside in BESIDE_WIDTHS else None)
     if other.any():
         _add_lines(extras, data, starts, other, is_point, is_face, n_faces)
         _add_references(extras, data, starts, is_face, corners)
@@ -169,19 +170,23 @@ def _select_in_blocks(data: bytes, starts: Indices, selected: BoolArray) -> Iter
         first = last
 
 
-def _parse_points(data: bytes, starts: Indices, is_point: BoolArray) -> Float64Array:
-    """Return the numbers of all points; raise ValueError for lines that are not alike."""
+def _parse_points(data: bytes, starts: Indices, is_point: BoolArray) -> tuple[Float64Array, int]:
+    """Return the numbers of all points, as far as they have a meaning, and how many each has.
+
+    Raises ValueError for lines that are not alike.
+    """
     table = np.empty((0, 0))
-    n_rows = 0
+    n_rows = n_columns = 0
     for text, count in _select_in_blocks(data, starts, is_point):
         rows = parse_table(text, b"v", count)
         if n_rows == 0:
-            table = np.empty((int(is_point.sum()), rows.shape[1]))
-        elif rows.shape[1] != table.shape[1]:
+            n_columns = rows.shape[1]
+            table = np.empty((int(is_point.sum()), min(n_columns, 3 + max(BESIDE_WIDTHS))))
+        elif rows.shape[1] != n_columns:
             raise ValueError("not regular")
-        table[n_rows : n_rows + count] = rows
+        table[n_rows : n_rows + count] = rows[:, : table.shape[1]]
         n_rows += count
-    return table
+    return table, n_columns
 
 
 def _parse_all_faces(
@@ -203,8 +208,10 @@ def _parse_all_faces(
         if corners.max() > _MAX_INDEX:
             raise ValueError("not regular")
         n_lines, end = n_lines + count, n_indices + len(corners)
-        if end > len(indices):  # as many as there will be if all lines are as long as those so far
-            grown = np.empty(-(-end * n_all_lines // n_lines), np.uint32)
+        if end > len(
+            indices
+        ):  # as many as there will be if all lines are as long as those so far, or fit into the file
+            grown = np.empty(min(-(-end * n_all_lines // n_lines), len(data) // 2), np.uint32)
             grown[:n_indices] = indices[:n_indices]
             indices = grown
         indices[n_indices:end] = corners

@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import MeshError
 from ..geometry.mesh import Mesh
 from ._text import parse_float, quote
-from .obj_attributes import Extras
+from .obj_attributes import BESIDE_WIDTHS, Extras
 from .obj_statements import IS_LETTER, NAMED, add_statement, build_mesh, offsets_of, parse_rows
 
 _MAX_REFERENCE = 1 << 40  # farther from 0 than any row
@@ -64,8 +64,10 @@ def read_lines(data: bytes, tolerance: float | None = None) -> Mesh:
         corner = int(np.argmax(beyond))
         line = lines[int(np.searchsorted(offsets, corner, side="right")) - 1]
         raise MeshError(f"line {line}: index {indices[corner] + 1} is out of range, there are {len(points)} vertices")
-    width = max(map(len, beside))
-    if width:
+    extras.n_beside_points = width = max(map(len, beside))
+    if (
+        width in BESIDE_WIDTHS
+    ):  # a table of what has no meaning could take gigabytes: one line may be as long as the file
         extras.beside_points = np.array([numbers + [math.nan] * (width - len(numbers)) for numbers in beside])
     extras.texcoords = parse_rows(b"\n".join(rows[b"vt"]), b"vt")
     extras.normals = parse_rows(b"\n".join(rows[b"vn"]), b"vn")

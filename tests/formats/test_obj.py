@@ -1,4 +1,5 @@
 import io
+import tracemalloc
 import warnings
 from typing import Any
 
@@ -539,3 +540,36 @@ def test_references_beyond_any_integer_are_those_to_nothing() -> None:
     with pytest.warns(MeshWarning, match="1 corners name texture coordinates that the file does not hold"):
         mesh = obj.read(b"v 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nf 1/1 2/99999999999999999999 3/1\n" + BY_LINES)
     assert np.isnan(mesh.attributes.corner["texcoord"][1]).all()
+
+
+WIDE = b" 0" * 100_000  # numbers in a line
+LONG = b" 1 2 3" * 100_000  # corners of a face
+
+
+@pytest.mark.parametrize(
+    ("text", "n_faces", "message"),
+    [
+        (
+            POINTS + b"v 0 0 0" + WIDE + b"\n" + b"v 0 0 1\n" * 4000 + b"f 1 2 3\n",
+            1,
+            "100000 numbers behind each point",
+        ),
+        (POINTS * 4000 + b"v 0 0 0" + WIDE + b"\nf 1 2 3\n", 1, "100000 numbers behind each point"),
+        (b"v 0 0 0" + WIDE + WIDE + WIDE + b"\n" + POINTS * 9000 + b"f 1 2 3\n", 1, "300000 numbers behind each point"),
+        ((b"v 0 0 0" + WIDE + b"\n") * 4 + b"f 1 2 3\n", 1, "100000 numbers behind each point"),
+        (POINTS + b"f" + LONG + b"\n" + b"f 1 2 3\n" * 40_000, 40_001, None),
+    ],
+)
+def test_one_long_line_among_short_ones_takes_no_memory_for_each(
+    text: bytes, n_faces: int, message: str | None
+) -> None:
+    """A megabyte took 11 GB, and 70 GB were asked for where such a line came first."""
+    tracemalloc.start()
+    try:
+        mesh = obj.read(text)
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    assert mesh.n_faces == n_faces
+    assert peak < 60e6
+    assert mesh.metadata.get("obj", {}).get("left_out", ()) == (() if message is None else (message,))
