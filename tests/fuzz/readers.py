@@ -46,11 +46,17 @@ def mutate(data: bytes, rng: random.Random) -> bytes:
 
 
 def enlarge(data: bytes, rng: random.Random) -> bytes:
-    """Return a file in which some part is repeated, up to MAX_FILE_BYTES, as what takes long or much memory has it."""
-    begin = rng.randrange(len(data) or 1)
-    part = data[begin : begin + rng.choice((1, 2, 5, 10, 30, 100, 300))] or b" "
-    n = (MAX_FILE_BYTES - len(data)) // len(part)
-    return data[:begin] + part * rng.choice((n, n // 10)) + data[begin:]
+    """Return a file of which a part or two are repeated, up to MAX_FILE_BYTES, as what takes long or much memory has.
+
+    Two parts: a long one beside many short ones may take as much for each.
+    """
+    n_parts = rng.choice((1, 2))
+    for k in range(n_parts):
+        begin = rng.randrange(len(data) or 1)
+        part = data[begin : begin + rng.choice((1, 2, 5, 10, 30, 100, 300))] or b" "
+        n = (MAX_FILE_BYTES - len(data)) // len(part) // (n_parts - k)
+        data = data[:begin] + part * rng.choice((n, n // 10)) + data[begin:]
+    return data
 
 
 def reset_peak() -> None:
