@@ -328,10 +328,12 @@ def _count_json(value: Any, most: int) -> int:
         return 1 + len(value) // 8
     if type(value) in _PLAIN:
         return 1
-    if type(value) is FrozenDict and all(type(key) is str for key in value):
-        parts = [part for item in value.items() for part in item]
-    elif isinstance(value, tuple):
+    if not isinstance(value, FrozenDict | tuple) or len(value) > most:  # before it is gone through
+        return most + 1
+    if isinstance(value, tuple):
         parts = list(value)
+    elif all(type(key) is str for key in value):
+        parts = [part for item in value.items() for part in item]
     else:
         return most + 1
     count = 1

@@ -191,6 +191,14 @@ def test_what_a_file_says_is_the_same_after_isolation(metadata: Any, most_bytes:
     assert repr(isolation._decode(json.loads(sent), bytes(arrays), [])) == repr(mesh.metadata)
 
 
+@pytest.mark.parametrize("large", [[0] * 100_000, {str(i): 0 for i in range(100_000)}], ids=["list", "mapping"])
+def test_what_many_parts_share_is_not_gone_through_for_each(large: Any) -> None:
+    parts = freeze_value(shared_between(*[freeze_value(large)] * 10_000))
+    begin = time.process_time()
+    isolation._encode(parts, lambda _: 0, {})
+    assert time.process_time() - begin < 0.5
+
+
 @pytest.mark.parametrize("is_enabled", [True, False])
 def test_no_garbage_is_collected_while_an_answer_is_understood(is_enabled: bool, monkeypatch: Any) -> None:
     found = []
