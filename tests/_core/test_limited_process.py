@@ -61,6 +61,27 @@ print(subprocess.run([sys.executable, "-c", "raise SystemExit(7)"]).returncode)
         signal.signal(signal.SIGCHLD, before)
 
 
+BEGIN = "from gpu_xform._core.limited_process import begin_limited, limit_work\n"
+
+
+def test_a_process_ends_whose_parent_ended_before_it_could_say_so() -> None:
+    """Nobody would wait for its answer."""
+    other = subprocess.Popen([sys.executable, "-c", ""])
+    other.wait()
+    ended = run_limited(f"{BEGIN}begin_limited({other.pid})\nprint('begun', flush=True)", [b""], 20, MUCH)
+    assert ended[:3] == (1, b"", False)
+
+
+def test_its_time_is_kept_though_a_signal_is_blocked() -> None:
+    """A thread that blocks signals, as those of some servers do, begins processes that block them."""
+    program = f"{BEGIN}begin_limited({os.getpid()})\nlimit_work(lambda: [0 for _ in iter(int, 1) if _], 1, 0.1, {MUCH})"
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGPROF, signal.SIGXCPU})
+    try:
+        assert run_limited(program, [b""], 0.1, MUCH).code == -signal.SIGPROF
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
 def test_data_are_written_part_by_part_without_a_copy() -> None:
     data = bytes(50_000_000)
     program = "import sys\nprint(len(sys.stdin.buffer.read()))"
