@@ -3,6 +3,7 @@
 import gc
 import io
 import json
+import os
 import signal
 import subprocess
 import sys
@@ -18,7 +19,7 @@ import pytest
 import gpu_xform as gx
 from gpu_xform._core import limited_process
 from gpu_xform.cli import main
-from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
+from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError, MissingExtraError
 from gpu_xform.formats import isolation
 from gpu_xform.geometry.attributes import freeze_value
 from gpu_xform.geometry.deformable_mesh import DeformableMesh, Influences, Skin
@@ -519,3 +520,63 @@ def test_what_all_nodes_have_is_carried_in_columns(monkeypatch: pytest.MonkeyPat
     built = isolation._build_scene(isolation._decode(sent, bytes(arrays), []))
     assert_same(isolation._describe_scene(built), isolation._describe_scene(scene))
     assert [node.visible for node in built] == [node.visible for node in scene]
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        ("[" * 100_000, "gave no answer$"),
+        ("[]", "gave no answer$"),
+        ("true", "gave no answer$"),
+        ('{"warnings": []', "gave no answer$"),
+        ('{"warnings": ["' + "long " * 300_000 + '"]}', "takes more than 1,000,000 bytes to describe"),
+        ('{"model": []}', "gave no model: ValueError: not enough values"),
+        ('{"model": {"array": [0, [1], "|O"]}}', "gave no model: ValueError: an array is malformed$"),
+        ('{"model": {"array": [0, [1], "<m8[s]"]}}', "gave no model: ValueError: an array is malformed$"),
+        ('{"model": {"array": [0, [-1, 3], "<f8"]}}', "gave no model: ValueError: an array is malformed$"),
+        ('{"model": {"array": [-8, [1, 3], "<f8"]}}', "gave no model: ValueError: an array is malformed$"),
+        ('{"model": {"array": [0, [1.0, 3], "<f8"]}}', "gave no model: ValueError: an array is malformed$"),
+        (
+            '{"model": {"array": [1, [1], "<f8"]}}',
+            "gave no model: ValueError: an array is outside of the shared memory$",
+        ),
+        ('{"model": {"again": 3}}', "gave no model: IndexError"),
+        ('{"model": {"pickle": ""}}', "gave no model: ValueError: unknown content 'pickle'$"),
+        ('{"error": "so", "is_missing": true}', "so$"),
+        ('{"error": "so", "is_missing": 1}', "so$"),
+    ],
+)
+def test_no_answer_is_trusted(answer: str, message: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file may have taken over the process that read it."""
+    ended = limited_process.Ended(0, answer.encode(), False, 0)
+
+    def run(_: str, __: Any, *___: object, pass_fds: list[int]) -> limited_process.Ended:
+        os.write(pass_fds[0], bytes(8))
+        return ended
+
+    monkeypatch.setattr(isolation, "run_limited", run)
+    monkeypatch.setattr(isolation, "_MAX_ANSWER_BYTES", 1_000_000)
+    is_missing = '"is_missing": true' in answer
+    with pytest.raises(gx.GpuXformError, match=message) as raised:
+        gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True)
+    assert raised.type is (MissingExtraError if is_missing else MeshError)
+
+
+def test_arrays_are_copied_out_of_the_shared_memory() -> None:
+    shared = bytearray(np.arange(6.0).tobytes())
+    array = isolation._decode({"array": [8, [2, 2], "<f8"]}, shared, [])
+    shared[:] = bytes(48)
+    assert np.array_equal(array, [[1, 2], [3, 4]])
+    assert not array.flags.writeable
+
+
+def test_an_extra_that_a_reader_lacks_is_that_error_here_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = """from gpu_xform.errors import MissingExtraError
+from gpu_xform.formats import isolation
+def read(*_):
+    raise MissingExtraError("PLY needs more")
+isolation.serve(read, lambda _: None)
+"""
+    monkeypatch.setattr(isolation, "_COMMAND", program)
+    with pytest.raises(MissingExtraError, match="PLY needs more"):
+        gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True)
