@@ -67,6 +67,19 @@ def test_any_points_are_held_by_the_margins(
     assert ndc[:, 2].max() <= 1.0
 
 
+@pytest.mark.parametrize("size", [1e-290, 1e-299, 1e-305, 1e-311, 5e-324, 0.0])
+@pytest.mark.parametrize("aspect", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_points_at_nearly_one_place_are_held(size: float, aspect: float, orthographic: bool) -> None:
+    """Of 1e-308 and less, whose reciprocal overflows, a parallel view was refused."""
+    points = np.array([[size, 0, 0], [0, 0, 0], [0, 2 * size, 0]])
+    for near in (points, points + np.array([3, 0, 0])):
+        camera = Camera.fit(near, direction=(1, 1, 1), orthographic=orthographic)
+        ndc = seen(camera, near, aspect)
+        assert np.abs(ndc[:, :2]).max() <= 0.9 + 1e-6
+        assert 0.0 <= ndc[:, 2].min() <= ndc[:, 2].max() <= 1.0
+
+
 def test_a_fitted_camera_looks_along_its_direction_with_up_upwards() -> None:
     points = np.vstack([np.eye(3), -np.eye(3)])
     origin, x, y, z = (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)

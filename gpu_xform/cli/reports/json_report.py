@@ -14,7 +14,7 @@ def format_json(outcomes: Sequence[Outcome], facts: RunFacts) -> bytes:
         "version": facts.version,
         "adapter": facts.adapter,
         "began": facts.began,
-        "time_s": round(facts.time_s, 3),
+        "time_s": round(facts.time_s, 6),
         "exit_code": facts.exit_code,
         "reference_threshold": facts.threshold,
         "counts": count_statuses(outcomes),
@@ -39,5 +39,5 @@ def _record(outcome: Outcome) -> dict[str, Any]:
         "largest_difference": None if numbers is None else numbers.largest,
         "largest_at": None if numbers is None else list(numbers.largest_at),
         "mean_difference": None if numbers is None else round(numbers.mean, 6),
-        "time_s": round(outcome.time_s, 3),
+        "time_s": round(outcome.time_s, 6),
     }
