@@ -484,12 +484,13 @@ class _SharedArrays:
         """Return where the array is when all is written."""
         start = self._end
         self._end += array.nbytes
-        if array.nbytes < _FEW_BYTES:
-            self._waiting += array.tobytes()
-        if array.nbytes >= _FEW_BYTES or len(self._waiting) >= _FEW_BYTES:
-            self.flush()
         if array.nbytes >= _FEW_BYTES:
+            self.flush()
             self._write(array.reshape(-1).view(np.uint8).data)
+            return start
+        self._waiting += array.tobytes()
+        if len(self._waiting) >= _FEW_BYTES:
+            self.flush()
         return start
 
     def flush(self) -> None:
