@@ -8,7 +8,6 @@ import json
 import re
 import string
 import sys
-import time
 import tracemalloc
 import zipfile
 from collections.abc import Callable
@@ -23,6 +22,7 @@ from gpu_xform.cli import main
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError
 from gpu_xform.formats.limits import FREE_NUMBERS, NUMBERS_PER_BYTE
 from tests.support.cli import error_of
+from tests.support.cost import within_cpu_s
 
 POINT_3MF = '<vertex x="0" y="0" z="0"/>'
 TRIANGLE_3MF = (
@@ -167,16 +167,15 @@ def test_what_expands_without_bound_is_refused_before_it_does(name: str) -> None
     data = make()
     assert len(data) < 1_000_000
     gx.load_mesh(io.BytesIO(b"v 0 0 0\n"), file_type="obj")
-    start = time.process_time()
-    tracemalloc.start()
-    try:
-        with pytest.raises(MeshError, match=rf"the limit FileLimits\({limit}=\.\.\.\)"):
-            gx.load_mesh(io.BytesIO(data), file_type=kind)
-        peak = tracemalloc.get_traced_memory()[1]
-    finally:
-        tracemalloc.stop()
-    assert peak < 150e6
-    assert time.process_time() - start < 10  # traced, it takes five times as long
+    for _ in within_cpu_s(10):  # traced, it takes five times as long
+        tracemalloc.start()
+        try:
+            with pytest.raises(MeshError, match=rf"the limit FileLimits\({limit}=\.\.\.\)"):
+                gx.load_mesh(io.BytesIO(data), file_type=kind)
+            peak = tracemalloc.get_traced_memory()[1]
+        finally:
+            tracemalloc.stop()
+        assert peak < 150e6
 
 
 def test_repeated_shapes_take_hardly_more_memory_than_their_mesh() -> None:
@@ -208,19 +207,18 @@ MANY_ELEMENTS = b"ply\nformat ascii 1.0\n" + b"".join(b"element e%d 0\nproperty 
     ids=["a line continued often", "many elements"],
 )
 def test_no_time_grows_with_the_square_of_the_length(kind: str, data: bytes) -> None:
-    start = time.process_time()
-    with contextlib.suppress(MeshError):
-        gx.load_mesh(io.BytesIO(data), file_type=kind)
-    assert time.process_time() - start < 2
+    for _ in within_cpu_s(2):
+        with contextlib.suppress(MeshError):
+            gx.load_mesh(io.BytesIO(data), file_type=kind)
 
 
 def test_many_models_of_one_node_take_time_that_grows_with_their_number() -> None:
-    node, cube = gx.Scene().add(name="crowd"), gx.samples.cube()
-    start = time.process_time()
-    for _ in range(50_000):
-        node.show(cube)
-    assert len(node.models) == 50_000
-    assert time.process_time() - start < 1
+    cube = gx.samples.cube()
+    for _ in within_cpu_s(1):
+        node = gx.Scene().add(name="crowd")
+        for _ in range(50_000):
+            node.show(cube)
+        assert len(node.models) == 50_000
 
 
 def test_buffers_that_name_one_file_share_it(tmp_path: Path) -> None:
@@ -302,10 +300,9 @@ def test_attributes_that_others_lack_are_counted_before_they_are_filled_up() -> 
 
     few = gx.load_mesh(io.BytesIO(make(3)), file_type="gltf")
     assert [np.isnan(few.attributes.point[f"A{i}"]).all(axis=1).sum() for i in range(3)] == [6, 6, 6]
-    start = time.process_time()
-    with pytest.raises(MeshError, match="attributes that not all of its parts have: expands to more than"):
-        gx.load_mesh(io.BytesIO(make(2000)), file_type="gltf")  # 144 MB
-    assert time.process_time() - start < 1
+    for _ in within_cpu_s(1):
+        with pytest.raises(MeshError, match="attributes that not all of its parts have: expands to more than"):
+            gx.load_mesh(io.BytesIO(make(2000)), file_type="gltf")  # 144 MB
 
 
 def test_messages_are_in_the_unit_of_the_limit_that_they_name() -> None:
@@ -486,10 +483,9 @@ DENSE = {
 
 @pytest.mark.parametrize("name", DENSE)
 def test_dense_text_is_refused_before_it_is_parsed(name: str) -> None:
-    start = time.process_time()
-    with pytest.raises(MeshError):
-        gx.load_mesh(io.BytesIO(DENSE[name]), file_type="wrl")
-    assert time.process_time() - start < 2
+    for _ in within_cpu_s(2):
+        with pytest.raises(MeshError):
+            gx.load_mesh(io.BytesIO(DENSE[name]), file_type="wrl")
 
 
 _TRIANGLE_1 = b"Coordinate3{point[0 0 0,1 0 0,0 1 0]}"
@@ -510,10 +506,9 @@ SHARED = {
 
 @pytest.mark.parametrize("name", SHARED)
 def test_what_many_shapes_share_is_read_once(name: str) -> None:
-    start = time.process_time()
-    with contextlib.suppress(MeshError):
-        gx.load_mesh(io.BytesIO(SHARED[name]), file_type="wrl")
-    assert time.process_time() - start < 1
+    for _ in within_cpu_s(1):
+        with contextlib.suppress(MeshError):
+            gx.load_mesh(io.BytesIO(SHARED[name]), file_type="wrl")
 
 
 def test_text_that_holds_data_is_not_dense() -> None:
@@ -530,6 +525,5 @@ def test_text_that_holds_data_is_not_dense() -> None:
 def test_curves_of_one_kind_are_cut_once() -> None:
     points = b"".join(b"v %d 0 %d\n" % (i, i % 3) for i in range(40))
     data = points + b"cstype bezier\ndeg 3\n" + b"curv 0 1 1 2 3 5\nparm u 0 1\nend\n" * 9_000
-    start = time.process_time()
-    assert gx.load_mesh(io.BytesIO(data), file_type="obj").n_faces >= 9_000
-    assert time.process_time() - start < 2
+    for _ in within_cpu_s(2):
+        assert gx.load_mesh(io.BytesIO(data), file_type="obj").n_faces >= 9_000

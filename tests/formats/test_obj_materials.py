@@ -3,7 +3,6 @@
 import contextlib
 import io
 import sys
-import time
 import tracemalloc
 import warnings
 from pathlib import Path
@@ -16,6 +15,7 @@ import trimesh
 from gpu_xform import Mesh, load_mesh, render_array, save_mesh
 from gpu_xform.cli import main
 from gpu_xform.errors import MeshWarning
+from tests.support.cost import within_cpu_s
 
 POINTS = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 2 0\n"
 FACES = b"usemtl steel\nf 1 2 3 4\nusemtl paint\nf 4 3 5\n"
@@ -244,11 +244,10 @@ def test_materials_by_the_thousand_take_time_that_grows_with_their_number(model:
     names = [f"m{i}" for i in range(40_000)]
     model.write_bytes(b"mtllib m.mtl\n" + POINTS + "".join(f"usemtl {name}\nf 1 2 3\n" for name in names).encode())
     model.with_suffix(".mtl").write_text("".join(f"newmtl {name}\nmap_Kd {name}.png\n" for name in names[::-1]))
-    begin = time.process_time()
-    with pytest.warns(MeshWarning, match=r"'m39999\.png' of material 'm39999', .* and 39992 more are not there"):
-        mesh = load_mesh(model)
-    assert len(mesh.attributes.material) == 40_001
-    assert time.process_time() - begin < 3
+    for _ in within_cpu_s(3):
+        with pytest.warns(MeshWarning, match=r"'m39999\.png' of material 'm39999', .* and 39992 more are not there"):
+            mesh = load_mesh(model)
+        assert len(mesh.attributes.material) == 40_001
 
 
 @pytest.mark.parametrize(
@@ -266,17 +265,16 @@ def test_long_image_statements_end_soon_and_in_little_memory(model: Path, body: 
     """Before, each word of one was looked for with all behind it: 100 kB took up to 138 s and 2.4 GB."""
     load_mesh(model)
     model.with_suffix(".mtl").write_text(f"newmtl steel\n{body}")
-    tracemalloc.start()
-    begin = time.process_time()
-    try:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            load_mesh(model)
-        assert all(len(str(each.message)) < 500 for each in caught)
-        assert tracemalloc.get_traced_memory()[1] < 5e6
-    finally:
-        tracemalloc.stop()
-    assert time.process_time() - begin < 0.5
+    for _ in within_cpu_s(0.5):
+        tracemalloc.start()
+        try:
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                load_mesh(model)
+            assert all(len(str(each.message)) < 500 for each in caught)
+            assert tracemalloc.get_traced_memory()[1] < 5e6
+        finally:
+            tracemalloc.stop()
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 import io
 import re
-import time
 import tracemalloc
 import warnings
 import zipfile
@@ -14,6 +13,7 @@ import gpu_xform as gx
 from gpu_xform import Mesh, load_mesh, load_scene
 from gpu_xform.errors import MeshError, MeshWarning
 from gpu_xform.formats import save_mesh
+from tests.support.cost import within_cpu_s
 from tests.support.threemf_files import container
 
 CORE = "http://schemas.microsoft.com/3dmanufacturing/core/2015/02"
@@ -188,14 +188,13 @@ MULTIPLE, MULTI = '<m:multiproperties id="7" pids="{}">', '<m:multi pindices="0"
 )
 def test_members_that_share_a_long_list_are_not_filled_up_to_it(resources: str) -> None:
     model = package(COLORS + resources)
-    start = time.process_time()
-    tracemalloc.start()
-    try:
-        assert read(model).n_faces == 2
-        assert tracemalloc.get_traced_memory()[1] < 20e6
-    finally:
-        tracemalloc.stop()
-    assert time.process_time() - start < 2
+    for _ in within_cpu_s(2):
+        tracemalloc.start()
+        try:
+            assert read(model).n_faces == 2
+            assert tracemalloc.get_traced_memory()[1] < 20e6
+        finally:
+            tracemalloc.stop()
 
 
 def test_many_namespaces_are_looked_up_once_for_all_required_extensions() -> None:
@@ -203,9 +202,8 @@ def test_many_namespaces_are_looked_up_once_for_all_required_extensions() -> Non
         text = parts.read("3D/3dmodel.model").decode()
     namespaces = "".join(f' xmlns:a{i}="{MATERIAL}"' for i in range(4000))
     model = container(text.replace("<model", f'<model{namespaces} requiredextensions="{10_000 * "a1 "}"'))
-    start = time.process_time()
-    assert read(model).n_faces == 2
-    assert time.process_time() - start < 1
+    for _ in within_cpu_s(1):
+        assert read(model).n_faces == 2
 
 
 @pytest.mark.parametrize(
