@@ -73,6 +73,8 @@ def build_attributes(extras: Extras, n_points: int, n_faces: int) -> Attributes:
     ):
         if rows is None:
             continue
+        if name == "normal" and (n_wrong := np.count_nonzero(~np.isfinite(rows).all(axis=1))):
+            warn(f"normals that are not three finite numbers: {n_wrong}; they are left out where the mesh moves")
         n_named = 0
         if chosen is not None and (chosen != -1).any():
             corner[name] = _gather(rows, chosen, name)

@@ -15,6 +15,7 @@ from gpu_xform.formats import load_mesh, obj, save_mesh
 from gpu_xform.formats.obj_blocks import read_regular
 from gpu_xform.formats.obj_lines import read_lines
 from gpu_xform.geometry.mesh import Mesh
+from gpu_xform.matrices import scale
 
 POINTS = b"v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0.5 0.5 1\n"
 
@@ -313,6 +314,17 @@ f 1//1 3//2 4//1
 f 2 3 4
 l 1/1 2/2 3/4
 """
+
+
+def test_normals_that_are_not_finite_are_named() -> None:
+    text = b"v 0 0 0\nv 1 0 0\nv 0 2 0\nvn nan 0 1\nvn 0 0 1\nvn inf 0 0\nf 1//1 2//2 3//3\n"
+    with pytest.warns(
+        MeshWarning, match=r"^normals that are not three finite numbers: 2; they are left out where the mesh moves$"
+    ):
+        read = obj.read(text)
+    np.testing.assert_array_equal(read.attributes.corner["normal"], [(np.nan, 0, 1), (0, 0, 1), (np.inf, 0, 0)])
+    moved = read.transformed(scale(2)).attributes.corner["normal"]
+    np.testing.assert_array_equal(moved, [(np.nan,) * 3, (0, 0, 1), (np.nan,) * 3])
 
 
 def test_attributes_of_an_obj_file() -> None:
