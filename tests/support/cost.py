@@ -1,8 +1,7 @@
 """What the body of a test costs."""
 
-import gc
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Iterator
 
 
 def cpu_s(call: Callable[[], object]) -> float:
@@ -12,21 +11,17 @@ def cpu_s(call: Callable[[], object]) -> float:
     return time.process_time() - begin
 
 
-def within_cpu_s(seconds: float, tries: int = 3) -> Generator[None, None, None]:
+def within_cpu_s(seconds: float, tries: int = 3) -> Iterator[None]:
     """Let the body of a `for` take less than `seconds` of a processor, once in a few tries.
 
-    What is slow is slow each time; a machine that is busy with other things slows one try. What other tests left is
-    frozen meanwhile, or a collection of garbage that falls into the body would visit all of it.
+    What is slow is slow each time. A machine that is busy with other things, or a collection of the garbage of other
+    tests, slows one try.
     """
     taken_s = []
     for _ in range(tries):
-        gc.freeze()
         begin = time.process_time()
-        try:
-            yield
-            taken_s.append(time.process_time() - begin)
-        finally:
-            gc.unfreeze()
+        yield
+        taken_s.append(time.process_time() - begin)
         if taken_s[-1] < seconds:
             return
     raise AssertionError(f"must take less than {seconds:g} s of a processor, took {taken_s} s")

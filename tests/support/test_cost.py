@@ -1,6 +1,5 @@
 """What is too slow fails, what is slow once does not."""
 
-import gc
 import time
 
 import pytest
@@ -32,16 +31,3 @@ def test_what_is_slow_each_time_fails() -> None:
         spend(0.02)
     with pytest.raises(AssertionError, match=r"^must take less than 0\.02 s of a processor, took \[0\.0\d+, .*\] s$"):
         next(tries)
-
-
-def test_garbage_of_others_is_not_visited() -> None:
-    before = gc.get_freeze_count()
-    tries = within_cpu_s(10)
-    next(tries)
-    assert gc.get_freeze_count() > before
-    assert len(gc.get_objects()) < 1000
-    tries.close()  # as where the body raises
-    assert gc.get_freeze_count() == before
-    for _ in within_cpu_s(10):
-        assert gc.get_freeze_count() > before
-    assert gc.get_freeze_count() == before
