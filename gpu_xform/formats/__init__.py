@@ -7,7 +7,7 @@ vrml_extrusions, vrml_primitives, vrml_placements, vrml_attributes, vrml_transfo
 gltf_draco_counts, gltf_draco, gltf_accessors, gltf_schema, gltf_placements, gltf_document, gltf_animations,
 gltf_attributes, gltf_meshes, gltf_nodes, gltf_write, gltf, glb, threemf_properties, threemf_parts, threemf, step_text,
 step_process, step, _xml, collada_geometries, collada_materials, collada_nodes, collada_placing, collada, urdf_files,
-urdf, isolation, registry.
+urdf, isolation_values, isolation_models, isolation, registry.
 """
 
 from .registry import load_mesh, load_scene, save_mesh

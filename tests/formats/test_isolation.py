@@ -2,14 +2,13 @@
 
 import gc
 import io
-import json
 import os
 import signal
 import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -21,14 +20,11 @@ from gpu_xform._core import limited_process
 from gpu_xform.cli import main
 from gpu_xform.errors import ArgumentError, ArgumentTypeError, MeshError, MissingExtraError
 from gpu_xform.formats import isolation
-from gpu_xform.geometry.attributes import freeze_value
-from gpu_xform.geometry.deformable_mesh import DeformableMesh, Influences, Skin
-from gpu_xform.geometry.scene_animation import Channel, Placement, SceneAnimation
+from gpu_xform.formats.isolation_models import describe_scene
 from tests.fuzz.seeds import list_seeds
 from tests.support.cli import error_of
-from tests.support.cost import within_cpu_s
+from tests.support.isolation import assert_same
 from tests.support.python_run import linux_only, python_output
-from tests.support.types import Array
 
 pytestmark = linux_only
 
@@ -108,98 +104,6 @@ def test_a_warning_names_the_file_and_the_line_of_the_caller(
         assert len(told[0]) == {"a.obj": 2, "b.stl": 1}[name]
 
 
-def make_scene() -> gx.Scene:
-    """A scene of all that files bring: nodes, instances, shared and deformable meshes, skins, an animation."""
-    rng = np.random.default_rng(3)
-    cube, house = gx.samples.cube(), gx.samples.house()
-    influences = Influences(rng.integers(0, 2, (cube.n_points, 2)), rng.random((cube.n_points, 2)))
-    skin = Skin(("arm", "hand"), rng.normal(size=(2, 4, 4)))
-    bent = DeformableMesh(cube, [rng.normal(size=(cube.n_points, 3))] * 2, [0.25, 0.0], skin, influences)
-    poses = [rng.normal(size=(3, size)) for size in (3, 3, 3)]
-    channel = Channel("hand", "translation", np.arange(3.0), poses[0], "CUBICSPLINE", poses[1], poses[2])
-    rest = {"hand": Placement(np.ones(3), np.array([0.0, 0, 0, 1]), np.full(3, 2.0))}
-    scene = gx.Scene(
-        animations=[SceneAnimation("wave", (channel,), rest)], metadata={"gltf": {"extras": [1, "a", b"b"]}}
-    )
-    scene.add(house, name="arm", transform=gx.rotate_x(0.3))
-    hand = scene.add(bent, name="hand", parent="arm", transform=gx.translate(1, 2, 3), edge_color="red")
-    hand.show(house)
-    hand.visible, hand.weights, hand.metadata = False, [0.5, 1.0], {"gltf": {"name": "hand"}}
-    scene.add(house, name="copies").instances = np.stack([gx.scale(k) for k in (1, 2)])
-    return scene
-
-
-def assert_same(value: Any, expected: Any) -> None:
-    """Compare what a scene is described by, deeply and to the bit."""
-    if isinstance(expected, np.ndarray):
-        assert (value.dtype, value.tobytes()) == (expected.dtype, expected.tobytes())
-    elif isinstance(expected, Mapping):
-        assert list(value) == list(expected)
-        for key, each in expected.items():
-            assert_same(value[key], each)
-    elif isinstance(expected, list | tuple):
-        assert len(value) == len(expected)
-        for one, other in zip(value, expected, strict=True):
-            assert_same(one, other)
-    else:
-        assert value == expected
-
-
-def test_all_of_a_scene_goes_through_the_shared_memory() -> None:
-    scene, memory = make_scene(), bytearray()
-
-    def append(array: Array) -> int:
-        memory.extend(bytes(-len(memory) % 16) + array.tobytes())
-        return len(memory) - array.nbytes
-
-    sent = json.loads(isolation._dump(isolation._encode(isolation._describe_scene(scene), append, {})))
-    built = isolation._build_scene(isolation._decode(sent, memory, []))
-    assert_same(isolation._describe_scene(built), isolation._describe_scene(scene))
-    assert built["hand"].models[1].model is built["arm"].models[0].model
-
-
-def shared_between(*shares: Any) -> dict[str, Any]:
-    return {f"part {i}": {"own": i, "shared": each} for i, each in enumerate(shares)}
-
-
-LONG = freeze_value({"text": "more " * 1000})
-LARGE = freeze_value({"values": list(range(1000))})
-
-
-@pytest.mark.parametrize(
-    ("metadata", "most_bytes"),
-    [
-        ({"plain": [1, -2.5, "a", None, True, [], {}, {"deep": [[{"": 1e999}]]}]}, 150),
-        ({"no JSON": [b"b", np.arange(3)]}, None),
-        ({"numbers for keys": {1: "a", (2, "b"): [None]}}, 300),
-        ({"long": list(range(500))}, 2500),
-        (shared_between(*[LARGE] * 200), 40_000),
-        (shared_between(*[LONG] * 200), 40_000),
-        (shared_between(*[freeze_value({"key " * 1000: 1})] * 200), 40_000),
-        (shared_between(*[{"values": [1, 2, 3]}] * 200), 20_000),
-    ],
-)
-def test_what_a_file_says_is_the_same_after_isolation(metadata: Any, most_bytes: int | None) -> None:
-    """Small parts go as JSON holds them; what is large is sent once."""
-    mesh = gx.Mesh(np.eye(3), metadata=metadata)
-    arrays = bytearray()
-
-    def append(array: Array) -> int:
-        arrays.extend(array.tobytes())
-        return len(arrays) - array.nbytes
-
-    sent = isolation._dump(isolation._encode(mesh.metadata, append, {}))
-    assert most_bytes is None or len(sent) < most_bytes
-    assert repr(isolation._decode(json.loads(sent), bytes(arrays), [])) == repr(mesh.metadata)
-
-
-@pytest.mark.parametrize("large", [[0] * 100_000, {str(i): 0 for i in range(100_000)}], ids=["list", "mapping"])
-def test_what_many_parts_share_is_not_gone_through_for_each(large: Any) -> None:
-    parts = freeze_value(shared_between(*[freeze_value(large)] * 10_000))
-    for _ in within_cpu_s(0.5):
-        isolation._encode(parts, lambda _: 0, {})
-
-
 @pytest.mark.parametrize("is_enabled", [True, False])
 def test_no_garbage_is_collected_while_an_answer_is_understood(is_enabled: bool, monkeypatch: Any) -> None:
     found = []
@@ -208,7 +112,7 @@ def test_no_garbage_is_collected_while_an_answer_is_understood(is_enabled: bool,
         found.append(gc.isenabled())
         raise ValueError("malformed")
 
-    monkeypatch.setattr(isolation, "_decode", decode)
+    monkeypatch.setattr(isolation, "decode", decode)
     was_enabled = gc.isenabled()
     (gc.enable if is_enabled else gc.disable)()
     try:
@@ -227,7 +131,7 @@ def test_a_scene_is_read_in_isolation_as_well(working_folder: Path) -> None:
     (working_folder / "scan.ply").write_bytes(PLY)
     for name in ("scene.glb", "scan.ply"):
         plain, isolated = gx.load_scene(name), gx.load_scene(name, isolated=True, limits=gx.FileLimits(points=100))
-        assert_same(isolation._describe_scene(isolated), isolation._describe_scene(plain))
+        assert_same(describe_scene(isolated), describe_scene(plain))
         with pytest.raises(MeshError, match=r"FileLimits\(points=3\)"):
             gx.load_scene(name, isolated=True, limits=gx.FileLimits(points=3))
 
@@ -494,34 +398,6 @@ def test_limits_that_only_a_process_keeps_need_one() -> None:
                 load(io.BytesIO(PLY), file_type=kind, limits=limits)
 
 
-def test_what_all_nodes_have_is_carried_in_columns(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A megabyte can spell 68,000 nodes: each on its own, they took 3 s."""
-    scene = gx.Scene()
-    cube, above = gx.samples.cube(), None
-    for i in range(500):
-        above = scene.add(cube, name=f"n{i}", parent=above if i % 7 else None, transform=gx.translate(i, 0, 1))
-        above.visible = i % 3 > 0
-    calls: list[object] = []
-    encode = isolation._encode
-
-    def count(value: Any, *others: Any) -> Any:
-        calls.append(value)
-        return encode(value, *others)
-
-    monkeypatch.setattr(isolation, "_encode", count)
-    arrays = bytearray()
-
-    def append(array: Array) -> int:
-        arrays.extend(array.tobytes())
-        return len(arrays) - array.nbytes
-
-    sent = json.loads(isolation._dump(isolation._encode(isolation._describe_scene(scene), append, {})))
-    assert len(calls) < 2 * 500
-    built = isolation._build_scene(isolation._decode(sent, bytes(arrays), []))
-    assert_same(isolation._describe_scene(built), isolation._describe_scene(scene))
-    assert [node.visible for node in built] == [node.visible for node in scene]
-
-
 @pytest.mark.parametrize(
     ("answer", "message"),
     [
@@ -560,14 +436,6 @@ def test_no_answer_is_trusted(answer: str, message: str, monkeypatch: pytest.Mon
     with pytest.raises(gx.GpuXformError, match=message) as raised:
         gx.load_mesh(io.BytesIO(PLY), file_type="ply", isolated=True)
     assert raised.type is (MissingExtraError if is_missing else MeshError)
-
-
-def test_arrays_are_copied_out_of_the_shared_memory() -> None:
-    shared = bytearray(np.arange(6.0).tobytes())
-    array = isolation._decode({"array": [8, [2, 2], "<f8"]}, shared, [])
-    shared[:] = bytes(48)
-    assert np.array_equal(array, [[1, 2], [3, 4]])
-    assert not array.flags.writeable
 
 
 def test_an_extra_that_a_reader_lacks_is_that_error_here_too(monkeypatch: pytest.MonkeyPatch) -> None:
