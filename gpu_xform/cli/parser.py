@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .. import __version__
-from .._core.interrupts import INTERRUPTED, TERMINATED
+from .._core.interrupts import INTERRUPTED, TERMINATED, defer_interrupts
 from ..errors import ArgumentError
 from .argv import OptionParser, attach_values
 from .commands import SUMMARIES
@@ -77,7 +77,8 @@ class CommandParser(Parser):
         if self._is_filled:
             return
         self._is_filled = True
-        command = import_module(f".commands.{self._command}", __package__)
+        with defer_interrupts():  # the compiled part of NumPy makes an ImportError of one that is raised in its import
+            command = import_module(f".commands.{self._command}", __package__)
         self.usage = f"gpu-xform {self._command} {command.USAGE}"
         self.description = command.DESCRIPTION
         self.epilog = command.EPILOG

@@ -1,4 +1,7 @@
-"""Signals at random moments in the command: nothing lost, nothing half, right exit codes. `make attack MOMENTS=200`."""
+"""Signals at random moments in the command: nothing lost, nothing half, right exit codes. `make attack MOMENTS=200`.
+
+It needs /proc, as Linux has it.
+"""
 
 import argparse
 import os
@@ -22,8 +25,7 @@ COMMANDS = {
     "render": (["render", "model.obj", "-o", "out.png", "--resolution", "512,512"], "out.png"),
     "animate": (["animate", "model.obj", "-o", "out.gif", "--frames", "20", "--resolution", "128,128"], "out.gif"),
 }
-# Not before Python can say more than a traceback of its own start.
-EARLIEST_S = 0.25
+_SIGTERM_BIT = 1 << (signal.SIGTERM - 1)
 
 
 def main() -> int:
@@ -50,7 +52,8 @@ def main() -> int:
             typed, file = COMMANDS[name]
             Path(file).write_bytes(b"the old file")
             process = subprocess.Popen([sys.executable, "-m", "gpu_xform", *typed], stderr=subprocess.PIPE)
-            time.sleep(rng.uniform(EARLIEST_S, 1.1 * took[name]))
+            await_handlers(process)
+            time.sleep(rng.uniform(0.0, 1.1 * took[name]))
             process.send_signal(number)
             _, printed = process.communicate()
             content, what = Path(file).read_bytes(), f"{name} by {number.name}"
@@ -76,6 +79,16 @@ def main() -> int:
     for line in broken:
         print(f"BROKEN {line}")
     return min(len(broken), 1)
+
+
+def await_handlers(process: subprocess.Popen[bytes]) -> None:
+    """Wait until the command handles signals: before, Python can only print a traceback of its own start."""
+    status = Path(f"/proc/{process.pid}/status")
+    while process.poll() is None:
+        caught = next(line for line in status.read_text().splitlines() if line.startswith("SigCgt:"))
+        if int(caught.split()[1], 16) & _SIGTERM_BIT:
+            return
+        time.sleep(0.001)
 
 
 if __name__ == "__main__":
