@@ -1,5 +1,6 @@
 """What is too slow fails, what is slow once does not."""
 
+import gc
 import time
 
 import pytest
@@ -31,3 +32,14 @@ def test_what_is_slow_each_time_fails() -> None:
         spend(0.02)
     with pytest.raises(AssertionError, match=r"^must take less than 0\.02 s of a processor, took \[0\.0\d+, .*\] s$"):
         next(tries)
+
+
+def test_no_garbage_of_others_is_looked_through() -> None:
+    tries = within_cpu_s(10)
+    next(tries)
+    assert not gc.isenabled()
+    tries.close()  # as where the body raises
+    assert gc.isenabled()
+    for _ in within_cpu_s(10):
+        assert not gc.isenabled()
+    assert gc.isenabled()
