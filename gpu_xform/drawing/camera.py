@@ -36,6 +36,7 @@ DEFAULT_MARGIN = 0.05
 # Depth spends its precision near the eye; nothing closer than a thousandth of the way to the target is drawn.
 NEAR_FRACTION = 1e-3
 _SMALLEST_SIZE = 1e-300  # whose reciprocal is finite, and that of its parts
+_ROUNDING = 1e-13  # of the distance of points from the origin, far less than the pixels of a picture that is as high
 FAR_FRACTION = 1e3
 BLOCK_POINTS = 1 << 12
 MIN_MARGIN = -50.0  # the models are a hundred times as large as the picture
@@ -524,7 +525,7 @@ def _fit_perspective(
         (right_and_top + left_and_bottom) / 2.0, ((right_and_top - left_and_bottom) / (2.0 * tangents)).max()
     )
     nearest, farthest = float(highest[2]), float(lowest[2])
-    size = _size_or_one(max(float((highest - lowest)[:3].max()), abs(eye[2]) * 1e-6))
+    size = max(_size_or_one(float((highest - lowest)[:3].max())), abs(eye[2]) * 1e-6)
     eye[2] = max(eye[2], nearest + size * NEAR_FRACTION)
     near = (eye[2] - nearest) / 2.0
     far = (eye[2] - farthest) * 2.0
@@ -537,7 +538,9 @@ def _fit_parallel(
     """Return clip_from_view of a parallel projection whose fraction `filled` points fill, as `_fit_perspective`."""
     low, high = lowest[:3], highest[:3]
     center, size = (low + high) / 2.0, high - low
-    half_height = _size_or_one(max(size[1], size[0] / aspect, float(size.max()) * 1e-6)) / (2.0 * filled)
+    height = _size_or_one(max(size[1], size[0] / aspect, float(size.max()) * 1e-6))
+    farthest = float(np.abs([low, high]).max())
+    half_height = max(height, farthest * _ROUNDING) / (2.0 * filled)
     half_depth = max(size[2], half_height)
     half_width = half_height * aspect
     clip_from_center = matrices.orthographic(

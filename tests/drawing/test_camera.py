@@ -80,6 +80,21 @@ def test_points_at_nearly_one_place_are_held(size: float, aspect: float, orthogr
         assert 0.0 <= ndc[:, 2].min() <= ndc[:, 2].max() <= 1.0
 
 
+@pytest.mark.parametrize("distance", [1e-300, 1e-200, 1e-40, 1e-30, 1e-9, 1.0, 1e9, 1e17, 1e40, 1e200, 1e300])
+@pytest.mark.parametrize("direction", [(0.3, -0.77, 0.123), (1, 0, 0), (-1, -1, -1)], ids=str)
+@pytest.mark.parametrize("orthographic", [False, True])
+def test_one_point_is_in_the_middle_wherever_it_is(
+    distance: float, direction: tuple[float, float, float], orthographic: bool
+) -> None:
+    """Beyond 1e16 it was not in a parallel view, and within 1e-36 not in a picture, of single precision."""
+    point = distance * np.array([direction])
+    camera = Camera.fit(point, direction=DIRECTIONS[2], orthographic=orthographic)
+    assert np.abs(seen(camera, point)[:, :2]).max() <= 0.01
+    ink = 255.0 - render_array(point, size=(20, 20), camera=camera, point_size=4.0)[..., 0]
+    middle = [np.average(np.arange(20), weights=ink.sum(axis)) for axis in (0, 1)]
+    assert np.allclose(middle, 9.5, atol=0.1)  # of a picture, 0.01 is 0.1 pixels
+
+
 def test_a_fitted_camera_looks_along_its_direction_with_up_upwards() -> None:
     points = np.vstack([np.eye(3), -np.eye(3)])
     origin, x, y, z = (0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)
