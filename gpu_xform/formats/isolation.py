@@ -161,7 +161,7 @@ def _answer(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, A
     except Exception as error:  # whatever a damaged file brings a reader to
         answer["error"] = f"it cannot be read: {type(error).__name__}: {error}"
     answer["warnings"] = [str(each.message) for each in caught if issubclass(each.category, MeshWarning)]
-    return dump(answer).encode()
+    return dump(answer)
 
 
 def _read(read: Callable[..., Mesh | Scene], data: bytes, request: dict[str, Any], limits: FileLimits) -> Any:

@@ -102,9 +102,12 @@ def _count_json(value: Any, most: int) -> int:
     return count
 
 
-def dump(value: Any) -> str:
-    """Return the text of what `encode` returned, or of what it is within."""
-    return json.dumps(value, default=_thaw)
+def dump(value: Any) -> bytes:
+    """Return the text, in UTF-8, of what `encode` returned, or of what it is within.
+
+    Nothing is escaped: of two halves of a surrogate pair, which a file may hold as two characters, it would make one.
+    """
+    return json.dumps(value, default=_thaw, ensure_ascii=False).encode("utf-8", "surrogatepass")
 
 
 def _thaw(value: FrozenDict) -> dict[Any, Any]:
@@ -115,7 +118,7 @@ def _encode_once(value: Any, append: Callable[[npt.NDArray[Any]], int], known: d
     if isinstance(value, np.ndarray):
         if value.dtype.kind not in _KINDS:
             raise MeshError(f"an attribute of dtype {value.dtype} cannot be carried out of isolation")
-        array = np.ascontiguousarray(value)
+        array = np.asarray(value, order="C")
         return {"array": [append(array), list(array.shape), array.dtype.str]}
     if isinstance(value, RaggedArray):
         return {"ragged": [_encode(value.values, append, known), _encode(value.offsets, append, known)]}

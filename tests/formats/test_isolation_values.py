@@ -27,7 +27,8 @@ LARGE = freeze_value({"values": list(range(1000))})
     ("metadata", "most_bytes"),
     [
         ({"plain": [1, -2.5, "a", None, True, [], {}, {"deep": [[{"": 1e999}]]}]}, 150),
-        ({"no JSON": [b"b", np.arange(3)]}, None),
+        ({"no JSON": [b"b", np.arange(3), np.array(5), np.zeros((2, 0), bool)]}, None),
+        ({"\ud83d\ude00": "\ude00\ud83d", "\U0001f600": ["\ud83d\ude00", "\x00\x7f\ufffe\u2028"]}, 150),
         ({"numbers for keys": {1: "a", (2, "b"): [None]}}, 300),
         ({"long": list(range(500))}, 2500),
         (shared_between(*[LARGE] * 200), 40_000),

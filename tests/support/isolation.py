@@ -10,7 +10,7 @@ import numpy as np
 from gpu_xform.formats.isolation_values import create_memory, decode, dump, encode
 
 
-def carry(value: Any) -> tuple[str, Any]:
+def carry(value: Any) -> tuple[bytes, Any]:
     """Return the text of a value that leaves isolation, and what is read of it."""
     memory = create_memory()
     try:
