@@ -19,7 +19,7 @@ from .._core.types import Float64Array, IndexArray
 from ..errors import MeshError
 
 _KINDS = "biufcSU"  # numbers, truth values and texts
-_HUGE = 2.0**500  # a length whose square is finite
+_TINY, _HUGE = 2.0**-500, 2.0**500  # lengths between them have squares of all digits
 
 
 @public
@@ -271,7 +271,9 @@ def move_column(name: str, column: Column, linear: Float64Array) -> Any:
         return column
     if column.dtype.kind in "iu":
         limits = np.iinfo(column.dtype)
-        moved = np.clip(np.rint(moved), limits.min, limits.max)
+        # The largest of 64 bits are no float64, which would round them up.
+        largest = np.nextafter(float(limits.max), 0.0) if column.dtype.itemsize == 8 else limits.max
+        moved = np.clip(np.rint(moved), limits.min, largest)
     with np.errstate(over="ignore"):
         return moved.astype(column.dtype)
 
@@ -295,16 +297,33 @@ def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Arr
         ]
     )
     transposed = cofactors.T if linear.ndim == 2 else np.moveaxis(cofactors, -1, 0).swapaxes(-1, -2)
+    turn = _signs_of_determinants(linear) * transposed
+    exponents: npt.NDArray[Any] | None = None
     with np.errstate(over="ignore", invalid="ignore"):  # of what a file says: components that are not finite, or huge
-        moved: Float64Array = normals @ (_signs_of_determinants(linear) * transposed)
-        lengths = np.linalg.norm(moved, axis=-1)
+        moved: Float64Array = normals @ turn
+        lengths, lengths_before = np.linalg.norm(moved, axis=-1), np.linalg.norm(normals, axis=1)
+        if not (_have_squares(lengths) and _have_squares(lengths_before)):
+            normals, exponents = _split_exponents(normals)
+            moved, _ = _split_exponents(normals @ turn)
+            lengths, lengths_before = np.linalg.norm(moved, axis=-1), np.linalg.norm(normals, axis=1)
         lengths[lengths == 0] = 1.0
-        lengths_before = np.linalg.norm(normals, axis=1)
         moved *= (lengths_before / lengths)[..., np.newaxis]
-        huge = (lengths_before > _HUGE) & np.isfinite(normals).all(axis=1)  # whose squares are not finite
-        if huge.any():
-            moved[..., huge, :] = transform_normals(normals[huge] / _HUGE, linear) * _HUGE
-    return moved
+        return moved if exponents is None else np.ldexp(moved, exponents)
+
+
+def _have_squares(lengths: Float64Array) -> bool:
+    """Tell whether the squares of all lengths, which they were made of, are numbers of all digits."""
+    return bool(((lengths > _TINY) & (lengths < _HUGE)).all())
+
+
+def _split_exponents(vectors: Float64Array) -> tuple[Float64Array, npt.NDArray[Any]]:
+    """Return vectors (..., n, 3) with a largest component of 0.5 to 1, unless it is not finite, and powers of two.
+
+    The vectors times two to these powers, (..., n, 1), are those given.
+    """
+    largest = np.abs(vectors).max(axis=-1, keepdims=True)
+    exponents = np.frexp(np.where(np.isfinite(largest), largest, 0.0))[1]
+    return np.ldexp(vectors, -exponents), exponents
 
 
 def _signs_of_determinants(linear: Float64Array) -> Any:

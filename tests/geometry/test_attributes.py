@@ -2,6 +2,7 @@
 
 import copy
 import pickle
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 import gpu_xform as gx
 from gpu_xform import Attributes, Mesh, RaggedArray
 
+MOVED = ("normal", "tangent")
 POINTS = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1)], np.float64)
 FACES = [(0, 1, 2, 3), (0, 1, 4), (0, 4)]
 
@@ -180,6 +182,35 @@ def test_normals_survive_tiny_and_singular_matrices() -> None:
     assert not np.any(point)
     assert mesh.transformed(gx.identity()) == mesh
     assert np.array_equal(attributed().transformed(gx.scale(-1e-150)).indices, attributed().reversed().indices)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e30, 1e150, 1e200, 1.7e308, 1e-150, 1e-160, 1e-200, 1e-300, 2.0**-1022])
+@pytest.mark.parametrize("exponents", [(0, 0, 0), (-500, 0, 0), (300, -300, 0), (400, 400, -300)])
+def test_normals_of_all_lengths_stay_so_under_all_matrices(size: float, exponents: tuple[int, int, int]) -> None:
+    """Of those whose squares underflow, zeros were made."""
+    rotation, shear = gx.rotate((1, 2, 3), 0.7), gx.shear(xy=0.4)
+    normals = size * np.array([[0.6, 0.0, 0.8], [0.0, -0.6, 0.8], [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])
+    mesh = Mesh(POINTS, attributes={"point": {"normal": normals}})
+    moved = mesh.transformed(rotation @ shear @ gx.scale(*np.ldexp(1.0, exponents))).attributes.point["normal"]
+    # Fractions do not underflow: scaling divides by powers of two, and what is left has no extreme numbers.
+    linear = np.linalg.inv((rotation @ shear)[:3, :3]).T
+    for row, result in zip(normals.tolist(), moved, strict=True):
+        scaled = [Fraction(value) / Fraction(2) ** power for value, power in zip(row, exponents, strict=True)]
+        largest = max(map(abs, scaled))
+        direction = linear @ [float(value / largest) for value in scaled]
+        expected = direction / np.linalg.norm(direction)
+        assert np.allclose(result / size, expected, rtol=1e-14, atol=1e-15)
+
+
+def test_normals_of_integers_stay_in_their_range() -> None:
+    for dtype in (np.int8, np.uint8, np.int32, np.uint32, np.int64, np.uint64):
+        limits = np.iinfo(dtype)
+        mesh = Mesh(POINTS, attributes={"point": {name: np.full((5, 3), limits.max, dtype) for name in MOVED}})
+        moved = mesh.transformed(gx.rotate((1, -1, 0), 0.9553166)).attributes.point
+        for name in MOVED:
+            assert moved[name].dtype == dtype
+            assert (moved[name][:, 2] >= limits.max - limits.max // 2**50).all()
+            assert (np.abs(moved[name][:, :2].astype(float)) <= 1e-7 * limits.max + 1).all()
 
 
 @pytest.mark.parametrize("size", [1.0, 1e30, 1e150, 1e200, 1.7e308])
