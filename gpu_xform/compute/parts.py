@@ -13,7 +13,7 @@ from ..chunked.protocol import ChunkError, Directions, Encoded, PointSink, Point
 from ..chunked.registry import open_source
 from ..device import HOST, Device, resolve_device
 from ..errors import ArgumentError
-from ..geometry.attributes import transform_normals
+from ..geometry.attributes import store_as, transform_normals
 from ._precision import Precision
 from .transform import project_points, transform_points, transform_vectors
 
@@ -106,7 +106,7 @@ class PartWorker:
         else:
             turned = transform_vectors(rows, self._job.matrix, device=self._device)
         for i, name in enumerate(directions.fields):
-            records[name] = turned[:, i]
+            records[name] = store_as(records.dtype[name], turned[:, i])
 
 
 def run_part(job: PartJob, start: int, stop: int, device: Device | None = None) -> list[Encoded]:

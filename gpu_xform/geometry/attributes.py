@@ -269,13 +269,18 @@ def move_column(name: str, column: Column, linear: Float64Array) -> Any:
         moved[..., 3:] *= _signs_of_determinants(linear)  # the bitangent's side, which mirrors swap
     else:
         return column
-    if column.dtype.kind in "iu":
-        limits = np.iinfo(column.dtype)
+    return store_as(column.dtype, moved)
+
+
+def store_as(dtype: np.dtype[Any], moved: Float64Array) -> npt.NDArray[Any]:
+    """Return moved numbers in a type: of integers the nearest, within their range."""
+    if dtype.kind in "iu":
+        limits = np.iinfo(dtype)
         # The largest of 64 bits are no float64, which would round them up.
-        largest = np.nextafter(float(limits.max), 0.0) if column.dtype.itemsize == 8 else limits.max
+        largest = np.nextafter(float(limits.max), 0.0) if dtype.itemsize == 8 else limits.max
         moved = np.clip(np.rint(moved), limits.min, largest)
     with np.errstate(over="ignore"):
-        return moved.astype(column.dtype)
+        return moved.astype(dtype)
 
 
 def transform_normals(normals: Float64Array, linear: Float64Array) -> Float64Array:

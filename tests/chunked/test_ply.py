@@ -13,6 +13,8 @@ from gpu_xform.compute import streaming
 from gpu_xform.geometry.mesh import move
 from tests.support.reference_transform import AFFINE, some_points
 
+NORMAL = ("nx", "ny", "nz")
+
 
 @pytest.fixture(autouse=True)
 def _small_parts(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -59,6 +61,27 @@ def test_the_stream_is_the_file_of_the_whole_mesh(tmp_path: Path, order: str, ki
             assert np.abs(streamed["vertex"][name] - whole["vertex"][name]).max() < 1e-6
         else:
             assert np.array_equal(streamed["vertex"][name], whole["vertex"][name]), name
+
+
+@pytest.mark.parametrize("kind", ["i1", "u1", "i2", "u4", "i4", "f4", "f8"])
+@pytest.mark.parametrize("order", ["<", ">"])
+def test_normals_are_stored_as_those_of_the_whole_mesh(tmp_path: Path, order: str, kind: str) -> None:
+    """Integers were cut off, and beyond their range made others of; float32 warned of what is beyond it."""
+    rows: Any = np.zeros(40, [*((axis, "f4") for axis in "xyz"), *((name, kind) for name in NORMAL)])
+    largest = np.finfo(kind).max if kind[0] == "f" else np.iinfo(kind).max
+    factors = np.concatenate([np.ones((1, 3)), np.random.default_rng(1).random((39, 3))])
+    for i, name in enumerate(NORMAL):
+        rows[name] = (factors[:, i] * 0.999999 * largest).astype(kind)
+    rows["x"] = np.arange(40)
+    plyfile.PlyData([plyfile.PlyElement.describe(rows, "vertex")], byte_order=order).write(tmp_path / "in.ply")
+    matrix = gx.rotate((1, -1, 0), 0.9553166)  # turns the first normal to z
+    gx.transform_file(tmp_path / "in.ply", tmp_path / "out.ply", matrix)
+    whole = gx.load_mesh(tmp_path / "in.ply").transformed(matrix).attributes.point["normal"]
+    streamed = gx.load_mesh(tmp_path / "out.ply").attributes.point["normal"]
+    assert streamed.dtype == whole.dtype
+    tolerance = 0.0 if kind[0] == "f" else 1.0
+    assert np.allclose(streamed.astype(float), whole.astype(float), rtol=1e-6, atol=tolerance)
+    assert streamed[0, 2] == (np.inf if kind[0] == "f" else largest)
 
 
 def test_what_has_faces_or_text_is_no_cloud(tmp_path: Path) -> None:
