@@ -1,5 +1,6 @@
 """Attributes of OBJ: texture coordinates, normals, colours, materials, groups and objects."""
 
+import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -24,6 +25,7 @@ _WORDS = {"texcoord": "texture coordinates", "normal": "normals"}
 SHAPES = frozenset({"bsp", "bzp", "cdc", "cdp", "curv", "curv2", "surf"})
 FREE_FORMS = SHAPES | {"cstype", "deg", "end", "hole", "parm", "trim"}
 _MAX_NAMED = 8
+_UNHELD = re.compile("[\n\r\ud800-\udfff]")  # what no line of UTF-8 holds
 
 
 @dataclass
@@ -203,7 +205,8 @@ def list_losses(mesh: Mesh) -> list[str]:
     others = {
         name: value
         for name, value in attributes.material.items()
-        if name != "mtllib" and not (name in written and value == freeze_value(written[name]))
+        if not (name == "mtllib" and isinstance(value, tuple))
+        and not (name in written and value == freeze_value(written[name]))
     }
     return lost + list_material_losses(others, attributes.labels.get("material", ()))
 
@@ -213,7 +216,8 @@ def _can_hold(name: str, column: Any, labels: Mapping[str, tuple[str, ...]]) -> 
     if isinstance(column, RaggedArray) or column.dtype.kind not in "biuf":
         return False
     if name in KEYWORDS:
-        return column.ndim == 1 and column.dtype.kind in "iu" and name in labels
+        is_named = column.ndim == 1 and column.dtype.kind in "iu" and name in labels
+        return is_named and not any(map(_UNHELD.search, labels[name]))
     widths = {"color": (3, 4), "weight": (1,), "normal": (3,), "texcoord": (1, 2, 3)}[name]
     return (column.shape[1] if column.ndim == 2 else column.ndim) in widths
 
@@ -273,7 +277,8 @@ def split_states(mesh: Mesh) -> Sequence[tuple[int, int, bytes]]:
         for name, values in states.items():
             value = int(values[start]) if start < end else -1
             if value != before[name] and 0 <= value < len(attributes.labels[name]):
-                lines += KEYWORDS[name] + b" " + attributes.labels[name][value].encode() + b"\n"
+                text = KEYWORDS[name] + b" " + attributes.labels[name][value].encode()
+                lines += text + (b" \n" if text.endswith(b"\\") else b"\n")  # the next line would continue it
             before[name] = value
         runs.append((start, end, lines))
     return runs

@@ -17,7 +17,8 @@ def write(mesh: Mesh, file: BinaryIO) -> None:
     """Write the points as `v`, the polygons as `f` and the segments as `l`, with every number exact, and attributes."""
     for comment in mesh.metadata.get("obj", {}).get("comments", ()):
         file.write(b"#" + comment.encode() + b"\n")
-    for library in mesh.attributes.material.get("mtllib", ()):
+    libraries = mesh.attributes.material.get("mtllib", ())
+    for library in libraries if isinstance(libraries, tuple) else ():  # glTF may have a material of that name
         file.write(b"mtllib " + library.encode() + b"\n")
     beside = list_beside_points(mesh)
     if beside is None:

@@ -28,6 +28,7 @@ CORNER_LISTS = ("vertex_indices", "vertex_index")
 LINE_END = re.compile(rb"\r\n|\n|\r")
 _CARRIAGE_RETURN = re.compile(rb"\r")
 _MAX_HEADER_LINE_BYTES = 4096
+_MAX_NAME_BYTES = 1024  # of a property that is written
 
 # The properties of one value that make up an attribute of several columns.
 GROUPS: Mapping[str, tuple[tuple[str, ...], ...]] = {
@@ -140,6 +141,11 @@ def group_properties(columns: dict[str, Any]) -> dict[str, Any]:
                 attributes[name] = np.stack(found, axis=1)  # type: ignore[arg-type]
                 break
     return attributes
+
+
+def is_name(text: str) -> bool:
+    """Tell whether a text is a word of a header, which is Latin-1, and is read as it is written."""
+    return text.split() == [text] and len(text) <= _MAX_NAME_BYTES and max(text) <= "\xff"
 
 
 def split_attribute(name: str, column: Any, known: set[str]) -> dict[str, Any]:

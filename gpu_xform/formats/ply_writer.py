@@ -1,6 +1,6 @@
 """The writer of PLY: a file that was read is written as it was, other meshes in binary with exact coordinates."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, BinaryIO, TypeAlias
 
@@ -8,9 +8,9 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import BoolArray, IndexArray
-from ..geometry.attributes import RaggedArray
+from ..geometry.attributes import Columns, RaggedArray
 from ..geometry.mesh import Mesh
-from .ply_header import CORNER_LISTS, NAMES_OF_TYPES, ORDERS, TYPES, Statement, split_attribute
+from .ply_header import CORNER_LISTS, LINE_END, NAMES_OF_TYPES, ORDERS, TYPES, Statement, is_name, split_attribute
 
 Values: TypeAlias = npt.NDArray[Any]
 
@@ -25,6 +25,7 @@ _PLAIN_EDGES: tuple[Statement, ...] = (
     ("property", "int", "vertex1"),
     ("property", "int", "vertex2"),
 )
+_AXES = ("x", "y", "z")
 _MAX_EXACT_IN_FLOAT = 2**53
 
 
@@ -75,16 +76,50 @@ def write(mesh: Mesh, file: BinaryIO) -> None:
 
 def list_losses(mesh: Mesh) -> list[str]:
     """Return what of a mesh PLY cannot hold."""
-    attributes = mesh.attributes
-    tables = (("point", attributes.point), ("corner", attributes.corner), ("face", attributes.face))
+    attributes, layout = mesh.attributes, mesh.metadata.get("ply", {})
+    of_point = dict(_split_attributes(attributes.point, _list_properties(layout, "vertex"), _AXES))
+    of_face = dict(_split_attributes(attributes.face, _list_properties(layout, "face"), CORNER_LISTS[:1]))
+    of_corner = dict(_list_corner_columns(mesh, {*CORNER_LISTS[:1]}.union(*of_face.values())))
     lost = [
         f"{name} per {what}"
-        for what, table in tables
-        for name, column in table.items()
-        if not _can_hold(column) or (what == "corner" and isinstance(column, RaggedArray))
+        for what, table, held in (
+            ("point", attributes.point, of_point),
+            ("corner", attributes.corner, of_corner),
+            ("face", attributes.face, of_face),
+        )
+        for name in table
+        if name not in held
     ]
     lost += [f"labels of {name}" for name in attributes.labels]
-    return lost + [f"material ({name})" for name in attributes.material if name != "texture"]
+    is_written = _find_texture(mesh) is not None
+    return lost + [f"material ({name})" for name in attributes.material if name != "texture" or not is_written]
+
+
+def _split_attributes(table: Columns, known: set[str], taken: Collection[str]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield the attributes that PLY can hold, with their properties, of which no two have one name.
+
+    known : the names of properties that the file had
+    taken : names that no property may have
+    """
+    found = {*taken}
+    for name, column in table.items():
+        parts = split_attribute(name, column, known) if is_name(name) and _can_hold(column) else {}
+        if parts and found.isdisjoint(parts):
+            found.update(parts)
+            yield name, parts
+
+
+def _list_corner_columns(mesh: Mesh, taken: Collection[str]) -> Iterator[tuple[str, Values]]:
+    """Yield the attributes per corner that PLY can hold, as lists of faces."""
+    for name, column in mesh.attributes.corner.items():
+        if is_name(name) and name not in taken and _can_hold(column) and not isinstance(column, RaggedArray):
+            yield name, column
+
+
+def _find_texture(mesh: Mesh) -> str | None:
+    """Return the name of the texture, if there is one that a line of the header takes."""
+    texture = mesh.attributes.material.get("texture")
+    return texture if isinstance(texture, str) and not LINE_END.search(texture.encode("latin-1", "replace")) else None
 
 
 def _can_hold(column: Any) -> bool:
@@ -106,8 +141,8 @@ def _complete_statements(mesh: Mesh, layout: Mapping[str, Any]) -> list[Statemen
         statements += _PLAIN[4:]
     if "ply" not in mesh.metadata and (np.diff(mesh.offsets) == 2).any():
         statements += _PLAIN_EDGES
-    texture = mesh.attributes.material.get("texture")
-    if isinstance(texture, str) and ("comment", f"TextureFile {texture}") not in statements:
+    texture = _find_texture(mesh)
+    if texture is not None and ("comment", f"TextureFile {texture}") not in statements:
         statements.insert(0, ("comment", f"TextureFile {texture}"))
     return statements
 
@@ -149,10 +184,9 @@ def _list_cells(
 
 def _list_point_columns(mesh: Mesh, names: set[str]) -> dict[str, Any]:
     """Return the properties of the element vertex."""
-    columns: dict[str, Any] = dict(zip("xyz", mesh.positions.T, strict=True))
-    for name, column in mesh.attributes.point.items():
-        if _can_hold(column):
-            columns.update(split_attribute(name, column, names))
+    columns: dict[str, Any] = dict(zip(_AXES, mesh.positions.T, strict=True))
+    for _, parts in _split_attributes(mesh.attributes.point, names, _AXES):
+        columns |= parts
     return columns
 
 
@@ -174,17 +208,15 @@ def _list_face_columns(
         corner_list = next((name for name in CORNER_LISTS if name in names), CORNER_LISTS[0])
         columns[corner_list] = corners, sizes[chosen]
     known = _list_properties(layout, "edge" if element == "face" else "face")
-    for name, column in mesh.attributes.face.items():
-        parts = split_attribute(name, column, names) if _can_hold(column) else {}
+    for name, parts in _split_attributes(mesh.attributes.face, names, CORNER_LISTS[:1]):
         for part, values in parts.items():
             # What the file has for the other element alone was filled up for this one.
             if part in names or known.isdisjoint((part, name)):
                 columns.setdefault(part, _select_rows(values, chosen))
     if element == "face":
-        for name, column in mesh.attributes.corner.items():
-            if _can_hold(column) and not isinstance(column, RaggedArray):
-                width = column.shape[1] if column.ndim == 2 else 1
-                columns.setdefault(name, (column[of_chosen].ravel(), sizes[chosen] * width))
+        for name, column in _list_corner_columns(mesh, columns):
+            width = column.shape[1] if column.ndim == 2 else 1
+            columns[name] = column[of_chosen].ravel(), sizes[chosen] * width
     return int(chosen.sum()), columns
 
 

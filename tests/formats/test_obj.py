@@ -482,6 +482,31 @@ def test_what_obj_cannot_hold_is_listed() -> None:
     assert obj.read(saved(mesh)).attributes.corner["normal"][:3].tolist() == np.eye(3).tolist()
 
 
+@pytest.mark.parametrize("name", ["a\nv 9 9 9", "a\r", "\ud800", "a\udc80"])
+def test_names_that_no_line_holds_are_left_out(name: str) -> None:
+    attributes = {"face": {"material": [0, 1], "group": [0, 0]}, "labels": {"material": ["b", name], "group": ["g"]}}
+    mesh = Mesh(np.eye(3), [(0, 1, 2), (2, 1, 0)], attributes=attributes)
+    assert obj.list_losses(mesh) == ["material per face"]
+    again = obj.read(saved(mesh))
+    assert (again.n_points, again.n_faces, list(again.attributes.face)) == (3, 2, ["group"])
+
+
+def test_a_name_that_ends_in_a_backslash_does_not_continue_on_the_next_line() -> None:
+    attributes = {"face": {"material": [0, 1]}, "labels": {"material": ["a\\", "\\"]}}
+    mesh = Mesh(np.eye(3), [(0, 1, 2), (2, 1, 0)], attributes=attributes)
+    assert obj.list_losses(mesh) == []
+    again = obj.read(saved(mesh))
+    assert np.array_equal(again.indices, mesh.indices)
+    assert again.attributes.labels == {"material": ("a\\", "\\")}
+
+
+def test_a_material_of_the_name_of_a_statement_names_no_library() -> None:
+    """As glTF may have one."""
+    mesh = Mesh(np.eye(3), [(0, 1, 2)], attributes={"material": {"mtllib": {"name": "a"}}})
+    assert b"mtllib" not in saved(mesh)
+    assert obj.list_losses(mesh) == ["material (mtllib)"]
+
+
 BY_LINES = b"f 1 2 \\\n3\n"  # which only `_read_lines` reads
 
 
