@@ -236,9 +236,10 @@ class _Writer:
         if semantic.startswith("COLOR_") and dtype in (np.uint8, np.uint16):
             normalized = True
         elif not (is_own and dtype in _COMPONENTS and dtype.itemsize < 4) and dtype != np.float32:
-            with np.errstate(over="ignore"):
+            with np.errstate(over="ignore", invalid="ignore"):  # rounded up, the largest integers are beyond their type
                 single = column.astype(np.float32)
-            if not np.array_equal(single.astype(column.dtype), column, equal_nan=True) and is_own:
+                again = single.astype(column.dtype)
+            if not np.array_equal(again, column, equal_nan=True) and is_own:
                 self._unwritten.add(f"all digits of {name}")
             column, dtype = single, np.dtype(np.float32)
         attributes[semantic] = self._array(column, dtype.str, target=_ARRAY_BUFFER, normalized=normalized)

@@ -148,7 +148,10 @@ def _can_hold(name: str, column: Any) -> bool:
 
 def write_rows(file: BinaryIO, mesh: Mesh, columns: Sequence[npt.NDArray[Any]]) -> None:
     """Write the points and the columns behind them, every number exact."""
-    parts = [mesh.positions, *columns]
+    parts = [
+        mesh.positions,
+        *(column if column.dtype.kind in "iu" else column.astype(np.float64) for column in columns),
+    ]
     template = b" ".join(_make_template(part) for part in parts) + b"\n"
     rows = zip(*(column for part in parts for column in part.T.tolist()), strict=True)
     file.write(b"".join([template % row for row in rows]))

@@ -227,6 +227,20 @@ def test_what_is_not_held_is_named() -> None:
         saved(scene)
 
 
+@pytest.mark.parametrize("dtype", [np.int32, np.uint32, np.int64, np.uint64])
+def test_the_largest_integers_lose_digits_without_a_warning_of_numpy(dtype: type) -> None:
+    """Rounded to float32, they are beyond their own type."""
+    mesh = samples.cube().with_attributes({"point": {"count": np.full(8, np.iinfo(dtype).max, dtype)}})
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        data = saved(mesh)
+    assert [(each.category, str(each.message)) for each in caught] == [
+        (MeshWarning, "<file>: glTF does not hold all digits of count")
+    ]
+    count = load_mesh(io.BytesIO(data), file_type="glb").attributes.point["count"]
+    assert count.tolist() == [float(np.iinfo(dtype).max + 1)] * mesh.n_points
+
+
 def test_what_a_mesh_holds_beside_tables_of_numbers_is_named_in_one_line() -> None:
     lists = RaggedArray([1, 2, 3, 4], [0, 2, 3, 3, 4, 4, 4, 4, 4])
     mesh = samples.cube().with_attributes(
