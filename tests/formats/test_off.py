@@ -252,7 +252,7 @@ def test_attributes_are_read_as_they_were_written(mesh: Mesh) -> None:
 @pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64, np.longdouble])
 def test_numbers_of_all_types_are_written_as_numbers(dtype: type) -> None:
     """Of extended precision, their Python type was written around them."""
-    normals = np.array([[0.1, np.nan, 1 / 3]] * 8, dtype)
+    normals: Any = np.array([[0.1, np.nan, 1 / 3]] * 8, dtype)
     again = off.read(saved(samples.cube().with_attributes({"point": {"normal": normals, "texcoord": normals[:, ::2]}})))
     assert np.array_equal(again.attributes.point["normal"], normals.astype(float), equal_nan=True)
     assert np.array_equal(again.attributes.point["texcoord"], normals[:, ::2].astype(float))
