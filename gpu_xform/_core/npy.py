@@ -39,7 +39,8 @@ def read_header(file: BinaryIO) -> Header:
             raise ValueError(f"the shape must hold whole numbers, got {header.shape}")
         return header
     except _MALFORMED_ERRORS as error:
-        raise ValueError(str(error).split("\n")[0]) from None  # behind it NumPy advises options of its own
+        first = str(error).split("\n")[0]  # behind it NumPy advises options of its own
+        raise ValueError(first.partition(": <ast.")[0]) from None  # behind that stands an address in memory
     except _EXHAUSTED_ERRORS:
         raise ValueError("the header is nested too deeply") from None
 

@@ -131,3 +131,9 @@ def test_a_header_that_numpy_calls_large_is_refused_in_one_line() -> None:
         read(data)
     assert "\n" not in str(caught.value)
     assert "allow_pickle" not in str(caught.value)
+
+
+def test_a_header_of_operators_is_the_same_error_each_time() -> None:
+    data = as_file(POINTS).replace(b"(4, 3)", b"(4<3) ")
+    with pytest.raises(MeshError, match=r"not an \.npy file of numbers: malformed node or string on line 1$"):
+        read(data)
