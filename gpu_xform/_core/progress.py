@@ -6,7 +6,7 @@ import shutil
 import sys
 from collections.abc import Callable, Iterator
 
-from .printable import escape_controls
+from .printable import escape_line
 
 DELAY_S = 1.0
 
@@ -22,7 +22,7 @@ def show_progress(label: str, unit: str, *, scaled: bool = False) -> Iterator[Ca
     silent = sys.stderr is None or not sys.stderr.isatty()
     width, height = (None, None) if silent else _assume_size()
     with tqdm(
-        desc=escape_controls(label),
+        desc=escape_line(label),
         unit=unit,
         unit_scale=scaled,
         delay=DELAY_S,
@@ -50,9 +50,9 @@ def _assume_size() -> tuple[int | None, int | None]:
     return None, None
 
 
-def write_lines(text: str) -> None:
-    """Write whole lines to standard error, above a progress bar if there is one."""
+def write_line(text: str) -> None:
+    """Write a line to standard error, above a progress bar if there is one."""
     from tqdm import tqdm
 
     if sys.stderr is not None:
-        tqdm.write(escape_controls(text), file=sys.stderr, end="")
+        tqdm.write(escape_line(text), file=sys.stderr)

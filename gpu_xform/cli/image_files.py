@@ -9,7 +9,7 @@ from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from ..errors import ArgumentError
 from . import files
 from .paths import STDIO, file_type, require_type
-from .streams import get_binary_stream, print_stderr
+from .streams import get_binary_stream, print_notice
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -46,7 +46,7 @@ def read_image(path: str) -> "Image":
         except (OSError, SyntaxError, ValueError, Image.DecompressionBombError) as error:
             raise ArgumentError(f"{path}: expected a picture that Pillow reads: {error}") from None
     for warning in caught:
-        print_stderr(f"gpu-xform: warning: {path}: {' '.join(str(warning.message).split())}\n")
+        print_notice(f"warning: {path}: {' '.join(str(warning.message).split())}")
     if image.has_transparency_data and image.mode not in ("LA", "RGBA"):
         return image.convert("RGBA")
     return image.convert({"1": "L", "P": "RGB"}.get(image.mode, image.mode))

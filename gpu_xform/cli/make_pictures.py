@@ -18,7 +18,7 @@ from .outputs import PlannedPicture
 from .read_layers import read_layers
 from .reports import RunFacts, embed_images, write_reports
 from .stage_times import report_stage
-from .streams import print_stderr
+from .streams import print_notice
 from .web_pages import make_web_page
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def make_pictures(options: argparse.Namespace, pictures: Sequence[PlannedPicture
     open_device = _keep(lambda: choose_drawing_device(options))  # once for all pictures, when the first is read
     make = functools.partial(_make_picture, options, compose_transforms(options), open_device, sheet)
     for path in unused:
-        print_stderr(f"gpu-xform: warning: {path}: no model has this reference\n")
+        print_notice(f"warning: {path}: no model has this reference")
     if len(pictures) == 1 and not options.report and sheet is None:
         make(Outcome(pictures[0]))
         return 0
@@ -92,7 +92,7 @@ def _make_each(pictures: Sequence[PlannedPicture], make: Make) -> list[Outcome]:
                 make(outcome)
             except exit_codes.FAILURES as error:
                 line = exit_codes.format_error(error, picture.name)
-                progress.write_lines(line)
+                progress.write_line(line.removesuffix("\n"))
                 outcome.message = line.removeprefix("gpu-xform: error: ").removeprefix(f"{picture.name}: ").strip()
                 outcome.exit_code = exit_codes.exit_code_for(error)
                 if outcome.status not in ("differs", "no reference"):
@@ -117,7 +117,7 @@ def _print_summary(outcomes: Sequence[Outcome]) -> None:
         f"reference{'s' * (n_changed != 1)} written": n_changed,
     }
     summary = ", ".join(f"{count} {outcome}" for outcome, count in counts.items() if count or outcome == "done")
-    print_stderr(f"gpu-xform: {len(outcomes)} picture{'s' * (len(outcomes) != 1)}: {summary}\n")
+    print_notice(f"{len(outcomes)} picture{'s' * (len(outcomes) != 1)}: {summary}")
 
 
 def _make_picture(
@@ -168,7 +168,7 @@ def _warn_if_blank(drawn: Any, picture: PlannedPicture) -> None:
         from .._core import progress
 
         reason = "the picture is blank: nothing of the models is in view, or all is of the background's colour"
-        progress.write_lines(f"gpu-xform: warning: {picture.output or picture.reference or picture.name}: {reason}\n")
+        progress.write_line(f"gpu-xform: warning: {picture.output or picture.reference or picture.name}: {reason}")
 
 
 def _collect_arguments(options: argparse.Namespace, layers: Sequence["Layer"], device: "Device") -> dict[str, Any]:

@@ -76,7 +76,7 @@ def compare_with_reference(image: "Image", outcome: Outcome, options: Namespace)
     from .._core import progress
 
     change = "added" if is_new else f"updated: {str(problem).removeprefix(f'{reference}: ')}"
-    progress.write_lines(f"gpu-xform: {' '.join(reference.split())}: {change}\n")
+    progress.write_line(f"gpu-xform: {reference}: {change}")
 
 
 def keep_reference(outcome: Outcome, options: Namespace) -> None:

@@ -4,7 +4,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from .streams import print_stderr
+from .streams import print_notice
 
 
 class _Report:
@@ -34,7 +34,7 @@ def report_stage(text: str) -> Iterator[list[str]]:
     start = time.perf_counter()
     yield details
     if _Report.is_on:
-        print_stderr(f"gpu-xform: {': '.join([text, *details])}, {_format_time(time.perf_counter() - start)}\n")
+        print_notice(f"{': '.join([text, *details])}, {_format_time(time.perf_counter() - start)}")
 
 
 def format_size(n_bytes: int) -> str:

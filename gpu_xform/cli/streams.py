@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterator
 from typing import Any, BinaryIO, TextIO
 
-from .._core.printable import escape_controls
+from .._core.printable import escape_controls, escape_line
 from .._core.whole_writes import as_whole_writer
 from ..errors import MeshError, MeshWarning, SimulationWarning, SizeWarning, TextWarning
 from .paths import STDIO
@@ -35,6 +35,11 @@ def print_stderr(text: str) -> None:
         if sys.stderr is not None:
             sys.stderr.write(_encode(text, sys.stderr).decode(sys.stderr.encoding or "utf-8"))
             sys.stderr.flush()
+
+
+def print_notice(text: str) -> None:
+    """Print one line to standard error."""
+    print_stderr(f"gpu-xform: {escape_line(text)}\n")
 
 
 def _encode(text: str, stream: TextIO) -> bytes:
@@ -85,7 +90,7 @@ def print_warnings() -> Iterator[None]:
             text = " ".join(str(message).split())
             if text not in printed:
                 printed.add(text)
-                print_stderr(f"gpu-xform: warning: {text}\n")
+                print_notice(f"warning: {text}")
 
         for category in PRINTED:
             warnings.simplefilter("always", category)

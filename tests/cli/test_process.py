@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gpu_xform import samples, save_mesh
+from gpu_xform import Scene, samples, save_mesh
 from gpu_xform.cli import main
 from tests.support.python_run import linux_only
 
@@ -196,6 +196,36 @@ def test_no_control_character_reaches_a_terminal(typed: list[str], capfd: pytest
     assert printed.out + printed.err
     for character in "\x1b\x07\u202e":
         assert character not in printed.out + printed.err
+
+
+SPOOF = "a\nspoof"
+
+
+@pytest.mark.parametrize(
+    "typed",
+    [
+        ["info", f"{SPOOF}.gltf"],
+        ["info", f"none{SPOOF}.obj"],
+        ["info", "cube.obj", f"--{SPOOF}"],
+        ["render", f"{SPOOF}.gltf", "-v", "-o", f"{SPOOF}.png", "--resolution", "8,8"],
+        ["render", f"{SPOOF}.gltf", f"none{SPOOF}.obj", "-o", "{model}.png", "--resolution", "8,8"],
+        ["render", "cube.obj", "--reference", f"{SPOOF}.png", "--update-references", "--resolution", "8,8"],
+        ["render", "cube.obj", "-o", f"{SPOOF}.png", "--resolution", "8,8", "--camera", "0,0,5", "--target", "0,0,9"],
+        ["transform", f"{SPOOF}.gltf", f"{SPOOF}.obj", "-v", "--scale", "2"],
+        ["transform", "points.npy", f"{SPOOF}.npy", "-v", "--scale", "2"],
+        ["animate", f"{SPOOF}.gltf", "-v", "-o", f"{SPOOF}.gif", "--frames", "2", "--resolution", "8,8"],
+    ],
+)
+def test_no_name_begins_a_line(typed: list[str], capfd: pytest.CaptureFixture[str]) -> None:
+    scene = Scene()
+    scene.add(samples.cube(), name=SPOOF)
+    scene.add(samples.house(), name=f"{SPOOF}2")
+    save_mesh(scene, f"{SPOOF}.gltf")
+    main(typed)
+    printed = capfd.readouterr()
+    lines = (printed.out + printed.err).splitlines()
+    assert lines
+    assert not [line for line in lines if line.lstrip().startswith("spoof")]
 
 
 @pytest.mark.parametrize("raise_it", [lambda: main(["info", "cube.obj"])])

@@ -5,7 +5,7 @@ import json
 
 from .. import options as groups
 from ..exit_codes import DEVICE_FAILED, NO_ADAPTER
-from ..streams import print_stderr, print_stdout
+from ..streams import print_notice, print_stdout
 
 USAGE = "[options]"
 DESCRIPTION = "List the graphics adapters, and check that the results of one are right."
@@ -58,7 +58,7 @@ def _tune(options: argparse.Namespace) -> int:
         try:
             path = save_tuning(device.adapter, cells)
         except OSError as error:
-            print_stderr(f"gpu-xform: warning: the tuning could not be kept: {error}\n")
+            print_notice(f"warning: the tuning could not be kept: {error}")
         else:
             if not options.json:
                 print_stdout(f"Kept in {path}\n")

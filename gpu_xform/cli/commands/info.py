@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._core.printable import escape_line
 from ...errors import ArgumentError, MeshWarning
 from ...geometry.attributes import RaggedArray
 from ...geometry.joints import Joint
@@ -231,7 +232,8 @@ def _format_rows(found: dict[str, Any], rows: list[tuple[str, str]]) -> str:
     """Return a file's name and its rows in columns, with what could not be read."""
     rows = [*rows, *(("warning", " ".join(text.split())) for text in found["warnings"])]
     width = max(len(name) for name, _ in rows)
-    return "".join([f"{found['file']}\n", *(f"  {name:{width}}  {text}\n" for name, text in rows)])
+    lines = [found["file"], *(f"  {name:{width}}  {text}" for name, text in rows)]
+    return "".join(f"{escape_line(line)}\n" for line in lines)
 
 
 def _shorten(texts: list[str]) -> str:

@@ -20,7 +20,7 @@ from ..model_paths import RECURSIVE, count_left_out, find_models
 from ..option_errors import name_options_in_errors
 from ..outputs import PlannedPicture, plan_outputs
 from ..paths import file_type, require_room
-from ..streams import print_stderr
+from ..streams import print_notice
 from ..web_pages import require_web_page_options
 
 USAGE = "MODEL... (-o OUT | --reference PNG | ...) [options]"
@@ -214,7 +214,7 @@ def run(options: argparse.Namespace) -> int:
     for path in options.models:
         if n_left_out := count_left_out(path):
             pattern = Path(path, RECURSIVE)
-            print_stderr(f"gpu-xform: {path}: {n_left_out} more below it, which {pattern} takes too\n")
+            print_notice(f"{path}: {n_left_out} more below it, which {pattern} takes too")
     unused: list[str] = []
     if options.reference is not None and found.is_whole_set:
         unused = references.find_unused_references(options.reference, pictures, found.roots)

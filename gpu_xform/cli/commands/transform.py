@@ -22,7 +22,7 @@ from ..path_templates import BRACES, PLACEHOLDERS
 from ..paths import STDIO, expand_globs, file_type, is_stream, require_target, require_type
 from ..reading_options import require_no_reading_options
 from ..stage_times import report_stage
-from ..streams import name_file_in_errors, print_stderr, raise_warnings
+from ..streams import name_file_in_errors, print_notice, raise_warnings
 
 # The options behind arguments of `transform_file`.
 SCAN_OPTIONS = {
@@ -156,14 +156,14 @@ def run(options: argparse.Namespace) -> int:
                 _transform(task)
             except exit_codes.FAILURES as error:
                 subject = "" if _names(error, task.input) else task.input
-                progress.write_lines(exit_codes.format_error(error, subject))
+                progress.write_line(exit_codes.format_error(error, subject).removesuffix("\n"))
                 codes.append(exit_codes.exit_code_for(error))
             move(done, len(tasks))
     if tasks[0].table is not None and (unused := tasks[0].table.unused):
         more = f", and {len(unused) - MAX_UNUSED} more" if len(unused) > MAX_UNUSED else ""
-        print_stderr(f"gpu-xform: {options.matrix_table}: no input for {', '.join(unused[:MAX_UNUSED])}{more}\n")
+        print_notice(f"{options.matrix_table}: no input for {', '.join(unused[:MAX_UNUSED])}{more}")
     failed = f", {len(codes)} failed" if codes else ""
-    print_stderr(f"gpu-xform: {len(tasks)} files: {len(tasks) - len(codes)} done{failed}\n")
+    print_notice(f"{len(tasks)} files: {len(tasks) - len(codes)} done{failed}")
     return min(codes, default=0)
 
 
