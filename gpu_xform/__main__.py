@@ -4,6 +4,7 @@ import _thread
 import signal
 import sys
 import time
+from collections.abc import Sequence
 from typing import Any
 
 from ._core.interrupts import Terminated, describe_interrupt, raise_terminated
@@ -11,16 +12,16 @@ from ._core.interrupts import Terminated, describe_interrupt, raise_terminated
 MOMENT_S = 0.005  # long enough for a finalizer to end
 
 
-def main(interrupt_handler: Any = None) -> int:
+def main(guarded: Sequence[signal.Signals] = ()) -> int:
     """Run the command line of this process, and return the exit code; Ctrl+C and SIGTERM end it in one line.
 
-    interrupt_handler : of SIGINT, set from here on, where one that ends the process at once has guarded the imports
+    guarded : signals that have ended the process at once so far, and raise an exception from here on
     """
     try:
-        if interrupt_handler is not None:
-            signal.signal(signal.SIGINT, interrupt_handler)
+        if signal.SIGINT in guarded:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         sys.unraisablehook = _raise_again
-        if signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
+        if signal.SIGTERM in guarded or signal.getsignal(signal.SIGTERM) is signal.SIG_DFL:
             signal.signal(signal.SIGTERM, raise_terminated)
         from .cli import main as run
 

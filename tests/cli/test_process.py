@@ -85,6 +85,8 @@ def ends_of(command: list[str], **options: object) -> tuple[int, bytes]:
     ("module", "name", "end"),
     [
         ("gpu_xform", "SIGINT", (130, b"gpu-xform: interrupted\n")),
+        ("gpu_xform", "SIGTERM", (143, b"gpu-xform: terminated\n")),
+        ("gpu_xform._core.interrupts", "SIGTERM", (143, b"gpu-xform: terminated\n")),
         ("gpu_xform._core.interrupts", "SIGINT", (130, b"gpu-xform: interrupted\n")),
         ("gpu_xform.cli", "SIGINT", (130, b"gpu-xform: interrupted\n")),
         ("argparse", "SIGTERM", (143, b"gpu-xform: terminated\n")),
