@@ -6,6 +6,7 @@ Section numbers are those of the glTF 2.0 specification.
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -45,8 +46,14 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
     Raises MeshError if buffers, views, accessors and primitives disagree with one another.
     """
     found: list[list[Primitive]] = []
-    materials = freeze_value(document.get("materials", []))  # which many primitives may share
+    materials = document.get("materials", [])
     names = make_names([material.get("name") for material in materials], "material")
+
+    @cache
+    def describe_material(i: int) -> tuple[str, Any]:
+        """Return the name of a material, and the material, which many primitives may share."""
+        return names[i], freeze_value(materials[i])
+
     for i, mesh in enumerate(document.get("meshes", [])):
         shared: dict[str, list[Primitive]] = {}
         said = freeze_value({name: value for name, value in mesh.items() if name not in ("primitives", "weights")})
@@ -59,7 +66,7 @@ def read_meshes(document: Any, accessors: Accessors) -> list[list[Primitive]]:
             if is_empty or not primitive.mesh.n_points:
                 continue
             material = get_count(part, "material") if "material" in part else None
-            described = None if material is None else (names[material], materials[material])
+            described = None if material is None else describe_material(material)
             key = _make_key(part) if primitive.mesh.n_faces else str(p)
             shared.setdefault(key, []).append(replace(primitive, mesh=_describe(primitive.mesh, said, part, described)))
         found.append([_join(primitives) for primitives in shared.values()])

@@ -20,7 +20,9 @@ from scipy.spatial.transform import Rotation
 
 from gpu_xform import Mesh, Scene, load_mesh, load_scene, rotate_z, samples, scale, translate
 from gpu_xform.errors import MeshError, MissingExtraError
+from gpu_xform.formats import gltf_meshes
 from gpu_xform.formats.gltf import merge_scene
+from gpu_xform.geometry.attributes import freeze_value
 from gpu_xform.geometry.deformable_mesh import DeformableMesh
 from tests.support.cost import within_cpu_s
 from tests.support.gltf_files import Builder, document, pack
@@ -721,3 +723,20 @@ def test_primitives_without_positions_show_nothing() -> None:
     builder.mesh({"attributes": {}}, add_cube(builder))
     builder.node(mesh=0)
     assert mesh_of(builder).n_points == 8
+
+
+def test_materials_that_nothing_names_are_not_gone_through(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A megabyte may hold 300,000 of them."""
+    builder, gone_through = Builder(), list[Any]()
+
+    def freeze(value: Any) -> Any:
+        gone_through.append(value)
+        return freeze_value(value)
+
+    part = add_cube(builder)
+    builder.mesh({**part, "material": 1}, {**part, "material": 1, "extras": 1})
+    builder.node(mesh=0)
+    builder.content["materials"] = [{"name": name} for name in "abc"]
+    monkeypatch.setattr(gltf_meshes, "freeze_value", freeze)
+    assert mesh_of(builder).attributes.material == {"b": {"name": "b"}}
+    assert [value for value in gone_through if "name" in value] == [{"name": "b"}]
