@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 import numpy as np
 import numpy.typing as npt
 
+from .._core.allocator import give_back_memory
 from .._core.types import IndexArray
 
 Corners = npt.NDArray[np.uint32] | IndexArray
@@ -86,7 +87,12 @@ class FaceList:
             is_first = np.ones(len(keys), np.bool_)
             np.not_equal(keys[1:], keys[:-1], out=is_first[1:])
             parts.append(keys[is_first])
-        return freeze(parts[0] if n_parts == 1 else np.concatenate(parts))
+        if n_parts == 1:
+            return freeze(parts[0])
+        found = np.concatenate(parts)
+        del parts, keys, is_first
+        give_back_memory()
+        return freeze(found)
 
     @cached_property
     def edges(self) -> IndexArray:

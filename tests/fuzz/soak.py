@@ -1,8 +1,6 @@
 """The same work for long: memory, descriptors, threads and live GPU objects stay flat. `make soak`."""
 
 import argparse
-import contextlib
-import ctypes
 import gc
 import os
 import sys
@@ -16,6 +14,7 @@ import numpy as np
 import wgpu
 
 import gpu_xform as gx
+from gpu_xform._core.allocator import give_back_memory
 from gpu_xform.drawing.layer import Style
 from gpu_xform.gpu.device import GpuDevice
 
@@ -44,8 +43,7 @@ class Work(NamedTuple):
 def read_process() -> Reading:
     """Return what this process holds, after a collection."""
     gc.collect()
-    with contextlib.suppress(AttributeError, OSError):  # of glibc alone: what is freed, and kept for what comes next
-        ctypes.CDLL(None).malloc_trim(0)
+    give_back_memory()
     n_pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
     gpu_objects = sum(isinstance(each, wgpu.GPUObjectBase) for each in gc.get_objects())
     n_threads = len(os.listdir("/proc/self/task"))  # noqa: PTH208

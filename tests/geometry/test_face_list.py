@@ -48,6 +48,18 @@ def test_edges_are_those_of_one_face_at_a_time_however_many_are_sorted_at_once(
     )
 
 
+@pytest.mark.parametrize(("n_per_part", "n_times"), [(1 << 20, 0), (5, 1)])
+def test_what_finding_many_edges_takes_goes_back_to_the_system(
+    n_per_part: int, n_times: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It would add to the peak of drawing them: the allocator keeps it."""
+    asked: list[None] = []
+    monkeypatch.setattr(face_list, "HALF_EDGES_PER_PART", n_per_part)
+    monkeypatch.setattr(face_list, "give_back_memory", lambda: asked.append(None))
+    assert len(gx.Mesh(np.eye(3), [(0, 1, 2), (2, 1, 0)]).edges) == 3
+    assert len(asked) == n_times
+
+
 @given(faces=FACES)
 def test_offsets_and_indices_are_those_of_the_faces_in_int64(faces: list[list[int]]) -> None:
     mesh = gx.Mesh(np.zeros((N_POINTS, 3)), faces)
