@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from .._core.types import StrPath
 from ..errors import ArgumentError, MeshError
-from ..formats.ply_header import NAMES_OF_TYPES, Header, parse_header
+from ..formats.ply_header import NAMES_OF_TYPES, Header, parse_header, split_attributes
 from .npy import find_extremes, scan_bounds
 from .partial_files import FileSink
 from .protocol import Block, Bounds, ChunkError, Directions, Encoded, PointSource, describe_file
@@ -137,29 +137,27 @@ class PlySink(FileSink):
     ) -> None:
         super().__init__(destination, path, is_stream)
         axis = np.dtype(f"<f{dtype.itemsize}")
-        kept = {name: kind.newbyteorder("<") for name, kind in columns.items() if can_hold(kind)}
-        self._record_dtype = np.dtype([*((name, axis) for name in AXES), *kept.items()])
+        self._attributes = {part: name for name, parts in name_properties(columns).items() for part in parts}
+        fields = [(name, axis) for name in AXES]
+        fields += [(part, columns[name].newbyteorder("<")) for part, name in self._attributes.items()]
+        self._record_dtype = np.dtype(fields)
         self.point_bytes = self._record_dtype.itemsize
         self.world_from_stored = np.identity(4)
         self.head = "".join(
             [
                 f"ply\nformat binary_little_endian 1.0\nelement vertex {n_points}\n",
-                *(f"property {NAMES_OF_TYPES[self._record_dtype[name].str[1:]]} {name}\n" for name in _names(self)),
+                *(f"property {NAMES_OF_TYPES[kind.str[1:]]} {name}\n" for name, kind in fields),
                 "end_header\n",
             ]
-        ).encode("latin-1", "replace")
+        ).encode("latin-1")
 
     def encode(self, block: Block, positions: npt.NDArray[Any], source: PointSource) -> Encoded:
         """Return whole points; raise MeshError for a coordinate that is not finite."""
         records = np.empty(len(positions), self._record_dtype)
         columns = source.read_columns(block)
-        for name in _names(self)[3:]:
-            records[name] = columns[name]
+        for part, name in self._attributes.items():
+            records[part] = columns[name]
         return _put_positions(records, positions, block, source)
-
-
-def _names(sink: PlySink) -> tuple[str, ...]:
-    return sink._record_dtype.names or ()
 
 
 class SamePlySink(FileSink):
@@ -179,9 +177,11 @@ class SamePlySink(FileSink):
         return _put_positions(block.records, positions, block, source)
 
 
-def can_hold(dtype: np.dtype[Any]) -> bool:
-    """Return whether PLY has a type for a column."""
-    return dtype.str[1:] in NAMES_OF_TYPES
+def name_properties(columns: Mapping[str, np.dtype[Any]]) -> dict[str, dict[str, Any]]:
+    """Return the properties of the columns that PLY has a type for, by column."""
+    return split_attributes(
+        {name: kind for name, kind in columns.items() if kind.str[1:] in NAMES_OF_TYPES}, set(), AXES
+    )
 
 
 def _put_positions(

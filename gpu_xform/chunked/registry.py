@@ -11,6 +11,7 @@ from .._core.targets import find_target, is_zarr_path
 from .._core.types import Float64Array, StrPath
 from ..errors import ArgumentError, MeshError
 from ..formats._warn import warn
+from ..formats.ply_header import list_new_names
 from .las import (
     DEFAULT_SCALE,
     LasSink,
@@ -22,7 +23,7 @@ from .las import (
 )
 from .losses import warn_of_losses
 from .npy import SCAN_POINTS, NpySink, NpySource
-from .ply import PlySink, PlySource, SamePlySink, can_hold
+from .ply import PlySink, PlySource, SamePlySink, name_properties
 from .protocol import Bounds, PointSink, PointSource
 from .zarr import ZarrSink, ZarrSource
 
@@ -84,8 +85,9 @@ def make_sink(
     if isinstance(source, PlySource):
         return SamePlySink(destination, *target, source)
     columns = _describe_columns(source)
-    lost = [name for name, kind in columns.items() if not can_hold(kind)]
-    warn_of_losses(os.fspath(destination), file_type, lost, records)
+    held = name_properties(columns)
+    lost = [name for name in columns if name not in held]
+    warn_of_losses(os.fspath(destination), file_type, lost, records + list_new_names(held, "point"))
     return PlySink(destination, *target, source.n_points, source.dtype, columns)
 
 

@@ -1,7 +1,8 @@
 """Headers of PLY: elements, their properties, comments, and the properties that make up an attribute."""
 
 import re
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -27,7 +28,7 @@ ORDERS = {"ascii": "<", "binary_little_endian": "<", "binary_big_endian": ">"}
 CORNER_LISTS = ("vertex_indices", "vertex_index")
 LINE_END = re.compile(rb"\r\n|\n|\r")
 _CARRIAGE_RETURN = re.compile(rb"\r")
-_MAX_HEADER_LINE_BYTES = 4096
+MAX_HEADER_LINE_BYTES = 4096
 _MAX_NAME_BYTES = 1024  # of a property that is written
 
 # The properties of one value that make up an attribute of several columns.
@@ -79,7 +80,7 @@ def parse_header(data: bytes) -> Header:
     line_end = _CARRIAGE_RETURN if re.match(rb"ply[ \t]*\r(?!\n)", data) else LINE_END
     while True:
         header.n_lines += 1
-        found = line_end.search(data, header.end, header.end + _MAX_HEADER_LINE_BYTES)
+        found = line_end.search(data, header.end, header.end + MAX_HEADER_LINE_BYTES)
         if found is None:
             raise MeshError(
                 f"line {header.n_lines}: expected a header that ends with end_header, got the end of the file"
@@ -143,11 +144,6 @@ def group_properties(columns: dict[str, Any]) -> dict[str, Any]:
     return attributes
 
 
-def is_name(text: str) -> bool:
-    """Tell whether a text is a word of a header, which is Latin-1, and is read as it is written."""
-    return text.split() == [text] and len(text) <= _MAX_NAME_BYTES and max(text) <= "\xff"
-
-
 def split_attribute(name: str, column: Any, known: set[str]) -> dict[str, Any]:
     """Return the properties that hold an attribute, those among `known` first."""
     if getattr(column, "ndim", 1) == 2 and name not in known:
@@ -156,3 +152,48 @@ def split_attribute(name: str, column: Any, known: set[str]) -> dict[str, Any]:
         if choices:
             return dict(zip(choices[0], column.T, strict=True))
     return {name: column}
+
+
+def split_attributes(table: Mapping[str, Any], known: set[str], taken: Collection[str]) -> dict[str, dict[str, Any]]:
+    """Return the properties that hold each attribute, no two of one name, and none that would join those of another.
+
+    An attribute becomes one property of a new name if no header can hold its own, or another property has it.
+
+    known : the names of properties that the file had, which stay
+    taken : names that no property may have
+    """
+    found, numbers = {*taken}, Counter[str]()
+    split: dict[str, dict[str, Any]] = {}
+    for name in sorted(table, key=lambda name: name not in GROUPS):
+        parts = split_attribute(name, table[name], known)
+        if (name in known or name == _make_word(name)) and found.isdisjoint(parts):
+            split[name] = parts
+            found.update(parts)
+            if len(parts) > 1:
+                others = {part for choice in GROUPS[name] for part in choice}
+                found |= others - known if known.issuperset(parts) else others
+    for name in table:
+        if name not in split:
+            new = word = _make_word(name)
+            while new in found:
+                numbers[word] += 1
+                new = f"{word}_{numbers[word] + 1}"
+            split[name] = {new: table[name]}
+            found.add(new)
+    return {name: split[name] for name in table}
+
+
+def _make_word(text: str) -> str:
+    """Return a text with "_" for what a word of a header has not: blanks, controls, and what other readers refuse."""
+    word = "".join(c if "!" <= c <= "~" else "_" for c in text[:_MAX_NAME_BYTES])
+    return word or "_"
+
+
+def list_new_names(split: Mapping[str, Mapping[str, Any]], what: str) -> list[str]:
+    """Return, in words for warnings, which attributes of `split_attributes` are written under other names."""
+    return [
+        f"the name {quote(name)} per {what} (now {new})"
+        for name, parts in split.items()
+        for new in parts
+        if new != name and len(parts) == 1
+    ]

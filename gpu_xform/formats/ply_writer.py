@@ -10,7 +10,17 @@ import numpy.typing as npt
 from .._core.types import BoolArray, IndexArray
 from ..geometry.attributes import Columns, RaggedArray
 from ..geometry.mesh import Mesh
-from .ply_header import CORNER_LISTS, LINE_END, NAMES_OF_TYPES, ORDERS, TYPES, Statement, is_name, split_attribute
+from .ply_header import (
+    CORNER_LISTS,
+    LINE_END,
+    MAX_HEADER_LINE_BYTES,
+    NAMES_OF_TYPES,
+    ORDERS,
+    TYPES,
+    Statement,
+    list_new_names,
+    split_attributes,
+)
 
 Values: TypeAlias = npt.NDArray[Any]
 
@@ -26,6 +36,9 @@ _PLAIN_EDGES: tuple[Statement, ...] = (
     ("property", "int", "vertex2"),
 )
 _AXES = ("x", "y", "z")
+_OF_FACES = frozenset({*CORNER_LISTS, "vertex1", "vertex2"})
+_MAX_TEXTURE_BYTES = MAX_HEADER_LINE_BYTES - 100
+_BLANKS = {ord("\n"): " ", ord("\r"): " "}
 _MAX_EXACT_IN_FLOAT = 2**53
 
 
@@ -58,12 +71,12 @@ def write(mesh: Mesh, file: BinaryIO) -> None:
     statements = _complete_statements(mesh, layout)
     for statement, properties in _split_elements(statements):
         if statement[0] != "element":
-            header.append(" ".join(statement).rstrip("\n") + "\n")
+            header.append(_format_statement(statement))
             continue
         count, cells = _list_cells(mesh, layout, statement[1], properties)
         header.append(f"element {statement[1]} {count}\n")
         header.extend(
-            cell.statement if isinstance(cell, _Cells) else " ".join(cell) + "\n"
+            cell.statement if isinstance(cell, _Cells) else _format_statement(cell)
             for cell in (cells if count else properties)
         )
         if count:
@@ -74,52 +87,66 @@ def write(mesh: Mesh, file: BinaryIO) -> None:
         file.write(body)
 
 
+def _format_statement(statement: Statement) -> str:
+    """Return a line of the header: a comment may have what ends lines in other files."""
+    return " ".join(statement).translate(_BLANKS) + "\n"
+
+
 def list_losses(mesh: Mesh) -> list[str]:
     """Return what of a mesh PLY cannot hold."""
     attributes, layout = mesh.attributes, mesh.metadata.get("ply", {})
-    of_point = dict(_split_attributes(attributes.point, _list_properties(layout, "vertex"), _AXES))
-    of_face = dict(_split_attributes(attributes.face, _list_properties(layout, "face"), CORNER_LISTS[:1]))
-    of_corner = dict(_list_corner_columns(mesh, {*CORNER_LISTS[:1]}.union(*of_face.values())))
-    lost = [
-        f"{name} per {what}"
-        for what, table, held in (
-            ("point", attributes.point, of_point),
-            ("corner", attributes.corner, of_corner),
-            ("face", attributes.face, of_face),
-        )
-        for name in table
-        if name not in held
-    ]
+    of_face = _split_faces(mesh, layout, "face")
+    tables = (
+        ("point", attributes.point, _split_points(mesh, layout)),
+        ("corner", attributes.corner, _split_corners(mesh, layout, of_face)),
+        ("face", attributes.face, of_face),
+    )
+    lost = [f"{name} per {what}" for what, table, held in tables for name in table if name not in held]
+    lost += [text for what, _, held in tables for text in list_new_names(held, what)]
     lost += [f"labels of {name}" for name in attributes.labels]
     is_written = _find_texture(mesh) is not None
     return lost + [f"material ({name})" for name in attributes.material if name != "texture" or not is_written]
 
 
-def _split_attributes(table: Columns, known: set[str], taken: Collection[str]) -> Iterator[tuple[str, dict[str, Any]]]:
-    """Yield the attributes that PLY can hold, with their properties, of which no two have one name.
-
-    known : the names of properties that the file had
-    taken : names that no property may have
-    """
-    found = {*taken}
-    for name, column in table.items():
-        parts = split_attribute(name, column, known) if is_name(name) and _can_hold(column) else {}
-        if parts and found.isdisjoint(parts):
-            found.update(parts)
-            yield name, parts
+def _split_points(mesh: Mesh, layout: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the properties of the element vertex that hold the attributes per point, by attribute."""
+    return split_attributes(_keep_held(mesh.attributes.point), _list_properties(layout, "vertex"), _AXES)
 
 
-def _list_corner_columns(mesh: Mesh, taken: Collection[str]) -> Iterator[tuple[str, Values]]:
-    """Yield the attributes per corner that PLY can hold, as lists of faces."""
-    for name, column in mesh.attributes.corner.items():
-        if is_name(name) and name not in taken and _can_hold(column) and not isinstance(column, RaggedArray):
-            yield name, column
+def _split_faces(mesh: Mesh, layout: Mapping[str, Any], element: str) -> dict[str, dict[str, Any]]:
+    """Return the properties of the element face or edge that hold the attributes per face, by attribute."""
+    of_face = _list_properties(layout, "face")
+    taken = _OF_FACES - of_face | {_find_corner_list(of_face)}
+    known = _list_properties(layout, element) - mesh.attributes.corner.keys()
+    return split_attributes(_keep_held(mesh.attributes.face), known, taken)
+
+
+def _split_corners(
+    mesh: Mesh, layout: Mapping[str, Any], of_face: Mapping[str, Mapping[str, Any]]
+) -> dict[str, dict[str, Any]]:
+    """Return the names of the lists of the element face that hold the attributes per corner, by attribute."""
+    known = _list_properties(layout, "face")
+    taken = _OF_FACES - known | {_find_corner_list(known)}
+    names = [name for name, column in _keep_held(mesh.attributes.corner).items() if not isinstance(column, RaggedArray)]
+    return split_attributes(dict.fromkeys(names), known, taken.union(*of_face.values()))
+
+
+def _find_corner_list(names: Collection[str]) -> str:
+    return next((name for name in CORNER_LISTS if name in names), CORNER_LISTS[0])
+
+
+def _keep_held(table: Columns) -> dict[str, Any]:
+    return {name: column for name, column in table.items() if _can_hold(column)}
 
 
 def _find_texture(mesh: Mesh) -> str | None:
     """Return the name of the texture, if there is one that a line of the header takes."""
     texture = mesh.attributes.material.get("texture")
-    return texture if isinstance(texture, str) and not LINE_END.search(texture.encode("latin-1", "replace")) else None
+    if not isinstance(texture, str):
+        return None
+    line = texture.encode("latin-1", "replace")
+    is_held = line.decode("latin-1") == texture and len(line) <= _MAX_TEXTURE_BYTES and not LINE_END.search(line)
+    return texture if is_held else None
 
 
 def _can_hold(column: Any) -> bool:
@@ -167,7 +194,7 @@ def _list_cells(
     """Return the number of rows of an element, its properties, and the comments among them, in order."""
     names = {statement[-1] for statement in statements if statement[0] == "property"}
     if element == "vertex":
-        count, columns = mesh.n_points, _list_point_columns(mesh, names)
+        count, columns = mesh.n_points, _list_point_columns(mesh, layout)
     elif element in ("face", "edge"):
         count, columns = _list_face_columns(mesh, layout, element, names)
     else:
@@ -182,10 +209,10 @@ def _list_cells(
     return count, cells + [_make_cells(name, column, ()) for name, column in columns.items()]
 
 
-def _list_point_columns(mesh: Mesh, names: set[str]) -> dict[str, Any]:
+def _list_point_columns(mesh: Mesh, layout: Mapping[str, Any]) -> dict[str, Any]:
     """Return the properties of the element vertex."""
     columns: dict[str, Any] = dict(zip(_AXES, mesh.positions.T, strict=True))
-    for _, parts in _split_attributes(mesh.attributes.point, names, _AXES):
+    for parts in _split_points(mesh, layout).values():
         columns |= parts
     return columns
 
@@ -205,18 +232,19 @@ def _list_face_columns(
         held = layout.get("elements", {}).get("edge", {})
         columns |= {name: column for name, column in held.items() if len(column) == chosen.sum()}
     else:
-        corner_list = next((name for name in CORNER_LISTS if name in names), CORNER_LISTS[0])
-        columns[corner_list] = corners, sizes[chosen]
-    known = _list_properties(layout, "edge" if element == "face" else "face")
-    for name, parts in _split_attributes(mesh.attributes.face, names, CORNER_LISTS[:1]):
+        columns[_find_corner_list(names)] = corners, sizes[chosen]
+    known = _list_properties(layout, "edge" if element == "face" else "face") - mesh.attributes.corner.keys()
+    of_face = _split_faces(mesh, layout, element)
+    for name, parts in of_face.items():
         for part, values in parts.items():
             # What the file has for the other element alone was filled up for this one.
-            if part in names or known.isdisjoint((part, name)):
+            if part in names or known.isdisjoint((part, name if len(parts) > 1 else part)):
                 columns.setdefault(part, _select_rows(values, chosen))
     if element == "face":
-        for name, column in _list_corner_columns(mesh, columns):
+        for name, parts in _split_corners(mesh, layout, of_face).items():
+            column = mesh.attributes.corner[name]
             width = column.shape[1] if column.ndim == 2 else 1
-            columns[name] = column[of_chosen].ravel(), sizes[chosen] * width
+            columns |= dict.fromkeys(parts, (column[of_chosen].ravel(), sizes[chosen] * width))
     return int(chosen.sum()), columns
 
 

@@ -1,11 +1,15 @@
 """PLY files of points, streamed, against the reader of whole files and plyfile."""
 
+import warnings
 from pathlib import Path
 from typing import Any
 
+import laspy
 import numpy as np
 import plyfile
 import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
 
 import gpu_xform as gx
 from gpu_xform.chunked.ply import is_cloud
@@ -124,3 +128,37 @@ def test_properties_become_fields_of_las_and_come_back(tmp_path: Path) -> None:
     for name in ("nx", "ny", "nz", "intensity", "time"):
         assert np.array_equal(after[name], before[name]), name
     assert np.abs(after["x"] - before["x"]).max() <= 0.5001e-6
+
+
+some_names = st.lists(st.one_of(st.text("xyz _\n\x1bé\xa0", min_size=1, max_size=3), st.sampled_from(["red", "a b"])))
+
+
+@given(names=some_names)
+@example(names=["my dim", "my_dim", "x", "y\nend_header\n", "é"])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.function_scoped_fixture])
+def test_extra_bytes_of_any_names_become_properties(tmp_path: Path, names: list[str]) -> None:
+    """Such names made files that could not be read, or an error of NumPy; all new ones are told."""
+    names = list(dict.fromkeys(names))
+    las = laspy.create(point_format=6, file_version="1.4")
+    las.add_extra_dims([laspy.ExtraBytesParams(f"extra {i}", "f8") for i in range(len(names))])
+    las.x = np.arange(5.0)
+    for i in range(len(names)):
+        las[f"extra {i}"] = 100.0 * i + np.arange(5)
+    las.write(tmp_path / "in.las")
+    data = (tmp_path / "in.las").read_bytes()
+    for i, name in enumerate(names):  # of which laspy writes not all
+        data = data.replace(f"extra {i}".encode().ljust(32, b"\0"), name.encode().ljust(32, b"\0"))
+    (tmp_path / "in.las").write_bytes(data)
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        gx.transform_file(tmp_path / "in.las", tmp_path / "out.ply", np.eye(4))
+    assert len(told) <= 1
+    text = str(told[0].message) if told else ""
+    vertex = plyfile.PlyData.read(tmp_path / "out.ply")["vertex"]
+    assert vertex["x"].tolist() == [*range(5)]
+    found = gx.load_mesh(tmp_path / "out.ply").attributes.point
+    for i, name in enumerate(names):
+        _, is_told, rest = text.partition(f"the name {name!r} per point (now ")
+        new = rest.partition(")")[0] if is_told else name
+        assert found[new].tolist() == vertex[new].tolist() == [100 * i + k for k in range(5)]
+    assert text.count("(now ") == len([name for name in names if name not in found])

@@ -478,31 +478,3 @@ def test_attributes_of_any_mesh_are_written() -> None:
         "labels of part",
         "material (a)",
     ]
-
-
-def test_names_that_no_header_holds_are_left_out() -> None:
-    """They made files that could not be read, or of other coordinates."""
-    names = ["a b", "a\nend_header\n", " ", "\x85", "温度", "x", "n" * 5000]
-    held = ["é", "end_header", "comment", "1", "nx"]
-    attributes: dict[str, dict[str, Any]] = {
-        "point": dict.fromkeys([*names, *held], np.arange(4.0)),
-        "corner": dict.fromkeys([*names[:5], *held, "vertex_indices"], np.arange(7.0)),
-        "face": dict.fromkeys([*names[:5], "ofé", "red", "vertex_indices"], np.arange(2.0)),
-        "material": {"texture": "a.png\nend_header"},
-    }
-    attributes["point"]["normal"] = np.eye(4, 3)
-    attributes["face"]["color"] = np.eye(2, 3)
-    mesh = Mesh(SQUARE.positions, SQUARE.faces[:2], attributes=attributes)
-    again = ply.read(saved(mesh))
-    assert np.array_equal(again.positions, mesh.positions)
-    assert np.array_equal(again.indices, mesh.indices)
-    assert list(again.attributes.point) == held
-    assert list(again.attributes.face) == ["ofé", "red"]
-    assert list(again.attributes.corner) == held
-    assert not again.attributes.material
-    assert ply.list_losses(mesh) == [
-        *(f"{name} per point" for name in [*names, "normal"]),
-        *(f"{name} per corner" for name in [*names[:5], "vertex_indices"]),
-        *(f"{name} per face" for name in [*names[:5], "vertex_indices", "color"]),
-        "material (texture)",
-    ]
