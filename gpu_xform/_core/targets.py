@@ -43,8 +43,15 @@ def find_target(path: "StrPath", name: str = "path") -> WriteTarget:
     if not stat.S_ISREG(mode):
         return WriteTarget(Path(path), True)
     if not os.access(path, os.W_OK):  # a rename would replace it all the same
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), os.fspath(path))
+        raise describe_refusal(path, path)
     return WriteTarget(Path(os.path.realpath(path)), False)
+
+
+def describe_refusal(place: "StrPath", named: "StrPath") -> OSError:
+    """Return the error of a place where the system lets nothing be written, which names another path."""
+    is_read_only = hasattr(os, "statvfs") and bool(os.statvfs(place).f_flag & os.ST_RDONLY)
+    reason = errno.EROFS if is_read_only else errno.EACCES
+    return OSError(reason, os.strerror(reason), os.fspath(named))
 
 
 def put_in_place(whole: Path, target: Path) -> None:

@@ -45,7 +45,9 @@ class NpySource:
         try:
             shape, is_fortran, dtype = read_header(self._file)
         except ValueError as error:
-            raise ArgumentError.expecting("source", "be a .npy file", repr(self.path), reason=error) from None
+            is_named = os.path.splitext(self.path)[1].lower() in ("", ".npy")  # noqa: PTH122
+            expected = "be a .npy file" if is_named else "end in .las, .laz, .ply or .zarr, or be a .npy file"
+            raise ArgumentError.expecting("source", expected, repr(self.path), reason=error) from None
         if dtype.kind != "f" or dtype.itemsize not in {4, 8}:
             raise ArgumentTypeError.expecting("source", "hold float32 or float64", f"{dtype} in {self.path!r}")
         if len(shape) != 2 or shape[1] not in {2, 3}:

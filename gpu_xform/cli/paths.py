@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 from pathlib import Path
 
 from .._core.suggestions import MIN_FILE_TYPE_SIMILARITY, did_you_mean
-from .._core.targets import find_target, is_zarr_path
+from .._core.targets import describe_refusal, find_target, is_zarr_path
 from ..errors import ArgumentError
 
 STDIO = "-"
@@ -51,7 +51,7 @@ def require_room(path: str) -> None:
     if not folder.is_dir():
         raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), path)
     if not os.access(folder, os.W_OK | os.X_OK):
-        raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), path)
+        raise describe_refusal(folder, path)
 
 
 def expand_globs(patterns: Sequence[str]) -> list[str]:

@@ -9,6 +9,7 @@ import sys
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -137,3 +138,16 @@ def time_limit(seconds: int) -> Iterator[None]:
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
+
+
+@pytest.mark.parametrize(("flags", "reason"), [(0, "Permission denied"), (os.ST_RDONLY, "Read-only file system")])
+def test_where_nothing_can_be_written_the_reason_is_told_before_the_work(
+    flags: int, reason: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    save_mesh(samples.cube(), "cube.obj")
+    monkeypatch.setattr(os, "access", lambda *_: False)
+    monkeypatch.setattr(os, "statvfs", lambda _: SimpleNamespace(f_flag=flags))
+    Path("old.png").touch()
+    for typed, path in ((["-o", "old.png"], "old.png"), (["-o", "new.png", "--report", "new.html"], "new.html")):
+        assert main(["render", "cube.obj", *typed]) == 2
+        assert capsys.readouterr().err == f"gpu-xform: error: {path}: {reason}\n"

@@ -279,6 +279,12 @@ def test_a_truncated_file_is_refused_before_any_work(tmp_path: Path) -> None:
     assert names(tmp_path) == ["in.npy"]
 
 
+def test_a_model_file_is_told_which_types_are_points(tmp_path: Path) -> None:
+    gx.save_mesh(gx.samples.cube(), tmp_path / "a.obj")
+    with pytest.raises(ArgumentError, match=r"must end in \.las, \.laz, \.ply or \.zarr, or be a \.npy file, got"):
+        gx.transform_file(tmp_path / "a.obj", tmp_path / "b.npy", AFFINE)
+
+
 def test_what_is_not_a_npy_file_is_refused(tmp_path: Path) -> None:
     source = tmp_path / "in.npy"
     source.write_text("v 1 2 3\n")
