@@ -9,17 +9,23 @@
 """
 
 import re
+from collections.abc import Collection
+from itertools import count, takewhile
+from math import prod
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from ..geometry.attributes import Attributes, RaggedArray
+from ..geometry.mesh import Mesh
 from .gltf_accessors import Accessors, get_count
 
 _SETS = {"COLOR": "color", "TEXCOORD": "texcoord"}
 _SINGLE = {"NORMAL": "normal", "TANGENT": "tangent"}
 _NUMBERED = re.compile(r"(COLOR|TEXCOORD)_(0|[1-9][0-9]*)")
 _NAMES = re.compile(r"(color|texcoord)(?:_([1-9][0-9]*))?")
+_WIDTHS = {"NORMAL": (3,), "TANGENT": (4,), "TEXCOORD": (2,), "COLOR": (3, 4)}
 _ELSEWHERE = re.compile(r"POSITION|JOINTS_[0-9]+|WEIGHTS_[0-9]+")
 
 
@@ -58,8 +64,15 @@ def name_attribute(semantic: str) -> str:
     return _SETS[kind] if number == "0" else f"{_SETS[kind]}_{number}"
 
 
-def name_semantic(name: str) -> str:
-    """Return the name of an attribute in a file."""
+def name_semantics(names: Collection[str]) -> dict[str, str]:
+    """Return the names of attributes in a file; a set whose number does not follow on another is one of its own."""
+    semantics = {name: _name_semantic(name) for name in names}
+    found = {*semantics.values()}
+    defined = {*_SINGLE}.union(*(takewhile(found.__contains__, (f"{kind}_{i}" for i in count())) for kind in _SETS))
+    return {name: semantic if semantic in defined else f"_{name}" for name, semantic in semantics.items()}
+
+
+def _name_semantic(name: str) -> str:
     for semantic, single in _SINGLE.items():
         if name == single:
             return semantic
@@ -68,3 +81,31 @@ def name_semantic(name: str) -> str:
         return f"_{name}"
     kind, number = numbered.groups()
     return f"{kind.upper()}_{number or 0}"
+
+
+def fit_attributes(mesh: Mesh) -> tuple[Mesh, list[str]]:
+    """Return a mesh whose normals, tangents, colours and texture coordinates have the widths of 3.7.2.1; what is lost.
+
+    Texture coordinates lose their third number; whatever else has another width is left out.
+    """
+    tables = {"point": dict(mesh.attributes.point), "corner": dict(mesh.attributes.corner)}
+    lost = []
+    for what, table in tables.items():
+        for name, column in list(table.items()):
+            widths = _WIDTHS.get(_name_semantic(name).partition("_")[0])
+            if widths is None or isinstance(column, RaggedArray) or column.dtype.kind not in "iufb":
+                continue
+            width = prod(column.shape[1:])
+            if width == 3 and widths == (2,):
+                table[name] = column.reshape(len(column), 3)[:, :2]
+                lost.append(f"the third number of {name} per {what}")
+            elif width not in widths:
+                del table[name]
+                lost.append(
+                    f"{name} per {what} ({width} number{'s' * (width != 1)}, not {' or '.join(map(str, widths))})"
+                )
+    if not lost:
+        return mesh, lost
+    attributes = mesh.attributes
+    fitted = Attributes(**tables, face=attributes.face, labels=attributes.labels, material=attributes.material)
+    return mesh.with_attributes(fitted), lost

@@ -21,7 +21,7 @@ from ..geometry.triangulation import triangulate
 from ._losses import list_rounding, name_materials, warn_of
 from ._warn import warn
 from .gltf_accessors import DTYPES
-from .gltf_attributes import name_semantic
+from .gltf_attributes import fit_attributes, name_semantics
 from .gltf_document import Document
 
 _COMPONENTS = {np.dtype(name).newbyteorder("="): code for code, name in DTYPES.items()}
@@ -167,8 +167,9 @@ class _Writer:
 
     def _primitives(self, mesh: Mesh, deformable: DeformableMesh | None, name: str) -> list[dict[str, Any]]:
         """Return one primitive per material, kind of face and set of attributes, or one of points."""
+        mesh, unfit = fit_attributes(mesh)
         parts, lost = _split_gaps(mesh)
-        self._unwritten.update(lost + list_rounding(mesh.positions))
+        self._unwritten.update(unfit + lost + list_rounding(mesh.positions))
         if mesh.n_faces and (len(parts) > 1 or mesh.attributes.corner or _has_colors_of_faces(mesh)):
             n_unused = mesh.n_points - len(np.unique(mesh.indices))
             self._unwritten.update([f"{n_unused} points that no face uses"] if n_unused else [])
@@ -187,8 +188,9 @@ class _Writer:
             worst = np.abs(positions).max()
             raise MeshError(f"glTF holds float32, the mesh of node {name!r} has a coordinate of {worst:g}")
         attributes = {"POSITION": self._array(positions, "<f4", bounds=True, target=_ARRAY_BUFFER)}
+        semantics = name_semantics([key for key, column in table.items() if column.dtype.kind in "iufb"])
         for key, column in table.items():
-            self._add_attribute(attributes, key, column)
+            self._add_attribute(attributes, semantics.get(key, f"_{key}"), key, column)
         shared: dict[str, Any] = {"attributes": attributes}
         if deformable is not None:
             self._add_deformation(shared, deformable, vertices)
@@ -224,9 +226,8 @@ class _Writer:
                 found.append(part if mode == _TRIANGLES else part | {"mode": mode})
         return found
 
-    def _add_attribute(self, attributes: dict[str, int], name: str, column: npt.NDArray[Any]) -> None:
+    def _add_attribute(self, attributes: dict[str, int], semantic: str, name: str, column: npt.NDArray[Any]) -> None:
         """Write an attribute per point, in the type that the specification allows (3.7.2.1)."""
-        semantic = name_semantic(name)
         column = column.reshape(len(column), -1)
         is_own = semantic.startswith("_")
         if column.dtype.kind not in "iufb" or column.shape[1] not in _TYPES or len(column) == 0:

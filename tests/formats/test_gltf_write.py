@@ -9,7 +9,7 @@ import numpy as np
 import pygltflib
 import pytest
 import trimesh
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from gpu_xform import Mesh, Scene, load_mesh, load_scene, samples, save_mesh, scale, translate
@@ -383,3 +383,99 @@ def test_points_do_not_multiply_on_the_way() -> None:
         assert mesh.n_faces == 2 * torus.n_faces
         assert sorted(mesh.attributes.labels["material"]) == names
     assert np.bincount(mesh.attributes.face["material"]).tolist() == [2 * torus.n_faces // 5] * 5
+
+
+# Section 3.7.2.1 of the glTF 2.0 specification: the types, the component types, and those that must be normalized.
+FLOAT, UBYTE, USHORT = 5126, 5121, 5123
+BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
+DEFINED = {
+    "POSITION": ({"VEC3"}, {FLOAT}, set()),
+    "NORMAL": ({"VEC3"}, {FLOAT}, set()),
+    "TANGENT": ({"VEC4"}, {FLOAT}, set()),
+    "TEXCOORD": ({"VEC2"}, {FLOAT, UBYTE, USHORT}, {UBYTE, USHORT}),
+    "COLOR": ({"VEC3", "VEC4"}, {FLOAT, UBYTE, USHORT}, {UBYTE, USHORT}),
+    "JOINTS": ({"VEC4"}, {UBYTE, USHORT}, set[int]()),
+    "WEIGHTS": ({"VEC4"}, {FLOAT, UBYTE, USHORT}, {UBYTE, USHORT}),
+}
+
+
+def assert_attributes_are_valid(document: Any) -> None:
+    n_checked = 0
+    for mesh in document["meshes"]:
+        for primitive in mesh["primitives"]:
+            for semantic, i in primitive["attributes"].items():
+                accessor, (kind, _, number) = document["accessors"][i], semantic.partition("_")
+                view = document["bufferViews"][accessor["bufferView"]]
+                width = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4}[accessor["type"]]
+                component = accessor["componentType"]
+                assert view.get("byteStride", width * BYTES[component]) % 4 == 0
+                if semantic.startswith("_"):
+                    assert component != 5125
+                    continue
+                types, components, normalized = DEFINED[kind]
+                assert semantic in ("POSITION", "NORMAL", "TANGENT") or number.isdecimal()
+                assert not number or all(f"{kind}_{k}" in primitive["attributes"] for k in range(int(number)))
+                assert accessor["type"] in types
+                assert component in components
+                assert accessor.get("normalized", False) == (component in normalized)
+                assert {"min", "max"} <= accessor.keys() or kind != "POSITION"
+                n_checked += 1
+            for target in primitive.get("targets", ()):
+                for i in target.values():
+                    assert (document["accessors"][i]["type"], document["accessors"][i]["componentType"]) == (
+                        "VEC3",
+                        FLOAT,
+                    )
+    assert n_checked
+
+
+SETS = ["color", "color_1", "color_2", "texcoord", "texcoord_1", "color_" + "9" * 5000]
+of_any_type = st.dictionaries(
+    st.sampled_from(
+        [*SETS, "normal", "tangent", "texcoord_01", "position", "POSITION", "joints_0", "COLOR_0", "_", "a b"]
+    ),
+    st.tuples(st.sampled_from(["f4", "f8", "u1", "u2", "i4", "u4", "i8", "?", "U1"]), st.integers(1, 5)),
+)
+
+
+@given(of_any_type, of_any_type, of_any_type)
+@example({"normal": ("f4", 2), "tangent": ("f4", 3)}, {"texcoord": ("f8", 3)}, {"color": ("u1", 3)})
+@example({"color_1": ("u1", 3), "texcoord": ("f4", 1)}, {"texcoord_1": ("f4", 2)}, {})
+def test_attributes_have_the_types_of_the_specification(point: Any, corner: Any, face: Any) -> None:
+    """What has no such type is told."""
+    point = {name: column for name, column in point.items() if name not in corner}
+    attributes = {
+        what: {name: np.ones((n, width) if width > 1 else n, dtype) for name, (dtype, width) in table.items()}
+        for what, table, n in (("point", point, 8), ("corner", corner, 24), ("face", face, 6))
+    }
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        data = saved(samples.cube().with_attributes(attributes), "gltf")
+    assert_attributes_are_valid(json.loads(data))
+    text = str(caught[0].message) if caught else ""
+    read = load_mesh(io.BytesIO(data), file_type="gltf").attributes.point
+    for name, (dtype, width) in {**point, **corner}.items():
+        what = "corner" if name in corner else "point"
+        if name not in read:
+            assert f"{name} per {what}" in text or f"{name} per point" in text
+        elif name != "color" or "color" not in face:
+            is_cut = name in ("texcoord", "texcoord_1") and width == 3 and dtype != "U1"
+            assert read[name].shape[1:] == (() if width == 1 else (2 if is_cut else width,))
+            assert (f"the third number of {name} per {what}" in text) == is_cut
+
+
+def test_skins_and_targets_have_the_types_of_the_specification() -> None:
+    builder = Builder()
+    add_skinned_cube(builder, 1)
+    assert_attributes_are_valid(json.loads(saved(scene_of(builder), "gltf")))
+
+
+def test_normals_and_texture_coordinates_of_another_width_are_named() -> None:
+    points = {"normal": np.eye(8, 2), "tangent": np.eye(8, 3), "texcoord": np.ones(8), "texcoord_1": np.eye(8, 3)}
+    told = [
+        *("normal per point (2 numbers, not 3)", "tangent per point (3 numbers, not 4)"),
+        *("texcoord per point (1 number, not 2)", "the third number of texcoord_1 per point"),
+    ]
+    with pytest.warns(MeshWarning) as caught:
+        saved(samples.cube().with_attributes({"point": points}))
+    assert [str(each.message) for each in caught] == [f"<file>: glTF does not hold {', '.join(sorted(told))}"]
