@@ -4,7 +4,7 @@ import os
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import islice
-from pathlib import Path
+from pathlib import Path, PureWindowsPath
 from typing import Any
 from urllib.parse import quote
 
@@ -27,6 +27,7 @@ _OPTION_WORD = re.compile(r"-\D.*|on|off|[rgbmlz]|sphere|cube_\w+|[-+.\d]+")  # 
 _MAX_ARGUMENTS = 3  # of an option: `-s u v w`
 _MAX_OPTION_WORDS = 64  # all options that there are, with all of their arguments
 _MAX_NAMED = 8
+_SUFFIX = ".mtl"
 
 
 def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes]:
@@ -38,8 +39,12 @@ def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes
     missing: dict[str, None] = {}
     read: set[Path] = set()  # a file that goes by several names is read once
     for words in dict.fromkeys(names) if folder is not None else ():
-        for name in [words] if _find(folder, words) else dict.fromkeys(_split_names(words)):
-            path = _find(folder, name)
+        parts = [words] if _find(folder, words) else list(dict.fromkeys(_split_names(words)))
+        paths = [_find(folder, name) for name in parts]
+        if not any(paths) and _is_one_name(words, parts):
+            missing[quote_end(words)] = None
+            continue
+        for name, path in zip(parts, paths, strict=True):
             if path is None:
                 missing[name] = None
             elif path not in read:
@@ -58,6 +63,12 @@ def read_libraries(names: Sequence[str], folder: Path | None) -> dict[str, bytes
 def _split_names(words: str) -> list[str]:
     """Return the names that stand between blanks; those that hold blanks stand in quotation marks."""
     return [quoted or bare for quoted, bare in _NAME.findall(words)]
+
+
+def _is_one_name(words: str, parts: Sequence[str]) -> bool:
+    """Tell whether words that name no file most likely are one name with blanks: the last part alone ends as such."""
+    ends = [part.lower().endswith(_SUFFIX) for part in parts]
+    return len(parts) > 1 and '"' not in words and ends[-1] and not any(ends[:-1])
 
 
 def parse_materials(libraries: Mapping[str, bytes]) -> dict[str, dict[str, Any]]:
@@ -156,22 +167,31 @@ def list_library_losses(mesh: Mesh, folder: Path | None) -> list[str]:
     libraries = _list_used(mesh)
     if folder is None:
         return [f"the file {name}, whose materials it names" for name in libraries]
-    lost = [
-        f"the materials of {name}, for another file of that name is there"
-        for name, data in libraries.items()
-        if _is_other(folder / name.replace("\\", "/"), data)
-    ]
+    lost = []
+    for name, data in libraries.items():
+        path = _place(folder, name) or _find(folder, name)
+        if path is None:
+            lost.append(f"the file {name}, whose materials it names")
+        elif _is_other(path, data):
+            lost.append(f"the materials of {name}, for another file of that name is there")
     return lost + [f"the image {name}" for name in held.get("images", ()) if libraries and not _find(folder, name)]
 
 
 def write_libraries(mesh: Mesh, folder: Path) -> None:
     """Write the `.mtl` files that a mesh was read with beside its new file, unless they are there."""
     for name, data in _list_used(mesh).items():
-        path = folder / name.replace("\\", "/")
-        if not path.exists():
+        path = _place(folder, name)
+        if path is not None and not path.exists():
             path.parent.mkdir(parents=True, exist_ok=True)
             with atomic_write(path) as file:
                 file.write(data)
+
+
+def _place(folder: Path, name: str) -> Path | None:
+    """Return where a `.mtl` file goes; None for a name of another type, that is hidden, or that leads elsewhere."""
+    path = PureWindowsPath(name)  # with the slashes of both systems, and drives
+    is_plain = path.suffix.lower() == _SUFFIX and not path.anchor and not any(p.startswith(".") for p in path.parts)
+    return folder.joinpath(*path.parts) if is_plain else None
 
 
 def _list_used(mesh: Mesh) -> Mapping[str, bytes]:

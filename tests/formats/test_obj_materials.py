@@ -319,3 +319,63 @@ def test_many_missing_libraries_are_a_short_warning(model: Path) -> None:
     model.write_bytes(b"mtllib " + b" ".join(b"b%d" % i for i in range(1000)) + b"\n" + POINTS + FACES)
     with pytest.warns(MeshWarning, match=r"the materials of b0, b1, b2, b3, b4, b5, b6, b7 and 992 more are not there"):
         load_mesh(model)
+
+
+@pytest.mark.parametrize(
+    ("statement", "named"),
+    [
+        ("not there.mtl", "'not there.mtl'"),
+        ("NOT  THERE.MTL", "'NOT  THERE.MTL'"),
+        ("a b c.mtl d.mtl", "a, b, c.mtl, d.mtl"),
+        ("a.mtl b", "a.mtl, b"),
+        ("m.mtl not.mtl", "not.mtl"),
+        ("m.mtl not there.mtl", "not, there.mtl"),
+    ],
+)
+def test_a_missing_library_is_named_once(model: Path, statement: str, named: str) -> None:
+    model.write_bytes(f"mtllib {statement}\n".encode() + POINTS + FACES)
+    with pytest.warns(MeshWarning, match=f"the materials of {named} are not there: no such file lies beside it$"):
+        load_mesh(model)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "settings.txt",
+        "conftest.py",
+        "sub/x",
+        ".m.mtl",
+        ".git/x.mtl",
+        "../in/x.mtl",
+        "sub/../x.mtl",
+        r"sub\.a\x.mtl",
+        "mtl",
+    ],
+)
+def test_files_whose_names_the_model_chooses_are_no_others_than_libraries(tmp_path: Path, name: str) -> None:
+    """They were written beside the destination, with any content, and with ".." into other folders."""
+    source, target = tmp_path / "a/in", tmp_path / "b/out"
+    for folder in (source / "sub", tmp_path / "b/in", target):
+        folder.mkdir(parents=True)
+    path = source / name.replace("\\", "/")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(MTL.replace(b"map_Kd", b"#"))
+    (source / "m.obj").write_bytes(f"mtllib {name}\n".encode() + POINTS + FACES)
+    mesh = load_mesh(source / "m.obj")
+    assert "steel" in mesh.attributes.material
+    with pytest.warns(MeshWarning) as caught:
+        save_mesh(mesh, target / "m.obj")
+    assert str(caught[0].message).endswith(f"OBJ does not hold the file {name}, whose materials it names")
+    assert [path.name for path in (tmp_path / "b").rglob("*") if path.is_file()] == ["m.obj"]
+    assert run("transform", source / "m.obj", source / "n.obj", "--strict") == 0  # beside which it is
+
+
+@pytest.mark.parametrize("name", ["{folder}/x.mtl", r"\x.mtl", "C:x.mtl", r"\\host\share\x.mtl"])
+def test_a_library_of_an_absolute_path_is_written_nowhere(tmp_path: Path, name: str) -> None:
+    name = name.format(folder=tmp_path)
+    (tmp_path / "out").mkdir()
+    attributes = {"material": {"mtllib": [name]}}
+    mesh = Mesh(np.eye(3), [(0, 1, 2)], attributes=attributes, metadata={"obj": {"libraries": {name: MTL}}})
+    with pytest.warns(MeshWarning, match=r"OBJ does not hold the file .*x\.mtl, whose materials it names"):
+        save_mesh(mesh, tmp_path / "out/m.obj")
+    assert [path.name for path in tmp_path.rglob("*")] == ["out", "m.obj"]
