@@ -1,8 +1,7 @@
 """Attributes of OBJ: texture coordinates, normals, colours, materials, groups and objects."""
 
-import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +14,7 @@ from ..geometry.mesh import Mesh
 from ._losses import list_material_losses
 from ._warn import warn
 from .obj_materials import find_images, parse_materials, read_libraries
+from .obj_names import list_libraries, list_name_losses, make_comment, make_line, make_names
 
 # Statements that hold for the faces behind them, and the attributes per face that they become.
 STATES = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smooth"}
@@ -25,7 +25,6 @@ _WORDS = {"texcoord": "texture coordinates", "normal": "normals"}
 SHAPES = frozenset({"bsp", "bzp", "cdc", "cdp", "curv", "curv2", "surf"})
 FREE_FORMS = SHAPES | {"cstype", "deg", "end", "hole", "parm", "trim"}
 _MAX_NAMED = 8
-_UNHELD = re.compile("[\n\r\ud800-\udfff]")  # what no line of UTF-8 holds
 
 
 @dataclass
@@ -197,29 +196,49 @@ def list_losses(mesh: Mesh) -> list[str]:
     lost = []
     for what, names in held.items():
         for name, column in getattr(attributes, what).items():
-            if name not in names or not _can_hold(name, column, attributes.labels):
+            if name not in names or not _can_hold(name, column, attributes.labels) or _is_absent(mesh, name, column):
                 lost.append(f"{name} per {what}")
             elif what == "point" and name in attributes.corner:
                 lost.append(f"{name} per point beside those per corner")
-    written = parse_materials(mesh.metadata.get("obj", {}).get("libraries", {}))
+            elif name == "weight" and "color" in attributes.point and _can_hold("color", attributes.point["color"], ()):
+                lost.append("weight per point beside color")
+            elif what == "face":
+                lost += _list_state_losses(name, column, attributes.labels[name])
+    described = mesh.metadata.get("obj", {})
+    if any(make_comment(text) != text for text in described.get("comments", ())):
+        lost.append("line ends in comments")
+    libraries = list_libraries(attributes.material)
+    lost += list_name_losses(libraries, "mtllib", "material libraries")
+    written = parse_materials(described.get("libraries", {}))
     others = {
         name: value
         for name, value in attributes.material.items()
-        if not (name == "mtllib" and isinstance(value, tuple))
+        if not (name == "mtllib" and value is libraries)
         and not (name in written and value == freeze_value(written[name]))
     }
     return lost + list_material_losses(others, attributes.labels.get("material", ()))
 
 
-def _can_hold(name: str, column: Any, labels: Mapping[str, tuple[str, ...]]) -> bool:
+def _list_state_losses(name: str, column: IndexArray, texts: Sequence[str]) -> list[str]:
+    """Return what is lost of labels: names that a line does not hold, and faces that have none, for none ends."""
+    lost = list_name_losses(texts, KEYWORDS[name].decode(), name)
+    is_named = (column >= 0) & (column < len(texts))
+    return lost + ([f"faces without {name} behind others"] if (is_named[:-1] & ~is_named[1:]).any() else [])
+
+
+def _can_hold(name: str, column: Any, labels: Collection[str]) -> bool:
     """Return whether OBJ has a statement for such values."""
     if isinstance(column, RaggedArray) or column.dtype.kind not in "biuf":
         return False
     if name in KEYWORDS:
-        is_named = column.ndim == 1 and column.dtype.kind in "iu" and name in labels
-        return is_named and not any(map(_UNHELD.search, labels[name]))
+        return column.ndim == 1 and column.dtype.kind in "iu" and name in labels
     widths = {"color": (3, 4), "weight": (1,), "normal": (3,), "texcoord": (1, 2, 3)}[name]
     return (column.shape[1] if column.ndim == 2 else column.ndim) in widths
+
+
+def _is_absent(mesh: Mesh, name: str, column: Any) -> bool:
+    """Return whether no corner of any face has these normals or texture coordinates."""
+    return name in _WORDS and mesh.n_faces > 0 and bool(np.isnan(column).all())
 
 
 def list_rows(mesh: Mesh, name: str) -> tuple[Float64Array | None, IndexArray | None]:
@@ -266,6 +285,8 @@ def split_states(mesh: Mesh) -> Sequence[tuple[int, int, bytes]]:
         for name in KEYWORDS
         if name in attributes.face and _can_hold(name, attributes.face[name], attributes.labels)
     }
+    keywords = {name: KEYWORDS[name].decode() for name in states}
+    written = {name: make_names(attributes.labels[name], keyword) for name, keyword in keywords.items()}
     starts = {0}
     for values in states.values():
         starts.update((np.flatnonzero(np.diff(values)) + 1).tolist())
@@ -277,8 +298,7 @@ def split_states(mesh: Mesh) -> Sequence[tuple[int, int, bytes]]:
         for name, values in states.items():
             value = int(values[start]) if start < end else -1
             if value != before[name] and 0 <= value < len(attributes.labels[name]):
-                text = KEYWORDS[name] + b" " + attributes.labels[name][value].encode()
-                lines += text + (b" \n" if text.endswith(b"\\") else b"\n")  # the next line would continue it
+                lines += make_line(f"{keywords[name]} ", written[name][attributes.labels[name][value]])
             before[name] = value
         runs.append((start, end, lines))
     return runs

@@ -9,6 +9,7 @@ from .._core.types import Float64Array, IndexArray
 from ..geometry.mesh import Mesh
 from ._text import write_faces, write_points
 from .obj_attributes import list_beside_points, list_rows, split_states
+from .obj_names import list_libraries, make_comment, make_line, make_names
 
 _POINTS_PER_LINE = 16
 
@@ -16,19 +17,20 @@ _POINTS_PER_LINE = 16
 def write(mesh: Mesh, file: BinaryIO) -> None:
     """Write the points as `v`, the polygons as `f` and the segments as `l`, with every number exact, and attributes."""
     for comment in mesh.metadata.get("obj", {}).get("comments", ()):
-        file.write(b"#" + comment.encode() + b"\n")
-    libraries = mesh.attributes.material.get("mtllib", ())
-    for library in libraries if isinstance(libraries, tuple) else ():  # glTF may have a material of that name
-        file.write(b"mtllib " + library.encode() + b"\n")
+        file.write(make_line("#", make_comment(comment)))
+    libraries = list_libraries(mesh.attributes.material)
+    names = make_names(libraries, "mtllib")
+    for library in libraries:
+        file.write(make_line("mtllib ", names[library]))
     beside = list_beside_points(mesh)
     if beside is None:
         write_points(file, b"v %a %a %a\n", mesh)
     else:
-        _write_rows(file, b"v", np.concatenate([mesh.positions, beside], axis=1))
+        _write_short_rows(file, b"v", np.concatenate([mesh.positions, beside], axis=1))
     texcoords, texcoord_of_corner = list_rows(mesh, "texcoord")
     normals, normal_of_corner = list_rows(mesh, "normal")
     if texcoords is not None:
-        _write_rows(file, b"vt", texcoords)
+        _write_short_rows(file, b"vt", texcoords)
     if normals is not None:
         _write_rows(file, b"vn", normals)
     has_references = texcoord_of_corner is not None or normal_of_corner is not None
@@ -53,14 +55,20 @@ def _make_template(size: int) -> bytes:
 
 
 def _write_rows(file: BinaryIO, keyword: bytes, rows: Float64Array) -> None:
-    """Write one line per row, up to the first NaN, with the shortest decimals that give the same float64."""
-    template = keyword + b" %a" * rows.shape[1] + b"\n"
-    if not np.isnan(rows).any():
-        file.write((template * len(rows)) % tuple(rows.ravel().tolist()))
+    """Write one line per row, with the shortest decimals that give the same float64."""
+    file.write(((keyword + b" %a" * rows.shape[1] + b"\n") * len(rows)) % tuple(rows.ravel().tolist()))
+
+
+def _write_short_rows(file: BinaryIO, keyword: bytes, rows: Float64Array) -> None:
+    """Write one line per row, up to its last number, if one row has all numbers: that row says how many there are."""
+    is_short = np.isnan(rows[:, -1])
+    if not is_short.any() or is_short.all():
+        _write_rows(file, keyword, rows)
         return
-    for row in rows.tolist():
-        numbers = [number for number in row if number == number]
-        file.write(keyword + (b" %a" * len(numbers)) % tuple(numbers) + b"\n")
+    width = rows.shape[1]
+    lengths = width - np.argmin(np.isnan(rows[:, ::-1]), axis=1)  # all of them of a row without a number
+    for row, length in zip(rows.tolist(), lengths.tolist(), strict=True):
+        file.write(keyword + (b" %a" * length) % tuple(row[:length]) + b"\n")
 
 
 def _format_corners(mesh: Mesh, texcoord: IndexArray | None, normal: IndexArray | None) -> list[bytes]:

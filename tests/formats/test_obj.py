@@ -394,6 +394,65 @@ def test_a_file_whose_rows_are_all_used_in_order_comes_back_line_by_line() -> No
     assert sorted(lines_of(again, *kept)) == sorted(lines_of(plain, *kept))
 
 
+@pytest.mark.parametrize(
+    ("data", "lines"),
+    [
+        (b"vn nan 0 1\nvn 0 0 1\nf 1//1 2//2 3//2\n", b"vn nan 0.0 1.0\nvn 0.0 0.0 1.0\n"),
+        (b"vn 0 0 nan\nf 1//1 2//1 3//1\n", b"vn 0.0 0.0 nan\n"),
+        (b"vt nan .5\nf 1/1 2/1 3/1\n", b"vt nan 0.5\n"),
+        (b"vt .5 nan\nf 1/1 2/1 3/1\n", b"vt 0.5 nan\n"),
+        (b"vt .5\nvt .5 1\nf 1/1 2/1 3/2\n", b"vt 0.5\nvt 0.5 1.0\n"),
+        (b"vn nan nan nan\nvn 0 0 1\nvn 1 0 nan\n", b"vn nan nan nan\nvn 0.0 0.0 1.0\nvn 1.0 0.0 nan\n"),
+        (b"vt nan nan\nvt 1 2\nvt 1\n", b"vt nan nan\nvt 1.0 2.0\nvt 1.0\n"),
+    ],
+)
+def test_numbers_that_are_nan_keep_their_places(data: bytes, lines: bytes) -> None:
+    with warnings.catch_warnings(action="ignore", category=MeshWarning):  # of normals
+        mesh = obj.read(b"v 0 0 0\nv 1 0 0\nv 0 1 0\n" + data)
+        assert b"\n" + lines in saved(mesh)
+        assert obj.read(saved(mesh)) == mesh
+
+
+def test_colors_that_are_nan_keep_their_places() -> None:
+    mesh = obj.read(b"v 0 0 0 nan 0 0\nv 1 0 0 1 0 nan\nv 0 1 0 nan nan nan\nv 1 1 0\nv 1 0 1 1 1 0\n")
+    assert lines_of(saved(mesh), b"v")[0] == b"v 0.0 0.0 0.0 nan 0.0 0.0".split()
+    assert obj.read(saved(mesh)) == mesh
+
+
+@given(st.sampled_from(["mesh", "cloud"]), st.data())
+def test_nan_anywhere_is_read_as_it_was_written(kind: str, data: st.DataObject) -> None:
+    """In normals, texture coordinates, colours and weights."""
+    number = st.floats(width=32, allow_infinity=False) | st.just(np.nan)
+
+    def draw(n_rows: int, width: int) -> Any:
+        row = st.lists(number, min_size=width, max_size=width)
+        return np.array(data.draw(st.lists(row, min_size=n_rows, max_size=n_rows))).reshape(n_rows, width)
+
+    faces = [(0, 1, 2), (3, 2, 1, 0)] if kind == "mesh" else []
+    place, n_rows = ("corner", 7) if kind == "mesh" else ("point", 4)
+    attributes: dict[str, Any] = {"point": {}, "corner": {}}
+    beside = data.draw(st.sampled_from(["none", "weight", "color", "rgba"]))
+    if beside == "weight":
+        attributes["point"]["weight"] = draw(4, 1)[:, 0]
+    elif beside != "none":
+        attributes["point"]["color"] = draw(4, 3 + (beside == "rgba"))
+    for name, width in (("texcoord", data.draw(st.integers(1, 3))), ("normal", 3)):
+        if data.draw(st.booleans()):
+            attributes[place][name] = draw(n_rows, width)
+    mesh = Mesh(np.eye(4, 3), faces, attributes=attributes)
+    absent = [name for name, rows in mesh.attributes.corner.items() if np.isnan(rows).all()]
+    assert obj.list_losses(mesh) == [f"{name} per corner" for name in absent]
+    attributes["corner"] = {name: rows for name, rows in attributes["corner"].items() if name not in absent}
+    with warnings.catch_warnings(action="ignore", category=MeshWarning):  # of normals
+        assert obj.read(saved(mesh)) == mesh.with_attributes(attributes)
+        assert read_lines(saved(mesh)) == mesh.with_attributes(attributes)
+
+
+def test_a_weight_beside_a_color_is_named() -> None:
+    mesh = Mesh(np.eye(3), attributes={"point": {"weight": np.ones(3), "color": np.eye(3)}})
+    assert obj.list_losses(mesh) == ["weight per point beside color"]
+
+
 @st.composite
 def textured(draw: st.DrawFn) -> Mesh:
     polygons = draw(st.lists(st.lists(st.integers(0, 4), min_size=2, max_size=5), max_size=6))
@@ -482,13 +541,88 @@ def test_what_obj_cannot_hold_is_listed() -> None:
     assert obj.read(saved(mesh)).attributes.corner["normal"][:3].tolist() == np.eye(3).tolist()
 
 
-@pytest.mark.parametrize("name", ["a\nv 9 9 9", "a\r", "\ud800", "a\udc80"])
-def test_names_that_no_line_holds_are_left_out(name: str) -> None:
-    attributes = {"face": {"material": [0, 1], "group": [0, 0]}, "labels": {"material": ["b", name], "group": ["g"]}}
-    mesh = Mesh(np.eye(3), [(0, 1, 2), (2, 1, 0)], attributes=attributes)
-    assert obj.list_losses(mesh) == ["material per face"]
+@pytest.mark.parametrize(
+    ("names", "written"),
+    [
+        (["m\nv 9 9 9", "a\rf 1 2 5", "\v\f\0\x1a\x85\u2028"], ["m_v 9 9 9", "a_f 1 2 5", "______"]),
+        (["\ud800", "a\udc80", "a\tb", " a  b ", "  "], ["_", "a_", "a_b", "_a  b_", "__"]),
+        (["a_", "a\n", "a\r", "a__2", "a\v"], ["a_", "a__3", "a__4", "a__2", "a__5"]),
+        (
+            ["1.#INF", "a,-1.#IND00]", "+inf", "1.#b", "#", "a#b"],
+            ["1._INF", "a,-1._IND00]", "+inf", "1.#b", "#", "a#b"],
+        ),
+        (["", "v 9 9 9", "\u3000"], ["", "v 9 9 9", "\u3000"]),
+    ],
+)
+@pytest.mark.parametrize("kind", ["object", "group", "material", "smooth"])
+def test_names_stay_in_their_lines_and_differ(kind: str, names: list[str], written: list[str]) -> None:
+    if kind == "smooth":  # behind which a number sign begins a comment
+        written = [name.replace("#", "_") for name in written]
+    attributes = {"face": {kind: range(len(names))}, "labels": {kind: names}}
+    mesh = Mesh(np.eye(3), [(0, 1, 2)] * len(names), attributes=attributes)
+    changed = [name for name, found in zip(names, written, strict=True) if name != found]
+    assert obj.list_losses(mesh) == [f"some names of {kind}, such as {name!r}" for name in changed[:1]]
     again = obj.read(saved(mesh))
-    assert (again.n_points, again.n_faces, list(again.attributes.face)) == (3, 2, ["group"])
+    assert (again.n_points, again.n_faces) == (3, len(names))
+    assert again.attributes.labels == {kind: tuple(written)}
+    assert again == read_lines(saved(mesh))
+
+
+@pytest.mark.parametrize("text", ["m.mtl\nv 9 9 9", "m.mtl\\", "m.mtl\r", " m.mtl", "\ud800"])
+def test_libraries_and_comments_stay_in_their_lines(text: str) -> None:
+    attributes = {"material": {"mtllib": [text]}}
+    mesh = Mesh(np.eye(3), [(0, 1, 2)], attributes=attributes, metadata={"obj": {"comments": [text]}})
+    losses = [f"some names of material libraries, such as {text!r}"] if not text.endswith("\\") else []
+    assert obj.list_losses(mesh) == ["line ends in comments"] * (text[-1] not in "l\\" and text[0] != " ") + losses
+    again = obj.read(saved(mesh))
+    assert (again.n_points, again.n_faces) == (3, 1)
+    assert len(again.attributes.material["mtllib"]) == len(again.metadata["obj"]["comments"]) == 1
+    assert saved(again).splitlines() == saved(mesh).splitlines()
+
+
+hostile = st.text(st.sampled_from("ab_#\\ \t\n\r\v\f\0\x1a\x1c\x85\u2028\ufeff\ud800\udfff1.INDv")) | st.text()
+
+
+@given(st.lists(st.tuples(*[st.integers(-1, 4)] * 4), min_size=1, max_size=8), st.data())
+def test_any_names_leave_points_and_faces_as_they_are(numbers: list[tuple[int, ...]], data: st.DataObject) -> None:
+    """Different labels stay different, and all stay as they are if no loss is named."""
+    kinds = ("object", "group", "material", "smooth")
+    labels = {kind: data.draw(st.lists(hostile, min_size=5, max_size=5, unique=True)) for kind in kinds}
+    faces = np.random.default_rng(1).integers(0, 4, (len(numbers), 3))
+    attributes = {"face": dict(zip(kinds, np.array(numbers).T, strict=True)), "labels": labels}
+    comments = data.draw(st.lists(hostile, max_size=2))
+    libraries = data.draw(st.lists(hostile, max_size=2))
+    mesh = Mesh(
+        np.eye(4, 3),
+        faces,
+        attributes={**attributes, "material": {"mtllib": libraries}},
+        metadata={"obj": {"comments": comments}},
+    )
+    losses = "; ".join(obj.list_losses(mesh))
+    again = obj.read(saved(mesh))
+    assert again == read_lines(saved(mesh))
+    assert np.array_equal(again.positions, mesh.positions)
+    assert np.array_equal(again.faces, faces)
+    assert len(again.metadata.get("obj", {}).get("comments", ())) == len(comments)
+    assert "libraries" in losses or again.attributes.material.get("mtllib", ()) == tuple(libraries)
+    for kind, column in zip(kinds, np.array(numbers).T, strict=True):
+        before = [labels[kind][number] if number >= 0 else None for number in column]
+        if f"faces without {kind}" in losses or before[0] is None:
+            continue
+        held = again.attributes.labels[kind]
+        after = [held[number] for number in again.attributes.face[kind]]
+        assert len(set(zip(before, after, strict=True))) == len(set(before)) == len(set(after))
+        assert f"names of {kind}" in losses or before == after
+
+
+def test_faces_without_a_label_behind_others_are_named() -> None:
+    """They were read again with the label of the face before, for no statement takes it back."""
+    attributes: dict[str, Any] = {"face": {"material": [-1, 0, 0]}, "labels": {"material": ["a"]}}
+    mesh = Mesh(np.eye(3), [(0, 1, 2)] * 3, attributes=attributes)
+    assert obj.list_losses(mesh) == []
+    for column in ([0, -1, 0], [0, 0, 1]):
+        attributes["face"]["material"] = column
+        assert obj.list_losses(mesh.with_attributes(attributes)) == ["faces without material behind others"]
 
 
 def test_a_name_that_ends_in_a_backslash_does_not_continue_on_the_next_line() -> None:
