@@ -18,7 +18,7 @@ import numpy as np
 from .._core.git_lfs import POINTER_WORDS, is_lfs_pointer
 from .._core.types import Float64Array
 from ..errors import ArgumentError, ArgumentTypeError, MeshError
-from ._beside import find_beside
+from ._beside import find_beside, place_beside
 from ._text import quote
 from .gltf_accessors import MESHOPT, get_count
 from .gltf_placements import local_matrix, make_names
@@ -349,7 +349,9 @@ def _fetch(uri: str, folder: Path | None, files: dict[str | Path, bytes]) -> byt
         raise MeshError(f"its buffer is another file, {quote(uri)}, which is not opened")
     path = find_beside(folder, folder, uri)
     if path is None:
-        raise MeshError(f"its buffer must be a file beside it, got {quote(uri)}")
+        is_allowed = "://" not in uri and place_beside(folder, folder, uri) is not None
+        more = ", which was not found" if is_allowed else ""
+        raise MeshError(f"its buffer must be a file beside it, got {quote(uri)}{more}")
     if path not in files:
         files[path] = budget().read_beside(path)
     if is_lfs_pointer(files[path]):
