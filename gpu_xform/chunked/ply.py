@@ -10,7 +10,14 @@ import numpy.typing as npt
 
 from .._core.types import StrPath
 from ..errors import ArgumentError, MeshError
-from ..formats.ply_header import NAMES_OF_TYPES, Header, parse_header, split_attributes
+from ..formats.ply_header import (
+    MAX_BLANK_BYTES,
+    NAMES_OF_TYPES,
+    Header,
+    parse_header,
+    split_attributes,
+    warn_of_bytes_behind,
+)
 from .npy import find_extremes, scan_bounds
 from .partial_files import FileSink
 from .protocol import Block, Bounds, ChunkError, Directions, Encoded, PointSource, describe_file
@@ -98,6 +105,13 @@ class PlySource:
         for i, axis in enumerate(AXES):
             positions[:, i] = records[axis]
         return Block(start, positions, records)
+
+    def warn_of_bytes_behind(self) -> None:
+        """Warn if the file goes on behind its points."""
+        end = self.header.end + self.n_points * self.point_bytes
+        self._file.seek(end)
+        first = self._file.read(MAX_BLANK_BYTES)
+        warn_of_bytes_behind(os.fstat(self._file.fileno()).st_size - end, first, self.path)
 
     def read_raw(self, start: int, stop: int) -> Block:
         """Raise: nothing here is compressed."""

@@ -63,6 +63,8 @@ def make_sink(
     file_type = find_type(destination)
     if isinstance(source, LasSource):
         source.warn_of_points_behind()
+    elif isinstance(source, PlySource):
+        source.warn_of_bytes_behind()
     records = _list_records(source)
     if file_type in ("las", "laz"):
         return _make_las_sink(source, destination, matrix, file_type, project, scale, offset)

@@ -15,7 +15,18 @@ from ..errors import MeshError
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh, take_over
 from ._text import parse_float, parse_numbers, plain_text, without_mark
-from .ply_header import CORNER_LISTS, LINE_END, Element, Header, Property, Statement, group_properties, parse_header
+from .ply_header import (
+    CORNER_LISTS,
+    LINE_END,
+    MAX_BLANK_BYTES,
+    Element,
+    Header,
+    Property,
+    Statement,
+    group_properties,
+    parse_header,
+    warn_of_bytes_behind,
+)
 from .ply_writer import list_losses as list_losses
 from .ply_writer import write as write
 
@@ -54,7 +65,9 @@ def read(data: bytes) -> Mesh:
     position = 0
     for element in elements:
         columns[element.name], position = _read_element(body, position, element)
-    if header.encoding == "ascii" and position != len(body):
+    if header.encoding != "ascii":
+        warn_of_bytes_behind(len(body) - position, bytes(body[position:][:MAX_BLANK_BYTES]))
+    elif position != len(body):
         raise MeshError(f"{(len(body) - position) // 8} numbers are left over after the last element")
     return _build_mesh(header, columns)
 

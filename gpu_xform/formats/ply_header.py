@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import MeshError
 from ._text import quote
+from ._warn import warn
 
 TYPES = {
     "char": "i1",
@@ -29,6 +30,7 @@ CORNER_LISTS = ("vertex_indices", "vertex_index")
 LINE_END = re.compile(rb"\r\n|\n|\r")
 _CARRIAGE_RETURN = re.compile(rb"\r")
 MAX_HEADER_LINE_BYTES = 4096
+MAX_BLANK_BYTES = 4  # behind the last element, as some programs write them
 _MAX_NAME_BYTES = 1024  # of a property that is written
 
 # The properties of one value that make up an attribute of several columns.
@@ -126,6 +128,13 @@ def _add_statement(header: Header, text: str) -> None:
             pass
         case _:
             raise MeshError(f"line {line}: not a statement of a PLY header: {quote(text)}")
+
+
+def warn_of_bytes_behind(n_bytes: int, first: bytes, path: str = "") -> None:
+    """Warn of bytes behind the last element of a binary file, of which are the first, unless they are a few blanks."""
+    if n_bytes and not (n_bytes <= MAX_BLANK_BYTES and first.isspace()):
+        place = f"{path}: " if path else ""
+        warn(f"{place}{n_bytes:,} byte{'s' * (n_bytes > 1)} behind its last element, which are left out")
 
 
 def group_properties(columns: dict[str, Any]) -> dict[str, Any]:

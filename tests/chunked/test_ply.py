@@ -162,3 +162,17 @@ def test_extra_bytes_of_any_names_become_properties(tmp_path: Path, names: list[
         new = rest.partition(")")[0] if is_told else name
         assert found[new].tolist() == vertex[new].tolist() == [100 * i + k for k in range(5)]
     assert text.count("(now ") == len([name for name in names if name not in found])
+
+
+@pytest.mark.parametrize("name", ["out.ply", "out.las", "out.npy", "out.zarr"])
+@pytest.mark.parametrize(("rest", "told"), [(b"a" * 20, 1), (b"\0", 1), (b"\r\n", 0), (b"", 0)])
+def test_bytes_behind_the_points_are_told_once(tmp_path: Path, name: str, rest: bytes, told: int) -> None:
+    source = write_cloud(tmp_path / "in.ply")
+    source.write_bytes(source.read_bytes() + rest)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        gx.transform_file(source, tmp_path / name, np.eye(4))
+    n = len(rest)
+    text = f"{source}: {n} byte{'s' if n > 1 else ''} behind its last element, which are left out"
+    assert [str(each.message) for each in caught].count(text) == told
+    assert len([each for each in caught if "behind its last" in str(each.message)]) == told

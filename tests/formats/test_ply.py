@@ -1,4 +1,5 @@
 import io
+import warnings
 from typing import Any
 
 import numpy as np
@@ -478,3 +479,31 @@ def test_attributes_of_any_mesh_are_written() -> None:
         "labels of part",
         "material (a)",
     ]
+
+
+@pytest.mark.parametrize(
+    "mesh", [SQUARE, HOUSE, Mesh(SQUARE.positions), SQUARE.with_attributes({"face": {"a": [1, 2, 3]}})]
+)
+@pytest.mark.parametrize("n", [1, 2, 20, 4096])
+@pytest.mark.parametrize("byte", [b"\0", b"\n", b"a"])
+def test_bytes_behind_a_binary_body_are_told(mesh: Mesh, n: int, byte: bytes) -> None:
+    """But for what some programs end files with: a line break or a few blanks."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        assert ply.read(saved(mesh) + byte * n) == ply.read(saved(mesh))
+    told = [f"{n:,} byte{'s' if n > 1 else ''} behind its last element, which are left out"]
+    assert [str(each.message) for each in caught] == ([] if byte == b"\n" and n <= 2 else told)
+
+
+@pytest.mark.parametrize("end", ["", "\n", "\r\n", " ", " \n\n", "\0", "\x1a"])
+def test_blanks_behind_a_text_body_are_no_numbers(end: str) -> None:
+    assert ply.read((TEXT.rstrip("\n") + end).encode()).with_attributes(None) == SQUARE
+
+
+@pytest.mark.parametrize(
+    ("rest", "message"),
+    [("0 0 0\n", "3 numbers are left over after the last element"), ("end\n", "line 22: expected a number, got 'end'")],
+)
+def test_lines_behind_a_text_body_are_refused(rest: str, message: str) -> None:
+    with pytest.raises(MeshError, match=message):
+        ply.read((TEXT + rest).encode())
