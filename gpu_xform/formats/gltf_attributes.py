@@ -86,7 +86,7 @@ def _name_semantic(name: str) -> str:
 def fit_attributes(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Return a mesh whose normals, tangents, colours and texture coordinates have the widths of 3.7.2.1; what is lost.
 
-    Texture coordinates lose their third number; whatever else has another width is left out.
+    Texture coordinates lose their third number; whatever else has another width, or a name twice, is left out.
     """
     tables = {"point": dict(mesh.attributes.point), "corner": dict(mesh.attributes.corner)}
     lost = []
@@ -104,6 +104,10 @@ def fit_attributes(mesh: Mesh) -> tuple[Mesh, list[str]]:
                 lost.append(
                     f"{name} per {what} ({width} number{'s' * (width != 1)}, not {' or '.join(map(str, widths))})"
                 )
+    point, corner = tables["point"], tables["corner"]
+    for name in [name for name in point if mesh.n_faces and isinstance(corner.get(name), np.ndarray)]:
+        del point[name]
+        lost.append(f"{name} per point (beside that per corner)")
     if not lost:
         return mesh, lost
     attributes = mesh.attributes

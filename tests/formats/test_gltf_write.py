@@ -462,6 +462,14 @@ def test_attributes_have_the_types_of_the_specification(point: Any, corner: Any,
             is_cut = name in ("texcoord", "texcoord_1") and width == 3 and dtype != "U1"
             assert read[name].shape[1:] == (() if width == 1 else (2 if is_cut else width,))
             assert (f"the third number of {name} per {what}" in text) == is_cut
+    assert read.keys() <= {*point, *corner, "color"}
+
+
+def test_an_attribute_per_point_beside_one_per_corner_is_told() -> None:
+    mesh = samples.cube().with_attributes({"point": {"a": np.zeros(8)}, "corner": {"a": np.ones(24)}})
+    with pytest.warns(MeshWarning, match=r"glTF does not hold a per point \(beside that per corner\)$"):
+        read = load_mesh(io.BytesIO(saved(mesh)), file_type="glb")
+    assert read.attributes.point["a"].tolist() == [1] * 8
 
 
 def test_skins_and_targets_have_the_types_of_the_specification() -> None:
