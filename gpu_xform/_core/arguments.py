@@ -12,6 +12,7 @@ import numpy.typing as npt
 from ..errors import ArgumentError, ArgumentTypeError
 from .masked import MAX_REPEATED_BYTES, require_whole
 from .types import Float64Array, MatrixLike, SupportsAsMatrix
+from .widen import widen
 
 
 def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Float64Array:
@@ -24,7 +25,7 @@ def as_real_array(value: npt.ArrayLike, name: str, *, finite: bool = True) -> Fl
     if array.dtype.kind not in "fiu":
         raise ArgumentTypeError.expecting(name, "hold real numbers", f"dtype {array.dtype}")
     require_room(array, name)
-    result = np.array(array, dtype=np.float64, order="C")
+    result = widen(array)
     if finite and not np.isfinite(result).all():
         raise ArgumentError.expecting(name, "be finite", describe_first_non_finite(result))
     return result

@@ -102,8 +102,9 @@ class PlySource:
             raise ArgumentError.expecting("source", "not shrink meanwhile", repr(self.path))
         records = np.frombuffer(self._buffer, self.record_dtype, stop - start)
         positions = np.empty((len(records), 3))
-        for i, axis in enumerate(AXES):
-            positions[:, i] = records[axis]
+        with np.errstate(invalid="ignore"):  # of signalling NaNs
+            for i, axis in enumerate(AXES):
+                positions[:, i] = records[axis]
         return Block(start, positions, records)
 
     def warn_of_bytes_behind(self) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array
+from .._core.widen import widen
 from ..chunked.protocol import ChunkError, Directions, Encoded, PointSink, PointSource
 from ..chunked.registry import open_source
 from ..device import HOST, Device, resolve_device
@@ -100,7 +101,7 @@ class PartWorker:
 
     def _turn(self, records: npt.NDArray[Any], directions: Directions) -> None:
         """Transform three fields of points: normals stay as long as they were."""
-        rows = np.stack([records[name] for name in directions.fields], axis=1).astype(np.float64)
+        rows = widen(np.stack([records[name] for name in directions.fields], axis=1))
         if directions.is_normal:
             turned = transform_normals(rows, self._job.matrix[:3, :3])
         else:

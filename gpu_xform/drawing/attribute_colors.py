@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array
+from .._core.widen import widen
 from ..errors import ArgumentError
 from ..geometry.mesh import Mesh
 from ..imaging.colormaps import apply_colormap
@@ -116,7 +117,7 @@ def _as_rgba(column: Any) -> Float64Array | None:
     largest = np.iinfo(column.dtype).max if column.dtype.kind in "iu" else 1.0
     if column.dtype.kind == "f":
         _require_fractions(column)
-    colors = np.clip(column.astype(np.float64) / largest, 0.0, 1.0)
+    colors = np.clip(widen(column) / largest, 0.0, 1.0)
     np.nan_to_num(colors, copy=False, nan=1.0)  # a point without a colour among others is white
     return colors if colors.shape[1] == 4 else np.column_stack([colors, np.ones(len(colors))])
 

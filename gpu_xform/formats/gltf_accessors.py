@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from .._core.interrupts import defer_interrupts
 from .._core.types import Float64Array
+from .._core.widen import widen
 from ..errors import MeshError, MissingExtraError
 from ._text import quote
 from .gltf_draco import DracoMesh
@@ -118,7 +119,7 @@ class Accessors:
 
     def _as_floats(self, i: int, rows: npt.NDArray[Any]) -> Float64Array:
         """Return rows of accessor i as float64, a new array."""
-        values = rows.astype(np.float64)
+        values = widen(rows)
         if self.is_normalized(i) and rows.dtype.kind in "iu":
             values /= np.iinfo(rows.dtype).max
             np.maximum(values, -1.0, out=values)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from .._core.types import BoolArray, Float64Array, IndexArray
+from .._core.widen import widen
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray, freeze_value, thaw_value
 from ..geometry.mesh import Mesh
 from ._losses import list_material_losses
@@ -246,7 +247,7 @@ def list_rows(mesh: Mesh, name: str) -> tuple[Float64Array | None, IndexArray | 
     for table, of_corner in ((mesh.attributes.corner, slice(None)), (mesh.attributes.point, mesh.indices)):
         column = table.get(name)
         if column is not None and _can_hold(name, column, {}):
-            rows = np.asarray(column, np.float64).reshape(len(column), -1)
+            rows = widen(column).reshape(len(column), -1)
             if mesh.n_faces == 0:
                 return rows, None
             first, inverse = _find_different(rows)
@@ -272,7 +273,7 @@ def list_beside_points(mesh: Mesh) -> Float64Array | None:
     for name in ("color", "weight"):
         column = mesh.attributes.point.get(name)
         if column is not None and _can_hold(name, column, {}):
-            values = np.asarray(column, np.float64).reshape(len(column), -1)
+            values = widen(column).reshape(len(column), -1)
             return values / 255 if column.dtype == np.uint8 else values
     return None
 

@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array, IndexArray
+from .._core.widen import widen
 from ..errors import MeshError
 from ..geometry.attributes import RaggedArray
 from ..geometry.mesh import Mesh
@@ -283,7 +284,7 @@ def _read_binary(body: bytes, header: re.Match[bytes]) -> Mesh:
     if place + n_points * width > n_words:
         raise MeshError(f"declares {n_points} vertices of {width} numbers, more than the file can hold")
     end = place + n_points * width
-    table = words[place:end].view(f"{order}f4").reshape(n_points, width).astype(np.float64)
+    table = widen(words[place:end].view(f"{order}f4").reshape(n_points, width))
     points = layout.points(table)
     if not np.isfinite(points).all():
         row = int(np.argmax(~np.isfinite(points).all(axis=1)))
@@ -304,7 +305,7 @@ def _read_binary(body: bytes, header: re.Match[bytes]) -> Mesh:
     behind = None
     if any(map(len, colors_of_faces)):
         lengths = np.cumsum([0, *map(len, colors_of_faces)])
-        behind = _as_table(np.concatenate(colors_of_faces).astype(np.float64), lengths)
+        behind = _as_table(widen(np.concatenate(colors_of_faces)), lengths)
     return Mesh.from_offsets(
         points,
         np.concatenate([[0], np.cumsum(sizes, dtype=np.int64)]),
@@ -338,6 +339,7 @@ def write(mesh: Mesh, file: BinaryIO) -> None:
         write_attributed_faces(file, mesh, behind)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # of what attributes hold: signalling NaNs, and beyond float32
 def _write_binary(mesh: Mesh, file: BinaryIO, letters: str, order: str) -> None:
     """Write Geomview's binary body, which `_read_binary` reads."""
     largest = float(np.abs(mesh.positions).max())

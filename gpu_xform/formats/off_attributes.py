@@ -7,6 +7,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .._core.types import Float64Array
+from .._core.widen import widen
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray
 from ..geometry.mesh import Mesh
 from ._losses import list_attributes
@@ -150,7 +151,7 @@ def write_rows(file: BinaryIO, mesh: Mesh, columns: Sequence[npt.NDArray[Any]]) 
     """Write the points and the columns behind them, every number exact."""
     parts = [
         mesh.positions,
-        *(column if column.dtype.kind in "iu" else column.astype(np.float64) for column in columns),
+        *(column if column.dtype.kind in "iu" else widen(column) for column in columns),
     ]
     template = b" ".join(_make_template(part) for part in parts) + b"\n"
     rows = zip(*(column for part in parts for column in part.T.tolist()), strict=True)

@@ -187,8 +187,9 @@ def _build_mesh(header: Header, columns: dict[str, dict[str, _Column]]) -> Mesh:
         raise MeshError("the header declares no element vertex")
     axes = [_get_scalars(columns, "vertex", axis) for axis in "xyz"]
     positions = np.empty((len(axes[0]), 3))
-    for column, values in zip(positions.T, axes, strict=True):
-        column[:] = values
+    with np.errstate(invalid="ignore"):  # of signalling NaNs
+        for column, values in zip(positions.T, axes, strict=True):
+            column[:] = values
     if not np.isfinite(positions).all():
         row = int(np.argmax(~np.isfinite(positions).all(axis=1)))
         raise MeshError(f"vertex {row}: coordinates must be finite, got {positions[row].tolist()}")

@@ -16,6 +16,7 @@ from .._core.masked import require_whole
 from .._core.public import public
 from .._core.suggestions import did_you_mean
 from .._core.types import Float64Array, IndexArray
+from .._core.widen import widen
 from ..errors import MeshError
 
 _KINDS = "biufcSU"  # numbers, truth values and texts
@@ -260,12 +261,12 @@ def move_column(name: str, column: Column, linear: Float64Array) -> Any:
     if isinstance(column, RaggedArray) or column.ndim != 2 or column.dtype.kind not in "iuf":
         return column
     if name == "normal" and column.shape[1] == 3:
-        moved = transform_normals(column.astype(np.float64), linear)
+        moved = transform_normals(widen(column), linear)
     elif name == "tangent" and column.shape[1] in (3, 4):
         moved = np.empty((*linear.shape[:-2], *column.shape))
-        moved[...] = column
+        moved[...] = tangents = widen(column)
         with np.errstate(over="ignore", invalid="ignore"):  # of components that are not finite, or huge
-            moved[..., :3] = column[:, :3].astype(np.float64) @ np.swapaxes(linear, -1, -2)
+            moved[..., :3] = tangents[:, :3] @ np.swapaxes(linear, -1, -2)
         moved[..., 3:] *= _signs_of_determinants(linear)  # the bitangent's side, which mirrors swap
     else:
         return column

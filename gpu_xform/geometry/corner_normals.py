@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._core.types import BoolArray, Float64Array, IndexArray
+from .._core.widen import widen
 from .components import number_components
 from .edges import compute_plane_normals, find_edge_faces, measure_turns, merge_coincident_points
 from .mesh import Mesh, pack_pairs
@@ -34,7 +35,7 @@ def _own_normals(mesh: Mesh) -> Float64Array | None:
     for table, rows in ((mesh.attributes.corner, slice(None)), (mesh.attributes.point, mesh.indices)):
         column = table.get(NORMAL)
         if isinstance(column, np.ndarray) and column.dtype.kind in "iuf" and column.shape[1:] == (3,):
-            normals: Float64Array = column[rows].astype(np.float64)
+            normals: Float64Array = widen(column[rows])
             return _normalize(np.where(np.isfinite(normals).all(axis=1, keepdims=True), normals, 0.0))
     return None
 

@@ -17,6 +17,7 @@ from .._core.masked import drop_hidden_rows, require_whole
 from .._core.pictured import Pictured
 from .._core.public import public
 from .._core.types import Float64Array, IndexArray, MatrixLike
+from .._core.widen import widen
 from ..errors import ArgumentError, MeshError
 from .attributes import (
     NO_ATTRIBUTES,
@@ -490,7 +491,7 @@ def _validate_positions(positions: npt.ArrayLike) -> Float64Array:
         raise MeshError(f"positions must hold real numbers, got dtype {array.dtype}")
     if len(array) > _MAX_POINTS:
         raise MeshError(f"a mesh holds at most {_MAX_POINTS} points, got {len(array)}")
-    result = np.array(array, dtype=np.float64, order="C")
+    result = widen(array)
     _require_finite(result)
     return result
 

@@ -98,7 +98,7 @@ def test_what_has_faces_or_text_is_no_cloud(tmp_path: Path) -> None:
     assert not is_cloud(tmp_path / "none.ply")
 
 
-@pytest.mark.parametrize("bad", ["cut", "nan", pytest.param("overflow", marks=pytest.mark.float64)])
+@pytest.mark.parametrize("bad", ["cut", "nan", "signalling nan", pytest.param("overflow", marks=pytest.mark.float64)])
 def test_bad_points_are_named_and_nothing_is_left(tmp_path: Path, bad: str) -> None:
     source = write_cloud(tmp_path / "in.ply", kind="f4")
     data = bytearray(source.read_bytes())
@@ -107,12 +107,13 @@ def test_bad_points_are_named_and_nothing_is_left(tmp_path: Path, bad: str) -> N
     messages = {
         "cut": r"in\.ply: vertex 249: the file ends within this row, of 250 declared",
         "nan": r"in\.ply: vertex 7: coordinates must be finite, got \[nan",
+        "signalling nan": r"in\.ply: vertex 7: coordinates must be finite, got \[nan",
         "overflow": "transformed: coordinates overflow the float of x",
     }
     if bad == "cut":
         del data[-1]
-    elif bad == "nan":
-        data[start + 7 * size : start + 7 * size + 4] = np.float32(np.nan).tobytes()
+    elif bad != "overflow":
+        data[start + 7 * size : start + 7 * size + 4] = b"\0\0\xc0\x7f" if bad == "nan" else b"\1\0\x80\x7f"
     source.write_bytes(data)
     with pytest.raises(gx.MeshError, match=messages[bad]):
         gx.transform_file(source, tmp_path / "out.ply", gx.scale(1e38) if bad == "overflow" else AFFINE)

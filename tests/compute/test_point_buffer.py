@@ -119,6 +119,13 @@ def test_a_coordinate_that_is_nan_leaves_the_others_their_bounds(dtype: npt.DTyp
     assert np.isfinite(centroid[2])
 
 
+@pytest.mark.parametrize("bits", [np.uint32(0x7F800001), np.uint64(0x7FF0000000000001)], ids=["single", "double"])
+def test_bounds_of_a_signalling_nan_are_nan(bits: Any) -> None:
+    """NumPy warns of it when its type changes, or something is added to it."""
+    points = np.full((5, 3), bits).view(np.float32 if bits.itemsize == 4 else np.float64)
+    assert np.isnan(gx.bounds(points)).all()
+
+
 def test_the_function_and_the_buffer_agree_on_bounds() -> None:
     points = some_points(100, np.float32)
     assert np.array_equal(gx.bounds(points), [points.min(axis=0), points.max(axis=0)])

@@ -13,7 +13,7 @@ import trimesh
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from gpu_xform import samples
+from gpu_xform import rotate_x, samples
 from gpu_xform.errors import MeshError, MeshWarning
 from gpu_xform.formats import load_mesh, save_mesh
 from gpu_xform.geometry.mesh import Mesh
@@ -279,3 +279,43 @@ def test_numbers_at_which_numpy_stops_are_not_lost(monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(np, "fromstring", stops_at_x)
     with pytest.raises(MeshError, match="expected a number, got '9x'"):
         load_mesh(io.BytesIO(b"v 1 2 3\nv 1 2 3 9x\n"), file_type="obj")
+
+
+def singles(kind: str, positions: npt.NDArray[Any], normals: npt.NDArray[Any]) -> bytes:
+    """Return a file of three points in single precision."""
+    if kind == "npy":
+        np.save(file := io.BytesIO(), positions.astype("<f4"))
+        return file.getvalue()
+    if kind == "ply":
+        names = ("x", "y", "z", "nx", "ny", "nz")
+        header = ["ply", "format binary_little_endian 1.0", "element vertex 3", *(f"property float {n}" for n in names)]
+        return "\n".join([*header, "end_header\n"]).encode() + np.hstack([positions, normals]).astype("<f4").tobytes()
+    attributes = {} if kind == "stl" else {"point": {"normal": normals}}
+    metadata = {"off": {"encoding": "binary", "order": ">"}} if kind == "off" else None
+    return saved(Mesh(positions, [(0, 1, 2)], attributes=attributes, metadata=metadata), kind)
+
+
+@pytest.mark.parametrize(
+    ("kind", "place"),
+    [*((kind, "positions") for kind in ("glb", "npy", "off", "ply", "stl")), ("glb", ""), ("off", ""), ("ply", "")],
+)
+def test_signalling_nans_are_nans(kind: str, place: str) -> None:
+    """NumPy warns of them when their type changes; any bytes may be one."""
+    positions, normals, mark = np.eye(3), np.eye(3, dtype=np.float32), np.float32(0.6712)
+    (positions if place == "positions" else normals)[1, 1] = mark
+    order = ">" if kind == "off" else "<"
+    old, new = (np.array(value, order + dtype).tobytes() for value, dtype in ((mark, "f4"), (0x7F800001, "u4")))
+    data = singles(kind, positions, normals).replace(old, new)
+    if place == "positions":
+        with pytest.raises(MeshError, match=r"must be finite|not finite"):
+            load_mesh(io.BytesIO(data), file_type=kind)
+        return
+    mesh = load_mesh(io.BytesIO(data), file_type=kind).transformed(rotate_x(0.5))
+    assert np.isnan(mesh.attributes.point["normal"]).any(axis=1).tolist() == [False, True, False]
+    signalling = np.full((3, 3), 0x7F800001, np.uint32).view(np.float32)
+    mesh = mesh.with_attributes({"point": dict.fromkeys(("normal", "tangent", "color"), signalling)})
+    for other in ("glb", "obj", "off", "ply"):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MeshWarning)
+            again = io.BytesIO(saved(mesh.transformed(rotate_x(0.5)), other))
+            assert load_mesh(again, file_type=other).n_points == 3

@@ -3,6 +3,7 @@
 import numpy as np
 
 from ..._core.types import Float64Array
+from ..._core.widen import widen
 from ...gpu.buffers import Buffer
 from ...gpu.chunking import DispatchPlan
 from ...gpu.dispatch import dispatch
@@ -31,12 +32,13 @@ def reduce_points(
             dispatch(encoder, pipeline, bindings, n_workgroups)
         n_partials = min(n_invocations, n_points)
         with partials.map_read(n_partials * partial_bytes) as view:
-            partial = view.view(plan.dtype).reshape(n_partials, 3, 4).astype(np.float64)
+            partial = widen(view.view(plan.dtype).reshape(n_partials, 3, 4))
     axes = slice(plan.n_components)
     poison = np.where(partial[:, :, 3].sum(axis=0) > 0, np.nan, 0.0)[axes]
-    return Reduction(
-        partial[:, 0, axes].min(axis=0) + poison,
-        partial[:, 1, axes].max(axis=0) + poison,
-        partial[:, 2, axes].sum(axis=0) + poison,
-        n_points,
-    )
+    with np.errstate(invalid="ignore"):  # of signalling NaNs
+        return Reduction(
+            partial[:, 0, axes].min(axis=0) + poison,
+            partial[:, 1, axes].max(axis=0) + poison,
+            partial[:, 2, axes].sum(axis=0) + poison,
+            n_points,
+        )
