@@ -68,7 +68,7 @@ def name_semantics(names: Collection[str]) -> dict[str, str]:
     """Return the names of attributes in a file; a set whose number does not follow on another is one of its own."""
     semantics = {name: _name_semantic(name) for name in names}
     found = {*semantics.values()}
-    defined = {*_SINGLE}.union(*(takewhile(found.__contains__, (f"{kind}_{i}" for i in count())) for kind in _SETS))
+    defined = {*_SINGLE}.union(*(takewhile(found.__contains__, map(f"{kind}_{{}}".format, count())) for kind in _SETS))
     return {name: semantic if semantic in defined else f"_{name}" for name, semantic in semantics.items()}
 
 

@@ -465,6 +465,33 @@ def test_attributes_have_the_types_of_the_specification(point: Any, corner: Any,
     assert read.keys() <= {*point, *corner, "color"}
 
 
+@given(of_any_type)
+@example({"color": ("u1", 4)})
+@example(
+    {"color": ("u1", 3), "color_1": ("f4", 4), "color_2": ("f4", 2), "texcoord": ("f4", 2), "texcoord_1": ("f8", 3)}
+)
+def test_what_the_specification_defines_has_its_names(point: Any) -> None:
+    """Other programs find colours and texture coordinates under no others."""
+    columns = {name: np.ones((8, width) if width > 1 else 8, dtype) for name, (dtype, width) in point.items()}
+    with warnings.catch_warnings(action="ignore"):
+        document = json.loads(saved(samples.cube().with_attributes({"point": columns}), "gltf"))
+    expected = {"POSITION"}
+    widths = {"color": (3, 4), "texcoord": (2, 3), "normal": (3,), "tangent": (4,)}
+    held = {
+        name
+        for name, (dtype, width) in point.items()
+        if dtype != "U1" and width in widths.get(name.partition("_")[0], ())
+    }
+    for kind in ("color", "texcoord"):
+        for k in range(3):
+            if (kind if k == 0 else f"{kind}_{k}") not in held:
+                break
+            expected.add(f"{kind.upper()}_{k}")
+    expected |= {name.upper() for name in ("normal", "tangent") if name in held}
+    found = document["meshes"][0]["primitives"][0]["attributes"]
+    assert {name for name in found if not name.startswith("_")} == expected
+
+
 def test_an_attribute_per_point_beside_one_per_corner_is_told() -> None:
     mesh = samples.cube().with_attributes({"point": {"a": np.zeros(8)}, "corner": {"a": np.ones(24)}})
     with pytest.warns(MeshWarning, match=r"glTF does not hold a per point \(beside that per corner\)$"):
