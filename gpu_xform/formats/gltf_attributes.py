@@ -86,10 +86,11 @@ def _name_semantic(name: str) -> str:
 def fit_attributes(mesh: Mesh) -> tuple[Mesh, list[str]]:
     """Return a mesh whose normals, tangents, colours and texture coordinates have the widths of 3.7.2.1; what is lost.
 
-    Texture coordinates lose their third number; whatever else has another width, or a name twice, is left out.
+    Texture coordinates lose their third number, which is no loss of zeros; whatever else has another width, or a name
+    twice, is left out.
     """
     tables = {"point": dict(mesh.attributes.point), "corner": dict(mesh.attributes.corner)}
-    lost = []
+    lost, is_cut = [], False
     for what, table in tables.items():
         for name, column in list(table.items()):
             widths = _WIDTHS.get(_name_semantic(name).partition("_")[0])
@@ -97,8 +98,10 @@ def fit_attributes(mesh: Mesh) -> tuple[Mesh, list[str]]:
                 continue
             width = prod(column.shape[1:])
             if width == 3 and widths == (2,):
-                table[name] = column.reshape(len(column), 3)[:, :2]
-                lost.append(f"the third number of {name} per {what}")
+                rows = column.reshape(len(column), 3)
+                table[name], is_cut = rows[:, :2], True
+                if np.nan_to_num(rows[:, 2]).any():
+                    lost.append(f"the third number of {name} per {what}")
             elif width not in widths:
                 del table[name]
                 lost.append(
@@ -108,7 +111,7 @@ def fit_attributes(mesh: Mesh) -> tuple[Mesh, list[str]]:
     for name in [name for name in point if mesh.n_faces and isinstance(corner.get(name), np.ndarray)]:
         del point[name]
         lost.append(f"{name} per point (beside that per corner)")
-    if not lost:
+    if not (lost or is_cut):
         return mesh, lost
     attributes = mesh.attributes
     fitted = Attributes(**tables, face=attributes.face, labels=attributes.labels, material=attributes.material)

@@ -2,6 +2,7 @@
 
 import io
 import json
+import math
 import warnings
 from typing import Any
 
@@ -490,6 +491,15 @@ def test_what_the_specification_defines_has_its_names(point: Any) -> None:
     expected |= {name.upper() for name in ("normal", "tangent") if name in held}
     found = document["meshes"][0]["primitives"][0]["attributes"]
     assert {name for name in found if not name.startswith("_")} == expected
+
+
+def test_third_texture_coordinates_of_zero_are_no_loss() -> None:
+    """OBJ counts those that a file leaves out, NaN here, as 0; many exporters write them."""
+    rows = np.random.default_rng(0).random((24, 3)) * (1, 1, 0)
+    rows[3, 2] = math.nan
+    read = load_mesh(io.BytesIO(saved(samples.cube().with_attributes({"corner": {"texcoord": rows}}))), file_type="glb")
+    written = rows[:, :2].astype(np.float32)
+    np.testing.assert_array_equal(np.unique(read.attributes.point["texcoord"], axis=0), np.unique(written, axis=0))
 
 
 def test_an_attribute_per_point_beside_one_per_corner_is_told() -> None:
