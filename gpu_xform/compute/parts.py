@@ -101,7 +101,7 @@ class PartWorker:
 
     def _turn(self, records: npt.NDArray[Any], directions: Directions) -> None:
         """Transform three fields of points: normals stay as long as they were."""
-        rows = widen(np.stack([records[name] for name in directions.fields], axis=1))
+        rows = np.stack([widen(records[name]) for name in directions.fields], axis=1)
         if directions.is_normal:
             turned = transform_normals(rows, self._job.matrix[:3, :3])
         else:

@@ -141,5 +141,7 @@ def _join_normals(columns: dict[str, npt.NDArray[Any]]) -> dict[str, npt.NDArray
     """Return the columns with those of a normal as one."""
     normal = find_normal(name for name, column in columns.items() if column.dtype.kind == "f")
     if normal is not None:
-        columns["normal"] = np.stack([columns.pop(name) for name in normal], axis=1)
+        parts = [columns.pop(name) for name in normal]
+        with np.errstate(invalid="ignore"):  # of signalling NaNs, where one part is wider than another
+            columns["normal"] = np.stack(parts, axis=1)
     return columns

@@ -11,7 +11,7 @@ import pytest
 
 import gpu_xform as gx
 from gpu_xform.formats import limits, load_mesh
-from tests.support.las_files import make_las
+from tests.support.las_files import NORMALS, make_las
 
 
 @pytest.mark.parametrize("point_format", range(11))
@@ -48,6 +48,23 @@ def test_colors_of_8_bits_in_fields_of_16_are_bytes(tmp_path: Path) -> None:
         color = load_mesh(tmp_path / "in.las").attributes.point["color"]
         assert color.dtype == dtype
         assert color.tolist() == [[0, 1, 0], [7, 2, 0], [most, 3, 1]]
+
+
+def test_signalling_nans_in_normals_of_two_widths_are_nans(tmp_path: Path) -> None:
+    """As any bytes may be; NumPy warns of them when they are widened."""
+    source, target = tmp_path / "in.las", tmp_path / "out.las"
+    las = make_las(source, 5, normals=False)
+    las.add_extra_dims(
+        [laspy.ExtraBytesParams(name, kind) for name, kind in zip(NORMALS, ("f4", "f8", "f4"), strict=True)]
+    )
+    las["NormalX"] = np.full(5, 0.6712, np.float32)
+    las.write(source)
+    data = source.read_bytes().replace(np.float32(0.6712).tobytes(), np.uint32(0x7F800001).tobytes())
+    source.write_bytes(data)
+    gx.transform_file(source, target, gx.rotate_z(0.5))
+    for mesh in (gx.load_mesh(source).transformed(gx.rotate_z(0.5)), gx.load_mesh(target)):
+        assert mesh.attributes.point["normal"].dtype == np.float64
+        assert np.isnan(mesh.attributes.point["normal"][:, 0]).all()
 
 
 def test_few_bytes_cannot_unpack_to_gigabytes(tmp_path: Path) -> None:
