@@ -205,6 +205,8 @@ def list_losses(mesh: Mesh) -> list[str]:
                 lost.append("weight per point beside color")
             elif what == "face":
                 lost += _list_state_losses(name, column, attributes.labels[name])
+    if _have_segments_normals(mesh):
+        lost.append("normals of segments")
     described = mesh.metadata.get("obj", {})
     if any(make_comment(text) != text for text in described.get("comments", ())):
         lost.append("line ends in comments")
@@ -240,6 +242,17 @@ def _can_hold(name: str, column: Any, labels: Collection[str]) -> bool:
 def _is_absent(mesh: Mesh, name: str, column: Any) -> bool:
     """Return whether no corner of any face has these normals or texture coordinates."""
     return name in _WORDS and mesh.n_faces > 0 and bool(np.isnan(column).all())
+
+
+def _have_segments_normals(mesh: Mesh) -> bool:
+    """Return whether a corner of a segment has the normals that are written."""
+    sizes = np.diff(mesh.offsets)
+    of_segment = np.repeat(sizes == 2, sizes)
+    for table, of_corner in ((mesh.attributes.corner, slice(None)), (mesh.attributes.point, mesh.indices)):
+        column = table.get("normal")
+        if column is not None and _can_hold("normal", column, ()):
+            return not np.isnan(column[of_corner][of_segment]).all()
+    return False
 
 
 def list_rows(mesh: Mesh, name: str) -> tuple[Float64Array | None, IndexArray | None]:

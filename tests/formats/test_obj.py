@@ -536,7 +536,8 @@ def test_what_obj_cannot_hold_is_listed() -> None:
         "material": {"texture": "a.png"},
     }
     mesh = Mesh(np.eye(5, 3), [(0, 1, 2), (2, 3)], attributes=attributes)
-    assert obj.list_losses(mesh) == ["intensity per point", "material per face", "area per face", "material (texture)"]
+    lost = ["intensity per point", "material per face", "area per face", "normals of segments", "material (texture)"]
+    assert obj.list_losses(mesh) == lost
     assert obj.list_losses(obj.read(ATTRIBUTED)) == []
     assert obj.read(saved(mesh)).attributes.corner["normal"][:3].tolist() == np.eye(3).tolist()
 
@@ -623,6 +624,17 @@ def test_faces_without_a_label_behind_others_are_named() -> None:
     for column in ([0, -1, 0], [0, 0, 1]):
         attributes["face"]["material"] = column
         assert obj.list_losses(mesh.with_attributes(attributes)) == ["faces without material behind others"]
+
+
+@pytest.mark.parametrize("corners", [[], [2], [3, 4], [0, 1], [0, 1, 2, 3, 4]])
+def test_normals_of_segments_are_named(corners: list[int]) -> None:
+    """A line of OBJ has none."""
+    normals = np.full((5, 3), np.nan)
+    normals[corners] = 1.0
+    mesh = Mesh(np.eye(3), [(0, 1, 2), (1, 2)], attributes={"corner": {"normal": normals}})
+    is_lost = not {3, 4}.isdisjoint(corners)
+    assert ("normals of segments" in obj.list_losses(mesh)) == is_lost
+    assert (obj.read(saved(mesh)) == mesh) == (not is_lost and len(corners) > 0)
 
 
 def test_a_name_that_ends_in_a_backslash_does_not_continue_on_the_next_line() -> None:
