@@ -19,6 +19,7 @@ from .ply_header import (
     TYPES,
     Statement,
     list_new_names,
+    split_attribute,
     split_attributes,
 )
 
@@ -36,6 +37,7 @@ _PLAIN_EDGES: tuple[Statement, ...] = (
     ("property", "int", "vertex2"),
 )
 _AXES = ("x", "y", "z")
+_FACE_ELEMENTS = {"face": ("face", "edge"), "edge": ("edge", "face")}  # each, and the other
 _OF_FACES = frozenset({*CORNER_LISTS, "vertex1", "vertex2"})
 _MAX_TEXTURE_BYTES = MAX_HEADER_LINE_BYTES - 100
 _BLANKS = {ord("\n"): " ", ord("\r"): " "}
@@ -99,9 +101,14 @@ def list_losses(mesh: Mesh) -> list[str]:
     tables = (
         ("point", attributes.point, _split_points(mesh, layout)),
         ("corner", attributes.corner, _split_corners(mesh, layout, of_face)),
-        ("face", attributes.face, of_face),
+        ("face", attributes.face, _split_faces(mesh, layout, "edge") | of_face),
     )
     lost = [f"{name} per {what}" for what, table, held in tables for name in table if name not in held]
+    sizes = np.diff(mesh.offsets)
+    of_edges = np.repeat(_find_edges(sizes, layout), sizes)
+    lost += [
+        f"{name} per corner of segments" for name in tables[1][2] if _has_values(attributes.corner[name], of_edges)
+    ]
     lost += [text for what, _, held in tables for text in list_new_names(held, what)]
     lost += [f"labels of {name}" for name in attributes.labels]
     is_written = _find_texture(mesh) is not None
@@ -114,11 +121,18 @@ def _split_points(mesh: Mesh, layout: Mapping[str, Any]) -> dict[str, dict[str, 
 
 
 def _split_faces(mesh: Mesh, layout: Mapping[str, Any], element: str) -> dict[str, dict[str, Any]]:
-    """Return the properties of the element face or edge that hold the attributes per face, by attribute."""
-    of_face = _list_properties(layout, "face")
-    taken = _OF_FACES - of_face | {_find_corner_list(of_face)}
-    known = _list_properties(layout, element) - mesh.attributes.corner.keys()
-    return split_attributes(_keep_held(mesh.attributes.face), known, taken)
+    """Return the properties of the element face or edge that hold its attributes per face, by attribute."""
+    of_face, of_edge = _list_properties(layout, "face"), _list_properties(layout, "edge")
+    known = {"face": of_face - {_find_corner_list(of_face)}, "edge": of_edge - {"vertex1", "vertex2"}}
+    own, other = (known[name] - mesh.attributes.corner.keys() for name in _FACE_ELEMENTS[element])
+    table = {
+        name: column
+        for name, column in _keep_held(mesh.attributes.face).items()
+        # What the file has for the other element alone was filled up for this one.
+        if own.issuperset(split_attribute(name, column, own))
+        or not other.issuperset(split_attribute(name, column, other))
+    }
+    return split_attributes(table, own, _OF_FACES - own)
 
 
 def _split_corners(
@@ -156,6 +170,11 @@ def _can_hold(column: Any) -> bool:
     if column.ndim > 2 or column.dtype.kind not in "biuf":
         return False
     return column.dtype.itemsize < 8 or column.dtype.kind == "f" or not (np.abs(column) > _MAX_EXACT_IN_FLOAT).any()
+
+
+def _has_values(column: Any, chosen: BoolArray) -> bool:
+    """Return whether chosen rows have other values than zeros, which are read for absent ones, and NaN."""
+    return bool(chosen.any() and np.nan_to_num(column[chosen]).any())
 
 
 def _complete_statements(mesh: Mesh, layout: Mapping[str, Any]) -> list[Statement]:
@@ -233,13 +252,10 @@ def _list_face_columns(
         columns |= {name: column for name, column in held.items() if len(column) == chosen.sum()}
     else:
         columns[_find_corner_list(names)] = corners, sizes[chosen]
-    known = _list_properties(layout, "edge" if element == "face" else "face") - mesh.attributes.corner.keys()
     of_face = _split_faces(mesh, layout, element)
-    for name, parts in of_face.items():
+    for parts in of_face.values():
         for part, values in parts.items():
-            # What the file has for the other element alone was filled up for this one.
-            if part in names or known.isdisjoint((part, name if len(parts) > 1 else part)):
-                columns.setdefault(part, _select_rows(values, chosen))
+            columns.setdefault(part, _select_rows(values, chosen))
     if element == "face":
         for name, parts in _split_corners(mesh, layout, of_face).items():
             column = mesh.attributes.corner[name]

@@ -164,3 +164,37 @@ def test_a_texture_that_no_line_holds_is_told(texture: str) -> None:
     mesh = Mesh(POSITIONS, FACES, attributes={"material": {"texture": texture}})
     assert ply.list_losses(mesh) == ["material (texture)"]
     assert not ply.read(saved(mesh)).attributes.material
+
+
+@pytest.mark.parametrize("of_face", [[], ["\xe9"], ["q"], ["red", "green", "blue"], ["vertex1"], ["vertex_indices"]])
+@pytest.mark.parametrize("of_edge", [[], ["\xe9"], ["q"], ["_"], ["red", "green", "blue"], ["vertex_index"]])
+def test_each_property_stays_in_its_element(of_face: list[str], of_edge: list[str]) -> None:
+    """Under its name, which no header of ours would have, or which is that of the corners of the other element."""
+    rows = {
+        "vertex 3": [*(f"property float {axis}" for axis in "xyz")],
+        "face 1": ["property list uchar int vertex_index", *(f"property uchar {name}" for name in of_face)],
+        "edge 1": ["property int vertex1", "property int vertex2", *(f"property uchar {name}" for name in of_edge)],
+    }
+    if "vertex_indices" in of_face:
+        rows["face 1"] = ["property list uchar int vertex_indices", "property uchar vertex_index"]
+    lines = [line for name, properties in rows.items() for line in [f"element {name}", *properties]]
+    body = ["0.0 0.0 0.0", "1.0 0.0 0.0", "0.0 1.0 0.0", " ".join(["3 0 1 2", *"789"[: len(of_face)]])]
+    body.append(" ".join(["0 2", *"456"[: len(of_edge)]]))
+    text = "\n".join(["ply", "format ascii 1.0", *lines, "end_header", *body, ""]).encode("latin-1")
+    mesh = ply.read(text)
+    assert saved(mesh) == text
+    assert ply.list_losses(mesh) == []
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan, 1.0, np.inf])
+@pytest.mark.parametrize("dtype", [np.float64, np.uint8])
+def test_attributes_of_corners_of_segments_are_told(value: float, dtype: type) -> None:
+    """Elements of edges have none: they are read as zeros."""
+    rows = np.ones((5, 2), dtype)
+    with np.errstate(invalid="ignore"):
+        rows[4] = np.array(value).astype(dtype)
+    rows[3] = 0
+    mesh = Mesh(POSITIONS, [(0, 1, 2), (2, 3)], attributes={"corner": {"a": rows}})
+    is_held = not np.nan_to_num(rows[4]).any()
+    assert ply.list_losses(mesh) == ([] if is_held else ["a per corner of segments"])
+    assert ply.read(saved(mesh)).attributes.corner["a"].tolist() == [[1, 1]] * 3 + [[0, 0]] * 2
