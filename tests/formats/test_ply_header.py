@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import plyfile
 import pytest
 from hypothesis import example, given
@@ -190,7 +191,7 @@ def test_each_property_stays_in_its_element(of_face: list[str], of_edge: list[st
 @pytest.mark.parametrize("dtype", [np.float64, np.uint8])
 def test_attributes_of_corners_of_segments_are_told(value: float, dtype: type) -> None:
     """Elements of edges have none: they are read as zeros."""
-    rows = np.ones((5, 2), dtype)
+    rows: npt.NDArray[Any] = np.ones((5, 2), dtype)
     with np.errstate(invalid="ignore"):
         rows[4] = np.array(value).astype(dtype)
     rows[3] = 0
