@@ -194,7 +194,9 @@ class _Writer:
         shared: dict[str, Any] = {"attributes": attributes}
         if deformable is not None:
             self._add_deformation(shared, deformable, vertices)
-        written = {"material"} | ({"color"} if _has_colors_of_faces(mesh) else set())
+        material_of_face = _find_materials(mesh)
+        written = {"material"} if material_of_face is not None else set()
+        written |= {"color"} if _has_colors_of_faces(mesh) else set()
         self._unwritten.update(f"{key} per face" for key in mesh.attributes.face if key not in written)
         for place in ("point", "corner"):
             columns = getattr(mesh.attributes, place).items()
@@ -214,15 +216,14 @@ class _Writer:
         parts = [(triangles, owners, _TRIANGLES)]
         if segments is not None:
             parts.append((segments, np.flatnonzero(sizes == 2), _LINES))
-        labels = mesh.attributes.face.get("material")
         found = []
         for faces, of_face, mode in parts:
-            values = np.zeros(len(of_face), np.int64) if labels is None else np.asarray(labels)[of_face]
+            values = np.full(len(of_face), -1) if material_of_face is None else material_of_face[of_face]
             for value in np.unique(values).tolist():
-                rows = faces if labels is None else faces[values == value]
+                rows = faces if material_of_face is None else faces[values == value]
                 dtype = "<u2" if len(positions) < 65535 else "<u4"
                 indices = self._array(rows.ravel(), dtype, target=_ELEMENT_ARRAY_BUFFER)
-                part = shared | {"indices": indices} | self._material(mesh, value if labels is not None else -1)
+                part = shared | {"indices": indices} | self._material(mesh, value)
                 found.append(part if mode == _TRIANGLES else part | {"mode": mode})
         return found
 
@@ -464,6 +465,13 @@ def _split_corners(mesh: Mesh) -> tuple[IndexArray, IndexArray, Mapping[str, npt
     vertices = mesh.indices[firsts]
     table = {name: column[vertices] for name, column in point.items()}
     return vertices, vertex_of_corner.reshape(-1), table | {name: column[firsts] for name, column in corner.items()}
+
+
+def _find_materials(mesh: Mesh) -> IndexArray | None:
+    """Return the number of the material of each face, if there are such numbers, with names."""
+    column = mesh.attributes.face.get("material")
+    is_held = isinstance(column, np.ndarray) and column.ndim == 1 and column.dtype.kind in "iu"
+    return column if is_held and "material" in mesh.attributes.labels else None
 
 
 def _has_colors_of_faces(mesh: Mesh) -> bool:

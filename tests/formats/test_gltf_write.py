@@ -493,6 +493,30 @@ def test_what_the_specification_defines_has_its_names(point: Any) -> None:
     assert {name for name in found if not name.startswith("_")} == expected
 
 
+@pytest.mark.parametrize(
+    ("column", "labels"),
+    [
+        ([0, 1], {}),
+        *(
+            (column, {"material": ["a", "b"]})
+            for column in (
+                [0.5, 0.25],
+                [True, False],
+                np.eye(2),
+                np.eye(2, dtype=int),
+                RaggedArray([1, 2, 1], [0, 1, 3]),
+            )
+        ),
+    ],
+)
+def test_a_material_that_is_no_number_of_a_name_is_told(column: Any, labels: Any) -> None:
+    """A property of PLY may have any values, in a list too."""
+    mesh = Mesh(np.eye(4, 3), [(0, 1, 2), (1, 2, 3)], attributes={"face": {"material": column}, "labels": labels})
+    with pytest.warns(MeshWarning, match="^<file>: glTF does not hold material per face$"):
+        document = json.loads(saved(mesh, "gltf"))
+    assert [part.keys() for part in document["meshes"][0]["primitives"]] == [{"attributes", "indices"}]
+
+
 def test_third_texture_coordinates_of_zero_are_no_loss() -> None:
     """OBJ counts those that a file leaves out, NaN here, as 0; many exporters write them."""
     rows = np.random.default_rng(0).random((24, 3)) * (1, 1, 0)
