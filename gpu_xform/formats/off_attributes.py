@@ -84,7 +84,7 @@ def list_losses(mesh: Mesh) -> list[str]:
 def list_point_columns(mesh: Mesh) -> tuple[str, list[npt.NDArray[Any]]]:
     """Return the letters of the header, and what is written behind the coordinates of points."""
     columns = {
-        name: np.asarray(mesh.attributes.point[name]).reshape(mesh.n_points, -1) for name in _list_point_names(mesh)
+        name: _spell(name, mesh.attributes.point[name]).reshape(mesh.n_points, -1) for name in _list_point_names(mesh)
     }
     letters = "".join(
         letter for letter, name in (("ST", "texcoord"), ("C", "color"), ("N", "normal")) if name in columns
@@ -110,41 +110,58 @@ def as_fractions(colors: npt.NDArray[Any]) -> npt.NDArray[Any]:
     return colors / 255 if colors.dtype == np.uint8 else colors
 
 
+def _spell(name: str, column: npt.NDArray[Any]) -> Any:
+    """Return numbers to write: colours of bytes up to 1 as fractions, for a 1 among them would be read as 255."""
+    return as_fractions(column) if name == "color" and column.max(initial=0) == 1 else column
+
+
 def _list_point_names(mesh: Mesh) -> list[str]:
-    """Return the attributes of points that are written."""
+    """Return the attributes of points that are written; one that has no letter is written alone."""
     point = mesh.attributes.point
-    is_binary = mesh.metadata.get("off", {}).get("encoding") == "binary"
-    return [
+    is_binary = _is_binary(mesh)
+    names = [
         name
         for name in _POINT_NAMES[: 3 if is_binary else None]
-        if _can_hold(name, point.get(name)) and not isinstance(point.get(name), RaggedArray)
+        if _can_hold(name, point.get(name), is_binary=is_binary) and not isinstance(point.get(name), RaggedArray)
     ]
+    return names[:1] if names[:1] == ["more"] else [name for name in names if name != "more"]
 
 
 def _list_face_names(mesh: Mesh) -> list[str]:
     """Return the attribute of faces that is written behind their corners: one at most."""
-    names = [name for name in _FACE_NAMES if _can_hold(name, mesh.attributes.face.get(name))]
+    is_binary = _is_binary(mesh)
+    names = [name for name in _FACE_NAMES if _can_hold(name, mesh.attributes.face.get(name), is_binary=is_binary)]
     return names[:1]
+
+
+def _is_binary(mesh: Mesh) -> bool:
+    return bool(mesh.metadata.get("off", {}).get("encoding") == "binary")
 
 
 def list_face_columns(mesh: Mesh) -> Sequence[npt.NDArray[Any]] | None:
     """Return what is written behind the corners of each face; None for nothing."""
     for name in _list_face_names(mesh):
         column = mesh.attributes.face[name]
-        return list(column) if isinstance(column, RaggedArray) else column.reshape(mesh.n_faces, -1)
+        return list(column) if isinstance(column, RaggedArray) else _spell(name, column).reshape(mesh.n_faces, -1)
     return None
 
 
-def _can_hold(name: str, column: Any) -> bool:
-    """Return whether OFF has a place for such values."""
+def _can_hold(name: str, column: Any, *, is_binary: bool) -> bool:
+    """Return whether OFF has a place for such values, and they are read from it as what they are."""
     if isinstance(column, RaggedArray):
         return name == "more" and column.dtype.kind in "iuf"
     if not isinstance(column, np.ndarray) or column.dtype.kind not in "iuf" or column.ndim > 2:
         return False
     width = column.shape[1] if column.ndim == 2 else 1
-    if name == "color" and column.dtype.kind in "iu" and column.dtype != np.uint8:
-        return False
-    return width in {"normal": (3,), "color": (3, 4), "texcoord": (2,), "color_index": (1,)}.get(name, (width,))
+    match name:
+        case "normal" | "texcoord":
+            return width == (3 if name == "normal" else 2)
+        case "color":
+            is_fraction = column.dtype.kind == "f" and (is_binary or _as_colors(column).dtype.kind == "f")
+            return width in (3, 4) and (is_fraction or column.dtype == np.uint8)
+        case "color_index":
+            return width == 1 and column.dtype.kind in "iu"
+    return width not in (3, 4)  # which are read as colours
 
 
 def write_rows(file: BinaryIO, mesh: Mesh, columns: Sequence[npt.NDArray[Any]]) -> None:

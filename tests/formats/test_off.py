@@ -280,6 +280,38 @@ def test_what_off_cannot_hold_is_listed() -> None:
     assert off.list_losses(samples.cube().with_attributes(attributes)) == ["intensity per point", "material per face"]
 
 
+@pytest.mark.parametrize("table", ["point", "face"])
+@pytest.mark.parametrize("largest", [0, 1, 2, 255])
+def test_dark_colors_of_bytes_stay_dark(table: str, largest: int) -> None:
+    """Whole numbers up to 1 are read as fractions."""
+    colors = np.zeros((8 if table == "point" else 6, 3), np.uint8)
+    colors[2, 1] = largest
+    mesh = samples.cube().with_attributes({table: {"color": colors}})
+    assert off.list_losses(mesh) == []
+    found = getattr(off.read(saved(mesh)).attributes, table)["color"]
+    assert np.array_equal(found if found.dtype == np.uint8 and largest > 1 else found * 255, colors)
+
+
+@pytest.mark.parametrize(
+    ("attributes", "lost"),
+    [
+        ({"point": {"color": np.eye(8, 3) * 2}}, "color per point"),
+        ({"face": {"color": np.eye(6, 4) * 255}}, "color per face"),
+        ({"face": {"color_index": np.full(6, 0.5)}}, "color_index per face"),
+        ({"point": {"more": np.full((8, 3), 0.5)}}, "more per point"),
+        ({"face": {"more": np.eye(6, 4)}}, "more per face"),
+        ({"point": {"more": np.ones(8), "color": np.eye(8, 3)}}, "more per point"),
+        ({"point": {"more": np.ones((8, 5)), "normal": np.eye(8, 3)}}, "more per point"),
+    ],
+)
+def test_what_would_be_read_as_something_else_is_lost(attributes: Any, lost: str) -> None:
+    mesh = samples.cube().with_attributes(attributes)
+    assert off.list_losses(mesh) == [lost]
+    what, names = next(iter(attributes.items()))
+    found = off.read(saved(mesh)).attributes
+    assert getattr(found, what).keys() == names.keys() - {lost.split()[0]}
+
+
 def test_a_binary_file_holds_float32_and_no_more() -> None:
     data = b"COFF BINARY\n" + np.array([1, 0, 0], ">i4").tobytes() + np.arange(7, dtype=">f4").tobytes()
     mesh = off.read(data)
