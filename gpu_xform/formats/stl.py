@@ -16,6 +16,7 @@ from ..geometry.triangulation import triangulate
 from ._losses import list_attributes, list_rounding
 from ._text import parse_float, parse_numbers, plain_text, quote, without_mark
 from ._warn import warn
+from .obj_names import list_name_losses, make_names
 
 _HEADER_BYTES = 84
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
@@ -202,9 +203,11 @@ def list_losses(mesh: Mesh) -> list[str]:
     held = set()
     if _can_hold_attribute(mesh):
         held.add("attribute per face")
-    if _is_written_as_text(mesh) and "object" in mesh.attributes.face:
+    names: list[str] = []
+    if _find_objects(mesh) is not None:
         held.add("object per face")
-    lost = [name for name in list_attributes(mesh) if name not in held]
+        names = list_name_losses(mesh.attributes.labels["object"], "solid", "object")
+    lost = [name for name in list_attributes(mesh) if name not in held] + names
     return lost if _is_written_as_text(mesh) else lost + list_rounding(mesh.positions)
 
 
@@ -263,17 +266,25 @@ def _compute_normals(points: Float64Array) -> Float64Array:
     return unit
 
 
+def _find_objects(mesh: Mesh) -> IndexArray | None:
+    """Return the number of the solid of each face in ASCII, if there are such numbers, with names."""
+    column = mesh.attributes.face.get("object")
+    is_held = isinstance(column, np.ndarray) and column.ndim == 1 and column.dtype.kind in "iu"
+    return column if is_held and "object" in mesh.attributes.labels and _is_written_as_text(mesh) else None
+
+
 def _split_solids(mesh: Mesh, owners: IndexArray, name: str) -> Iterator[tuple[str, slice]]:
     """Yield the name and the triangles of each solid: the objects of the mesh, or all under one name."""
-    labels = mesh.attributes.labels.get("object")
-    if labels is None or "object" not in mesh.attributes.face:
+    found = _find_objects(mesh)
+    if found is None:
         yield name, slice(None)
         return
-    objects = mesh.attributes.face["object"][owners]
+    labels, objects = mesh.attributes.labels["object"], found[owners]
+    names = make_names(labels, "solid")
     starts = [0, *(np.flatnonzero(np.diff(objects)) + 1).tolist(), len(objects)]
     for start, end in pairwise(starts):
         number = int(objects[start])
-        yield labels[number] if 0 <= number < len(labels) else "", slice(start, end)
+        yield names[labels[number]] if 0 <= number < len(labels) else "", slice(start, end)
 
 
 def _write_solid(file: BinaryIO, name: str, normals: Float64Array, points: Float64Array) -> None:

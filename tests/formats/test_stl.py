@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 from gpu_xform import samples
 from gpu_xform.errors import MeshError, MeshWarning
 from gpu_xform.formats import load_mesh, save_mesh, stl
+from gpu_xform.formats._text import quote
+from gpu_xform.geometry.attributes import RaggedArray
 from gpu_xform.geometry.mesh import Mesh
 
 TRIANGLES = Mesh([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], [(0, 1, 2), (0, 2, 3)])
@@ -251,3 +253,30 @@ def test_what_stl_cannot_hold_is_listed() -> None:
     assert stl.list_losses(mesh) == ["color per point", "area per face"]
     assert stl.read(saved(mesh)).attributes.face["attribute"].tolist() == np.repeat(np.arange(6), 2).tolist()
     assert stl.list_losses(samples.cube().with_attributes({"face": {"attribute": [-1] * 6}})) == ["attribute per face"]
+
+
+FACET = b"facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n"
+SOLID = b"solid a\n%bendsolid a\n" % FACET
+
+
+@pytest.mark.parametrize("end", ["\n", "\r", "\x85", "\ud800"])
+def test_names_of_solids_stay_in_their_lines(end: str) -> None:
+    """They became triangles."""
+    mesh = stl.read(SOLID + SOLID)
+    name = SOLID.decode().replace("\n", end)
+    named = mesh.with_attributes({"face": {"object": [0, 1]}, "labels": {"object": [name, "b"]}})
+    assert stl.list_losses(named) == [f"some names of object, such as {quote(name)}"]
+    file = io.BytesIO()
+    stl.write(named, file)
+    again = stl.read(file.getvalue())
+    assert np.array_equal(again.positions[again.indices], mesh.positions[mesh.indices])
+    assert again.attributes.face["object"].tolist() == [0, 1]
+    assert again.attributes.labels["object"][1] == "b"
+
+
+@pytest.mark.parametrize("column", [np.eye(2), [0.5, 1.5], ["a", "b"], RaggedArray([0, 1, 0], [0, 1, 3])])
+def test_objects_that_are_no_numbers_of_names_are_told(column: Any) -> None:
+    attributes = {"face": {"object": column}, "labels": {"object": ["a", "b"]}}
+    mesh = stl.read(SOLID + SOLID).with_attributes(attributes)
+    assert stl.list_losses(mesh) == ["object per face"]
+    stl.write(mesh, io.BytesIO())
