@@ -64,14 +64,18 @@ def _split_columns(flags: str, columns: Float64Array, *, is_binary: bool) -> dic
 
 
 def _is_whole(values: npt.NDArray[Any]) -> bool:
-    return bool((values == np.floor(values)).all())
+    with np.errstate(invalid="ignore"):  # of signalling NaNs
+        return bool((values == np.floor(values)).all())
+
+
+def _are_bytes(values: npt.NDArray[Any]) -> bool:
+    """Tell whether colours are whole numbers up to 255, and more than 1."""
+    return _is_whole(values) and bool(values.min(initial=0) >= 0 and 1 < values.max(initial=0) <= 255)
 
 
 def _as_colors(values: npt.NDArray[Any]) -> npt.NDArray[Any]:
-    """Return colours as uint8 if they are whole numbers up to 255, and more than 1."""
-    if _is_whole(values) and values.max(initial=0) > 1 and values.min(initial=0) >= 0 and values.max(initial=0) <= 255:
-        return values.astype(np.uint8)
-    return values.astype(np.float64)
+    """Return colours as uint8 if they are bytes."""
+    return values.astype(np.uint8 if _are_bytes(values) else np.float64)
 
 
 def list_losses(mesh: Mesh) -> list[str]:
@@ -157,7 +161,7 @@ def _can_hold(name: str, column: Any, *, is_binary: bool) -> bool:
         case "normal" | "texcoord":
             return width == (3 if name == "normal" else 2)
         case "color":
-            is_fraction = column.dtype.kind == "f" and (is_binary or _as_colors(column).dtype.kind == "f")
+            is_fraction = column.dtype.kind == "f" and (is_binary or not _are_bytes(column))
             return width in (3, 4) and (is_fraction or column.dtype == np.uint8)
         case "color_index":
             return width == 1 and column.dtype.kind in "iu"
