@@ -1,6 +1,7 @@
 """Reading and writing of `.npy` files, with ValueError for anything malformed."""
 
 import math
+import re
 import tokenize
 import warnings
 from io import BytesIO
@@ -17,6 +18,8 @@ _READERS = {
     (2, 0): np.lib.format.read_array_header_2_0,
     (3, 0): np.lib.format.read_array_header_2_0,  # it differs in the encoding of field names alone
 }
+# What Python's parser says of a header that computes: behind it stands the node, before Python 3.14 with an address.
+_NODE = re.compile(r"(?<=malformed node or string on line 1):.*")
 
 
 class Header(NamedTuple):
@@ -40,7 +43,7 @@ def read_header(file: BinaryIO) -> Header:
         return header
     except _MALFORMED_ERRORS as error:
         first = str(error).split("\n")[0]  # behind it NumPy advises options of its own
-        raise ValueError(first.partition(": <ast.")[0]) from None  # behind that stands an address in memory
+        raise ValueError(_NODE.sub("", first)) from None
     except _EXHAUSTED_ERRORS:
         raise ValueError("the header is nested too deeply") from None
 
