@@ -19,7 +19,7 @@ _READERS = {
     (3, 0): np.lib.format.read_array_header_2_0,  # it differs in the encoding of field names alone
 }
 # What Python's parser says of a header that computes: behind it stands the node, before Python 3.14 with an address.
-_NODE = re.compile(r"(?<=malformed node or string on line 1):.*")
+_NODE = re.compile(r"(malformed node or string on line \d+):.*")
 
 
 class Header(NamedTuple):
@@ -43,7 +43,7 @@ def read_header(file: BinaryIO) -> Header:
         return header
     except _MALFORMED_ERRORS as error:
         first = str(error).split("\n")[0]  # behind it NumPy advises options of its own
-        raise ValueError(_NODE.sub("", first)) from None
+        raise ValueError(_NODE.sub(r"\1", first)) from None
     except _EXHAUSTED_ERRORS:
         raise ValueError("the header is nested too deeply") from None
 

@@ -45,7 +45,7 @@ class NpySource:
         try:
             shape, is_fortran, dtype = read_header(self._file)
         except ValueError as error:
-            is_named = os.path.splitext(self.path)[1].lower() in ("", ".npy")  # noqa: PTH122
+            is_named = Path(os.fsdecode(self.path)).suffix.lower() in ("", ".npy")
             expected = "be a .npy file" if is_named else "end in .las, .laz, .ply or .zarr, or be a .npy file"
             raise ArgumentError.expecting("source", expected, repr(self.path), reason=error) from None
         if dtype.kind != "f" or dtype.itemsize not in {4, 8}:

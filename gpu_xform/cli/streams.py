@@ -38,7 +38,7 @@ def print_stderr(text: str) -> None:
 
 
 def print_notice(text: str) -> None:
-    """Print one line to standard error."""
+    """Print one line to standard error, whatever names in it hold."""
     print_stderr(f"gpu-xform: {escape_line(text)}\n")
 
 

@@ -12,10 +12,10 @@ from .._core.types import BoolArray, Float64Array, IndexArray
 from .._core.widen import widen
 from ..geometry.attributes import NO_ATTRIBUTES, Attributes, RaggedArray, freeze_value, thaw_value
 from ..geometry.mesh import Mesh
+from ._line_names import list_name_losses, make_comment, make_line, make_names
 from ._losses import list_material_losses
 from ._warn import warn
-from .obj_materials import find_images, parse_materials, read_libraries
-from .obj_names import list_libraries, list_name_losses, make_comment, make_line, make_names
+from .obj_materials import find_images, list_libraries, parse_materials, read_libraries
 
 # Statements that hold for the faces behind them, and the attributes per face that they become.
 STATES = {b"o": "object", b"g": "group", b"usemtl": "material", b"s": "smooth"}

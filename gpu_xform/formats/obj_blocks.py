@@ -208,9 +208,8 @@ def _parse_all_faces(
         if corners.max() > _MAX_INDEX:
             raise ValueError("not regular")
         n_lines, end = n_lines + count, n_indices + len(corners)
-        if end > len(
-            indices
-        ):  # as many as there will be if all lines are as long as those so far, or fit into the file
+        if end > len(indices):
+            # As many as there will be if all lines are as long as those so far, or fit into the file.
             grown = np.empty(min(-(-end * n_all_lines // n_lines), len(data) // 2), np.uint32)
             grown[:n_indices] = indices[:n_indices]
             indices = grown

@@ -65,9 +65,7 @@ def read_lines(data: bytes, tolerance: float | None = None) -> Mesh:
         line = lines[int(np.searchsorted(offsets, corner, side="right")) - 1]
         raise MeshError(f"line {line}: index {indices[corner] + 1} is out of range, there are {len(points)} vertices")
     extras.n_beside_points = width = max(map(len, beside))
-    if (
-        width in BESIDE_WIDTHS
-    ):  # a table of what has no meaning could take gigabytes: one line may be as long as the file
+    if width in BESIDE_WIDTHS:  # one line may be as long as the file: a table of it takes gigabytes
         extras.beside_points = np.array([numbers + [math.nan] * (width - len(numbers)) for numbers in beside])
     extras.texcoords = parse_rows(b"\n".join(rows[b"vt"]), b"vt")
     extras.normals = parse_rows(b"\n".join(rows[b"vn"]), b"vn")

@@ -191,7 +191,14 @@ def _place(folder: Path, name: str) -> Path | None:
     """Return where a `.mtl` file goes; None for a name of another type, that is hidden, or that leads elsewhere."""
     path = PureWindowsPath(name)  # with the slashes of both systems, and drives
     is_plain = path.suffix.lower() == _SUFFIX and not path.anchor and not any(p.startswith(".") for p in path.parts)
-    return folder.joinpath(*path.parts) if is_plain else None
+    place = folder.joinpath(*path.parts)
+    return place if is_plain and place.resolve().is_relative_to(folder.resolve()) else None
+
+
+def list_libraries(material: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return what stands behind each `mtllib`; glTF may have a material of that name."""
+    found = material.get("mtllib")
+    return found if isinstance(found, tuple) else ()
 
 
 def _list_used(mesh: Mesh) -> Mapping[str, bytes]:

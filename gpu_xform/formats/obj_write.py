@@ -7,9 +7,10 @@ import numpy as np
 
 from .._core.types import Float64Array, IndexArray
 from ..geometry.mesh import Mesh
+from ._line_names import make_comment, make_line, make_names
 from ._text import write_faces, write_points
 from .obj_attributes import list_beside_points, list_rows, split_states
-from .obj_names import list_libraries, make_comment, make_line, make_names
+from .obj_materials import list_libraries
 
 _POINTS_PER_LINE = 16
 

@@ -158,8 +158,10 @@ def _can_hold(name: str, column: Any, *, is_binary: bool) -> bool:
         return False
     width = column.shape[1] if column.ndim == 2 else 1
     match name:
-        case "normal" | "texcoord":
-            return width == (3 if name == "normal" else 2)
+        case "normal":
+            return width == 3
+        case "texcoord":
+            return width == 2
         case "color":
             is_fraction = column.dtype.kind == "f" and (is_binary or not _are_bytes(column))
             return width in (3, 4) and (is_fraction or column.dtype == np.uint8)

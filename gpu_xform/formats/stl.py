@@ -13,10 +13,10 @@ from ..errors import MeshError
 from ..geometry.attributes import Attributes
 from ..geometry.mesh import Mesh
 from ..geometry.triangulation import triangulate
+from ._line_names import list_name_losses, make_names
 from ._losses import list_attributes, list_rounding
 from ._text import parse_float, parse_numbers, plain_text, quote, without_mark
 from ._warn import warn
-from .obj_names import list_name_losses, make_names
 
 _HEADER_BYTES = 84
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])

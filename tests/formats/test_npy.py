@@ -133,7 +133,8 @@ def test_a_header_that_numpy_calls_large_is_refused_in_one_line() -> None:
     assert "allow_pickle" not in str(caught.value)
 
 
-def test_a_header_of_operators_is_the_same_error_each_time() -> None:
-    data = as_file(POINTS).replace(b"(4, 3)", b"(4<3) ")
-    with pytest.raises(MeshError, match=r"not an \.npy file of numbers: malformed node or string on line 1$"):
+@pytest.mark.parametrize(("shape", "line"), [(b"(4<3) ", 1), (b"\n(4<3)", 2)])
+def test_a_header_of_operators_is_the_same_error_each_time(shape: bytes, line: int) -> None:
+    data = as_file(POINTS).replace(b"(4, 3)", shape)
+    with pytest.raises(MeshError, match=rf"not an \.npy file of numbers: malformed node or string on line {line}$"):
         read(data)

@@ -379,3 +379,15 @@ def test_a_library_of_an_absolute_path_is_written_nowhere(tmp_path: Path, name: 
     with pytest.warns(MeshWarning, match=r"OBJ does not hold the file .*x\.mtl, whose materials it names"):
         save_mesh(mesh, tmp_path / "out/m.obj")
     assert [path.name for path in tmp_path.rglob("*")] == ["out", "m.obj"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="makes a symbolic link, which asks for a right of its own there")
+def test_no_library_is_written_through_a_link_out_of_the_folder(tmp_path: Path) -> None:
+    for folder in ("in/sub", "out", "elsewhere"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "out/sub").symlink_to(tmp_path / "elsewhere")
+    (tmp_path / "in/sub/x.mtl").write_bytes(MTL.replace(b"map_Kd", b"#"))
+    (tmp_path / "in/m.obj").write_bytes(b"mtllib sub/x.mtl\n" + POINTS + FACES)
+    with pytest.warns(MeshWarning, match=r"OBJ does not hold the file sub/x\.mtl, whose materials it names$"):
+        save_mesh(load_mesh(tmp_path / "in/m.obj"), tmp_path / "out/m.obj")
+    assert list((tmp_path / "elsewhere").iterdir()) == []

@@ -1,9 +1,8 @@
-"""Names and comments in the lines of OBJ: what is written of a text is what is read again."""
+"""Names and comments in the lines of OBJ and ASCII STL: what is written of a text is what is read again."""
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable
 
 from ._text import plain_text, quote
 
@@ -55,9 +54,3 @@ def list_name_losses(texts: Iterable[str], keyword: str, what: str) -> list[str]
     """Return words for names that are written as others."""
     changed = (text for text, name in make_names(texts, keyword).items() if name != text)
     return [f"some names of {what}, such as {quote(text)}" for text in changed][:1]
-
-
-def list_libraries(material: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return what stands behind each `mtllib`; glTF may have a material of that name."""
-    found = material.get("mtllib")
-    return found if isinstance(found, tuple) else ()
